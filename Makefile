@@ -1,0 +1,112 @@
+# Settings
+CXX         ?= g++
+OPT         ?= -O3
+# Any architecture gives the same bits; functions marked WISP_WIDE are compiled for wide vectors in any case.
+ARCH        ?=
+MULTIVERSION ?= -DWISP_MULTIVERSION
+DATA        ?= ../shared/data
+# What the bits rest on (checked at start-up by the self-test): IEEE arithmetic, never contracted.
+BITS         = -std=c++17 -ffp-contract=off -fno-fast-math
+# Freedoms that change no bit: nobody reads errno or floating-point exceptions.
+FREE         = -fno-math-errno -fno-trapping-math
+WARN         = -Wall -Wextra -Wshadow -Wno-psabi
+PACKAGES     = g++ make zlib1g-dev libglm-dev doctest-dev libstb-dev libmpfr-dev
+
+# No need to change anything below
+B            = build
+FLAGS        = $(BITS) $(FREE) $(OPT) $(ARCH) $(WARN)
+CPPFLAGS     = -Iinclude -Isrc -MMD -MP
+CORE_FLAGS   = $(FLAGS) $(MULTIVERSION) -fno-exceptions -fno-rtti
+# The test build traps what the release saturates, and is small and quick to compile.
+TEST_FLAGS   = $(BITS) $(FREE) -O2 $(WARN) -DWISP_TRAP -DDOCTEST_CONFIG_SUPER_FAST_ASSERTS -DDATA='"$(DATA)"'
+ARITHMETICS  = f32 f64 fixed
+
+CORE         = $(patsubst src/core/%.cpp,%,$(wildcard src/core/*.cpp))
+HOST         = $(patsubst src/host/%.cpp,%,$(wildcard src/host/*.cpp))
+FUZZ         = $(patsubst test/fuzz/%_fuzz.cpp,%,$(wildcard test/fuzz/*_fuzz.cpp))
+CORE_O       = $(foreach a,$(ARITHMETICS),$(CORE:%=$B/core/$a/%.o))
+HOST_O       = $(HOST:%=$B/host/%.o)
+LIBRARY_O    = $(CORE_O) $(filter-out $B/host/main.o,$(HOST_O))
+TEST_O       = $(foreach a,$(ARITHMETICS),$(CORE:%=$B/test/core/$a/%.o) \
+                 $(patsubst test/core/%.cpp,$B/test/cases/$a/%.o,$(wildcard test/core/*.cpp))) \
+               $(patsubst %,$B/test/host/%.o,$(filter-out main,$(HOST))) \
+               $(patsubst test/host/%.cpp,$B/test/cases/%.o,$(wildcard test/host/*.cpp)) \
+               $(FUZZ:%=$B/test/fuzz/%.o) $B/test/main.o
+
+all: $B/wisp $B/plume
+
+$B/wisp: $(CORE_O) $(HOST_O)
+	$(CXX) $(FLAGS) $^ -lz -o $@
+$B/plume: $B/tools/plume.o $(filter-out $B/host/main.o,$(HOST_O)) $(CORE_O)
+	$(CXX) $(FLAGS) $^ -lz -o $@
+$B/tests: $(TEST_O)
+	$(CXX) $^ -lz -lmpfr -lgmp -o $@
+
+define CORE_RULES
+$B/core/$1/%.o: src/core/%.cpp
+	@mkdir -p $$(@D)
+	$$(CXX) $$(CPPFLAGS) $$(CORE_FLAGS) -DWISP_ARITH=$1 -c $$< -o $$@
+$B/test/core/$1/%.o: src/core/%.cpp
+	@mkdir -p $$(@D)
+	$$(CXX) $$(CPPFLAGS) $$(TEST_FLAGS) -DWISP_ARITH=$1 -c $$< -o $$@
+$B/test/cases/$1/%.o: test/core/%.cpp
+	@mkdir -p $$(@D)
+	$$(CXX) $$(CPPFLAGS) -Itest $$(TEST_FLAGS) -DWISP_ARITH=$1 -c $$< -o $$@
+endef
+$(foreach a,$(ARITHMETICS),$(eval $(call CORE_RULES,$a)))
+
+$B/host/%.o: src/host/%.cpp
+	@mkdir -p $(@D)
+	$(CXX) $(CPPFLAGS) $(FLAGS) -DWISP_FLAGS='"$(BITS) $(OPT) $(ARCH)"' -c $< -o $@
+$B/tools/%.o: tools/%.cpp
+	@mkdir -p $(@D)
+	$(CXX) $(CPPFLAGS) $(FLAGS) -c $< -o $@
+$B/test/host/%.o: src/host/%.cpp
+	@mkdir -p $(@D)
+	$(CXX) $(CPPFLAGS) $(TEST_FLAGS) -c $< -o $@
+$B/test/cases/%.o: test/host/%.cpp
+	@mkdir -p $(@D)
+	$(CXX) $(CPPFLAGS) -Itest $(TEST_FLAGS) -c $< -o $@
+$B/test/fuzz/%.o: test/fuzz/%_fuzz.cpp
+	@mkdir -p $(@D)
+	$(CXX) $(CPPFLAGS) $(TEST_FLAGS) -DLLVMFuzzerTestOneInput=fuzz_$* -c $< -o $@
+$B/test/main.o: test/main.cpp
+	@mkdir -p $(@D)
+	$(CXX) $(CPPFLAGS) $(TEST_FLAGS) -c $< -o $@
+
+demo: $B/wisp
+	$B/wisp render fixtures/demo.aff -o $B/demo.png
+	@echo "the picture is $B/demo.png"
+
+test: all $B/tests
+	@$B/tests
+
+# The goldens anew, as a difference to look at; nobody runs this to make a red test green.
+golden: $B/wisp
+	tools/golden $B/wisp > $B/goldens.txt
+	-diff fixtures/goldens.txt $B/goldens.txt && echo "no golden changes"
+
+# Every reader under libFuzzer with address and undefined-behaviour checks, SECONDS each.
+SECONDS ?= 60
+SOURCES_particles = $(addprefix src/host/,particles.cpp vtk.cpp bgeo.cpp ply.cpp gzip.cpp files.cpp)
+SOURCES_pfm = $(addprefix src/host/,files.cpp picture.cpp flip.cpp compare.cpp stb_image_write.cpp)
+SOURCES_scene = $(addprefix src/host/,scene_file.cpp options.cpp files.cpp)
+fuzz: $(FUZZ:%=$B/fuzz/%)
+	for f in $(FUZZ); do mkdir -p $B/fuzz/corpus/$$f && $B/fuzz/$$f -max_total_time=$(SECONDS) -max_len=65536 \
+	    $B/fuzz/corpus/$$f test/corpus/$$f || exit 1; done
+$B/fuzz/%: test/fuzz/%_fuzz.cpp $(filter-out src/host/main.cpp,$(wildcard src/host/*.cpp))
+	@mkdir -p $(@D)
+	clang++ -Iinclude -Isrc $(BITS) -O1 -g -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all \
+	    $< $(SOURCES_$*) -lz -o $@
+
+deps:
+	@echo "installing: $(PACKAGES)"
+	apt-get update -q
+	apt-get install -y --no-install-recommends $(PACKAGES)
+
+clean:
+	rm -rf $B
+
+.PHONY: all demo test golden fuzz deps clean
+.SECONDARY:
+-include $(shell find $B -name '*.d' 2>/dev/null)

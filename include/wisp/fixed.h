@@ -1,0 +1,331 @@
+// Fixed: the scalar of the fixed-point arithmetic, Q32.32: a 64-bit integer in units of 2^-32, so the range is
+// [-2^31, 2^31) and the resolution 2.3e-10 everywhere.
+//
+// * Every operation is exact, then rounded once to the nearest unit; ties go towards +infinity.
+// * What does not fit saturates. Compiled with -DWISP_TRAP (the whole program, as the test build is) it calls
+//   fixed_overflow() instead, so that a scene or a formula that leaves the range is seen and not drawn.
+// * Integers only: a conversion from or to a float takes its bits apart. The square root may ask an FPU for its first
+//   guess, which integers then correct; the bits are the same with and without.
+#pragma once
+#include <cstdint>
+#include <limits>
+#include <type_traits>
+
+#if defined(__SIZEOF_INT128__) && !defined(__wasm__) // on wasm a 128-bit product costs four times the portable one
+#define WISP_NATIVE_INT128
+#endif
+// Targets with an FPU for double.
+#if defined(__SSE2__) || defined(__aarch64__) || defined(__wasm__) || defined(__powerpc64__) || defined(__s390x__) ||  \
+    (defined(__ARM_FP) && (__ARM_FP & 8)) || (defined(__riscv_flen) && __riscv_flen >= 64)
+#define WISP_HARDWARE_DOUBLE
+#endif
+
+namespace wisp {
+
+#ifdef WISP_TRAP
+// Called when a Fixed leaves its range or divides by zero. The test program defines it, and throws in it.
+[[noreturn]] void fixed_overflow();
+#endif
+
+namespace detail {
+
+constexpr int64_t fixed_max = INT64_MAX, fixed_min = INT64_MIN;
+
+// The raw result of an operation after saturation, and whether it had to saturate.
+struct Saturated {
+    int64_t raw;
+    bool overflow;
+};
+
+constexpr Saturated saturated(bool negative) { return {negative ? fixed_min : fixed_max, true}; }
+
+// Leading zeros of x, which must not be 0.
+constexpr int leading_zeros(uint64_t x) { return __builtin_clzll(x); }
+
+// ---- 128-bit intermediate results, modulo 2^128: the compiler's type where it is good, two words elsewhere
+
+struct PortableWide {
+    uint64_t high, low;
+};
+struct Quotient {
+    uint64_t quotient, remainder;
+};
+
+template <class Wide> constexpr Wide product(int64_t a, int64_t b); // signed factors
+template <class Wide> constexpr Wide join(uint64_t high, uint64_t low);
+
+constexpr int64_t high_word(PortableWide w) { return static_cast<int64_t>(w.high); }
+constexpr uint64_t low_word(PortableWide w) { return w.low; }
+constexpr PortableWide operator+(PortableWide a, PortableWide b) {
+    const uint64_t low = a.low + b.low;
+    return {a.high + b.high + (low < a.low), low};
+}
+template <> constexpr PortableWide join(uint64_t high, uint64_t low) { return {high, low}; }
+template <> constexpr PortableWide product(int64_t a, int64_t b) {
+    // Signed high and unsigned low halves. No sum overflows: |high * low| <= 2^31 (2^32 - 1).
+    constexpr int64_t mask = 0xffffffff;
+    const int64_t a_high = a >> 32, a_low = a & mask, b_high = b >> 32, b_low = b & mask;
+    const uint64_t low = static_cast<uint64_t>(a_low) * static_cast<uint64_t>(b_low);
+    const int64_t middle = a_high * b_low + static_cast<int64_t>(low >> 32);
+    const int64_t carry = a_low * b_high + (middle & mask);
+    const int64_t high = a_high * b_high + (middle >> 32) + (carry >> 32);
+    return {static_cast<uint64_t>(high), (static_cast<uint64_t>(carry) << 32) | (low & 0xffffffff)};
+}
+// dividend / divisor where the quotient fits one word (dividend.high < divisor): two digits of base 2^32, by hand.
+constexpr Quotient divide(PortableWide dividend, uint64_t divisor) {
+    const int shift = leading_zeros(divisor);
+    const uint64_t d = divisor << shift, d_high = d >> 32, d_low = d & 0xffffffff, low = dividend.low << shift;
+    const uint64_t moved_up = shift == 0 ? 0 : dividend.low >> (64 - shift);
+    uint64_t rest = (dividend.high << shift) | moved_up, quotient = 0;
+    for (int half = 32; half >= 0; half -= 32) {
+        const uint64_t next = (low >> half) & 0xffffffff;
+        uint64_t digit = rest / d_high, left = rest % d_high; // the digit is at most 2 too large
+        while ((digit >> 32) != 0 || digit * d_low > ((left << 32) | next)) {
+            --digit;
+            left += d_high;
+            if ((left >> 32) != 0) break;
+        }
+        rest = ((rest << 32) | next) - digit * d;
+        quotient = (quotient << 32) | digit;
+    }
+    return {quotient, rest >> shift};
+}
+
+#ifdef WISP_NATIVE_INT128
+__extension__ typedef unsigned __int128 NativeWide;
+__extension__ typedef __int128 SignedNativeWide;
+
+constexpr int64_t high_word(NativeWide w) { return static_cast<int64_t>(w >> 64); }
+constexpr uint64_t low_word(NativeWide w) { return static_cast<uint64_t>(w); }
+template <> constexpr NativeWide join(uint64_t high, uint64_t low) { return NativeWide{high} << 64 | low; }
+template <> constexpr NativeWide product(int64_t a, int64_t b) {
+    return static_cast<NativeWide>(static_cast<SignedNativeWide>(a) * b);
+}
+constexpr Quotient divide(NativeWide dividend, uint64_t divisor) {
+    const uint64_t quotient = static_cast<uint64_t>(dividend / divisor);
+    return {quotient, static_cast<uint64_t>(dividend) - quotient * divisor};
+}
+using Wide = NativeWide;
+#else
+using Wide = PortableWide;
+#endif
+
+// ---- The operations on raw values
+
+// a b / 2^64, rounded down: products of polynomials in units far below 2^-32.
+constexpr int64_t multiply_high(int64_t a, int64_t b) { return high_word(product<Wide>(a, b)); }
+
+// w / 2^32, rounded; `negative` is the sign of what w stands for, should it not fit.
+template <class Wide> constexpr Saturated rounded_to_fixed(Wide w, bool negative) {
+    const Wide rounded = w + join<Wide>(0, uint64_t{1} << 31);
+    const int64_t high = high_word(rounded);
+    if (__builtin_expect(high != static_cast<int32_t>(high), 0)) return saturated(negative);
+    return {static_cast<int64_t>((static_cast<uint64_t>(high) << 32) | (low_word(rounded) >> 32)), false};
+}
+
+constexpr Saturated add(int64_t a, int64_t b) {
+    int64_t sum = 0;
+    if (__builtin_expect(__builtin_add_overflow(a, b, &sum), 0)) return saturated(a < 0);
+    return {sum, false};
+}
+constexpr Saturated subtract(int64_t a, int64_t b) {
+    int64_t difference = 0;
+    if (__builtin_expect(__builtin_sub_overflow(a, b, &difference), 0)) return saturated(a < 0);
+    return {difference, false};
+}
+template <class Wide> constexpr Saturated multiply(int64_t a, int64_t b) {
+    const Wide exact = product<Wide>(a, b);
+    return rounded_to_fixed(exact, high_word(exact) < 0);
+}
+// ax bx + ay by + az bz, rounded once. The sum may wrap around 2^127, but then its high word is no 32-bit number
+// either, and the sign comes from the high words apart.
+template <class Wide>
+constexpr Saturated sum_of_products(int64_t ax, int64_t bx, int64_t ay, int64_t by, int64_t az, int64_t bz) {
+    const Wide x = product<Wide>(ax, bx), y = product<Wide>(ay, by), z = product<Wide>(az, bz);
+    return rounded_to_fixed(x + y + z, (high_word(x) >> 2) + (high_word(y) >> 2) + (high_word(z) >> 2) < 0);
+}
+// b = 0 gives the limit on a's side, and 0 / 0 = 0.
+template <class Wide> constexpr Saturated divide(int64_t a, int64_t b) {
+    if (b == 0) return a == 0 ? Saturated{0, true} : saturated(a < 0);
+    const bool negative = (a < 0) != (b < 0);
+    const uint64_t n = a < 0 ? 0 - static_cast<uint64_t>(a) : static_cast<uint64_t>(a);
+    const uint64_t d = b < 0 ? 0 - static_cast<uint64_t>(b) : static_cast<uint64_t>(b);
+    if (__builtin_expect((n >> 32) >= d, 0)) return saturated(negative);
+    const Quotient exact = divide(join<Wide>(n >> 32, n << 32), d);
+    const bool up = exact.remainder > d - exact.remainder - !negative; // a tie goes up, so away from 0 if positive
+    const uint64_t largest = static_cast<uint64_t>(fixed_max) + negative;
+    if (__builtin_expect(exact.quotient > largest - up, 0)) return saturated(negative);
+    const uint64_t magnitude = exact.quotient + up;
+    return {static_cast<int64_t>(negative ? 0 - magnitude : magnitude), false};
+}
+// x 2^k.
+constexpr Saturated scale(int64_t x, int k) {
+    if (k >= 0) {
+        if (x == 0) return {0, false};
+        if (k > 62) return saturated(x < 0);
+        const int64_t shifted = static_cast<int64_t>(static_cast<uint64_t>(x) << k);
+        return (shifted >> k) == x ? Saturated{shifted, false} : saturated(x < 0);
+    }
+    if (k < -63) return {0, false};
+    return {(x >> -k) + ((x >> (-k - 1)) & 1), false};
+}
+
+// The guess is within 1 of the root, so that one test on either side makes it the nearest integer: sqrt(X) lies in
+// (root - 1/2, root + 1/2) exactly when -root < X - root^2 <= root, and that difference is small enough to be taken
+// modulo 2^64. Here X = x 2^32, 0 < x.
+constexpr int64_t corrected_root(int64_t x, int64_t guess) {
+    const uint64_t root = static_cast<uint64_t>(guess);
+    const int64_t excess = static_cast<int64_t>((static_cast<uint64_t>(x) << 32) - root * root);
+    return guess + (excess > guess) - (excess <= -guess);
+}
+// The nearest integer to sqrt(x 2^32) by integers only, 0 < x. With n = x 2^shift in [2^62, 2^64): Newton for sqrt(n)
+// to 32 bits, from the line 2^32 (11/32 + 11/16 n/2^64) that is within 3.2 % of it, then a step that yields 16 bits
+// more.
+constexpr int64_t root_by_integers(int64_t x) {
+    const int shift = leading_zeros(static_cast<uint64_t>(x)) & ~1;
+    const uint64_t n = static_cast<uint64_t>(x) << shift;
+    uint64_t root = 11 * ((uint64_t{1} << 27) + (n >> 36));
+    for (int step = 0; step < 3; ++step) root = (root + n / root) / 2;
+    const int64_t excess = static_cast<int64_t>(n - root * root);
+    const int64_t fine = static_cast<int64_t>(root << 16) + excess * (1 << 15) / static_cast<int64_t>(root);
+    return corrected_root(x, scale(fine, -shift / 2).raw);
+}
+#ifdef WISP_HARDWARE_DOUBLE
+inline int64_t root_by_hardware(int64_t x) {
+    return corrected_root(x, static_cast<int64_t>(__builtin_sqrt(static_cast<double>(x)) * 65536 + 0.5));
+}
+#endif
+inline int64_t root(int64_t x) {
+#ifdef WISP_HARDWARE_DOUBLE
+    return root_by_hardware(x);
+#else
+    return root_by_integers(x);
+#endif
+}
+
+// ---- Floating formats by their bits
+
+template <class Float> struct FloatFormat;
+template <> struct FloatFormat<float> {
+    using Bits = uint32_t;
+    static constexpr int fraction_bits = 23, bias = 127, min_exponent = -149; // that of the last place
+    static constexpr Bits infinity = 0x7f800000;
+};
+template <> struct FloatFormat<double> {
+    using Bits = uint64_t;
+    static constexpr int fraction_bits = 52, bias = 1023, min_exponent = -1074;
+    static constexpr Bits infinity = 0x7ff0000000000000;
+};
+template <class Float> using BitsOf = typename FloatFormat<Float>::Bits;
+
+template <class Float> constexpr BitsOf<Float> to_bits(Float x) { return __builtin_bit_cast(BitsOf<Float>, x); }
+template <class Float> constexpr Float from_bits(BitsOf<Float> bits) { return __builtin_bit_cast(Float, bits); }
+
+// The Float nearest to magnitude 2^exponent, ties to even as IEEE 754 has it: subnormal and infinite where it must be.
+template <class Float> constexpr Float nearest_float(bool negative, uint64_t magnitude, int exponent) {
+    using Format = FloatFormat<Float>;
+    using Bits = BitsOf<Float>;
+    if (magnitude == 0) return 0;
+    const int top_exponent = 63 - leading_zeros(magnitude) + exponent;
+    int last_exponent = top_exponent - Format::fraction_bits; // of the last place that is kept
+    if (last_exponent < Format::min_exponent) last_exponent = Format::min_exponent;
+    const int dropped = last_exponent - exponent;
+    uint64_t kept = 0;
+    if (dropped <= 0) {
+        kept = magnitude << -dropped;
+    } else if (dropped <= 64) {
+        const uint64_t half = uint64_t{1} << (dropped - 1), rest = magnitude & (half | (half - 1));
+        kept = magnitude >> (dropped - 1) >> 1;
+        kept += rest > half || (rest == half && (kept & 1) != 0);
+    }
+    // The leading bit of a normal number carries into the exponent field.
+    const uint64_t steps = static_cast<uint64_t>(last_exponent - Format::min_exponent);
+    uint64_t bits = Format::infinity;
+    if (steps < (Format::infinity >> Format::fraction_bits)) bits = (steps << Format::fraction_bits) + kept;
+    if (bits > Format::infinity) bits = Format::infinity;
+    const Bits sign = static_cast<Bits>(Bits{negative} << (8 * sizeof(Bits) - 1));
+    return from_bits<Float>(static_cast<Bits>(bits) | sign);
+}
+
+// x in units of 2^-32; infinities and NaN saturate too.
+constexpr Saturated raw_from_double(double x) {
+    const uint64_t bits = to_bits(x);
+    const bool negative = (bits >> 63) != 0;
+    const int field = static_cast<int>((bits >> 52) & 0x7ff);
+    const int64_t fraction = static_cast<int64_t>(bits & 0xfffffffffffff);
+    const int64_t mantissa = field == 0 ? fraction : fraction | (int64_t{1} << 52);
+    const int exponent = (field == 0 ? 1 : field) - 1075 + 32;
+    return scale(negative ? -mantissa : mantissa, exponent);
+}
+template <class Integer> constexpr Saturated raw_from_integer(Integer i) {
+    int64_t raw = 0;
+    if (__builtin_mul_overflow(i, int64_t{1} << 32, &raw)) return saturated(!(i > 0));
+    return {raw, false};
+}
+
+constexpr int64_t checked(Saturated result) {
+#ifdef WISP_TRAP
+    if (__builtin_expect(result.overflow, 0)) fixed_overflow();
+#endif
+    return result.raw;
+}
+} // namespace detail
+
+struct Fixed {
+    Fixed() = default;
+    // Integers outside [-2^31, 2^31) overflow.
+    template <class Integer, class = std::enable_if_t<std::is_integral<Integer>::value>>
+    constexpr explicit Fixed(Integer i) : raw_(detail::checked(detail::raw_from_integer(i))) {}
+    // The nearest Fixed: for constants. For values of run time that may not fit there is to_real.
+    constexpr explicit Fixed(double x) : raw_(detail::checked(detail::raw_from_double(x))) {}
+
+    static constexpr Fixed from_raw(int64_t raw) {
+        Fixed x(0);
+        x.raw_ = raw;
+        return x;
+    }
+    constexpr int64_t raw() const { return raw_; } // the value times 2^32
+
+  private:
+    int64_t raw_;
+};
+
+static_assert(std::is_trivial<Fixed>::value && sizeof(Fixed) == 8, "arrays of Fixed are made without being filled");
+
+constexpr bool operator==(Fixed a, Fixed b) { return a.raw() == b.raw(); }
+constexpr bool operator!=(Fixed a, Fixed b) { return a.raw() != b.raw(); }
+constexpr bool operator<(Fixed a, Fixed b) { return a.raw() < b.raw(); }
+constexpr bool operator>(Fixed a, Fixed b) { return a.raw() > b.raw(); }
+constexpr bool operator<=(Fixed a, Fixed b) { return a.raw() <= b.raw(); }
+constexpr bool operator>=(Fixed a, Fixed b) { return a.raw() >= b.raw(); }
+
+constexpr Fixed operator+(Fixed a, Fixed b) { return Fixed::from_raw(detail::checked(detail::add(a.raw(), b.raw()))); }
+constexpr Fixed operator-(Fixed a, Fixed b) {
+    return Fixed::from_raw(detail::checked(detail::subtract(a.raw(), b.raw())));
+}
+constexpr Fixed operator*(Fixed a, Fixed b) {
+    return Fixed::from_raw(detail::checked(detail::multiply<detail::Wide>(a.raw(), b.raw())));
+}
+// x / 0 is an overflow, and gives the largest or smallest value by the sign of x, 0 for x = 0.
+constexpr Fixed operator/(Fixed a, Fixed b) {
+    return Fixed::from_raw(detail::checked(detail::divide<detail::Wide>(a.raw(), b.raw())));
+}
+constexpr Fixed operator-(Fixed a) { return Fixed::from_raw(0) - a; }
+constexpr Fixed operator+(Fixed a) { return a; }
+constexpr Fixed &operator+=(Fixed &a, Fixed b) { return a = a + b; }
+constexpr Fixed &operator-=(Fixed &a, Fixed b) { return a = a - b; }
+constexpr Fixed &operator*=(Fixed &a, Fixed b) { return a = a * b; }
+constexpr Fixed &operator/=(Fixed &a, Fixed b) { return a = a / b; }
+
+} // namespace wisp
+
+// GLM takes a scalar whose limits say that it is a floating type; digits and epsilon are those of 2^-32.
+template <> struct std::numeric_limits<wisp::Fixed> {
+    static constexpr bool is_specialized = true, is_iec559 = true, is_signed = true, is_integer = false;
+    static constexpr bool is_exact = false, is_bounded = true, is_modulo = false, has_infinity = false;
+    static constexpr int radix = 2, digits = 63;
+    static constexpr wisp::Fixed max() { return wisp::Fixed::from_raw(INT64_MAX); }
+    static constexpr wisp::Fixed lowest() { return wisp::Fixed::from_raw(INT64_MIN); }
+    static constexpr wisp::Fixed min() { return wisp::Fixed::from_raw(1); } // the smallest above 0, as for floats
+    static constexpr wisp::Fixed epsilon() { return wisp::Fixed::from_raw(1); }
+};

@@ -1,0 +1,64 @@
+// Smoke as a density field of particles (S3): extinction at a point, optical depth of a segment in closed form
+// (numerics L), and a photon's next collision (numerics X).
+#pragma once
+#include "wisp/kernel.h"
+#include "wisp/point_tree.h"
+#include "wisp/random.h"
+#include "wisp/scene.h"
+
+namespace wisp::WISP_ARITH {
+
+// sigma_t(x) = sum_i scale_i / h_i f(|x - x_i|^2 / h_i^2). All arrays are indexed by the slots of the tree; the empty
+// slots of the last leaf weigh nothing.
+struct ParticleField {
+    PointTree tree;
+    Kernel kernel;
+    const Real *inverse_h; // 1 / h_i, the kernel's own h
+    const Real *scale;     // area_i C h_i^-2: the optical depth of a line is this times the kernel's line integral
+    // The optical depth of the line through the particle's middle as a fraction of 2^32: a photon whose draw for the
+    // particle lies above it cannot collide there, wherever it passes.
+    const uint32_t *reach;
+    uint32_t first_dimension; // of its draws: the particles of all smokes share one photon's dimensions
+    Real support;             // the largest
+    Box bounds;               // of all supports
+    bool ready;               // false: the arena was too small
+};
+
+constexpr Real path_end = Real(0x1p19); // farther than any scene is wide
+
+struct Ray {
+    Vec3 origin, direction; // a unit vector
+};
+
+struct Collision {
+    bool found;
+    Real distance;
+    uint32_t particle; // slot
+};
+
+// The field of `source`; everything is made from the arena.
+ParticleField make_particle_field(const SmokeSource &source, uint32_t first_dimension, Arena &arena);
+uint64_t particle_field_bytes(uint32_t particles);
+
+// sigma_t at x, per unit of length.
+Real extinction(const ParticleField &field, const Vec3 &x);
+
+// int sigma_t over the ray's distances 0 to `end`. It has no step, hence no step error.
+Real optical_depth(const ParticleField &field, const Ray &ray, Real end);
+
+// Where a photon that starts along the ray collides first, if before `end`: each particle on the way is an
+// independent Poisson process with the rate of its own density, so draw each one's depth, invert its line integral,
+// and take the nearest. No majorant, no null collisions, no step. (numerics X)
+Collision first_collision(const ParticleField &field, const Ray &ray, Real end, Event event);
+
+// The part of the ray inside the box, clipped to distances >= 0; false when there is none. Rays along the walls and
+// from inside count as inside (hard case E7).
+bool clip(const Box &box, const Ray &ray, Real &begin, Real &end);
+
+// A sum of lanes in the one order that every arithmetic and every width of hardware uses.
+inline Real sum_of_lanes(const Real (&sum)[lanes]) {
+    static_assert(lanes == 8, "the tree of sums below is for eight");
+    return ((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7]));
+}
+
+} // namespace wisp::WISP_ARITH

@@ -1,0 +1,38 @@
+// The walk of one photon (S2): free path, roulette, new direction, until it is absorbed or leaves.
+//
+// Written once for every medium that offers `first_collision(medium, ray, end, event)`, `albedo(medium, collision)`
+// and `phase(medium, collision)`, where a collision has `found` and `distance`.
+#pragma once
+#include "wisp/light.h"
+
+namespace wisp::WISP_ARITH {
+
+enum class Fate { absorbed, escaped, capped };
+
+constexpr uint32_t most_collisions = 1000000;  // of one photon; more of them are counted as capped
+
+// `photon` flies on from where it is; `event` numbers its flights from 1. At each collision `visit(collision, number,
+// position, photon)` sees the photon as it arrives, before the roulette; number counts from 0.
+template <class Medium, class Visit>
+Fate walk(const Medium &medium, Photon photon, uint64_t key, Visit &&visit) {
+    for (uint32_t number = 0; number < most_collisions; ++number) {
+        const Event event = photon_event(key, number + 1);
+        const auto collision = first_collision(medium, photon.ray, path_end, event);
+        if (!collision.found) return Fate::escaped;
+        photon.ray.origin += photon.ray.direction * collision.distance;
+        visit(collision, number, photon);
+
+        // Survives when xi < q: strict, so that an albedo of 0 never does, and 1 always.
+        const Color albedo_here = albedo(medium, collision);
+        const Color scattered = photon.power * albedo_here;
+        const Real q = largest(scattered) / largest(photon.power);
+        if (!(unit_half_open<Real>(draw(event, dimension_survival)) < q)) return Fate::absorbed;
+        photon.power = scattered / q;
+        photon.ray.direction =
+            deflect(photon.ray.direction, phase(medium, collision).sample(unit_open<Real>(draw(event, dimension_phase))),
+                    unit_half_open<Real>(draw(event, dimension_azimuth)));
+    }
+    return Fate::capped;
+}
+
+} // namespace wisp::WISP_ARITH

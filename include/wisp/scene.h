@@ -1,0 +1,88 @@
+// What the core renders: plain data that the caller owns, the same for every arithmetic.
+//
+// The caller has prepared it (the host does so in src/host/prepare.cpp):
+// - Lengths are in units of a power of two of the scene's own, so that the smallest smoothing length is in [1, 2), and
+//   positions are relative to the middle of the smoke: neither range nor resolution runs out in any arithmetic.
+// - Radiances (background, emission, light) are scaled by 2^-radiance_exponent, so that the brightest is about 1; the
+//   film multiplies the power back.
+// - Directions are unit vectors. Particles are in canonical order (ascending x, y, z, h, area), so that a permuted
+//   file gives the same picture.
+// Coordinates must lie within +-coordinate_limit; the caller refuses a scene that does not.
+#pragma once
+#include <cstdint>
+
+namespace wisp {
+
+struct Double3 {
+    double x, y, z;
+};
+
+constexpr double coordinate_limit = 8192; // squares of distances stay below 2^31, the range of Fixed
+
+// A ray through the picture at (column, row) in pixels, from the top left corner of the top left pixel, leaves
+// `origin` along corner + column * right + row * down (not normalised).
+struct Camera {
+    Double3 origin, corner, right, down;
+};
+
+enum class LightKind : uint8_t {
+    point,    // lp: radiant intensity `color`, falls off with the squared distance
+    spot,     // ls: the same inside a cone
+    parallel, // ld: irradiance `color` along `direction`
+    constant, // l: irradiance `color` from `position`, without falloff
+};
+
+struct LightSource {
+    LightKind kind;
+    Double3 position;
+    Double3 direction;        // whither the light travels (spot, parallel)
+    double cosine_half_angle; // of a spot's cone
+    Double3 color;            // intensity (per squared unit of length) or irradiance
+};
+
+enum class Kernel : uint8_t { spline, poly6 };
+
+struct Particle {
+    Double3 position;
+    double h;    // smoothing length; the support is 2 h, for both kernels
+    double area; // extinction cross-section C_ext m, in squared units of length
+};
+
+// One `smoke` block: sigma_t(x) = sum_i area_i W(|x - x_i|, h_i) (S3).
+struct SmokeSource {
+    const Particle *particles; // in canonical order
+    uint32_t count;
+    Kernel kernel;
+    double smoothing_length; // H: march steps and the gather radius are fractions of it
+    double largest_h;
+    Double3 albedo;   // 0 to 1 a channel
+    double asymmetry; // g of Henyey and Greenstein, -1 < g < 1
+    Double3 emission; // radiance L_e
+};
+
+struct Scene {
+    Camera camera;
+    Double3 background; // what a ray sees that meets nothing; it lights nothing
+    const LightSource *lights;
+    uint32_t light_count;
+    const SmokeSource *smokes;
+    uint32_t smoke_count;
+    int32_t radiance_exponent;
+};
+
+struct Crop {
+    int32_t x0, y0, x1, y1; // pixels, half-open, from the top left
+};
+
+struct Settings {
+    int32_t width, height;
+    Crop crop;
+    uint32_t samples;        // rays a pixel
+    uint64_t photons;        // to emit
+    uint64_t seed;
+    uint32_t gather;      // K, most photons in an estimate
+    double gather_radius; // the largest radius of an estimate, in units of H
+    double step;          // of the march, in units of H
+};
+
+} // namespace wisp

@@ -1,0 +1,50 @@
+// The smoke of a scene: what the march, the shadows and the photons ask of it.
+#pragma once
+#include "wisp/light.h"
+
+namespace wisp::WISP_ARITH {
+
+// One `smoke` block.
+struct Smoke {
+    ParticleField field;
+    Color albedo;
+    Phase phase = Phase(Real(0));
+    Color emission;      // L_e
+    Color emitted_power; // of all its photons: 4 pi (1 - albedo) L_e times the integral of sigma_t
+    const uint32_t *area_before; // per particle in canonical order, where it glows: the share of 2^32 of those before
+    const SmokeSource *source;
+};
+
+// All smokes of a scene. Their densities add; a photon collides with the nearest of their collisions.
+struct Medium {
+    const Smoke *smokes;
+    uint32_t count;
+    Box bounds;    // of all supports; empty without particles
+    Sphere sphere; // around them
+    bool ready;    // false: the arena was too small
+
+    bool empty() const { return !(bounds.low.x < bounds.high.x); }
+    bool scatters() const; // some albedo is not 0
+    bool glows() const;    // some emission is not 0 (and its albedo not 1)
+};
+
+Medium make_medium(const Scene &scene, Arena &arena);
+uint64_t medium_bytes(const Scene &scene);
+
+// int sigma_t of all smokes over the ray's distances 0 to `end`.
+Real optical_depth(const Medium &medium, const Ray &ray, Real end);
+
+struct MediumCollision {
+    bool found;
+    Real distance;
+    uint32_t smoke; // index of the smoke that the photon collided with
+};
+
+MediumCollision first_collision(const Medium &medium, const Ray &ray, Real end, Event event);
+inline Color albedo(const Medium &medium, const MediumCollision &at) { return medium.smokes[at.smoke].albedo; }
+inline Phase phase(const Medium &medium, const MediumCollision &at) { return medium.smokes[at.smoke].phase; }
+
+// A photon of a smoke that glows, from a point of its density in a direction of its own.
+Photon emit_from_smoke(const Smoke &smoke, const Color &photon_color, Event event);
+
+} // namespace wisp::WISP_ARITH

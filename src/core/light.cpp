@@ -1,0 +1,105 @@
+// Lights and their photons.
+#include "wisp/light.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+constexpr Real closest = Real(0x1p-10); // a light is never nearer than this to a stretch of a ray
+constexpr Real infinitely_far = Real(0x1p20);
+
+Vec3 vec_of(const Double3 &v) { return Vec3(to_real<Real>(v.x), to_real<Real>(v.y), to_real<Real>(v.z)); }
+
+// The mean of 1 / r^2 over the straight stretch from a to b, both relative to the light: angle / (distance of the
+// line * length) = angle / |a x b|.
+Real mean_inverse_square(const Vec3 &a, const Vec3 &b) {
+    const Real near = max(length(a), closest), far = max(length(b), closest);
+    const Vec3 normal = cross(a, b);
+    const Real area = length(normal), cosine = dot(a, b);
+    const Real inverse = (Real(1) / near) / far;
+    // angle / sine for small angles: its series, where the quotient would lose its digits.
+    if (area < Real(1.0 / 16) * cosine) {
+        const Real sine = area * inverse, s2 = sine * sine;
+        return inverse * (Real(1) + s2 * (Real(1.0 / 6) + s2 * Real(3.0 / 40)));
+    }
+    const Real floor = length(b - a) * closest;
+    if (floor == Real(0)) return inverse;
+    return angle_between(area, cosine) / max(area, floor);
+}
+
+// A direction inside the cone of `one_minus_cosine` about the axis, uniform in solid angle.
+Vec3 direction_in_cone(const Vec3 &axis, Real one_minus_cosine, Event event) {
+    const Real u = unit_open<Real>(draw(event, dimension_direction_1)) * one_minus_cosine; // 1 - cosine
+    const Real sine = sqrt(max(Real(0), u * (Real(2) - u)));
+    return deflect(axis, {Real(1) - u, min(sine, Real(1))}, unit_half_open<Real>(draw(event, dimension_direction_2)));
+}
+
+} // namespace
+
+Light make_light(const LightSource &source) {
+    return {source.kind, vec_of(source.position), vec_of(source.direction), to_real<Real>(source.cosine_half_angle),
+            vec_of(source.color)};
+}
+
+Illumination illuminate(const Light &light, const Vec3 &x, const Vec3 &a, const Vec3 &b) {
+    if (light.kind == LightKind::parallel) return {light.direction, infinitely_far, light.color};
+    const Vec3 from_light = x - light.position;
+    const Real distance = length(from_light);
+    // At the light itself any direction will do; the floor keeps the irradiance finite.
+    const Vec3 direction = distance > Real(0) ? from_light / distance : Vec3(Real(0), Real(0), Real(1));
+    if (light.kind == LightKind::constant) return {direction, distance, light.color};
+    if (light.kind == LightKind::spot && dot(direction, light.direction) < light.cosine_half_angle)
+        return {direction, distance, Color(Real(0))};
+    return {direction, distance, light.color * mean_inverse_square(a - light.position, b - light.position)};
+}
+
+Emitter make_emitter(const Light &light, const Sphere &smoke) {
+    Emitter emitter = {};
+    emitter.light = &light;
+    const Real brightest = largest(light.color);
+    if (!(brightest > Real(0)) || !(smoke.radius > Real(0))) return emitter;
+    emitter.photon_color = light.color / brightest;
+    if (light.kind == LightKind::parallel) { // a disc across the light that shades the sphere
+        emitter.power = light.color * (pi<Real> * smoke.radius * smoke.radius);
+        return emitter;
+    }
+    // The cone that holds the sphere, or the spot's own where that is narrower; the whole sphere of directions from
+    // inside the smoke.
+    const Vec3 to_smoke = smoke.center - light.position;
+    const Real distance = length(to_smoke);
+    emitter.one_minus_cosine = Real(2);
+    emitter.axis = Vec3(Real(0), Real(0), Real(1));
+    if (distance > smoke.radius) {
+        const Real sine = smoke.radius / distance, s2 = sine * sine;
+        emitter.one_minus_cosine = s2 / (Real(1) + sqrt(max(Real(0), Real(1) - s2)));
+        emitter.axis = to_smoke / distance;
+    }
+    if (light.kind == LightKind::spot && Real(1) - light.cosine_half_angle < emitter.one_minus_cosine) {
+        emitter.one_minus_cosine = Real(1) - light.cosine_half_angle;
+        emitter.axis = light.direction;
+    }
+    const Real solid_angle = two_pi<Real> * emitter.one_minus_cosine;
+    emitter.power = light.color * solid_angle;
+    if (light.kind == LightKind::constant) { // E d^2 at the first collision, so at most this
+        const Real farthest = distance + smoke.radius;
+        emitter.reach_squared = farthest * farthest;
+        emitter.power = emitter.power * emitter.reach_squared;
+    }
+    return emitter;
+}
+
+Photon emit(const Emitter &emitter, const Sphere &smoke, Event event) {
+    const Light &light = *emitter.light;
+    if (light.kind == LightKind::parallel) {
+        const Real radius = smoke.radius * sqrt(unit_open<Real>(draw(event, dimension_position_1)));
+        const Vec3 across = deflect(light.direction, {Real(0), Real(1)},
+                                    unit_half_open<Real>(draw(event, dimension_position_2)));
+        const Vec3 start = smoke.center + across * radius - light.direction * smoke.radius;
+        return {{start, light.direction}, emitter.photon_color, true};
+    }
+    const Vec3 direction = direction_in_cone(emitter.axis, emitter.one_minus_cosine, event);
+    const bool leaves = light.kind != LightKind::spot || dot(direction, light.direction) >= light.cosine_half_angle;
+    return {{light.position, direction}, emitter.photon_color, leaves};
+}
+
+} // namespace wisp::WISP_ARITH

@@ -1,0 +1,239 @@
+// Density from particles (S3) and what follows from it in closed form.
+//
+// Every function visits leaves in ascending order and adds lane l of each leaf to lane l of the sum, then the lanes in
+// one fixed tree: a leaf that is visited though it is too far away adds zeros, so the bits do not depend on how
+// tightly the visitor culls.
+#include "wisp/particle_field.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+// a / b with its magnitude kept below 2^20, far outside any scene: the slabs of a ray along a wall need no more.
+Real bounded_quotient(Real a, Real b) {
+    constexpr Real far = Real(0x1p20);
+    if (abs(a) < abs(b) * far) return a / b;
+    return (a < Real(0)) == (b < Real(0)) ? far : -far;
+}
+
+void clip_axis(Real low, Real high, Real origin, Real direction, Real &begin, Real &end) {
+    if (direction == Real(0)) {
+        if (origin < low || origin > high) end = Real(-1);
+        return;
+    }
+    const Real t0 = bounded_quotient(low - origin, direction), t1 = bounded_quotient(high - origin, direction);
+    begin = max(begin, min(t0, t1));
+    end = min(end, max(t0, t1));
+}
+
+// The part of a particle's chord that the ray's distances 0 to `end` cover, in units of h from the closest approach.
+struct Chord {
+    Real b_squared, from, to; // from < to where there is a part
+};
+
+template <class K>
+Chord chord_of(const ParticleField &field, const Ray &ray, Real end, uint32_t slot) {
+    const Vec3 to_particle = Vec3(field.tree.x[slot], field.tree.y[slot], field.tree.z[slot]) - ray.origin;
+    const Vec3 across = cross(ray.direction, to_particle);
+    const Real inverse_h = field.inverse_h[slot];
+    const Real b_squared = dot(across, across) * (inverse_h * inverse_h);
+    if (!(b_squared < K::support_squared)) return {b_squared, Real(0), Real(0)};
+    const Real half = sqrt(K::support_squared - b_squared), middle = dot(to_particle, ray.direction);
+    return {b_squared, max(-half, -middle * inverse_h), min(half, (end - middle) * inverse_h)};
+}
+
+template <class K> Real extinction_of(const ParticleField &field, const Vec3 &x) {
+    const PointTree &tree = field.tree;
+    Real sum[lanes] = {};
+    for_each_leaf_near(tree, x, field.support, [&](uint32_t leaf) {
+        for (uint32_t first = leaf * leaf_points; first < (leaf + 1) * leaf_points; first += lanes)
+            for (uint32_t l = 0; l < lanes; ++l) {
+                const uint32_t i = first + l;
+                const Real dx = tree.x[i] - x.x, dy = tree.y[i] - x.y, dz = tree.z[i] - x.z;
+                const Real h = field.inverse_h[i];
+                sum[l] += (field.scale[i] * h) * K::value(sum_of_products(dx, dx, dy, dy, dz, dz) * (h * h)); // S3
+            }
+    });
+    return sum_of_lanes(sum);
+}
+
+template <class K> Real optical_depth_of(const ParticleField &field, const Ray &ray, Real end) {
+    const PointTree &tree = field.tree;
+    const Vec3 o = ray.origin, d = ray.direction;
+    Real sum[lanes] = {};
+    for_each_leaf_on_segment(tree, o, d, Real(0), end, field.support, [&](uint32_t leaf) {
+        for (uint32_t first = leaf * leaf_points; first < (leaf + 1) * leaf_points; first += lanes) {
+            Real b_squared[lanes], middle[lanes];
+            uint32_t met = 0, cut = 0;
+            for (uint32_t l = 0; l < lanes; ++l) {
+                const uint32_t i = first + l;
+                const Real px = tree.x[i] - o.x, py = tree.y[i] - o.y, pz = tree.z[i] - o.z, h = field.inverse_h[i];
+                const Real cx = d.y * pz - py * d.z, cy = d.z * px - pz * d.x, cz = d.x * py - px * d.y;
+                b_squared[l] = sum_of_products(cx, cx, cy, cy, cz, cz) * (h * h);
+                middle[l] = sum_of_products(px, d.x, py, d.y, pz, d.z);
+                met |= b_squared[l] < K::support_squared ? 1u : 0u;
+            }
+            if (!met) continue;
+            for (uint32_t l = 0; l < lanes; ++l) {
+                const uint32_t i = first + l;
+                // Whole chords here; a support that an end of the segment may cut is left to the loop below.
+                const bool whole = middle[l] >= field.support && end - middle[l] >= field.support;
+                const bool hit = b_squared[l] < K::support_squared;
+                cut |= hit && !whole ? 1u << l : 0u;
+                sum[l] += hit && whole ? field.scale[i] * K::chord(b_squared[l]) : Real(0);
+            }
+            for (uint32_t l = 0; cut >> l; ++l) {
+                if (!(cut >> l & 1)) continue;
+                const Chord chord = chord_of<K>(field, ray, end, first + l);
+                if (chord.from < chord.to)
+                    sum[l] += field.scale[first + l] *
+                              (K::line(chord.b_squared, chord.to) - K::line(chord.b_squared, chord.from));
+            }
+        }
+    });
+    return sum_of_lanes(sum);
+}
+
+// Along a chord from `from` to `to`: where the integral of the kernel since `from` has grown to `goal`.
+template <class K> Real distance_of_depth(const Chord &chord, Real goal) {
+    const Real start = K::line(chord.b_squared, chord.from);
+    return increasing_root(chord.from, chord.to, [&](Real t, Real &slope) {
+        slope = K::value(chord.b_squared + t * t);
+        return K::line(chord.b_squared, t) - start - goal;
+    });
+}
+
+template <class K>
+Collision first_collision_of(const ParticleField &field, const Ray &ray, Real end, Event event) {
+    const PointTree &tree = field.tree;
+    Collision nearest = {false, end, 0};
+    for_each_leaf_on_segment(tree, ray.origin, ray.direction, Real(0), end, field.support, [&](uint32_t leaf) {
+        for (uint32_t first = leaf * leaf_points; first < (leaf + 1) * leaf_points; first += lanes) {
+            uint32_t candidates = 0, bits[lanes];
+            for (uint32_t l = 0; l < lanes; ++l) {
+                bits[l] = draw(event, field.first_dimension + tree.id[first + l]);
+                candidates |= bits[l] < field.reach[first + l] ? 1u << l : 0u;
+            }
+            for (uint32_t l = 0; candidates >> l; ++l) {
+                if (!(candidates >> l & 1)) continue;
+                // The particle is met at the depth -ln(1 - xi) of its own chord, if the chord is that deep.
+                const uint32_t i = first + l;
+                const Chord chord = chord_of<K>(field, ray, nearest.distance, i);
+                if (!(chord.from < chord.to)) continue;
+                const Real goal = -log1p(-unit_open<Real>(bits[l])) / field.scale[i];
+                if (K::line(chord.b_squared, chord.to) - K::line(chord.b_squared, chord.from) < goal) continue;
+                const Vec3 to_particle = Vec3(tree.x[i], tree.y[i], tree.z[i]) - ray.origin;
+                const Real distance = dot(to_particle, ray.direction) + distance_of_depth<K>(chord, goal) / field.inverse_h[i];
+                nearest = {true, min(max(Real(0), distance), nearest.distance), i};
+            }
+        }
+    });
+    return nearest;
+}
+
+// The ray from where it enters the field's bounds: kernels are measured from its origin, so that should be near.
+// `entry` is the distance that was skipped; `end` becomes the distance left. False when the ray misses.
+bool enter(const ParticleField &field, Ray &ray, Real &entry, Real &end) {
+    entry = Real(0);
+    if (field.tree.count == 0 || !clip(field.bounds, ray, entry, end)) return false;
+    if (entry > Real(0)) ray.origin += ray.direction * entry;
+    end -= entry;
+    return true;
+}
+
+// A depth as a fraction of 2^32, rounded up. A clock that has rung within the depth x drew at most 1 - e^-x <= x.
+template <class T> uint32_t fraction_above(T x) {
+    if (!(x < T(1))) return 0xffffffffu;
+    uint32_t bits;
+    if constexpr (std::is_same_v<T, Fixed>)
+        bits = static_cast<uint32_t>(x.raw());
+    else
+        bits = static_cast<uint32_t>(x * T(0x1p32));
+    return bits < 0xffffffffu ? bits + 1 : bits;
+}
+
+} // namespace
+
+bool clip(const Box &box, const Ray &ray, Real &begin, Real &end) {
+    begin = max(begin, Real(0));
+    clip_axis(box.low.x, box.high.x, ray.origin.x, ray.direction.x, begin, end);
+    clip_axis(box.low.y, box.high.y, ray.origin.y, ray.direction.y, begin, end);
+    clip_axis(box.low.z, box.high.z, ray.origin.z, ray.direction.z, begin, end);
+    return begin < end;
+}
+
+WISP_WIDE Real extinction(const ParticleField &field, const Vec3 &x) {
+    if (field.tree.count == 0) return Real(0);
+    return field.kernel == Kernel::spline ? extinction_of<Spline>(field, x) : extinction_of<Poly6>(field, x);
+}
+
+WISP_WIDE Real optical_depth(const ParticleField &field, const Ray &ray, Real end) {
+    Ray near = ray;
+    Real entry;
+    if (!enter(field, near, entry, end)) return Real(0);
+    return field.kernel == Kernel::spline ? optical_depth_of<Spline>(field, near, end)
+                                          : optical_depth_of<Poly6>(field, near, end);
+}
+
+WISP_WIDE Collision first_collision(const ParticleField &field, const Ray &ray, Real end, Event event) {
+    Ray near = ray;
+    Real entry;
+    if (!enter(field, near, entry, end)) return {false, end, 0};
+    Collision collision = field.kernel == Kernel::spline ? first_collision_of<Spline>(field, near, end, event)
+                                                         : first_collision_of<Poly6>(field, near, end, event);
+    collision.distance += entry;
+    return collision;
+}
+
+uint64_t particle_field_bytes(uint32_t particles) {
+    const uint64_t slots = point_tree_slots(particles);
+    return Arena::bytes<Vec3>(particles) + point_tree_bytes(particles) + 2 * Arena::bytes<Real>(slots) +
+           Arena::bytes<uint32_t>(slots);
+}
+
+ParticleField make_particle_field(const SmokeSource &source, uint32_t first_dimension, Arena &arena) {
+    ParticleField field = {};
+    field.first_dimension = first_dimension;
+    field.kernel = source.kernel;
+    const bool spline = source.kernel == Kernel::spline;
+    const Real constant = spline ? Spline::constant : Poly6::constant;
+    const Real line_maximum = spline ? Spline::line_maximum : Poly6::line_maximum;
+    field.support = Real(2) * to_real<Real>(source.largest_h);
+
+    const uint32_t slots = point_tree_slots(source.count);
+    Real *inverse_h = arena.make<Real>(slots), *scale = arena.make<Real>(slots);
+    uint32_t *reach = arena.make<uint32_t>(slots);
+    Vec3 *points = arena.make<Vec3>(source.count);
+    if (!inverse_h || !scale || !reach || !points) return field;
+
+    for (uint32_t i = 0; i < source.count; ++i) {
+        const Double3 &p = source.particles[i].position;
+        points[i] = Vec3(to_real<Real>(p.x), to_real<Real>(p.y), to_real<Real>(p.z));
+        field.bounds.low = i == 0 ? points[i] : lowest(field.bounds.low, points[i]);
+        field.bounds.high = i == 0 ? points[i] : highest(field.bounds.high, points[i]);
+    }
+    field.bounds.low -= Vec3(field.support);
+    field.bounds.high += Vec3(field.support);
+    field.tree = build_point_tree(points, source.count, arena);
+    if (!field.tree.ready) return field;
+
+    for (uint32_t slot = 0; slot < slots; ++slot) {
+        if (slot >= source.count) { // behind the last point: weightless
+            inverse_h[slot] = scale[slot] = Real(0);
+            reach[slot] = 0;
+            continue;
+        }
+        const Particle &particle = source.particles[field.tree.id[slot]];
+        const Real h = to_real<Real>(particle.h) * (spline ? Real(1) : Real(2)); // poly6's own h is its support
+        inverse_h[slot] = Real(1) / h;
+        scale[slot] = to_real<Real>(particle.area) * constant * inverse_h[slot] * inverse_h[slot];
+        reach[slot] = fraction_above(scale[slot] * line_maximum);
+    }
+    field.inverse_h = inverse_h;
+    field.scale = scale;
+    field.reach = reach;
+    field.ready = true;
+    return field;
+}
+
+} // namespace wisp::WISP_ARITH

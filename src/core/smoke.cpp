@@ -1,0 +1,149 @@
+// The smoke of a scene, block by block.
+#include "wisp/smoke.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+Color color_of(const Double3 &c) { return Color(to_real<Real>(c.x), to_real<Real>(c.y), to_real<Real>(c.z)); }
+
+bool any(const Color &c) { return largest(c) > Real(0); }
+
+// For each particle the share of the whole cross-section that lies before it, as a fraction of 2^32. Summed in
+// integers, so that the choice of a particle is the same in every arithmetic.
+const uint32_t *shares_of_area(const SmokeSource &source, Arena &arena) {
+    uint32_t *before = arena.make<uint32_t>(source.count);
+    if (!before) return nullptr;
+    Real greatest = Real(0);
+    for (uint32_t i = 0; i < source.count; ++i) greatest = max(greatest, to_real<Real>(source.particles[i].area));
+    uint64_t total = 0;
+    const auto units = [&](uint32_t i) { // a particle's area in 1 / 65536 of the greatest
+        const Real share = to_real<Real>(source.particles[i].area) / greatest;
+        return static_cast<uint64_t>(floor_to_int(scale_pow2(share, 16)));
+    };
+    for (uint32_t i = 0; i < source.count; ++i) total += units(i);
+    // sum / total as a fraction of 2^32, by long division in two halves of 16 bits: total < 2^47.
+    uint64_t sum = 0;
+    for (uint32_t i = 0; i < source.count; ++i) {
+        const uint64_t high = (sum << 16) / total, rest = (sum << 16) % total;
+        before[i] = static_cast<uint32_t>(high << 16 | (rest << 16) / total);
+        sum += units(i);
+    }
+    return before;
+}
+
+} // namespace
+
+bool Medium::scatters() const {
+    for (uint32_t i = 0; i < count; ++i)
+        if (smokes[i].field.tree.count > 0 && any(smokes[i].albedo)) return true;
+    return false;
+}
+
+bool Medium::glows() const {
+    for (uint32_t i = 0; i < count; ++i)
+        if (any(smokes[i].emitted_power)) return true;
+    return false;
+}
+
+uint64_t medium_bytes(const Scene &scene) {
+    uint64_t bytes = Arena::bytes<Smoke>(scene.smoke_count);
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        const SmokeSource &source = scene.smokes[i];
+        bytes += particle_field_bytes(source.count);
+        const bool glows = source.emission.x > 0 || source.emission.y > 0 || source.emission.z > 0;
+        if (glows) bytes += Arena::bytes<uint32_t>(source.count);
+    }
+    return bytes;
+}
+
+Medium make_medium(const Scene &scene, Arena &arena) {
+    Medium medium = {};
+    Smoke *smokes = arena.make<Smoke>(scene.smoke_count);
+    if (!smokes) return medium;
+    medium.smokes = smokes;
+    medium.count = scene.smoke_count;
+    uint32_t particles = 0;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        const SmokeSource &source = scene.smokes[i];
+        Smoke smoke = {};
+        smoke.source = &source;
+        smoke.albedo = color_of(source.albedo);
+        smoke.phase = Phase(to_real<Real>(source.asymmetry));
+        smoke.emission = color_of(source.emission);
+        smoke.field = make_particle_field(source, particles, arena);
+        if (!smoke.field.ready) return medium;
+        if (source.count > 0 && any(smoke.emission * (Color(Real(1)) - smoke.albedo))) {
+            Real area = Real(0);
+            for (uint32_t p = 0; p < source.count; ++p) area += to_real<Real>(source.particles[p].area);
+            smoke.emitted_power = smoke.emission * (Color(Real(1)) - smoke.albedo) * (four_pi<Real> * area);
+            if (any(smoke.emitted_power)) {
+                smoke.area_before = shares_of_area(source, arena);
+                if (!smoke.area_before) return medium;
+            }
+        }
+        if (source.count > 0) {
+            const bool first = medium.empty();
+            medium.bounds.low = first ? smoke.field.bounds.low : lowest(medium.bounds.low, smoke.field.bounds.low);
+            medium.bounds.high = first ? smoke.field.bounds.high : highest(medium.bounds.high, smoke.field.bounds.high);
+        }
+        particles += source.count;
+        smokes[i] = smoke;
+    }
+    if (!medium.empty()) {
+        medium.sphere.center = (medium.bounds.low + medium.bounds.high) * Real(0.5);
+        Real radius_squared = Real(0), support = Real(0);
+        for (uint32_t i = 0; i < medium.count; ++i) {
+            const PointTree &tree = smokes[i].field.tree;
+            for (uint32_t slot = 0; slot < tree.count; ++slot) {
+                const Vec3 d = Vec3(tree.x[slot], tree.y[slot], tree.z[slot]) - medium.sphere.center;
+                radius_squared = max(radius_squared, dot(d, d));
+            }
+            support = max(support, smokes[i].field.support);
+        }
+        medium.sphere.radius = sqrt(radius_squared) + support;
+    }
+    medium.ready = true;
+    return medium;
+}
+
+Real optical_depth(const Medium &medium, const Ray &ray, Real end) {
+    Real depth = Real(0);
+    for (uint32_t i = 0; i < medium.count; ++i) depth += optical_depth(medium.smokes[i].field, ray, end);
+    return depth;
+}
+
+MediumCollision first_collision(const Medium &medium, const Ray &ray, Real end, Event event) {
+    MediumCollision nearest = {false, end, 0};
+    for (uint32_t i = 0; i < medium.count; ++i) {
+        const Collision collision = first_collision(medium.smokes[i].field, ray, nearest.distance, event);
+        if (collision.found) nearest = {true, collision.distance, i};
+    }
+    return nearest;
+}
+
+Photon emit_from_smoke(const Smoke &smoke, const Color &photon_color, Event event) {
+    // The particle, by its share of the density's integral; then a point of its kernel.
+    const uint32_t target = draw(event, dimension_position_1);
+    uint32_t low = 0, high = smoke.source->count;
+    while (high - low > 1) {
+        const uint32_t middle = low + (high - low) / 2;
+        (smoke.area_before[middle] <= target ? low : high) = middle;
+    }
+    const Particle &particle = smoke.source->particles[low];
+    const bool spline = smoke.field.kernel == Kernel::spline;
+    const Real share = unit_open<Real>(draw(event, dimension_radius));
+    const Real radius = (spline ? Spline::radius_of_share(share) : Real(2) * Poly6::radius_of_share(share)) *
+                        to_real<Real>(particle.h);
+    const Phase uniform = Phase(Real(0));
+    const Vec3 up(Real(0), Real(0), Real(1));
+    const Vec3 outward = deflect(up, uniform.sample(unit_open<Real>(draw(event, dimension_position_2))),
+                                 unit_half_open<Real>(draw(event, dimension_azimuth)));
+    const Vec3 direction = deflect(up, uniform.sample(unit_open<Real>(draw(event, dimension_direction_1))),
+                                   unit_half_open<Real>(draw(event, dimension_direction_2)));
+    const Double3 &p = particle.position;
+    const Vec3 center(to_real<Real>(p.x), to_real<Real>(p.y), to_real<Real>(p.z));
+    return {{center + outward * radius, direction}, photon_color, true};
+}
+
+} // namespace wisp::WISP_ARITH

@@ -1,0 +1,252 @@
+#include "host/commands.h"
+#include "host/core.h"
+#include "host/error.h"
+#include "host/files.h"
+#include "host/picture.h"
+#include "host/prepare.h"
+#include "host/sha256.h"
+#include "host/statistics_json.h"
+#include "host/version.h"
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <new>
+#include <unistd.h>
+
+namespace wisp {
+
+namespace {
+
+double now() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+// The scene of a command line, and the options: the scene's own first, those of the command line over them.
+struct Request {
+    std::string name;
+    SceneFile file;
+    Options options;
+};
+
+Request read_request(const std::vector<std::string> &arguments) {
+    const CommandLine line = parse_arguments(arguments);
+    if (line.files.size() != 1)
+        throw Error(exit_usage, "found " + std::to_string(line.files.size()) + " scene files, expected one; see 'wisp help'");
+    Request request;
+    for (const auto &[name, value] : line.options) set_option(request.options, name, value, ""); // usage before input
+    request.name = line.files[0];
+    request.file = read_scene(request.name);
+    request.options = Options();
+    for (const SceneFile::Default &setting : request.file.defaults) try {
+            set_option(request.options, setting.option, setting.value, setting.where);
+        } catch (const Error &error) {
+            throw InputError(error.what());
+        }
+    for (const auto &[name, value] : line.options) set_option(request.options, name, value, "");
+    return request;
+}
+
+Settings settings_of(const Options &options, int width, int height) {
+    Settings settings = {};
+    settings.width = width;
+    settings.height = height;
+    settings.crop = {0, 0, width, height};
+    if (options.crop) {
+        const auto &c = *options.crop;
+        if (c.x1 > width || c.y1 > height)
+            throw Error(exit_usage, "option 'crop' reaches beyond the picture's " + std::to_string(width) + " x " +
+                                        std::to_string(height) + " pixels");
+        settings.crop = {c.x0, c.y0, c.x1, c.y1};
+    }
+    settings.samples = options.samples;
+    settings.photons = options.photons;
+    settings.seed = options.seed;
+    settings.gather = options.gather;
+    settings.gather_radius = options.gather_radius;
+    settings.step = options.step;
+    return settings;
+}
+
+Plan checked_plan(const Request &request, const Scene &scene, const Settings &settings) {
+    const Plan plan = core(request.options.arithmetic).plan(scene, settings);
+    if (request.options.memory && plan.bytes.arena > *request.options.memory)
+        throw Error(exit_memory, request.name + ": the plan needs " + std::to_string(plan.bytes.arena) +
+                                     " bytes, expected at most the " + std::to_string(*request.options.memory) +
+                                     " of --memory; fewer --photons need less");
+    return plan;
+}
+
+// Hears the core: measures the seconds of its stages and shows how far it is.
+class Watch {
+  public:
+    Watch(const Options &options, int64_t frame) : frame_(frame) {
+        using Progress = Options::Progress;
+        shown_ = !options.quiet && (options.progress == Progress::always ||
+                                    (options.progress == Progress::automatic && isatty(STDERR_FILENO)));
+    }
+    Observer observer() {
+        return {this, [](void *self, Stage stage, uint64_t done, uint64_t total) {
+                    static_cast<Watch *>(self)->hear(stage, done, total);
+                    return true;
+                }};
+    }
+    void finish() {
+        close(now());
+        if (shown_) std::fprintf(stderr, "\r%-40s\r", "");
+    }
+    double seconds(Stage stage) const { return seconds_[static_cast<int>(stage)]; }
+
+  private:
+    void hear(Stage stage, uint64_t done, uint64_t total) {
+        static const char *const names[] = {"trees", "photons", "render"};
+        const double time = now();
+        if (done == 0) {
+            close(time);
+            stage_ = static_cast<int>(stage);
+            began_ = time;
+        }
+        if (!shown_ || (done > 0 && time < next_)) return;
+        next_ = time + 0.2;
+        std::fprintf(stderr, "\rframe %lld: %s %3d %%", static_cast<long long>(frame_), names[static_cast<int>(stage)],
+                     static_cast<int>(total ? 100 * done / total : 0));
+        std::fflush(stderr);
+    }
+    void close(double time) {
+        if (stage_ >= 0) seconds_[stage_] += time - began_;
+        stage_ = -1;
+    }
+
+    int64_t frame_;
+    bool shown_;
+    int stage_ = -1;
+    double began_ = 0, next_ = 0, seconds_[3] = {};
+};
+
+// The arena's block is not touched until the core does, so what a plan reserves and a scene does not use costs nothing.
+std::unique_ptr<unsigned char[]> make_block(const std::string &name, uint64_t bytes) {
+    std::unique_ptr<unsigned char[]> block(new (std::nothrow) unsigned char[bytes]);
+    if (!block)
+        throw Error(exit_memory, name + ": the plan needs " + std::to_string(bytes) +
+                                     " bytes, more than the system gives; fewer --photons need less");
+    return block;
+}
+
+void write_outputs(const Options &options, const Picture &picture, const Bytes &pfm, int64_t frame) {
+    for (const std::string &output : options.outputs) {
+        const std::string path = numbered(output, frame);
+        const bool png = path.compare(path.size() - 4, 4, ".png") == 0;
+        write_file(path, png ? png_bytes(picture, options.exposure) : pfm);
+        if (options.verbose) std::fprintf(stderr, "wrote %s\n", path.c_str());
+    }
+}
+
+// The name behind a digest: that of the .pfm that was written, so that `sha256sum -c` finds it.
+std::string digest_name(const Options &options, int64_t frame) {
+    for (const std::string &output : options.outputs)
+        if (output.compare(output.size() - 4, 4, ".pfm") == 0) return numbered(output, frame);
+    return "-";
+}
+
+FrameReport render_frame(const Request &request, int64_t frame, Sha256 &run_digest) {
+    FrameReport report = {};
+    report.frame = frame;
+    const double start = now();
+    const Options &options = request.options;
+    PreparedScene prepared;
+    prepare_scene(request.name, request.file, options, frame, prepared);
+    if (options.verbose)
+        for (const std::string &note : prepared.notes) std::fprintf(stderr, "%s\n", note.c_str());
+    const Settings settings = settings_of(options, prepared.width, prepared.height);
+    const Plan plan = checked_plan(request, prepared.scene, settings);
+    const auto block = make_block(request.name, plan.bytes.arena);
+    report.seconds.read = now() - start;
+
+    Picture picture;
+    picture.width = settings.crop.x1 - settings.crop.x0;
+    picture.height = settings.crop.y1 - settings.crop.y0;
+    picture.rgb.resize(static_cast<size_t>(picture.width) * static_cast<size_t>(picture.height) * 3);
+    Arena arena(block.get(), plan.bytes.arena);
+    Watch watch(options, frame);
+    const Status status = core(options.arithmetic)
+                              .render(prepared.scene, settings, arena, watch.observer(), picture.rgb.data(), report.statistics);
+    watch.finish();
+    if (status == Status::out_of_memory)
+        throw Error(exit_memory, request.name + ": the plan's " + std::to_string(plan.bytes.arena) + " bytes do not suffice");
+    if (report.statistics.photons.store_full && !options.quiet)
+        std::fprintf(stderr, "%s: the photon store was full after %llu of %llu photons; power is divided by those\n",
+                     request.name.c_str(), static_cast<unsigned long long>(report.statistics.photons.emitted),
+                     static_cast<unsigned long long>(settings.photons));
+
+    const Bytes pfm = pfm_bytes(picture);
+    write_outputs(options, picture, pfm, frame);
+    run_digest.update(pfm.data(), pfm.size());
+    if (options.digest)
+        std::printf("%s  %s\n", sha256(pfm.data(), pfm.size()).text, digest_name(options, frame).c_str());
+    report.seconds.trees = watch.seconds(Stage::trees);
+    report.seconds.photons = watch.seconds(Stage::photons);
+    report.seconds.render = watch.seconds(Stage::render);
+    report.seconds.total = now() - start;
+    return report;
+}
+
+void check_outputs(const Options &options) {
+    const auto &frames = options.frames;
+    const bool several = frames.last - frames.first >= frames.step;
+    for (const std::string &output : options.outputs)
+        if (several && !has_number(output))
+            throw Error(exit_usage, "option 'output': found '" + output + "' for several frames, expected a name with %04d");
+}
+
+void print_stage(const char *name, bool needed, uint64_t bytes, const std::string &why) {
+    std::printf("%-14s %-4s %14llu bytes  %s\n", name, needed ? "yes" : "no", static_cast<unsigned long long>(bytes),
+                why.c_str());
+}
+
+} // namespace
+
+int render_command(const std::vector<std::string> &arguments) {
+    const Request request = read_request(arguments);
+    const Options &options = request.options;
+    check_outputs(options);
+    RunReport report;
+    report.version = version;
+    report.arithmetic = core(options.arithmetic).name;
+    Sha256 digest;
+    for (int64_t frame = options.frames.first; frame <= options.frames.last; frame += options.frames.step)
+        report.frames.push_back(render_frame(request, frame, digest));
+    report.digest = digest.finish().text;
+    if (!options.stats.empty()) write_file(options.stats, statistics_json(report));
+    return exit_done;
+}
+
+int plan_command(const std::vector<std::string> &arguments) {
+    const Request request = read_request(arguments);
+    PreparedScene prepared;
+    prepare_scene(request.name, request.file, request.options, request.options.frames.first, prepared);
+    const Settings settings = settings_of(request.options, prepared.width, prepared.height);
+    const Plan plan = checked_plan(request, prepared.scene, settings);
+
+    uint64_t particles = 0;
+    for (const auto &smoke : prepared.particles) particles += smoke.size();
+    const std::string why_no_photons = !plan.smoke                  ? "there is no smoke"
+                                       : prepared.scene.light_count == 0 ? "nothing lights the smoke"
+                                       : settings.photons == 0      ? "--photons 0"
+                                                                    : "the albedo is 0: nothing scatters";
+    print_stage("particle tree", plan.smoke, plan.bytes.particle_tree,
+                plan.smoke ? std::to_string(particles) + " particles" : "there are no particles");
+    print_stage("photons", plan.photons, plan.bytes.photon_map,
+                !plan.photons ? why_no_photons
+                              : std::to_string(settings.photons) + " emitted, at most " +
+                                    std::to_string(plan.photon_capacity) + " stored: positions" +
+                                    (plan.photon_directions ? ", directions" : ", no directions (isotropic)") +
+                                    (plan.photon_powers ? ", powers" : ", no powers (all are equal)"));
+    print_stage("gather", plan.photons, plan.bytes.gather,
+                plan.photons ? "up to " + std::to_string(settings.gather) + " nearest photons" : "there are no photons");
+    print_stage("march", plan.smoke, 0, plan.smoke ? "camera rays through the smoke" : "rays see the background alone");
+    print_stage("arena", true, plan.bytes.arena, std::string("all of it, in ") + core(request.options.arithmetic).name);
+    if (request.options.verbose)
+        for (const std::string &note : prepared.notes) std::printf("%s\n", note.c_str());
+    return exit_done;
+}
+
+} // namespace wisp

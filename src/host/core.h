@@ -1,0 +1,20 @@
+// The core in the arithmetic that the user chose.
+#pragma once
+#include "host/options.h"
+#include "wisp/render.h"
+
+namespace wisp {
+
+struct Core {
+    const char *name;
+    Plan (*plan)(const Scene &, const Settings &);
+    Status (*render)(const Scene &, const Settings &, Arena &, const Observer &, float *, Statistics &);
+};
+
+inline const Core &core(Arithmetic arithmetic) {
+    static constexpr Core cores[] = {
+        {"f32", f32::plan, f32::render}, {"f64", f64::plan, f64::render}, {"fixed", fixed::plan, fixed::render}};
+    return cores[static_cast<int>(arithmetic)];
+}
+
+} // namespace wisp

@@ -1,0 +1,60 @@
+// wisp: the command line.
+#include "host/commands.h"
+#include "host/compare.h"
+#include "host/error.h"
+#include "host/options.h"
+#include "host/version.h"
+#include "wisp/self_test.h"
+#include <cstdio>
+#include <new>
+
+#ifndef WISP_FLAGS
+#define WISP_FLAGS "unknown flags"
+#endif
+
+namespace wisp {
+
+namespace {
+
+int run(const std::vector<std::string> &words) {
+    if (words.empty()) throw Error(exit_usage, "found no command, expected render, plan, compare, help or version");
+    const std::string &command = words[0];
+    const std::vector<std::string> arguments(words.begin() + 1, words.end());
+    if (command == "help" || command == "--help" || command == "-h") {
+        std::fputs(help_text().c_str(), stdout);
+        return exit_done;
+    }
+    if (command == "version" || command == "--version") {
+        std::printf("wisp %s\ncompiler %s\nflags %s\narithmetics f32 f64 fixed\n", version, __VERSION__, WISP_FLAGS);
+        return exit_done;
+    }
+    if (command == "compare") return compare_command(arguments);
+    if (command == "inspect") throw Error(exit_usage, "command 'inspect' is not supported yet by this version");
+    if (command != "render" && command != "plan")
+        throw Error(exit_usage, "there is no command '" + command + "', expected render, plan, compare, help or version");
+    if (const char *fault = arithmetic_fault())
+        throw Error(exit_usage, std::string("this process does not compute as wisp needs it: ") + fault);
+    return command == "render" ? render_command(arguments) : plan_command(arguments);
+}
+
+} // namespace
+
+} // namespace wisp
+
+int main(int count, char **words) {
+    int status;
+    try {
+        status = wisp::run(std::vector<std::string>(words + 1, words + count));
+    } catch (const wisp::Error &error) {
+        std::fprintf(stderr, "%s\n", error.what());
+        return error.status;
+    } catch (const std::bad_alloc &) {
+        std::fprintf(stderr, "wisp: the system gives no more memory\n");
+        return wisp::exit_memory;
+    }
+    if (std::fflush(stdout) != 0) {
+        std::fprintf(stderr, "wisp: standard output could not be written\n");
+        return wisp::exit_output;
+    }
+    return status;
+}

@@ -1,0 +1,61 @@
+// Every long option of `wisp render` and `wisp plan` in one table: the command line and the scene's `render KEY VALUE`
+// statements both go through it.
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace wisp {
+
+enum class Arithmetic { f32, f64, fixed };
+
+struct Options {
+    std::vector<std::string> outputs; // .png or .pfm, `%04d` = frame
+    Arithmetic arithmetic = Arithmetic::f32;
+    std::optional<int> width, height; // else the scene's resolution
+    uint32_t samples = 4;
+    uint64_t seed = 1;
+    uint64_t photons = 1000000;
+    uint32_t gather = 500;
+    double gather_radius = 2; // in units of the smoothing length
+    double step = 0.5;        // the same
+    double exposure = 0;      // of .png, in stops
+    struct {
+        int64_t first = 0, last = 0, step = 1;
+    } frames;
+    struct Pixels {
+        int x0, y0, x1, y1;
+    };
+    std::optional<Pixels> crop;
+    std::optional<uint64_t> memory; // bytes
+    std::string stats;              // file, empty for none
+    bool digest = false;
+    enum class Progress { automatic, always, never } progress = Progress::automatic;
+    bool quiet = false, verbose = false;
+};
+
+// Sets the option `name` (without dashes). Throws Error(exit_usage) with `where` in front when there is no such
+// option, when it is not supported yet, or when the value is not what it expects.
+void set_option(Options &options, const std::string &name, const std::string &value, const std::string &where);
+
+// `arguments` behind the command's name: the scene file, and options written `--x V` or `--x=V`. The options are
+// returned as (name, value) pairs, so that those of the scene can be set first.
+struct CommandLine {
+    std::vector<std::string> files;
+    std::vector<std::pair<std::string, std::string>> options;
+};
+CommandLine parse_arguments(const std::vector<std::string> &arguments);
+
+// The text of `wisp help`.
+std::string help_text();
+
+// Text to number, whole and finite; empty when it is not one.
+std::optional<double> to_number(const std::string &text);
+std::optional<int64_t> to_integer(const std::string &text);
+
+// The number in place of `%04d` or `%d`; the name itself where there is none.
+std::string numbered(const std::string &pattern, int64_t number);
+bool has_number(const std::string &pattern);
+
+} // namespace wisp

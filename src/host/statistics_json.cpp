@@ -1,0 +1,64 @@
+#include "host/statistics_json.h"
+#include <cinttypes>
+#include <cstdio>
+
+namespace wisp {
+
+namespace {
+
+// `"name": value` pairs in braces. Stages that this version does not have count 0, as they do in a scene without them.
+class Object {
+  public:
+    Object &add(const char *name, const std::string &value) {
+        text_ += (text_.empty() ? "\"" : ", \"") + std::string(name) + "\": " + value;
+        return *this;
+    }
+    Object &add(const char *name, uint64_t value) { return add(name, std::to_string(value)); }
+    Object &add(const char *name, double value) {
+        char digits[40];
+        std::snprintf(digits, sizeof digits, "%.6f", value);
+        return add(name, std::string(digits));
+    }
+    Object &add(const char *name, const Object &value) { return add(name, value.text()); }
+    std::string text() const { return "{ " + text_ + " }"; }
+
+  private:
+    std::string text_;
+};
+
+std::string quoted(const std::string &text) { return '"' + text + '"'; }
+
+std::string frame_json(const FrameReport &report) {
+    const Statistics &s = report.statistics;
+    const auto none = uint64_t{0};
+    Object seconds, rays, shadow, photons, smoke, bytes;
+    seconds.add("read", report.seconds.read).add("trees", report.seconds.trees).add("photons", report.seconds.photons);
+    seconds.add("irradiance", 0.0).add("render", report.seconds.render).add("total", report.seconds.total);
+    rays.add("primary", s.rays.primary).add("reflected", none).add("refracted", none).add("shadow", none);
+    rays.add("shadow_culled", none).add("shadow_dynamic_only", none);
+    shadow.add("node_visits", none).add("triangle_tests", none).add("extra_tests", none);
+    shadow.add("proof_node_visits", none).add("proof_triangle_tests", none);
+    photons.add("emitted", s.photons.emitted).add("collisions", s.photons.collisions).add("stored", s.photons.stored);
+    photons.add("absorbed", s.photons.absorbed).add("escaped", s.photons.escaped).add("blocked", s.photons.blocked);
+    photons.add("unclaimed", none).add("capped", s.photons.capped);
+    smoke.add("particles", s.smoke.particles).add("density_evaluations", s.smoke.density_evaluations);
+    smoke.add("march_samples", s.smoke.march_samples).add("gathers", s.smoke.gathers).add("gathered", s.smoke.gathered);
+    bytes.add("particle_tree", s.bytes.particle_tree).add("photon_map", s.bytes.photon_map).add("particle_map", none);
+    bytes.add("irradiance", none).add("triangle_trees", none).add("mode_words", none);
+    bytes.add("arena_peak", s.bytes.arena_peak).add("arena_size", s.bytes.arena_size);
+    Object frame;
+    frame.add("frame", static_cast<uint64_t>(report.frame)).add("seconds", seconds).add("rays", rays);
+    frame.add("shadow", shadow).add("photons", photons).add("smoke", smoke).add("bytes", bytes);
+    return frame.text();
+}
+
+} // namespace
+
+std::string statistics_json(const RunReport &report) {
+    std::string text = "{ \"wisp\": " + quoted(report.version) + ", \"arith\": " + quoted(report.arithmetic) +
+                       ", \"digest\": " + quoted(report.digest) + ",\n  \"frames\": [";
+    for (size_t i = 0; i < report.frames.size(); ++i) text += (i ? ",\n    " : "\n    ") + frame_json(report.frames[i]);
+    return text + " ] }\n";
+}
+
+} // namespace wisp

@@ -1,0 +1,24 @@
+// `--stats`: the counters, seconds and bytes of a run as one JSON object (names as in the README).
+#pragma once
+#include "wisp/statistics.h"
+#include <string>
+#include <vector>
+
+namespace wisp {
+
+struct FrameReport {
+    int64_t frame;
+    struct {
+        double read, trees, photons, render, total;
+    } seconds;
+    Statistics statistics;
+};
+
+struct RunReport {
+    std::string version, arithmetic, digest;
+    std::vector<FrameReport> frames;
+};
+
+std::string statistics_json(const RunReport &report);
+
+} // namespace wisp

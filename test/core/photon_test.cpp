@@ -1,0 +1,329 @@
+// Photons: bookkeeping, walks against published transport values, emission, the map's estimate (S2, numerics E5, E6).
+#include "built_smoke.h"
+#include "wisp/photon_map.h"
+#include "wisp/photon_walk.h"
+#include <cmath>
+#include <cstdlib>
+#include <doctest/doctest.h>
+#include <fstream>
+#include <initializer_list>
+#include <string>
+
+using namespace wisp;
+using namespace wisp::WISP_ARITH;
+
+namespace {
+
+constexpr double pi_ = 3.14159265358979323846;
+
+// A medium without end, of extinction 1: what `walk` needs, and nothing else.
+struct Infinite {
+    double albedo_, g;
+};
+struct Anywhere {
+    bool found;
+    Real distance;
+};
+Anywhere first_collision(const Infinite &, const Ray &, Real, Event event) {
+    return {true, -wisp::log(unit_open<Real>(draw(event, 0)))};
+}
+Color albedo(const Infinite &medium, const Anywhere &) { return Color(real(medium.albedo_)); }
+Phase phase(const Infinite &medium, const Anywhere &) { return Phase(real(medium.g)); }
+
+// A slab 0 < z < depth of extinction 1.
+struct Slab : Infinite {
+    double depth;
+};
+Anywhere first_collision(const Slab &slab, const Ray &ray, Real end, Event event) {
+    const Anywhere at_once = first_collision(static_cast<const Infinite &>(slab), ray, end, event);
+    const Real z = ray.origin.z + ray.direction.z * at_once.distance;
+    return {z > Real(0) && z < real(slab.depth), at_once.distance};
+}
+
+Photon photon_along_z() { return {{vec(0, 0, 0), vec(0, 0, 1)}, Color(Real(1)), true}; }
+
+uint64_t key_of(uint64_t i) { return (i + 1) * 0x9e3779b97f4a7c15u; }
+
+Scene lit_cloud(const std::vector<SmokeSource> &smokes, const std::vector<LightSource> &lights) {
+    Scene scene = {};
+    scene.camera = look_at_origin(20, 10, 16);
+    scene.smokes = smokes.data();
+    scene.smoke_count = static_cast<uint32_t>(smokes.size());
+    scene.lights = lights.data();
+    scene.light_count = static_cast<uint32_t>(lights.size());
+    return scene;
+}
+
+const LightSource point_light = {LightKind::point, {6, 8, 4}, {0, 0, 1}, -1, {100, 80, 60}};
+
+} // namespace
+
+TEST_CASE(WISP_ARITH_NAME ": walks in an infinite medium spread as transport theory says") {
+    // <r^2> at absorption of a walk with albedo c: 2 / ((1 - c)(1 - c g)) in mean free paths squared (A9).
+    for (double c : {0.5, 0.9})
+        for (double g : {0.0, 0.5, -0.5}) {
+            double sum = 0, square = 0;
+            const int n = 20000;
+            for (int i = 0; i < n; ++i) {
+                Vec3 last(Real(0));
+                const Fate fate = walk(Infinite{c, g}, photon_along_z(), key_of(uint64_t(i)),
+                                       [&](const Anywhere &, uint32_t, const Photon &p) { last = p.ray.origin; });
+                REQUIRE(fate == Fate::absorbed);
+                const double r2 = at(dot(last, last));
+                sum += r2;
+                square += r2 * r2;
+            }
+            const double mean = sum / n, deviation = std::sqrt((square / n - mean * mean) / n);
+            CAPTURE(c);
+            CAPTURE(g);
+            CHECK(std::fabs(mean - 2 / ((1 - c) * (1 - c * g))) < 4 * deviation);
+        }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": collisions in an infinite medium have the published fluence, without the first") { // D11
+    // A = 0.9, isotropic: fluence 0.143284 at r = 1, of which e^-1 / (4 pi) is direct and not in the map.
+    const int n = 200000;
+    double all = 0, later = 0;
+    const double low = 0.95, high = 1.05, volume = 4 * pi_ / 3 * (high * high * high - low * low * low);
+    for (int i = 0; i < n; ++i) {
+        const Phase uniform(Real(0));
+        const Event birth = photon_event(key_of(uint64_t(i)), 0);
+        Photon photon = photon_along_z();
+        photon.ray.direction = deflect(vec(0, 0, 1), uniform.sample(unit_open<Real>(draw(birth, 1))), unit_half_open<Real>(draw(birth, 2)));
+        walk(Infinite{0.9, 0}, photon, key_of(uint64_t(i)), [&](const Anywhere &, uint32_t number, const Photon &p) {
+            const double r2 = at(dot(p.ray.origin, p.ray.origin));
+            if (r2 < low * low || r2 > high * high) return;
+            all += 1;
+            later += number > 0 ? 1 : 0;
+        });
+    }
+    // The shell's mean against its middle: below 0.5 %, and the count's noise.
+    CHECK(std::fabs(all / n / volume - 0.143284) < 4 * std::sqrt(all) / n / volume + 0.005 * 0.143284);
+    CHECK(std::fabs(later / n / volume - 0.114009) < 4 * std::sqrt(later) / n / volume + 0.005 * 0.114009);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": walks through slabs reflect and transmit the published shares") {
+    const char *data = std::getenv("WISP_DATA");
+    std::ifstream file(std::string(data ? data : DATA) + "/../reference/transport.csv");
+    if (!file) {
+        MESSAGE("no reference/transport.csv beside the data: skipped");
+        return;
+    }
+    // Normal incidence: UR1 and UT1 of rows slab_a.._g.._t.._UR1.
+    int rows = 0;
+    double chi_square = 0;
+    for (std::string line; std::getline(file, line);) {
+        double a, g, tau, value;
+        char kind[8];
+        if (std::sscanf(line.c_str(), "slab_a%lf_g%lf_t%lf_U%3[RT1],%*[^,],%*[^,],%lf", &a, &g, &tau, kind, &value) != 5) continue;
+        if ((std::string(kind) != "R1" && std::string(kind) != "T1") || value < 1e-3) continue;
+        const int n = 20000;
+        int counted = 0;
+        for (int i = 0; i < n; ++i) {
+            Vec3 direction = vec(0, 0, 1);
+            Slab slab;
+            slab.albedo_ = a;
+            slab.g = g;
+            slab.depth = tau;
+            Photon last = photon_along_z();
+            const uint64_t key = key_of(uint64_t(i) + 1000003u * uint64_t(rows));
+            // The walk ends where the photon leaves: follow its last direction by walking event by event.
+            uint32_t collisions = 0;
+            const Fate fate = walk(slab, photon_along_z(), key, [&](const Anywhere &, uint32_t, const Photon &p) {
+                ++collisions;
+                last = p;
+            });
+            if (fate != Fate::escaped) continue;
+            if (collisions > 0) {
+                const Event event = photon_event(key, collisions);
+                direction = deflect(last.ray.direction, Phase(real(g)).sample(unit_open<Real>(draw(event, dimension_phase))),
+                                    unit_half_open<Real>(draw(event, dimension_azimuth)));
+            }
+            const bool up = direction.z < Real(0);
+            if (up == (kind[0] == 'R')) ++counted;
+        }
+        const double sigma = std::sqrt(std::max(value * (1 - value), 1e-9) / n);
+        const double deviation = (double(counted) / n - value) / sigma;
+        CAPTURE(line);
+        CHECK(std::fabs(deviation) < 4.5);
+        chi_square += deviation * deviation;
+        ++rows;
+    }
+    REQUIRE(rows >= 5);
+    CHECK(chi_square < rows + 5 * std::sqrt(2.0 * rows));
+}
+
+TEST_CASE(WISP_ARITH_NAME ": emitted = absorbed + escaped + blocked + capped, and each batch can be traced alone") {
+    const auto particles = cloud(800, 3, 1, 0.1);
+    for (double a : {0.0, 0.5, 1.0}) {
+        std::vector<SmokeSource> smokes = {smoke_of(particles)};
+        smokes[0].albedo = {a, a, a};
+        smokes[0].asymmetry = 0.3;
+        Settings settings = small_settings(8);
+        settings.photons = 3 * batch_photons + 100;
+        const Scene scene = lit_cloud(smokes, {point_light});
+        const Rendered picture = render_in_memory(scene, settings);
+        const auto &p = picture.statistics.photons;
+        if (a == 0) { // nothing scatters: no photon is traced (B5)
+            CHECK(p.emitted == 0);
+            continue;
+        }
+        CHECK(p.emitted == settings.photons);
+        CHECK(p.emitted == p.absorbed + p.escaped + p.blocked + p.capped);
+        CHECK(p.collisions > p.stored);
+        CHECK(p.stored > 0);
+        if (a == 1) CHECK(p.absorbed == 0); // B6
+        // Collisions that were not stored are the photons' first.
+        CHECK(p.collisions - p.stored <= p.emitted);
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": collisions per photon are the optical depth's share of the light") {
+    // Albedo so small that only first collisions count: the share of photons that collide is the mean of 1 - e^-tau
+    // over the directions sent, by quadrature with the closed depth.
+    const auto particles = cloud(600, 3, 1, 0.1);
+    std::vector<SmokeSource> smokes = {smoke_of(particles)};
+    smokes[0].albedo = {1e-6, 1e-6, 1e-6};
+    const LightSource sun = {LightKind::parallel, {0, 0, 0}, {0, 0, -1}, -1, {1, 1, 1}};
+    const Scene scene = lit_cloud(smokes, {sun});
+    Settings settings = small_settings(2);
+    settings.photons = 40000;
+    const Rendered picture = render_in_memory(scene, settings);
+    const BuiltMedium built(smokes);
+    const Sphere sphere = built.medium.sphere;
+    double hit = 0;
+    const int n = 200;
+    for (int i = 0; i < n; ++i)
+        for (int k = 0; k < n; ++k) {
+            const double x = 2 * (i + 0.5) / n - 1, y = 2 * (k + 0.5) / n - 1;
+            if (x * x + y * y > 1) continue;
+            const Vec3 start = sphere.center + vec(x, y, 1) * sphere.radius;
+            hit += 1 - std::exp(-at(optical_depth(built.medium, {start, vec(0, 0, -1)}, Real(100))));
+        }
+    const double expected = hit / (n * n) * 4 / pi_;
+    CAPTURE(picture.statistics.photons.emitted);
+    const double found = double(picture.statistics.photons.absorbed) / double(settings.photons);
+    CHECK(std::fabs(found - expected) < 4 * std::sqrt(expected * (1 - expected) / double(settings.photons)) + 1e-3);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": a full store ends tracing at a whole batch, and power is divided by what was emitted") { // D15
+    const auto particles = cloud(800, 2, 1, 30); // thick: many collisions a photon
+    std::vector<SmokeSource> smokes = {smoke_of(particles)};
+    smokes[0].albedo = {1, 1, 1};
+    const LightSource inside = {LightKind::point, {0, 0, 0}, {0, 0, 1}, -1, {1, 1, 1}};
+    Settings settings = small_settings(2);
+    settings.photons = 4 * batch_photons;
+    const Rendered picture = render_in_memory(lit_cloud(smokes, {inside}), settings);
+    const auto &p = picture.statistics.photons;
+    CHECK(p.store_full);
+    CHECK(p.emitted < settings.photons);
+    CHECK(p.emitted % batch_photons == 0);
+    CHECK(p.stored <= 4 * settings.photons);
+    CHECK(p.emitted == p.absorbed + p.escaped + p.blocked + p.capped);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": lights that miss the smoke, or nothing to light, divide by nothing") { // D14, D1
+    const auto particles = cloud(100, 1, 1, 1);
+    const std::vector<SmokeSource> smokes = {smoke_of(particles)};
+    const LightSource away = {LightKind::spot, {30, 0, 0}, {1, 0, 0}, 0.9, {5, 5, 5}};
+    Settings settings = small_settings(4);
+    settings.photons = 1000;
+    const Rendered picture = render_in_memory(lit_cloud(smokes, {away}), settings);
+    REQUIRE(picture.status == Status::done);
+    CHECK(picture.statistics.photons.stored == 0);
+    for (float value : picture.rgb) CHECK(value == 0);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": the estimate of an even field of photons is unbiased for every K") { // D4, E5
+    // Photons in a big ball, density 40 per cubic unit; queries in its middle.
+    const int n = 30000;
+    Sequence next;
+    std::vector<Vec3> points;
+    const double half = std::cbrt(n / 40.0) / 2;
+    for (int i = 0; i < n; ++i) {
+        const double x = next(), y = next(), z = next();
+        points.push_back(vec((2 * x - 1) * half, (2 * y - 1) * half, (2 * z - 1) * half));
+    }
+    std::vector<unsigned char> memory(point_tree_bytes(n) + gather_bytes(500) + 4096);
+    Arena arena(memory.data(), memory.size());
+    PhotonMap map = {};
+    map.tree = build_point_tree(points.data(), n, arena);
+    REQUIRE(map.tree.ready);
+    map.uniform_power = Color(Real(1));
+    map.unit = Real(1);
+    const size_t mark = arena.mark();
+    for (uint32_t k : {2u, 10u, 50u, 500u}) {
+        arena.rewind(mark);
+        Gather gather;
+        REQUIRE(make_gather(k, arena, gather));
+        double sum = 0, square = 0;
+        const int queries = k == 2 ? 8000 : 2000;
+        Statistics statistics;
+        for (int q = 0; q < queries; ++q) {
+            const double x = next() - 0.5, y = next() - 0.5, z = next() - 0.5;
+            const Vec3 p = vec(x * half, y * half, z * half);
+            const double value = at(in_scattered(map, Phase(Real(0)), p, vec(0, 0, 1), Real(3), gather, statistics).x) * 4 * pi_ / 40;
+            sum += value;
+            square += value * value;
+        }
+        const double mean = sum / queries;
+        CAPTURE(k);
+        // (k - 1) / V_k is unbiased with relative deviation 1 / sqrt(k - 2); at k = 2 its variance is infinite.
+        const double deviation = k == 2 ? 0.1 : 1 / std::sqrt(k - 2.0) / std::sqrt(queries / (k > 100 ? 20.0 : 2.0));
+        CHECK(std::fabs(mean - 1) < 4 * deviation);
+        CHECK(statistics.smoke.gathers == uint64_t(queries));
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": few, coincident and no photons give finite estimates") { // D1, D2
+    std::vector<Vec3> points(20, vec(0.5, 0.5, 0.5));
+    std::vector<unsigned char> memory(point_tree_bytes(20) + gather_bytes(500) + gather_bytes(10) + 4096);
+    Arena arena(memory.data(), memory.size());
+    PhotonMap map = {};
+    map.tree = build_point_tree(points.data(), 20, arena);
+    REQUIRE(map.tree.ready);
+    map.uniform_power = Color(Real(1));
+    map.unit = Real(1);
+    map.exponent = -20;
+    Gather many, few;
+    REQUIRE(make_gather(500, arena, many));
+    REQUIRE(make_gather(10, arena, few));
+    Statistics statistics;
+    // Fewer than K: all of them over the largest ball.
+    const double all = at(in_scattered(map, Phase(Real(0)), vec(0, 0, 0), vec(0, 0, 1), Real(2), many, statistics).x);
+    CHECK(all == doctest::Approx(20 / (4 * pi_) / (4 * pi_ / 3 * 8) * 0x1p-20).epsilon(std::is_same_v<Real, Fixed> ? 5e-3 : 1e-5));
+    // All at the query: the radius has a floor.
+    const double there = at(in_scattered(map, Phase(Real(0)), vec(0.5, 0.5, 0.5), vec(0, 0, 1), Real(2), few, statistics).x);
+    CHECK(there > 0);
+    CHECK(std::isfinite(there));
+    map.tree = build_point_tree(points.data(), 0, arena);
+    CHECK(in_scattered(map, Phase(Real(0)), vec(0, 0, 0), vec(0, 0, 1), Real(2), few, statistics).x == Real(0));
+}
+
+TEST_CASE(WISP_ARITH_NAME ": directions are weighted with the phase function, power by power") {
+    std::vector<Vec3> points = {vec(0.1, 0, 0), vec(-0.1, 0, 0)};
+    const Vec3 directions[] = {vec(1, 0, 0), vec(-1, 0, 0), vec(0, 0, 0), vec(0, 0, 0), vec(0, 0, 0), vec(0, 0, 0), vec(0, 0, 0), vec(0, 0, 0)};
+    std::vector<unsigned char> memory(point_tree_bytes(2) + gather_bytes(10) + 8192);
+    Arena arena(memory.data(), memory.size());
+    PhotonMap map = {};
+    map.tree = build_point_tree(points.data(), 2, arena);
+    REQUIRE(map.tree.ready);
+    Vec3 slot_directions[2];
+    Color powers[2];
+    for (uint32_t slot = 0; slot < 2; ++slot) {
+        slot_directions[slot] = directions[map.tree.id[slot]];
+        powers[slot] = map.tree.id[slot] == 0 ? Color(Real(1), Real(0), real(0.5)) : Color(Real(0), Real(1), real(0.25));
+    }
+    map.direction = slot_directions;
+    map.power = powers;
+    map.unit = Real(1);
+    Gather gather;
+    REQUIRE(make_gather(10, arena, gather));
+    Statistics statistics;
+    const double g = 0.5, volume = 4 * pi_ / 3;
+    const double forward = (1 - g * g) / std::pow(1 - g, 3) / (4 * pi_), back = (1 - g * g) / std::pow(1 + g, 3) / (4 * pi_);
+    const Color c = in_scattered(map, Phase(real(g)), vec(0, 0, 0), vec(1, 0, 0), Real(1), gather, statistics);
+    CHECK(at(c.x) == doctest::Approx(forward / volume).epsilon(1e-5));
+    CHECK(at(c.y) == doctest::Approx(back / volume).epsilon(1e-5));
+    CHECK(at(c.z) == doctest::Approx((0.5 * forward + 0.25 * back) / volume).epsilon(1e-5));
+}

@@ -1,0 +1,2 @@
+PGEOMETRY V5
+NPoints 5 NPrims 1

@@ -1,0 +1,29 @@
+// The inputs of every fuzz target, run again: what once crashed, and one of each kind that must not.
+#include "host/files.h"
+#include <algorithm>
+#include <doctest/doctest.h>
+#include <filesystem>
+
+extern "C" int fuzz_particles(const uint8_t *data, size_t size);
+extern "C" int fuzz_pfm(const uint8_t *data, size_t size);
+extern "C" int fuzz_scene(const uint8_t *data, size_t size);
+
+namespace {
+
+void replay(const std::string &folder, size_t least, int (*target)(const uint8_t *, size_t)) {
+    std::vector<std::string> paths;
+    for (const auto &entry : std::filesystem::directory_iterator(folder)) paths.push_back(entry.path().string());
+    std::sort(paths.begin(), paths.end());
+    CHECK(paths.size() >= least);
+    for (const std::string &path : paths) {
+        const wisp::Bytes bytes = wisp::read_file(path);
+        CAPTURE(path);
+        CHECK(target(bytes.data(), bytes.size()) == 0);
+    }
+}
+
+} // namespace
+
+TEST_CASE("the fuzz corpus of particle files does no harm") { replay("test/corpus/particles", 30, fuzz_particles); }
+TEST_CASE("the fuzz corpus of pictures does no harm") { replay("test/corpus/pfm", 10, fuzz_pfm); }
+TEST_CASE("the fuzz corpus of scenes does no harm") { replay("test/corpus/scene", 8, fuzz_scene); }
