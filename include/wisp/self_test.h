@@ -53,7 +53,8 @@ inline ArithmeticProbe probe_arithmetic() {
     for (float &x : lane) x = smallest_normal;
     for (float &x : lane) x *= 0.5f;
     for (int i = 0; i < 8; ++i) probe.halved_32[i] = detail::to_bits(lane[i]);
-    // To the nearest, 1/3 goes down and 1/10 up: both signs of both tell the four modes apart. (F4)
+    // In double 1/3 goes down to the nearest number and 1/10 up: with both signs they tell the four modes apart. 1/3
+    // alone does not, rounded towards zero it has the same bits. (F4)
     const int numerators[4] = {1, -1, 1, -1}, denominators[4] = {3, 3, 10, 10};
     for (int i = 0; i < 4; ++i) {
         probe.quotients_64[i] = detail::quotient_bits<double>(numerators[i], denominators[i]);
