@@ -110,22 +110,25 @@ def from_root(quotient, start):
     return lambda z: start(z) if z < TINY else quotient(mp.sqrt(z), z)
 
 
+def one(_):
+    return mp.mpf(1)
+
+
 def exp_tail(r):
     return (mp.exp(r) - 1 - r) / r**2 if abs(r) > mp.mpf(10) ** -12 else mp.mpf(1) / 2 + r / 6
 
 
 log_tail = from_root(lambda s, z: (2 * mp.atanh(s) - 2 * s) / (s * z), lambda z: mp.mpf(2) / 3 + 2 * z / 5)
-sin_tail = from_root(lambda r, z: (mp.sin(two_pi * r) / r - two_pi) / z, lambda z: -(two_pi**3) / 6 + two_pi**5 / 120 * z)
+sin_tail = from_root(
+    lambda r, z: (mp.sin(two_pi * r) / r - two_pi) / z, lambda z: -(two_pi**3) / 6 + two_pi**5 / 120 * z
+)
 cos_tail = from_root(lambda r, z: (mp.cos(two_pi * r) - 1) / z, lambda z: -(two_pi**2) / 2 + two_pi**4 / 24 * z)
 asin_tail = from_root(lambda x, z: (mp.asin(x) - x) / (x * z), lambda z: mp.mpf(1) / 6 + 3 * z / 40)
 atan_tail = from_root(lambda t, z: (mp.atan(t) - t) / (t * z), lambda z: -mp.mpf(1) / 3 + z / 5)
 log_ratio = from_root(lambda s, z: 2 * mp.atanh(s) / s, lambda z: 2 + 2 * z / 3)
 sin_ratio = from_root(lambda y, z: mp.sin(half_pi * y) / y, lambda z: half_pi - half_pi**3 / 6 * z)
+cos_ratio = from_root(lambda y, z: mp.cos(half_pi * y), one)
 atan_ratio = from_root(lambda t, z: mp.atan(t) / t, lambda z: 1 - z / 3)
-
-
-def one(_):
-    return mp.mpf(1)
 
 
 class Format:
@@ -172,8 +175,9 @@ def print_floating(form):
     print_fit(form, "exp", "e^r = 1 + r + r^2 P(r), |r| <= ln(2)/2", exp_tail, lambda r: r * r / mp.exp(r),
               -ln2_half, ln2_half, [mp.mpf(1) / 2])
     print_fit(form, "log", "ln((1+s)/(1-s)) = 2s + s^3 P(s^2), |s| <= 0.1716", log_tail, lambda z: z / 2, 0, log_end)
-    print_fit(form, "sin", "sin(2 pi r) = 2 pi r + r^3 P(r^2), |r| <= 1/8", sin_tail, lambda z: z / two_pi, 0, mp.mpf(1) / 64)
-    print_fit(form, "cos", "cos(2 pi r) = 1 + r^2 P(r^2), |r| <= 1/8", cos_tail, lambda z: z, 0, mp.mpf(1) / 64)
+    eighth = mp.mpf(1) / 64  # squared
+    print_fit(form, "sin", "sin(2 pi r) = 2 pi r + r^3 P(r^2), |r| <= 1/8", sin_tail, lambda z: z / two_pi, 0, eighth)
+    print_fit(form, "cos", "cos(2 pi r) = 1 + r^2 P(r^2), |r| <= 1/8", cos_tail, lambda z: z, 0, eighth)
     print_fit(form, "asin", "asin(x) = x + x^3 P(x^2), |x| <= 1/2", asin_tail, lambda z: z, 0, mp.mpf("0.2501"))
     print_fit(form, "atan", "atan(t) = t + t^3 P(t^2), |t| <= 1/2", atan_tail, lambda z: z, 0, mp.mpf("0.2501"))
     print("    // x = x_high + x_low; few bits in x_high, so that its product with a short number is exact")
@@ -199,11 +203,11 @@ def print_fixed_fit(name, meaning, f, low, high, degree):
 def print_fixed():
     print("// All in units of 2^-61.")
     print("template <> struct Coefficients<Fixed> {")
-    half = mp.mpf(1) / 2
+    half, quarter = mp.mpf(1) / 2, mp.mpf(1) / 4
     print_fixed_fit("exp2", "2^f = P(f), |f| <= 1/2", lambda f: mp.mpf(2) ** f, -half, half, 9)
     print_fixed_fit("log", "ln((1+s)/(1-s)) = s P(s^2), |s| <= 0.1716", log_ratio, 0, log_end, 6)
-    print_fixed_fit("sin", "sin(pi/2 y) = y P(y^2), |y| <= 1/2", sin_ratio, 0, mp.mpf(1) / 4, 6)
-    print_fixed_fit("cos", "cos(pi/2 y) = P(y^2), |y| <= 1/2", lambda z: mp.cos(half_pi * mp.sqrt(z)), 0, mp.mpf(1) / 4, 6)
+    print_fixed_fit("sin", "sin(pi/2 y) = y P(y^2), |y| <= 1/2", sin_ratio, 0, quarter, 6)
+    print_fixed_fit("cos", "cos(pi/2 y) = P(y^2), |y| <= 1/2", cos_ratio, 0, quarter, 6)
     print_fixed_fit("atan", "atan(t) = t P(t^2), |t| <= 1/2", atan_ratio, 0, mp.mpf("0.2501"), 9)
     print("    static constexpr int64_t quarter_pi = %d;" % int(mp.nint(mp.ldexp(mp.pi / 4, 61))))
     print("    static constexpr int64_t inv_ln2 = %d;" % int(mp.nint(mp.ldexp(1 / ln2, 61))))
@@ -211,7 +215,8 @@ def print_fixed():
     print("};")
 
 
-print("""// Minimax polynomials (lowest order first) and constants of elementary.h. Written by tools/coefficients.py: edit that.
+print("""\
+// Minimax polynomials (lowest order first) and constants of elementary.h. Written by tools/coefficients.py: edit that.
 #pragma once
 #include <cstdint>
 

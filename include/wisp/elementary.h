@@ -291,8 +291,8 @@ template <class T> constexpr void sincos_turns_float(T x, T &s, T &c) {
     const bool odd = (n & 1) != 0, flip_s = (n & 2) != 0, flip_c = ((n + 1) & 2) != 0;
     s = odd ? cosine : sine;
     c = odd ? sine : cosine;
-    if (flip_s) s = -s;
-    if (flip_c) c = -c;
+    if (flip_s) s = 0 - s; // never -0
+    if (flip_c) c = 0 - c;
 }
 
 // (asin(x) - x) / x for z = x^2 <= 1/4.

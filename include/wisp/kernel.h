@@ -28,7 +28,7 @@ template <class Function> Real increasing_root(Real low, Real high, Function fun
     return x;
 }
 
-struct Spline { // Desbrun
+struct Spline {                                                                // Desbrun
     static constexpr Real constant = Real(15 / (64 * 3.14159265358979323846)); // 15 / (pi (4h)^3) = C h^-3
     static constexpr Real support = Real(2);
     static constexpr Real support_squared = Real(4);
@@ -46,7 +46,7 @@ struct Spline { // Desbrun
         const Real q2 = b2 + t * t, q = sqrt(q2), u = abs(t);
         const Real polynomial =
             u * (Real(8) - Real(6) * q + Real(6) * b2 + Real(2) * (t * t) - q * (Real(0.25) * q2 + Real(0.375) * b2));
-        const Real asinh = log1p((u + t * t / (q + b)) / b); // asinh(u / b)
+        const Real asinh = log_positive((u + q) / b); // asinh(u / b)
         const Real integral = polynomial - b2 * (Real(6) + Real(0.375) * b2) * asinh;
         return t < Real(0) ? -integral : integral;
     }
@@ -54,10 +54,10 @@ struct Spline { // Desbrun
     // The whole chord, 2 line(b, sqrt(4 - b^2)); 0 <= b^2. No branches, so that a leaf is one vector loop.
     // (numerics L, K)
     static Real chord(Real b_squared) {
-        const Real b2 = max(b_squared, axis_squared), half = sqrt(max(Real(0), support_squared - b2));
+        const Real b2 = min(max(b_squared, axis_squared), support_squared), half = sqrt(support_squared - b2);
         const Real k = half * (Real(4) + Real(6.5) * b2) -
                        b2 * (Real(12) + Real(0.75) * b2) * log_positive((Real(2) + half) / sqrt(b2));
-        return b_squared < support_squared ? max(Real(0), k) : Real(0);
+        return max(Real(0), k); // beyond the support the logarithm is that of 1: 0
     }
 
     // The radius within which a share xi in [0, 1] of the kernel's volume integral lies.
@@ -65,7 +65,8 @@ struct Spline { // Desbrun
         return increasing_root(Real(0), Real(2), [xi](Real q, Real &slope) {
             const Real u = Real(2) - q, q2 = q * q;
             slope = Real(15.0 / 16) * q2 * (u * u * u);
-            return Real(15.0 / 16) * q2 * q * (Real(8.0 / 3) - q * (Real(3) - q * (Real(1.2) - q * Real(1.0 / 6)))) - xi;
+            return Real(15.0 / 16) * q2 * q * (Real(8.0 / 3) - q * (Real(3) - q * (Real(1.2) - q * Real(1.0 / 6)))) -
+                   xi;
         });
     }
 
@@ -74,7 +75,7 @@ struct Spline { // Desbrun
     static constexpr Real axis_squared = std::is_same_v<Real, double> ? Real(0x1p-80) : Real(0x1p-32);
 };
 
-struct Poly6 { // Mueller
+struct Poly6 {                                                                  // Mueller
     static constexpr Real constant = Real(315 / (64 * 3.14159265358979323846)); // 315 / (64 pi h^9) h^6 = C h^-3
     static constexpr Real support = Real(1);
     static constexpr Real support_squared = Real(1);
@@ -103,7 +104,8 @@ struct Poly6 { // Mueller
             const Real q2 = q * q, u = Real(1) - q2;
             slope = Real(315.0 / 16) * q2 * (u * u * u);
             return Real(315.0 / 16) * q2 * q *
-                       (Real(1.0 / 3) - q2 * (Real(0.6) - q2 * (Real(3.0 / 7) - q2 * Real(1.0 / 9)))) - xi;
+                       (Real(1.0 / 3) - q2 * (Real(0.6) - q2 * (Real(3.0 / 7) - q2 * Real(1.0 / 9)))) -
+                   xi;
         });
     }
 };

@@ -33,10 +33,10 @@ struct Sphere {
 
 // One thing that sends photons: a light, or a smoke that glows.
 struct Emitter {
-    const Light *light;  // or nullptr:
-    uint32_t smoke;      // the smoke that glows
-    Color power;         // of all its photons together
-    Color photon_color;  // power / its largest channel: what one photon carries
+    const Light *light;    // or nullptr:
+    uint32_t smoke;        // the smoke that glows
+    Color power;           // of all its photons together
+    Color photon_color;    // power / its largest channel: what one photon carries
     Real one_minus_cosine; // of the cone that holds the emission (point, spot, constant)
     Vec3 axis;             // of that cone
     Real reach_squared;    // constant: the largest squared distance of a first collision

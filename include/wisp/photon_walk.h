@@ -9,12 +9,11 @@ namespace wisp::WISP_ARITH {
 
 enum class Fate { absorbed, escaped, capped };
 
-constexpr uint32_t most_collisions = 1000000;  // of one photon; more of them are counted as capped
+constexpr uint32_t most_collisions = 1000000; // of one photon; more of them are counted as capped
 
 // `photon` flies on from where it is; `event` numbers its flights from 1. At each collision `visit(collision, number,
 // position, photon)` sees the photon as it arrives, before the roulette; number counts from 0.
-template <class Medium, class Visit>
-Fate walk(const Medium &medium, Photon photon, uint64_t key, Visit &&visit) {
+template <class Medium, class Visit> Fate walk(const Medium &medium, Photon photon, uint64_t key, Visit &&visit) {
     for (uint32_t number = 0; number < most_collisions; ++number) {
         const Event event = photon_event(key, number + 1);
         const auto collision = first_collision(medium, photon.ray, path_end, event);
@@ -28,9 +27,9 @@ Fate walk(const Medium &medium, Photon photon, uint64_t key, Visit &&visit) {
         const Real q = largest(scattered) / largest(photon.power);
         if (!(unit_half_open<Real>(draw(event, dimension_survival)) < q)) return Fate::absorbed;
         photon.power = scattered / q;
-        photon.ray.direction =
-            deflect(photon.ray.direction, phase(medium, collision).sample(unit_open<Real>(draw(event, dimension_phase))),
-                    unit_half_open<Real>(draw(event, dimension_azimuth)));
+        photon.ray.direction = deflect(photon.ray.direction,
+                                       phase(medium, collision).sample(unit_open<Real>(draw(event, dimension_phase))),
+                                       unit_half_open<Real>(draw(event, dimension_azimuth)));
     }
     return Fate::capped;
 }

@@ -23,9 +23,15 @@
 
 namespace wisp {
 
-namespace f32 { using Real = float; }
-namespace f64 { using Real = double; }
-namespace fixed { using Real = Fixed; }
+namespace f32 {
+using Real = float;
+}
+namespace f64 {
+using Real = double;
+}
+namespace fixed {
+using Real = Fixed;
+}
 
 // Values that a leaf loop handles side by side, whatever the width of the hardware.
 constexpr uint32_t lanes = 8;

@@ -77,8 +77,8 @@ struct Crop {
 struct Settings {
     int32_t width, height;
     Crop crop;
-    uint32_t samples;        // rays a pixel
-    uint64_t photons;        // to emit
+    uint32_t samples; // rays a pixel
+    uint64_t photons; // to emit
     uint64_t seed;
     uint32_t gather;      // K, most photons in an estimate
     double gather_radius; // the largest radius of an estimate, in units of H

@@ -68,13 +68,13 @@ inline ArithmeticProbe probe_arithmetic() {
 
 // What is wrong with the arithmetic that gave these bits, or nullptr.
 inline const char *arithmetic_fault(const ArithmeticProbe &probe) {
-    if (probe.excess_64 != 0 || probe.excess_32 != 0) return "intermediate results are kept in a longer format";
     constexpr uint64_t quotients_64[4] = {0x3fd5555555555555, 0xbfd5555555555555, 0x3fb999999999999a,
                                           0xbfb999999999999a};
     constexpr uint32_t quotients_32[4] = {0x3eaaaaab, 0xbeaaaaab, 0x3dcccccd, 0xbdcccccd};
     for (int i = 0; i < 4; ++i)
         if (probe.quotients_64[i] != quotients_64[i] || probe.quotients_32[i] != quotients_32[i])
             return "results are not rounded to the nearest number";
+    if (probe.excess_64 != 0 || probe.excess_32 != 0) return "sums are reordered or kept in a longer format";
     if (probe.product_sum_64 != 0 || probe.product_sum_32 != 0) return "a * b + c is contracted to one rounding";
     bool keeps_results = probe.halved_64 == 0x0008000000000000;
     for (const uint32_t bits : probe.halved_32) keeps_results = keeps_results && bits == 0x00400000;

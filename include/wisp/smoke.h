@@ -9,8 +9,8 @@ struct Smoke {
     ParticleField field;
     Color albedo;
     Phase phase = Phase(Real(0));
-    Color emission;      // L_e
-    Color emitted_power; // of all its photons: 4 pi (1 - albedo) L_e times the integral of sigma_t
+    Color emission;              // L_e
+    Color emitted_power;         // of all its photons: 4 pi (1 - albedo) L_e times the integral of sigma_t
     const uint32_t *area_before; // per particle in canonical order, where it glows: the share of 2^32 of those before
     const SmokeSource *source;
 };

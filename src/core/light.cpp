@@ -92,8 +92,8 @@ Photon emit(const Emitter &emitter, const Sphere &smoke, Event event) {
     const Light &light = *emitter.light;
     if (light.kind == LightKind::parallel) {
         const Real radius = smoke.radius * sqrt(unit_open<Real>(draw(event, dimension_position_1)));
-        const Vec3 across = deflect(light.direction, {Real(0), Real(1)},
-                                    unit_half_open<Real>(draw(event, dimension_position_2)));
+        const Vec3 across =
+            deflect(light.direction, {Real(0), Real(1)}, unit_half_open<Real>(draw(event, dimension_position_2)));
         const Vec3 start = smoke.center + across * radius - light.direction * smoke.radius;
         return {{start, light.direction}, emitter.photon_color, true};
     }

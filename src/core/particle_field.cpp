@@ -31,8 +31,7 @@ struct Chord {
     Real b_squared, from, to; // from < to where there is a part
 };
 
-template <class K>
-Chord chord_of(const ParticleField &field, const Ray &ray, Real end, uint32_t slot) {
+template <class K> Chord chord_of(const ParticleField &field, const Ray &ray, Real end, uint32_t slot) {
     const Vec3 to_particle = Vec3(field.tree.x[slot], field.tree.y[slot], field.tree.z[slot]) - ray.origin;
     const Vec3 across = cross(ray.direction, to_particle);
     const Real inverse_h = field.inverse_h[slot];
@@ -57,6 +56,8 @@ template <class K> Real extinction_of(const ParticleField &field, const Vec3 &x)
     return sum_of_lanes(sum);
 }
 
+// All lanes do the same, so that each loop is a vector loop: a particle that the line misses adds 0. Whole chords are
+// cheaper than the difference of two line integrals, which only particles near an end of the segment need.
 template <class K> Real optical_depth_of(const ParticleField &field, const Ray &ray, Real end) {
     const PointTree &tree = field.tree;
     const Vec3 o = ray.origin, d = ray.direction;
@@ -71,23 +72,21 @@ template <class K> Real optical_depth_of(const ParticleField &field, const Ray &
                 const Real cx = d.y * pz - py * d.z, cy = d.z * px - pz * d.x, cz = d.x * py - px * d.y;
                 b_squared[l] = sum_of_products(cx, cx, cy, cy, cz, cz) * (h * h);
                 middle[l] = sum_of_products(px, d.x, py, d.y, pz, d.z);
-                met |= b_squared[l] < K::support_squared ? 1u : 0u;
+                const uint32_t hit = b_squared[l] < K::support_squared ? 1u : 0u;
+                met |= hit;
+                cut |= middle[l] < field.support ? hit : 0u;
+                cut |= end - middle[l] < field.support ? hit : 0u;
             }
             if (!met) continue;
-            for (uint32_t l = 0; l < lanes; ++l) {
-                const uint32_t i = first + l;
-                // Whole chords here; a support that an end of the segment may cut is left to the loop below.
-                const bool whole = middle[l] >= field.support && end - middle[l] >= field.support;
-                const bool hit = b_squared[l] < K::support_squared;
-                cut |= hit && !whole ? 1u << l : 0u;
-                sum[l] += hit && whole ? field.scale[i] * K::chord(b_squared[l]) : Real(0);
+            if (!cut) {
+                for (uint32_t l = 0; l < lanes; ++l) sum[l] += field.scale[first + l] * K::chord(b_squared[l]);
+                continue;
             }
-            for (uint32_t l = 0; cut >> l; ++l) {
-                if (!(cut >> l & 1)) continue;
-                const Chord chord = chord_of<K>(field, ray, end, first + l);
-                if (chord.from < chord.to)
-                    sum[l] += field.scale[first + l] *
-                              (K::line(chord.b_squared, chord.to) - K::line(chord.b_squared, chord.from));
+            for (uint32_t l = 0; l < lanes; ++l) {
+                const Real h = field.inverse_h[first + l], half = sqrt(max(Real(0), K::support_squared - b_squared[l]));
+                const Real from = max(-half, -middle[l] * h), to = max(from, min(half, (end - middle[l]) * h));
+                const Real b2 = min(b_squared[l], K::support_squared);
+                sum[l] += field.scale[first + l] * (K::line(b2, to) - K::line(b2, from));
             }
         }
     });
@@ -103,27 +102,40 @@ template <class K> Real distance_of_depth(const Chord &chord, Real goal) {
     });
 }
 
-template <class K>
-Collision first_collision_of(const ParticleField &field, const Ray &ray, Real end, Event event) {
+template <class K> Collision first_collision_of(const ParticleField &field, const Ray &ray, Real end, Event event) {
     const PointTree &tree = field.tree;
+    const Vec3 o = ray.origin, d = ray.direction;
     Collision nearest = {false, end, 0};
-    for_each_leaf_on_segment(tree, ray.origin, ray.direction, Real(0), end, field.support, [&](uint32_t leaf) {
+    for_each_leaf_on_segment(tree, o, d, Real(0), end, field.support, [&](uint32_t leaf) {
         for (uint32_t first = leaf * leaf_points; first < (leaf + 1) * leaf_points; first += lanes) {
-            uint32_t candidates = 0, bits[lanes];
+            // Draws that no line through the particle can meet, then those that this line cannot: 1 - e^-x <= x.
+            Real xi[lanes], bound[lanes];
+            uint32_t bits[lanes], candidates = 0, likely = 0;
             for (uint32_t l = 0; l < lanes; ++l) {
                 bits[l] = draw(event, field.first_dimension + tree.id[first + l]);
-                candidates |= bits[l] < field.reach[first + l] ? 1u << l : 0u;
+                candidates |= bits[l] < field.reach[first + l] ? 1u : 0u;
             }
-            for (uint32_t l = 0; candidates >> l; ++l) {
-                if (!(candidates >> l & 1)) continue;
+            if (!candidates) continue;
+            for (uint32_t l = 0; l < lanes; ++l) {
+                const uint32_t i = first + l;
+                const Real px = tree.x[i] - o.x, py = tree.y[i] - o.y, pz = tree.z[i] - o.z, h = field.inverse_h[i];
+                const Real cx = d.y * pz - py * d.z, cy = d.z * px - pz * d.x, cz = d.x * py - px * d.y;
+                const Real b_squared = sum_of_products(cx, cx, cy, cy, cz, cz) * (h * h);
+                bound[l] = field.scale[i] * K::chord(b_squared) * Real(1.0001) + Real(0x1p-20);
+                xi[l] = unit_open<Real>(bits[l]);
+                likely |= xi[l] <= bound[l] ? 1u : 0u;
+            }
+            if (!likely) continue;
+            for (uint32_t l = 0; l < lanes; ++l) {
+                if (!(xi[l] <= bound[l])) continue;
                 // The particle is met at the depth -ln(1 - xi) of its own chord, if the chord is that deep.
                 const uint32_t i = first + l;
                 const Chord chord = chord_of<K>(field, ray, nearest.distance, i);
                 if (!(chord.from < chord.to)) continue;
-                const Real goal = -log1p(-unit_open<Real>(bits[l])) / field.scale[i];
+                const Real goal = -log1p(-xi[l]) / field.scale[i];
                 if (K::line(chord.b_squared, chord.to) - K::line(chord.b_squared, chord.from) < goal) continue;
-                const Vec3 to_particle = Vec3(tree.x[i], tree.y[i], tree.z[i]) - ray.origin;
-                const Real distance = dot(to_particle, ray.direction) + distance_of_depth<K>(chord, goal) / field.inverse_h[i];
+                const Vec3 to_particle = Vec3(tree.x[i], tree.y[i], tree.z[i]) - o;
+                const Real distance = dot(to_particle, d) + distance_of_depth<K>(chord, goal) / field.inverse_h[i];
                 nearest = {true, min(max(Real(0), distance), nearest.distance), i};
             }
         }

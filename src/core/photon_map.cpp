@@ -201,7 +201,8 @@ PhotonPlan plan_photons(const Scene &scene, const Settings &settings) {
     }
     // Where more collisions are to be stored, tracing ends early and says so.
     constexpr uint64_t stored_per_photon = 4, most_points = 0x7fffffff;
-    plan.capacity = settings.photons < most_points / stored_per_photon ? settings.photons * stored_per_photon : most_points;
+    plan.capacity =
+        settings.photons < most_points / stored_per_photon ? settings.photons * stored_per_photon : most_points;
     const uint64_t emitters = scene.light_count + scene.smoke_count;
     plan.bytes = Arena::bytes<Emitter>(emitters) + Arena::bytes<PhotonMap>(scene.smoke_count) +
                  Arena::bytes<Vec3>(plan.capacity);
@@ -222,7 +223,8 @@ PhotonMaps trace_photons(const Medium &medium, const Light *lights, uint32_t lig
     PhotonMap *maps = arena.make<PhotonMap>(medium.count);
     const Emitters emitters = find_emitters(medium, lights, light_count, arena);
     Store store;
-    if (!maps || !emitters.list || !make_store(plan, medium.count, arena, store)) return {nullptr, Status::out_of_memory};
+    if (!maps || !emitters.list || !make_store(plan, medium.count, arena, store))
+        return {nullptr, Status::out_of_memory};
     if (emitters.count == 0) return {nullptr, Status::done};
 
     const uint64_t batches = (settings.photons + batch_photons - 1) / batch_photons;

@@ -75,8 +75,7 @@ struct Builder {
             if (high[a] - low[a] > high[axis] - low[axis]) axis = a;
         const uint32_t cut = first + (children + 1) / 2 * child;
         std::nth_element(records + first, records + cut, records + end, [axis](const Record &a, const Record &b) {
-            return a.coordinate[axis] < b.coordinate[axis] ||
-                   (a.coordinate[axis] == b.coordinate[axis] && a.id < b.id);
+            return a.coordinate[axis] < b.coordinate[axis] || (a.coordinate[axis] == b.coordinate[axis] && a.id < b.id);
         });
         build(first, cut, height);
         build(cut, end, height);

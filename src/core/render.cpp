@@ -52,7 +52,8 @@ bool make_marcher(const Scene &scene, const Settings &settings, const Medium &me
     return true;
 }
 
-Status render_frame(const Scene &scene, const Settings &settings, Marcher &marcher, const Observer &observer, float *rgb) {
+Status render_frame(const Scene &scene, const Settings &settings, Marcher &marcher, const Observer &observer,
+                    float *rgb) {
     const View view = {vec_of(scene.camera.origin), vec_of(scene.camera.corner), vec_of(scene.camera.right),
                        vec_of(scene.camera.down)};
     const Crop &crop = settings.crop;

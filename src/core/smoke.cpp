@@ -133,8 +133,8 @@ Photon emit_from_smoke(const Smoke &smoke, const Color &photon_color, Event even
     const Particle &particle = smoke.source->particles[low];
     const bool spline = smoke.field.kernel == Kernel::spline;
     const Real share = unit_open<Real>(draw(event, dimension_radius));
-    const Real radius = (spline ? Spline::radius_of_share(share) : Real(2) * Poly6::radius_of_share(share)) *
-                        to_real<Real>(particle.h);
+    const Real radius =
+        (spline ? Spline::radius_of_share(share) : Real(2) * Poly6::radius_of_share(share)) * to_real<Real>(particle.h);
     const Phase uniform = Phase(Real(0));
     const Vec3 up(Real(0), Real(0), Real(1));
     const Vec3 outward = deflect(up, uniform.sample(unit_open<Real>(draw(event, dimension_position_2))),

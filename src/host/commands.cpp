@@ -17,9 +17,7 @@ namespace wisp {
 
 namespace {
 
-double now() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 // The scene of a command line, and the options: the scene's own first, those of the command line over them.
 struct Request {
@@ -31,7 +29,8 @@ struct Request {
 Request read_request(const std::vector<std::string> &arguments) {
     const CommandLine line = parse_arguments(arguments);
     if (line.files.size() != 1)
-        throw Error(exit_usage, "found " + std::to_string(line.files.size()) + " scene files, expected one; see 'wisp help'");
+        throw Error(exit_usage,
+                    "found " + std::to_string(line.files.size()) + " scene files, expected one; see 'wisp help'");
     Request request;
     for (const auto &[name, value] : line.options) set_option(request.options, name, value, ""); // usage before input
     request.name = line.files[0];
@@ -167,11 +166,13 @@ FrameReport render_frame(const Request &request, int64_t frame, Sha256 &run_dige
     picture.rgb.resize(static_cast<size_t>(picture.width) * static_cast<size_t>(picture.height) * 3);
     Arena arena(block.get(), plan.bytes.arena);
     Watch watch(options, frame);
-    const Status status = core(options.arithmetic)
-                              .render(prepared.scene, settings, arena, watch.observer(), picture.rgb.data(), report.statistics);
+    const Status status =
+        core(options.arithmetic)
+            .render(prepared.scene, settings, arena, watch.observer(), picture.rgb.data(), report.statistics);
     watch.finish();
     if (status == Status::out_of_memory)
-        throw Error(exit_memory, request.name + ": the plan's " + std::to_string(plan.bytes.arena) + " bytes do not suffice");
+        throw Error(exit_memory,
+                    request.name + ": the plan's " + std::to_string(plan.bytes.arena) + " bytes do not suffice");
     if (report.statistics.photons.store_full && !options.quiet)
         std::fprintf(stderr, "%s: the photon store was full after %llu of %llu photons; power is divided by those\n",
                      request.name.c_str(), static_cast<unsigned long long>(report.statistics.photons.emitted),
@@ -194,7 +195,8 @@ void check_outputs(const Options &options) {
     const bool several = frames.last - frames.first >= frames.step;
     for (const std::string &output : options.outputs)
         if (several && !has_number(output))
-            throw Error(exit_usage, "option 'output': found '" + output + "' for several frames, expected a name with %04d");
+            throw Error(exit_usage,
+                        "option 'output': found '" + output + "' for several frames, expected a name with %04d");
 }
 
 void print_stage(const char *name, bool needed, uint64_t bytes, const std::string &why) {
@@ -228,10 +230,10 @@ int plan_command(const std::vector<std::string> &arguments) {
 
     uint64_t particles = 0;
     for (const auto &smoke : prepared.particles) particles += smoke.size();
-    const std::string why_no_photons = !plan.smoke                  ? "there is no smoke"
+    const std::string why_no_photons = !plan.smoke                       ? "there is no smoke"
                                        : prepared.scene.light_count == 0 ? "nothing lights the smoke"
-                                       : settings.photons == 0      ? "--photons 0"
-                                                                    : "the albedo is 0: nothing scatters";
+                                       : settings.photons == 0           ? "--photons 0"
+                                                                         : "the albedo is 0: nothing scatters";
     print_stage("particle tree", plan.smoke, plan.bytes.particle_tree,
                 plan.smoke ? std::to_string(particles) + " particles" : "there are no particles");
     print_stage("photons", plan.photons, plan.bytes.photon_map,
@@ -241,7 +243,8 @@ int plan_command(const std::vector<std::string> &arguments) {
                                     (plan.photon_directions ? ", directions" : ", no directions (isotropic)") +
                                     (plan.photon_powers ? ", powers" : ", no powers (all are equal)"));
     print_stage("gather", plan.photons, plan.bytes.gather,
-                plan.photons ? "up to " + std::to_string(settings.gather) + " nearest photons" : "there are no photons");
+                plan.photons ? "up to " + std::to_string(settings.gather) + " nearest photons"
+                             : "there are no photons");
     print_stage("march", plan.smoke, 0, plan.smoke ? "camera rays through the smoke" : "rays see the background alone");
     print_stage("arena", true, plan.bytes.arena, std::string("all of it, in ") + core(request.options.arithmetic).name);
     if (request.options.verbose)

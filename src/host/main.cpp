@@ -31,7 +31,8 @@ int run(const std::vector<std::string> &words) {
     if (command == "compare") return compare_command(arguments);
     if (command == "inspect") throw Error(exit_usage, "command 'inspect' is not supported yet by this version");
     if (command != "render" && command != "plan")
-        throw Error(exit_usage, "there is no command '" + command + "', expected render, plan, compare, help or version");
+        throw Error(exit_usage,
+                    "there is no command '" + command + "', expected render, plan, compare, help or version");
     if (const char *fault = arithmetic_fault())
         throw Error(exit_usage, std::string("this process does not compute as wisp needs it: ") + fault);
     return command == "render" ? render_command(arguments) : plan_command(arguments);

@@ -22,7 +22,8 @@ int64_t integer_in(const std::string &value, int64_t low, int64_t high) {
 
 double positive(const std::string &value, double high) {
     const auto number = to_number(value);
-    if (!number || !(*number > 0) || *number > high) throw Fault{"expected a number above 0, at most " + std::to_string(high)};
+    if (!number || !(*number > 0) || *number > high)
+        throw Fault{"expected a number above 0, at most " + std::to_string(high)};
     return *number;
 }
 
@@ -104,18 +105,26 @@ const std::vector<Entry> &table() {
     static const std::vector<Entry> entries = {
         {"output", "FILE", ".png (8-bit sRGB) or .pfm (linear float); repeatable; %04d = frame number", set_output},
         {"arith", "f32|f64|fixed", "number system (f32)",
-         [](Options &o, const std::string &v) { o.arithmetic = static_cast<Arithmetic>(one_of(v, {"f32", "f64", "fixed"}, 3)); }},
+         [](Options &o, const std::string &v) {
+             o.arithmetic = static_cast<Arithmetic>(one_of(v, {"f32", "f64", "fixed"}, 3));
+         }},
         {"size", "WxH", "pixels (the scene's resolution)", set_size},
         {"spp", "N", "rays a pixel (4)",
          [](Options &o, const std::string &v) { o.samples = static_cast<uint32_t>(integer_in(v, 1, 65536)); }},
         {"seed", "N", "of the photons (1)",
          [](Options &o, const std::string &v) { o.seed = static_cast<uint64_t>(integer_in(v, 0, INT64_MAX)); }},
         {"smoke", "direct", "how smoke is rendered (direct)",
-         [](Options &, const std::string &v) { one_of(v, {"direct", "volume", "map"}, 1); }},
+         [](Options &, const std::string &v) {
+             one_of(v, {"direct", "volume", "map"}, 1);
+         }},
         {"irradiance", "none", "irradiance map (none)",
-         [](Options &, const std::string &v) { one_of(v, {"none", "uniform", "adaptive"}, 1); }},
+         [](Options &, const std::string &v) {
+             one_of(v, {"none", "uniform", "adaptive"}, 1);
+         }},
         {"estimate", "knn", "radiance from the nearest photons (knn)",
-         [](Options &, const std::string &v) { one_of(v, {"knn", "kernel"}, 1); }},
+         [](Options &, const std::string &v) {
+             one_of(v, {"knn", "kernel"}, 1);
+         }},
         {"photons", "N", "photons emitted (1000000)",
          [](Options &o, const std::string &v) { o.photons = static_cast<uint64_t>(integer_in(v, 0, INT64_MAX)); }},
         {"gather", "K", "most photons in an estimate (500)",
@@ -137,7 +146,8 @@ const std::vector<Entry> &table() {
         {"crop", "X0,Y0,X1,Y1", "pixels, half-open, from the top left", set_crop},
         {"memory", "BYTES", "a ceiling (k/M/G): a plan that does not fit is refused", set_memory},
         {"stats", "FILE", "counters, seconds and bytes as JSON", [](Options &o, const std::string &v) { o.stats = v; }},
-        {"digest", nullptr, "print the SHA-256 of each frame's .pfm", [](Options &o, const std::string &) { o.digest = true; }},
+        {"digest", nullptr, "print the SHA-256 of each frame's .pfm",
+         [](Options &o, const std::string &) { o.digest = true; }},
         {"progress", "auto|always|never", "on standard error (auto: on a terminal)",
          [](Options &o, const std::string &v) {
              o.progress = static_cast<Options::Progress>(one_of(v, {"auto", "always", "never"}, 3));
@@ -145,7 +155,9 @@ const std::vector<Entry> &table() {
         {"quiet", nullptr, "no word but errors", [](Options &o, const std::string &) { o.quiet = true; }},
         {"verbose", nullptr, "say more", [](Options &o, const std::string &) { o.verbose = true; }},
         {"lights", "all", "which lights are asked (all)",
-         [](Options &, const std::string &v) { one_of(v, {"all", "cuts"}, 1); }},
+         [](Options &, const std::string &v) {
+             one_of(v, {"all", "cuts"}, 1);
+         }},
         {"depth", "N", "", {}},
         {"deposit", "kernel|exact", "", {}},
         {"direction", "mean|flux", "", {}},
@@ -210,7 +222,8 @@ CommandLine parse_arguments(const std::vector<std::string> &arguments) {
         if (name == "-o") name = "--output";
         if (name == "-q") name = "--quiet";
         if (name == "-v") name = "--verbose";
-        if (name.compare(0, 2, "--") != 0) throw Error(exit_usage, "there is no option '" + name + "'; 'wisp help' lists them");
+        if (name.compare(0, 2, "--") != 0)
+            throw Error(exit_usage, "there is no option '" + name + "'; 'wisp help' lists them");
         name.erase(0, 2);
         const size_t equals = name.find('=');
         const std::string key = name.substr(0, equals);
@@ -243,8 +256,9 @@ std::string help_text() {
         if (left.size() < 30) left.resize(30, ' ');
         text += left + " " + entry.help + "\n";
     }
-    text += "\nOptions of compare: --tolerance REL allows that relative RMSE, --json FILE, --diff FILE.png\n"
-            "Exit: 0 done, 1 pictures differ, 2 wrong usage, 3 bad input, 4 does not fit in memory, 5 could not write\n";
+    text +=
+        "\nOptions of compare: --tolerance REL allows that relative RMSE, --json FILE, --diff FILE.png\n"
+        "Exit: 0 done, 1 pictures differ, 2 wrong usage, 3 bad input, 4 does not fit in memory, 5 could not write\n";
     return text;
 }
 

@@ -47,7 +47,8 @@ std::vector<Particle> load(const SceneFile::Smoke &smoke, int64_t frame, std::ve
     if (table.has_particle_radius)
         notes.push_back(path + ": its particle radii are not smoothing lengths and are not used");
     if (!smoke.radius && table.smoothing_length.empty() && !table.position.empty())
-        throw InputError(smoke.where + "no smoothing length, expected a line 'radius H' or an attribute 'h' in " + path);
+        throw InputError(smoke.where + "no smoothing length, expected a line 'radius H' or an attribute 'h' in " +
+                         path);
     if (!smoke.mass && table.mass.empty() && !table.position.empty())
         throw InputError(smoke.where + "no mass, expected a line 'mass M' or an attribute 'mass' in " + path);
 
@@ -65,7 +66,8 @@ std::vector<Particle> load(const SceneFile::Smoke &smoke, int64_t frame, std::ve
     }
     // Formats hold float32: positions far from 0 may be coarser than the smoke.
     if (!particles.empty() && farthest * place.scale * 0x1p-24 > 0.01 * smallest_h)
-        notes.push_back(path + ": as 32-bit numbers its positions are coarser than a hundredth of the smoothing length");
+        notes.push_back(path +
+                        ": as 32-bit numbers its positions are coarser than a hundredth of the smoothing length");
     std::sort(particles.begin(), particles.end(), [](const Particle &a, const Particle &b) {
         return std::make_tuple(a.position.x, a.position.y, a.position.z, a.h, a.area) <
                std::make_tuple(b.position.x, b.position.y, b.position.z, b.h, b.area);
@@ -98,7 +100,8 @@ Camera make_camera(const SceneFile::View &view, int width, int height, const Dou
     sincos_turns(view.angle / 720, sine, cosine);
     // The angle spans the centres of the first and the last row; with one row, the row.
     const double pixel = 2 * sine / cosine / std::max(height - 1, 1);
-    const Double3 forward = unit(view.at - view.from), right = unit(cross(forward, view.up)), up = cross(right, forward);
+    const Double3 forward = unit(view.at - view.from), right = unit(cross(forward, view.up)),
+                  up = cross(right, forward);
     Camera camera;
     camera.origin = (view.from - center) * scale;
     camera.right = right * pixel;
@@ -140,7 +143,8 @@ void check_range(const std::string &name, const PreparedScene &prepared, const E
         double area = 0;
         for (const Particle &p : particles) {
             area += p.area;
-            if (p.area > 0x1p20 * p.h * p.h) refuse("a particle's optical depth is above 1e6, too much for fixed point");
+            if (p.area > 0x1p20 * p.h * p.h)
+                refuse("a particle's optical depth is above 1e6, too much for fixed point");
         }
         if (area > 0x1p26) refuse("the smoke's cross-section is too large for fixed point");
     }
@@ -187,12 +191,14 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
     for (const SceneFile::Smoke &smoke : file.smokes) brightest = std::max(brightest, largest(smoke.emission));
     for (const SceneFile::Light &light : file.lights) {
         LightSource source = {light.kind, (light.position - center) * scale, {0, 0, 1}, -1, light.color};
-        if (light.kind == LightKind::spot || light.kind == LightKind::parallel) source.direction = unit(light.direction);
+        if (light.kind == LightKind::spot || light.kind == LightKind::parallel)
+            source.direction = unit(light.direction);
         if (light.kind == LightKind::spot) {
             double sine;
             sincos_turns(light.degrees / 720, sine, source.cosine_half_angle);
         }
-        if (light.kind == LightKind::point || light.kind == LightKind::spot) source.color = light.color * (scale * scale);
+        if (light.kind == LightKind::point || light.kind == LightKind::spot)
+            source.color = light.color * (scale * scale);
         prepared.lights.push_back(source);
         brightest = std::max(brightest, brightness(source, {0, 0, 0}, radius));
     }

@@ -53,9 +53,8 @@ class Parser {
 
     SceneFile parse() {
         static const std::map<std::string, void (Parser::*)()> statements = {
-            {"v", &Parser::view},       {"b", &Parser::background}, {"l", &Parser::light},
-            {"lp", &Parser::point},     {"ls", &Parser::spot},      {"ld", &Parser::parallel},
-            {"smoke", &Parser::smoke},  {"render", &Parser::render},
+            {"v", &Parser::view},  {"b", &Parser::background}, {"l", &Parser::light},     {"lp", &Parser::point},
+            {"ls", &Parser::spot}, {"ld", &Parser::parallel},  {"smoke", &Parser::smoke}, {"render", &Parser::render},
         };
         static const std::string later = " la f fm c s p pp i d tt ttp tpa x xs am k m a ";
         while (next_ < tokens_.size()) {
@@ -64,7 +63,8 @@ class Parser {
             if (statement != statements.end())
                 (this->*statement->second)();
             else if (later.find(' ' + word.text + ' ') != std::string::npos)
-                fail("statement '" + word.text + "' is not supported yet by this version, expected v b l lp ls ld smoke or render");
+                fail("statement '" + word.text +
+                     "' is not supported yet by this version, expected v b l lp ls ld smoke or render");
             else
                 fail("there is no statement '" + word.text + "', expected v b l lp ls ld smoke or render");
         }
@@ -93,8 +93,7 @@ class Parser {
     }
     double number_in(const std::string &what, double low, double high) {
         const double value = number(what);
-        if (!(value >= low && value <= high))
-            fail("found " + tokens_[next_ - 1].text + ", expected " + what);
+        if (!(value >= low && value <= high)) fail("found " + tokens_[next_ - 1].text + ", expected " + what);
         return value;
     }
     int64_t integer(const std::string &what, int64_t low, int64_t high) {
@@ -141,7 +140,8 @@ class Parser {
         view.up = direction("up");
         keyword("angle");
         view.angle = number("the angle of view");
-        if (!(view.angle > 0 && view.angle < 180)) fail("found angle " + tokens_[next_ - 1].text + ", expected above 0 and below 180 degrees");
+        if (!(view.angle > 0 && view.angle < 180))
+            fail("found angle " + tokens_[next_ - 1].text + ", expected above 0 and below 180 degrees");
         keyword("hither");
         number("the distance of the near plane");
         keyword("resolution");
@@ -177,7 +177,8 @@ class Parser {
     void spot() {
         const Double3 position = vector("the light's position"), axis = direction("the light's direction");
         const double degrees = number("the cone's full angle");
-        if (!(degrees > 0 && degrees <= 360)) fail("found cone angle " + tokens_[next_ - 1].text + ", expected above 0, at most 360 degrees");
+        if (!(degrees > 0 && degrees <= 360))
+            fail("found cone angle " + tokens_[next_ - 1].text + ", expected above 0, at most 360 degrees");
         scene_.lights.push_back({LightKind::spot, position, axis, degrees, color("the light")});
     }
     void parallel() {
@@ -196,7 +197,8 @@ class Parser {
         if (file.text == "{" || file.text == "}") fail("found '" + file.text + "', expected a particle file");
         if (file.text == "box") fail("'smoke box' is not supported yet by this version, expected a particle file");
         const size_t slash = path_.rfind('/');
-        smoke.file = file.text[0] == '/' || slash == std::string::npos ? file.text : path_.substr(0, slash + 1) + file.text;
+        smoke.file =
+            file.text[0] == '/' || slash == std::string::npos ? file.text : path_.substr(0, slash + 1) + file.text;
         keyword("{");
         for (std::string key = take("'}'").text; key != "}"; key = take("'}'").text) {
             if (key == "kernel") {
@@ -213,7 +215,8 @@ class Parser {
                 smoke.albedo = color("the albedo", 1);
             } else if (key == "phase") {
                 smoke.phase = number("g of the phase function");
-                if (!(smoke.phase > -1 && smoke.phase < 1)) fail("found phase " + tokens_[next_ - 1].text + ", expected above -1 and below 1");
+                if (!(smoke.phase > -1 && smoke.phase < 1))
+                    fail("found phase " + tokens_[next_ - 1].text + ", expected above -1 and below 1");
             } else if (key == "emission") {
                 smoke.emission = color("the emission");
             } else if (key == "transform") {
@@ -222,7 +225,8 @@ class Parser {
                 smoke.first_frame = integer("the first file's number", 0, 1000000000);
                 smoke.frame_step = integer("the step from frame to frame", -1000000, 1000000);
             } else {
-                fail("there is no '" + key + "' in smoke, expected kernel radius mass extinction albedo phase emission transform frames or }");
+                fail("there is no '" + key +
+                     "' in smoke, expected kernel radius mass extinction albedo phase emission transform frames or }");
             }
         }
         scene_.smokes.push_back(smoke);
@@ -230,11 +234,13 @@ class Parser {
     SceneFile::Transform transform() {
         SceneFile::Transform t;
         const Double3 scale = vector("the scale");
-        if (!(scale.x > 0) || scale.x != scale.y || scale.y != scale.z) fail("the scales are not equal and above 0, expected a uniform scale");
+        if (!(scale.x > 0) || scale.x != scale.y || scale.y != scale.z)
+            fail("the scales are not equal and above 0, expected a uniform scale");
         t.scale = scale.x;
         t.axis = vector("the axis");
         t.degrees = number("the angle of rotation");
-        if (t.degrees != 0 && t.axis.x == 0 && t.axis.y == 0 && t.axis.z == 0) fail("found axis 0 0 0, expected some length");
+        if (t.degrees != 0 && t.axis.x == 0 && t.axis.y == 0 && t.axis.z == 0)
+            fail("found axis 0 0 0, expected some length");
         t.translation = vector("the translation");
         return t;
     }

@@ -26,7 +26,7 @@ struct SceneFile {
         Double3 translation = {0, 0, 0};
     };
     struct Smoke {
-        std::string file; // as found from the working directory; `%04d` = number of the frame
+        std::string file;  // as found from the working directory; `%04d` = number of the frame
         std::string where; // `FILE:LINE: ` of the statement
         Kernel kernel = Kernel::spline;
         std::optional<double> radius, mass;

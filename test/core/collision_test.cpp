@@ -43,7 +43,8 @@ double exact_mean(const std::vector<Particle> &particles) {
     double mean = 0, before = 1;
     const int n = 4000;
     for (int i = 1; i <= n; ++i) {
-        const double through = std::exp(-at(optical_depth(built.field, {vec(0, 0, 0), vec(1, 0, 0)}, real(double(i) / n))));
+        const double through =
+            std::exp(-at(optical_depth(built.field, {vec(0, 0, 0), vec(1, 0, 0)}, real(double(i) / n))));
         mean += (before - through) * (i - 0.5) / n;
         before = through;
     }
@@ -88,7 +89,8 @@ TEST_CASE(WISP_ARITH_NAME ": the optical depth up to the collision is exponentia
     const auto particles = cloud(500, 3, 1, 1.5);
     for (Kernel kernel : {Kernel::spline, Kernel::poly6}) {
         const BuiltField built(smoke_of(particles, kernel));
-        for (const Ray &ray : {Ray{vec(-8, 0.5, 0.25), normalize(vec(1, 0.1, -0.05))}, Ray{vec(0.5, 1, -1), normalize(vec(0.3, -1, 0.4))}}) {
+        for (const Ray &ray : {Ray{vec(-8, 0.5, 0.25), normalize(vec(1, 0.1, -0.05))},
+                               Ray{vec(0.5, 1, -1), normalize(vec(0.3, -1, 0.4))}}) {
             const double whole = at(optical_depth(built.field, ray, Real(100)));
             REQUIRE(whole > 1);
             std::vector<double> depths;

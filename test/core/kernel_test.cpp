@@ -94,7 +94,8 @@ TEST_CASE(WISP_ARITH_NAME ": line integrals equal quadrature") {
         }
         const double c = b / 2, cut = std::sqrt(1 - c * c);
         for (double share : {-1.0, -0.3, 0.0, 0.6, 1.0})
-            CHECK(std::fabs(at(Poly6::line(real(c * c), real(cut * share))) - quadrature(poly6, c, cut * share)) < error + 5e-12);
+            CHECK(std::fabs(at(Poly6::line(real(c * c), real(cut * share))) - quadrature(poly6, c, cut * share)) <
+                  error + 5e-12);
         CHECK(std::fabs(at(Spline::chord(real(b * b))) - 2 * at(Spline::line(real(b * b), real(half)))) < 2 * error);
         CHECK(std::fabs(at(Poly6::chord(real(c * c))) - 2 * at(Poly6::line(real(c * c), real(cut)))) < 2 * error);
     }

@@ -63,11 +63,13 @@ TEST_CASE(WISP_ARITH_NAME ": over a step the inverse square is its exact mean") 
             const Illumination found = illuminate(light_of(at_origin), (a + b) * Real(0.5), a, b);
             CAPTURE(closest);
             CAPTURE(from);
-            CHECK(at(found.irradiance.x) == doctest::Approx(expected).epsilon(std::is_same_v<Real, double> ? 1e-6 : 5e-5));
+            CHECK(at(found.irradiance.x) ==
+                  doctest::Approx(expected).epsilon(std::is_same_v<Real, double> ? 1e-6 : 5e-5));
         }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": a step through the light is finite and changes little when it moves a little") { // E10, E11
+TEST_CASE(WISP_ARITH_NAME
+          ": a step through the light is finite and changes little when it moves a little") { // E10, E11
     LightSource at_origin = lamp;
     at_origin.position = {0, 0, 0};
     const Light light = light_of(at_origin);

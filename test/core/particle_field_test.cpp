@@ -114,9 +114,9 @@ TEST_CASE(WISP_ARITH_NAME ": optical depth over a plane is the whole cross-secti
         double sum = 0;
         for (int i = 0; i < n; ++i)
             for (int k = 0; k < n; ++k)
-                sum += at(optical_depth(built.field,
-                                        ray_from(((i + 0.5) / n - 0.5) * width, ((k + 0.5) / n - 0.5) * width, 9, 0, 0, -1),
-                                        Real(100)));
+                sum += at(optical_depth(
+                    built.field, ray_from(((i + 0.5) / n - 0.5) * width, ((k + 0.5) / n - 0.5) * width, 9, 0, 0, -1),
+                    Real(100)));
         CHECK(sum * width * width / (n * n) == doctest::Approx(400 * 0.25).epsilon(1e-3));
     }
 }
@@ -125,8 +125,8 @@ TEST_CASE(WISP_ARITH_NAME ": coincident particles are one particle of their mass
     const std::vector<Particle> many(1024, Particle{{0.5, 0.25, 0}, 1, 0x1p-10}), one = {{{0.5, 0.25, 0}, 1, 1}};
     const BuiltField a(smoke_of(many)), b(smoke_of(one));
     for (double x : {0.5, 0.7, 1.5, 2.4})
-        CHECK(at(extinction(a.field, vec(x, 0.25, 0.1))) ==
-              doctest::Approx(at(extinction(b.field, vec(x, 0.25, 0.1)))).epsilon(std::is_same_v<Real, Fixed> ? 1e-5 : 1e-6));
+        CHECK(at(extinction(a.field, vec(x, 0.25, 0.1))) == doctest::Approx(at(extinction(b.field, vec(x, 0.25, 0.1))))
+                                                                .epsilon(std::is_same_v<Real, Fixed> ? 1e-5 : 1e-6));
 }
 
 TEST_CASE(WISP_ARITH_NAME ": particles of several sizes are all found") { // C12

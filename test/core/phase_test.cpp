@@ -17,7 +17,8 @@ uint32_t lcg(uint32_t &state) { return state = state * 1664525u + 1013904223u; }
 // The printed inverse in long double, or the same without a division by g where that loses digits (numerics E1).
 long double exact_cosine(long double g, long double xi) {
     const long double s = 2 * xi - 1;
-    if (std::fabs(g) < 0.5L) return (s + g * (3 + s * s) / 2 + g * g * s + g * g * g * (s * s - 1) / 2) / ((1 + g * s) * (1 + g * s));
+    if (std::fabs(g) < 0.5L)
+        return (s + g * (3 + s * s) / 2 + g * g * s + g * g * g * (s * s - 1) / 2) / ((1 + g * s) * (1 + g * s));
     const long double t = (1 - g * g) / (1 - g + 2 * g * xi);
     return (1 + g * g - t * t) / (2 * g);
 }
@@ -56,7 +57,8 @@ TEST_CASE(WISP_ARITH_NAME ": without anisotropy the cosine is 2 xi - 1 to the bi
         const Real xi = unit_half_open<Real>(lcg(state));
         CHECK(phase.sample(xi).cosine == Real(2) * xi - Real(1));
     }
-    CHECK(at(phase(Vec3(Real(0), Real(0), Real(1)), Vec3(Real(1), Real(0), Real(0)))) == doctest::Approx(0.0795774715459477));
+    CHECK(at(phase(Vec3(Real(0), Real(0), Real(1)), Vec3(Real(1), Real(0), Real(0)))) ==
+          doctest::Approx(0.0795774715459477));
 }
 
 TEST_CASE(WISP_ARITH_NAME ": the density of the phase function integrates to one and has mean cosine g") {
@@ -89,9 +91,9 @@ TEST_CASE(WISP_ARITH_NAME ": the forward peak is finite") { // A7
 
 TEST_CASE(WISP_ARITH_NAME ": deflection turns by the angle asked for, about any direction") { // A8
     const double bar = std::is_same_v<Real, float> ? 1e-6 : 2e-9;
-    for (const Vec3 &d : {Vec3(Real(0), Real(0), Real(1)), Vec3(Real(0), Real(0), Real(-1)), Vec3(Real(1), Real(0), Real(0)),
-                          Vec3(real(1e-20), Real(0), Real(-1)), Vec3(Real(0), -Real(0), Real(-1)),
-                          normalize(Vec3(Real(1), Real(-2), Real(0.5)))})
+    for (const Vec3 &d : {Vec3(Real(0), Real(0), Real(1)), Vec3(Real(0), Real(0), Real(-1)),
+                          Vec3(Real(1), Real(0), Real(0)), Vec3(real(1e-20), Real(0), Real(-1)),
+                          Vec3(Real(0), -Real(0), Real(-1)), normalize(Vec3(Real(1), Real(-2), Real(0.5)))})
         for (double cosine : {-1.0, -0.3, 0.0, 0.999, 1.0})
             for (double turns : {0.0, 0.2, 0.5, 0.9}) {
                 const Vec3 v = deflect(d, {real(cosine), real(std::sqrt(1 - cosine * cosine))}, real(turns));

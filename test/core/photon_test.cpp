@@ -94,7 +94,8 @@ TEST_CASE(WISP_ARITH_NAME ": collisions in an infinite medium have the published
         const Phase uniform(Real(0));
         const Event birth = photon_event(key_of(uint64_t(i)), 0);
         Photon photon = photon_along_z();
-        photon.ray.direction = deflect(vec(0, 0, 1), uniform.sample(unit_open<Real>(draw(birth, 1))), unit_half_open<Real>(draw(birth, 2)));
+        photon.ray.direction = deflect(vec(0, 0, 1), uniform.sample(unit_open<Real>(draw(birth, 1))),
+                                       unit_half_open<Real>(draw(birth, 2)));
         walk(Infinite{0.9, 0}, photon, key_of(uint64_t(i)), [&](const Anywhere &, uint32_t number, const Photon &p) {
             const double r2 = at(dot(p.ray.origin, p.ray.origin));
             if (r2 < low * low || r2 > high * high) return;
@@ -120,7 +121,9 @@ TEST_CASE(WISP_ARITH_NAME ": walks through slabs reflect and transmit the publis
     for (std::string line; std::getline(file, line);) {
         double a, g, tau, value;
         char kind[8];
-        if (std::sscanf(line.c_str(), "slab_a%lf_g%lf_t%lf_U%3[RT1],%*[^,],%*[^,],%lf", &a, &g, &tau, kind, &value) != 5) continue;
+        if (std::sscanf(line.c_str(), "slab_a%lf_g%lf_t%lf_U%3[RT1],%*[^,],%*[^,],%lf", &a, &g, &tau, kind, &value) !=
+            5)
+            continue;
         if ((std::string(kind) != "R1" && std::string(kind) != "T1") || value < 1e-3) continue;
         const int n = 20000;
         int counted = 0;
@@ -141,8 +144,9 @@ TEST_CASE(WISP_ARITH_NAME ": walks through slabs reflect and transmit the publis
             if (fate != Fate::escaped) continue;
             if (collisions > 0) {
                 const Event event = photon_event(key, collisions);
-                direction = deflect(last.ray.direction, Phase(real(g)).sample(unit_open<Real>(draw(event, dimension_phase))),
-                                    unit_half_open<Real>(draw(event, dimension_azimuth)));
+                direction =
+                    deflect(last.ray.direction, Phase(real(g)).sample(unit_open<Real>(draw(event, dimension_phase))),
+                            unit_half_open<Real>(draw(event, dimension_azimuth)));
             }
             const bool up = direction.z < Real(0);
             if (up == (kind[0] == 'R')) ++counted;
@@ -211,7 +215,8 @@ TEST_CASE(WISP_ARITH_NAME ": collisions per photon are the optical depth's share
     CHECK(std::fabs(found - expected) < 4 * std::sqrt(expected * (1 - expected) / double(settings.photons)) + 1e-3);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": a full store ends tracing at a whole batch, and power is divided by what was emitted") { // D15
+TEST_CASE(WISP_ARITH_NAME
+          ": a full store ends tracing at a whole batch, and power is divided by what was emitted") { // D15
     const auto particles = cloud(800, 2, 1, 2); // thick: many collisions a photon
     std::vector<SmokeSource> smokes = {smoke_of(particles)};
     smokes[0].albedo = {1, 1, 1};
@@ -267,7 +272,8 @@ TEST_CASE(WISP_ARITH_NAME ": the estimate of an even field of photons is unbiase
         for (int q = 0; q < queries; ++q) {
             const double x = next() - 0.5, y = next() - 0.5, z = next() - 0.5;
             const Vec3 p = vec(x * half, y * half, z * half);
-            const double value = at(in_scattered(map, Phase(Real(0)), p, vec(0, 0, 1), Real(3), gather, statistics).x) * 4 * pi_ / 40;
+            const double value =
+                at(in_scattered(map, Phase(Real(0)), p, vec(0, 0, 1), Real(3), gather, statistics).x) * 4 * pi_ / 40;
             sum += value;
             square += value * value;
         }
@@ -296,9 +302,11 @@ TEST_CASE(WISP_ARITH_NAME ": few, coincident and no photons give finite estimate
     Statistics statistics;
     // Fewer than K: all of them over the largest ball.
     const double all = at(in_scattered(map, Phase(Real(0)), vec(0, 0, 0), vec(0, 0, 1), Real(2), many, statistics).x);
-    CHECK(all == doctest::Approx(20 / (4 * pi_) / (4 * pi_ / 3 * 8) * 0x1p-20).epsilon(std::is_same_v<Real, Fixed> ? 5e-3 : 1e-5));
+    CHECK(all == doctest::Approx(20 / (4 * pi_) / (4 * pi_ / 3 * 8) * 0x1p-20)
+                     .epsilon(std::is_same_v<Real, Fixed> ? 5e-3 : 1e-5));
     // All at the query: the radius has a floor.
-    const double there = at(in_scattered(map, Phase(Real(0)), vec(0.5, 0.5, 0.5), vec(0, 0, 1), Real(2), few, statistics).x);
+    const double there =
+        at(in_scattered(map, Phase(Real(0)), vec(0.5, 0.5, 0.5), vec(0, 0, 1), Real(2), few, statistics).x);
     CHECK(there > 0);
     CHECK(std::isfinite(there));
     map.tree = build_point_tree(points.data(), 0, arena);
@@ -307,7 +315,8 @@ TEST_CASE(WISP_ARITH_NAME ": few, coincident and no photons give finite estimate
 
 TEST_CASE(WISP_ARITH_NAME ": directions are weighted with the phase function, power by power") {
     std::vector<Vec3> points = {vec(0.1, 0, 0), vec(-0.1, 0, 0)};
-    const Vec3 directions[] = {vec(1, 0, 0), vec(-1, 0, 0), vec(0, 0, 0), vec(0, 0, 0), vec(0, 0, 0), vec(0, 0, 0), vec(0, 0, 0), vec(0, 0, 0)};
+    const Vec3 directions[] = {vec(1, 0, 0), vec(-1, 0, 0), vec(0, 0, 0), vec(0, 0, 0),
+                               vec(0, 0, 0), vec(0, 0, 0),  vec(0, 0, 0), vec(0, 0, 0)};
     std::vector<unsigned char> memory(point_tree_bytes(2) + gather_bytes(10) + 8192);
     Arena arena(memory.data(), memory.size());
     PhotonMap map = {};
@@ -317,7 +326,8 @@ TEST_CASE(WISP_ARITH_NAME ": directions are weighted with the phase function, po
     Color powers[2];
     for (uint32_t slot = 0; slot < 2; ++slot) {
         slot_directions[slot] = directions[map.tree.id[slot]];
-        powers[slot] = map.tree.id[slot] == 0 ? Color(Real(1), Real(0), real(0.5)) : Color(Real(0), Real(1), real(0.25));
+        powers[slot] =
+            map.tree.id[slot] == 0 ? Color(Real(1), Real(0), real(0.5)) : Color(Real(0), Real(1), real(0.25));
     }
     map.direction = slot_directions;
     map.power = powers;
@@ -326,7 +336,8 @@ TEST_CASE(WISP_ARITH_NAME ": directions are weighted with the phase function, po
     REQUIRE(make_gather(10, arena, gather));
     Statistics statistics;
     const double g = 0.5, volume = 4 * pi_ / 3;
-    const double forward = (1 - g * g) / std::pow(1 - g, 3) / (4 * pi_), back = (1 - g * g) / std::pow(1 + g, 3) / (4 * pi_);
+    const double forward = (1 - g * g) / std::pow(1 - g, 3) / (4 * pi_),
+                 back = (1 - g * g) / std::pow(1 + g, 3) / (4 * pi_);
     const Color c = in_scattered(map, Phase(real(g)), vec(0, 0, 0), vec(1, 0, 0), Real(1), gather, statistics);
     CHECK(at(c.x) == doctest::Approx(forward / volume).epsilon(1e-5));
     CHECK(at(c.y) == doctest::Approx(back / volume).epsilon(1e-5));

@@ -131,7 +131,8 @@ std::vector<Neighbour> nearest_by_tree(Grown &grown, const Vec3 &center, uint32_
 
 std::vector<Vec3> centers_for(const Points &points) {
     Mt19937 random(11, 1, 2, 3);
-    std::vector<Vec3> centers = {Vec3(Real(0)), Vec3(Real(5), Real(-1), Real(2)), Vec3(Real(300), Real(-200), Real(90))};
+    std::vector<Vec3> centers = {Vec3(Real(0)), Vec3(Real(5), Real(-1), Real(2)),
+                                 Vec3(Real(300), Real(-200), Real(90))};
     for (uint32_t i = 0; i < 12; ++i) {
         const Vec3 offset = uniform_point(random) - Vec3(Real(0.5));
         const size_t i_point = points.empty() ? 0 : random() % points.size();

@@ -37,7 +37,7 @@ TEST_CASE("self test: a longer format for intermediate results") {
     ArithmeticProbe probe = wisp::probe_arithmetic();
     SUBCASE("in double") { probe.excess_64 = wisp::detail::to_bits(0x1p-60); }
     SUBCASE("in float") { probe.excess_32 = wisp::detail::to_bits(0x1p-30f); }
-    CHECK(fault_of(probe) == "intermediate results are kept in a longer format");
+    CHECK(fault_of(probe) == "sums are reordered or kept in a longer format");
 }
 
 TEST_CASE("self test: one vector lane that flushes subnormal results") {
