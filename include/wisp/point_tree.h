@@ -164,13 +164,14 @@ struct BallTest {
     }
 
     // The squared distance from the box.
-    uint32_t operator()(const BoxBlock &b, uint32_t l) const {
+    BoundProduct gap_squared(const BoxBlock &b, uint32_t l) const {
         constexpr Bound none = 0;
         const BoundProduct gap_x = max(max(b.low_x[l] - x, x - b.high_x[l]), none);
         const BoundProduct gap_y = max(max(b.low_y[l] - y, y - b.high_y[l]), none);
         const BoundProduct gap_z = max(max(b.low_z[l] - z, z - b.high_z[l]), none);
-        return gap_x * gap_x + gap_y * gap_y + gap_z * gap_z <= radius_squared ? 1 : 0;
+        return gap_x * gap_x + gap_y * gap_y + gap_z * gap_z;
     }
+    uint32_t operator()(const BoxBlock &b, uint32_t l) const { return gap_squared(b, l) <= radius_squared ? 1 : 0; }
 };
 
 // A segment with a radius, by separating axes: box and segment are apart when their projections on an axis are farther

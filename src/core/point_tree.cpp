@@ -1,6 +1,9 @@
 // Building the point tree and searching the k nearest (S5).
 #include "wisp/point_tree.h"
 #include <algorithm>
+#ifndef WISP_F
+#define WISP_F 1.4
+#endif
 
 namespace wisp {
 namespace detail {
@@ -22,6 +25,19 @@ inline int32_t above(Fixed x) { return -static_cast<int32_t>(-x.raw() >> 20); }
 
 inline float beyond(float) { return 0x1p62f; }
 inline int32_t beyond(int32_t) { return 1 << 29; }
+
+inline uint32_t to_order(float x) { return to_bits(x); }
+inline uint64_t to_order(double x) { return to_bits(x); }
+inline uint64_t to_order(Fixed x) { return static_cast<uint64_t>(x.raw()); }
+inline float order_value(uint32_t bits, float) { return from_bits<float>(bits); }
+inline double order_value(uint64_t bits, double) { return from_bits<double>(bits); }
+inline Fixed order_value(uint64_t bits, Fixed) { return Fixed::from_raw(static_cast<int64_t>(bits)); }
+inline float from_bound(float x, float) { return x; }
+inline double from_bound(float x, double) { return x; }
+inline Fixed from_bound(int32_t x, Fixed) { return Fixed::from_raw(int64_t{x} * (1 << 20)); }
+inline float root_of_gap(float x, float) { return sqrt(x); }
+inline double root_of_gap(float x, double) { return sqrt(x); }
+inline Fixed root_of_gap(int64_t x, Fixed) { return sqrt(Fixed::from_raw(x * (1 << 8))); }
 
 } // namespace detail
 } // namespace wisp
@@ -178,21 +194,163 @@ PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena) {
 
 namespace {
 
-Real squared_distance(const PointTree &tree, uint32_t slot, const Vec3 &center) {
-    const Real dx = tree.x[slot] - center.x, dy = tree.y[slot] - center.y, dz = tree.z[slot] - center.z;
-    return sum_of_products(dx, dx, dy, dy, dz, dz);
+// Squared distances of all slots of a leaf.
+void leaf_distances(const PointTree &tree, uint32_t leaf, const Vec3 &center, Real *distance_squared) {
+    const Real *x = tree.x + size_t{leaf} * leaf_points, *y = tree.y + size_t{leaf} * leaf_points;
+    const Real *z = tree.z + size_t{leaf} * leaf_points;
+    for (uint32_t l = 0; l < leaf_points; ++l) {
+        const Real dx = x[l] - center.x, dy = y[l] - center.y, dz = z[l] - center.z;
+        distance_squared[l] = sum_of_products(dx, dx, dy, dy, dz, dz);
+    }
+}
+
+// Slots in ascending order with their squared distances, of which those below `limit` count.
+struct Candidates {
+    Real *distance;
+    uint32_t *slot;
+    uint32_t count;
+    Real limit;
+};
+
+uint32_t count_up_to(const Candidates &c, Real bound) {
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < c.count; ++i) count += c.distance[i] <= bound ? 1 : 0;
+    return count;
+}
+
+uint32_t count_below(const Candidates &c, Real bound) {
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < c.count; ++i) count += c.distance[i] < bound ? 1 : 0;
+    return count;
+}
+
+// The first k by (distance, id) are those with a distance < bound, and those at the bound whose id is <= last_id.
+struct Cut {
+    Real bound;
+    uint32_t last_id;
+};
+
+// Which of the candidates at the bound belong to the first k: `wanted` of them.
+uint32_t cut_ties(const Candidates &c, Real bound, uint32_t wanted, const uint32_t *id) {
+    uint32_t low = 0, high = no_point;
+    while (low < high) {
+        const uint32_t middle = low + (high - low) / 2;
+        uint32_t count = 0;
+        for (uint32_t i = 0; i < c.count; ++i) count += c.distance[i] == bound && id[c.slot[i]] <= middle ? 1 : 0;
+        if (count >= wanted)
+            high = middle;
+        else
+            low = middle + 1;
+    }
+    return low;
+}
+
+// 0 < k <= inside = count_below(c, c.limit).
+Cut cut_after(const Candidates &c, uint32_t k, uint32_t inside, const uint32_t *id) {
+    if (inside == k) return {c.limit, 0};
+    // Bracket: count_up_to(low) < k, unless low is 0; count_up_to(high) > k.
+    Real low = Real(0), high = c.limit;
+    uint32_t below_low = 0, below_high = inside;
+    const Real part = Real(static_cast<int32_t>(inside - k)) / Real(static_cast<int32_t>(inside));
+    Real guess = high - high * part * (Real(2.0 / 3) + part * Real(1.0 / 9)); // (k / inside)^(2/3)
+    for (int step = 0; step < 10; ++step) {
+        const uint32_t count = count_up_to(c, guess);
+        if (count == k) return {guess, no_point};
+        (count < k ? low : high) = guess;
+        (count < k ? below_low : below_high) = count;
+        if (below_high <= below_low) break;
+        guess = low + (high - low) * (Real(static_cast<int32_t>(2 * (k - below_low) + 1)) /
+                                      Real(static_cast<int32_t>(2 * (below_high - below_low) + 1)));
+    }
+    auto least = to_order(low), most = to_order(high);
+    while (least < most) {
+        const auto middle = least + (most - least) / 2;
+        if (count_up_to(c, order_value(middle, Real())) >= k)
+            most = middle;
+        else
+            least = middle + 1;
+    }
+    const Real bound = order_value(least, Real());
+    return {bound, cut_ties(c, bound, k - count_below(c, bound), id)};
+}
+
+// Moves the k candidates before the cut to the front of the arrays.
+void take(const Candidates &c, uint32_t k, Cut cut, const uint32_t *id, Real *distance, uint32_t *slot) {
+    uint32_t kept = 0;
+    if (cut.last_id == 0 || cut.last_id == no_point) {
+        for (uint32_t i = 0; kept < k; ++i) {
+            const Real d = c.distance[i];
+            distance[kept] = d;
+            slot[kept] = c.slot[i];
+            kept += cut.last_id == 0 ? d < cut.bound : d <= cut.bound;
+        }
+        return;
+    }
+    for (uint32_t i = 0; kept < k; ++i) {
+        const Real d = c.distance[i];
+        const uint32_t s = c.slot[i];
+        distance[kept] = d;
+        slot[kept] = s;
+        kept += d < cut.bound || (d == cut.bound && id[s] <= cut.last_id) ? 1 : 0;
+    }
+}
+
+// Gathers all points within the radius; should there be too many, only those that may be among the first k.
+void gather(const PointTree &tree, const Vec3 &center, uint32_t k, Real radius, uint32_t capacity, Candidates &c) {
+    c.count = 0;
+    c.limit = radius * radius;
+    for_each_leaf_near(tree, center, radius, [&](uint32_t leaf) {
+        if (c.count + leaf_points > capacity) {
+            const Cut cut = cut_after(c, k, count_below(c, c.limit), tree.id);
+            take(c, k, cut, tree.id, c.distance, c.slot);
+            c.count = k;
+            c.limit = order_value(to_order(cut.bound) + 1, Real());
+        }
+        leaf_distances(tree, leaf, center, c.distance + c.count);
+        for (uint32_t l = 0; l < leaf_points; ++l) c.slot[c.count + l] = leaf * leaf_points + l;
+        c.count += leaf_points;
+    });
+    while (c.count > 0 && c.slot[c.count - 1] >= tree.count) --c.count;
+}
+
+// A radius that may well hold some more than k points, by the density of the node at the center that has about k.
+Real guess_radius(const PointTree &tree, const Vec3 &center, uint32_t k) {
+    const BallTest ball(center, Real(0));
+    uint32_t block = 0, child = 0;
+    const BoxBlock *boxes = nullptr;
+    uint64_t points = 0;
+    BoundProduct gap = 0;
+    for (uint32_t h = tree.height; h-- > 0;) {
+        points = uint64_t{leaf_points} << (3 * h);
+        if (points * 2 < k && boxes) { points *= 8; break; }
+        boxes = &tree.blocks[tree.first_block[h] + block];
+        BoundProduct gaps[lanes];
+        for (uint32_t l = 0; l < lanes; ++l) gaps[l] = ball.gap_squared(*boxes, l);
+        child = 0;
+        for (uint32_t l = 1; l < lanes; ++l) child = gaps[l] < gaps[child] ? l : child;
+        gap = gaps[child];
+        block = block * lanes + child;
+    }
+    const Real x = from_bound(boxes->high_x[child] - boxes->low_x[child], Real());
+    const Real y = from_bound(boxes->high_y[child] - boxes->low_y[child], Real());
+    const Real z = from_bound(boxes->high_z[child] - boxes->low_z[child], Real());
+    const Real widest = max(max(x, y), z);
+    if (!(widest > Real(0))) return Real(0);
+    const Real volume = max((x / widest) * (y / widest) * (z / widest), Real(1.0 / 64));
+    const Real share = Real(static_cast<int32_t>(k)) / Real(static_cast<int32_t>(points));
+    return widest * cbrt(volume * share * Real(0.2387 * WISP_F)) + root_of_gap(gap, Real());
 }
 
 } // namespace
 
 uint64_t nearest_scratch_bytes(uint32_t most) {
-    const uint64_t capacity = 2 * uint64_t{most} + 2 * leaf_points;
+    const uint64_t capacity = 4 * uint64_t{most} + 64 * leaf_points;
     return Arena::bytes<Real>(capacity) + Arena::bytes<uint32_t>(capacity);
 }
 
 bool make_nearest_scratch(uint32_t most, Arena &arena, NearestScratch &scratch) {
     const size_t start = arena.mark();
-    scratch.capacity = 2 * most + 2 * leaf_points;
+    scratch.capacity = 4 * most + 64 * leaf_points;
     scratch.distance_squared = arena.make<Real>(scratch.capacity);
     scratch.slot = arena.make<uint32_t>(scratch.capacity);
     if (scratch.distance_squared && scratch.slot) return true;
@@ -200,55 +358,53 @@ bool make_nearest_scratch(uint32_t most, Arena &arena, NearestScratch &scratch) 
     return false;
 }
 
-Nearest nearest(const PointTree &tree, const Vec3 &center, uint32_t k, Real max_radius, NearestScratch &scratch,
-                uint32_t *slots, Real *distances_squared) {
-    uint32_t count = 0;
-    Real *distance = scratch.distance_squared;
-    uint32_t *slot = scratch.slot;
+uint64_t stat_tries, stat_queries, stat_raw, stat_inside;
+
+WISP_WIDE Nearest nearest(const PointTree &tree, const Vec3 &center, uint32_t k, Real max_radius,
+                          NearestScratch &scratch, uint32_t *slots, Real *distances_squared) {
     Nearest found = {};
-    if (k == 0) return found;
-    const auto before = [&](Real da, uint32_t a, Real db, uint32_t b) {
-        return da < db || (da == db && tree.id[a] < tree.id[b]);
-    };
-    // The k smallest so far, by insertion.
-    const Real limit = max_radius * max_radius;
-    for_each_leaf_near(tree, center, max_radius, [&](uint32_t leaf) {
-        const uint32_t end = min((leaf + 1) * leaf_points, tree.count);
-        for (uint32_t i = leaf * leaf_points; i < end; ++i) {
-            const Real d = squared_distance(tree, i, center);
-            if (!(d < limit) || (count == k && !before(d, i, distance[k - 1], slot[k - 1]))) continue;
-            uint32_t at = count < k ? count++ : k - 1;
-            for (; at > 0 && before(d, i, distance[at - 1], slot[at - 1]); --at) {
-                distance[at] = distance[at - 1];
-                slot[at] = slot[at - 1];
-            }
-            distance[at] = d;
-            slot[at] = i;
-        }
-    });
-    if (count == 0) return found;
-    const uint32_t last = slot[count - 1];
-    std::sort(slot, slot + count);
-    for (uint32_t i = 0; i < count; ++i) {
-        slots[i] = slot[i];
-        distances_squared[i] = squared_distance(tree, slot[i], center);
-        if (slot[i] == last) found.farthest = i;
+    if (k == 0 || tree.count == 0) return found;
+    Candidates c = {scratch.distance_squared, scratch.slot, 0, Real(0)};
+    Real radius = max_radius;
+    if (k < tree.count) radius = min(guess_radius(tree, center, k), max_radius);
+    uint32_t inside;
+    ++stat_queries;
+    for (;;) {
+        ++stat_tries;
+        gather(tree, center, k, radius, scratch.capacity, c);
+        inside = count_below(c, c.limit);
+        if (inside >= k || !(radius < max_radius)) break;
+        const Real missing = Real(static_cast<int32_t>(k)) / Real(static_cast<int32_t>(inside + 1));
+        radius = radius > Real(0) ? min(max_radius, radius * min(Real(4), cbrt(missing * Real(1.5)))) : max_radius;
     }
-    found.count = count;
-    found.radius_squared = distances_squared[found.farthest];
+    stat_raw += c.count;
+    stat_inside += inside;
+    found.count = min(k, inside);
+    if (found.count == 0) return found;
+    take(c, found.count, cut_after(c, found.count, inside, tree.id), tree.id, distances_squared, slots);
+    for (uint32_t i = 0; i < found.count; ++i) found.radius_squared = max(found.radius_squared, distances_squared[i]);
+    uint32_t last_id = 0;
+    for (uint32_t i = 0; i < found.count; ++i)
+        if (distances_squared[i] == found.radius_squared && tree.id[slots[i]] >= last_id) {
+            found.farthest = i;
+            last_id = tree.id[slots[i]];
+        }
     return found;
 }
 
-uint32_t in_radius(const PointTree &tree, const Vec3 &center, Real radius, uint32_t *slots, uint32_t capacity) {
+WISP_WIDE uint32_t in_radius(const PointTree &tree, const Vec3 &center, Real radius, uint32_t *slots,
+                             uint32_t capacity) {
     const Real limit = radius * radius;
     uint32_t count = 0;
     for_each_leaf_near(tree, center, radius, [&](uint32_t leaf) {
-        const uint32_t end = min((leaf + 1) * leaf_points, tree.count);
-        for (uint32_t i = leaf * leaf_points; i < end; ++i) {
-            if (!(squared_distance(tree, i, center) < limit)) continue;
-            if (count < capacity) slots[count] = i;
-            ++count;
-        }
+        Real distance[leaf_points];
+        leaf_distances(tree, leaf, center, distance);
+        uint32_t inside = 0;
+        for (uint32_t l = 0; l < leaf_points; ++l)
+            inside += (distance[l] < limit) & (leaf * leaf_points + l < tree.count) ? 1u : 0u;
+        for (uint32_t l = 0; l < leaf_points && count < capacity; ++l)
+            if (distance[l] < limit && leaf * leaf_points + l < tree.count) slots[count++] = leaf * leaf_points + l;
+        if (count >= capacity) count += inside;
     });
     return count;
 }

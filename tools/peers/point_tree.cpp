@@ -226,7 +226,7 @@ WISP_WIDE Real sum_by_tree(const PointTree &tree, const Vec3 &at, Real support, 
     for_each_leaf_near(tree, at, support, [&](uint32_t leaf) {
         for (uint32_t first = leaf * leaf_points; first < (leaf + 1) * leaf_points; first += lanes)
             for (uint32_t l = 0; l < lanes; ++l) {
-                const uint32_t i = first + l;
+                const size_t i = size_t{first} + l;
                 const Real dx = tree.x[i] - at.x, dy = tree.y[i] - at.y, dz = tree.z[i] - at.z;
                 sum[l] += Spline::value(sum_of_products(dx, dx, dy, dy, dz, dz) * inverse_h_squared);
             }

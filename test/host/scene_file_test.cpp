@@ -1,0 +1,176 @@
+// Scenes as they are written: statements, comments, defaults, and an error line for everything else.
+#include "host/error.h"
+#include "host/options.h"
+#include "host/scene_file.h"
+#include <cmath>
+#include <doctest/doctest.h>
+
+using namespace wisp;
+
+namespace {
+
+const std::string view = "v from 0 0 5 at 0 0 0 up 0 1 0 angle 40 hither 1 resolution 20 10\n";
+
+std::string error_of(const std::string &text) {
+    try {
+        parse_scene("s.aff", text);
+    } catch (const InputError &error) {
+        return error.what();
+    }
+    return "no error";
+}
+
+} // namespace
+
+TEST_CASE("scene: every statement, over any lines, with comments") {
+    const SceneFile s = parse_scene("dir/s.aff", "# a scene\r\nv from 1 2 3\n at 4 5 6 up 0 1 0 % up\n angle 40. hither .1 resolution 20 10\n"
+                                                 "b .1 .2 .3\nl 1 2 3\nl 1 2 3 4 5 6 lp 7 8 9 1 2 3\nls 0 0 9 0 0 -1 30 1 1 1\nld 0 -2 0 +1 1e0 1\n"
+                                                 "smoke p_%04d.vtk{kernel poly6 radius 0.5 mass 2 extinction 3 albedo .9 .8 .7 phase -.5\n"
+                                                 "emission 1 0 0 transform 2 2 2 0 0 1 90 1 2 3 frames 5 -1}\n"
+                                                 "smoke /abs.ply { } render spp 9\nrender smoke direct");
+    REQUIRE(s.view);
+    CHECK(s.view->from.z == 3);
+    CHECK(s.view->at.x == 4);
+    CHECK(s.view->angle == 40);
+    CHECK(s.view->width == 20);
+    CHECK(s.view->height == 10);
+    CHECK(s.background.y == 0.2);
+    REQUIRE(s.lights.size() == 5);
+    CHECK(s.lights[0].kind == LightKind::constant);
+    CHECK(s.lights[0].color.x == 1);
+    CHECK(s.lights[1].color.z == 6);
+    CHECK(s.lights[2].kind == LightKind::point);
+    CHECK(s.lights[3].kind == LightKind::spot);
+    CHECK(s.lights[3].degrees == 30);
+    CHECK(s.lights[4].kind == LightKind::parallel);
+    CHECK(s.lights[4].direction.y == -2);
+    REQUIRE(s.smokes.size() == 2);
+    CHECK(s.smokes[0].file == "dir/p_%04d.vtk");
+    CHECK(s.smokes[0].kernel == Kernel::poly6);
+    CHECK(*s.smokes[0].radius == 0.5);
+    CHECK(*s.smokes[0].mass == 2);
+    CHECK(s.smokes[0].extinction == 3);
+    CHECK(s.smokes[0].albedo.z == 0.7);
+    CHECK(s.smokes[0].phase == -0.5);
+    CHECK(s.smokes[0].emission.x == 1);
+    CHECK(s.smokes[0].transform->scale == 2);
+    CHECK(s.smokes[0].first_frame == 5);
+    CHECK(s.smokes[0].frame_step == -1);
+    CHECK(s.smokes[1].file == "/abs.ply");
+    CHECK(s.smokes[1].albedo.x == 0.9);
+    CHECK(!s.smokes[1].radius);
+    REQUIRE(s.defaults.size() == 2);
+    CHECK(s.defaults[0].option == "spp");
+    CHECK(s.defaults[0].where == "dir/s.aff:11: ");
+}
+
+TEST_CASE("scene: lights of an .nff file without colour share the intensity that its text proposes") {
+    const SceneFile s = parse_scene("a.nff", "l 1 1 1\nl 2 2 2\nl 3 3 3 .5 .5 .5\nl 4 4 4");
+    CHECK(s.lights[0].color.x == doctest::Approx(std::sqrt(4.0) / 8));
+    CHECK(s.lights[2].color.x == 0.5);
+    CHECK(parse_scene("a.aff", "l 1 1 1\nl 2 2 2").lights[0].color.x == 1);
+}
+
+TEST_CASE("scene: the first view counts") {
+    CHECK(parse_scene("a", view + "v from 0 0 9 at 0 0 0 up 0 1 0 angle 50 hither 1 resolution 5 5").view->width == 20);
+}
+
+TEST_CASE("scene: errors name the file, the line, what is wrong and what was expected") {
+    const struct {
+        const char *text, *error;
+    } cases[] = {
+        {"xyz 1", "s.aff:1: there is no statement 'xyz', expected v b l lp ls ld smoke or render"},
+        {"\n\nxs 1 1 1", "s.aff:3: statement 'xs' is not supported yet by this version, expected v b l lp ls ld smoke or render"},
+        {"b 1 2", "s.aff:1: the file ends, expected blue of 0 or more of the background"},
+        {"b 1 2 red", "s.aff:1: found 'red', expected a number: blue of 0 or more of the background"},
+        {"b 1 2 -3", "s.aff:1: found -3, expected blue of 0 or more of the background"},
+        {"lp 0 0 0 1 1 nan", "s.aff:1: found 'nan', expected a number: blue of 0 or more of the light"},
+        {"lp 0 0 1e31 1 1 1", "s.aff:1: found '1e31', expected a number within +-1e30: z of the light's position"},
+        {"ls 0 0 0 0 0 0 30 1 1 1", "s.aff:1: found 0 0 0, expected the light's direction of some length"},
+        {"ls 0 0 0 0 0 1 0 1 1 1", "s.aff:1: found cone angle 0, expected above 0, at most 360 degrees"},
+        {"v from 0 0 0 at 0 0 0", "s.aff:1: the file ends, expected 'up'"},
+        {"v from 0 0 5 at 0 0 0 up 0 0 2 angle 40 hither 1 resolution 4 4",
+         "s.aff:1: 'up' is parallel to the direction of view, expected another"},
+        {"v from 0 0 5 at 0 0 5 up 0 1 0 angle 40 hither 1 resolution 4 4", "s.aff:1: 'from' and 'at' are the same point, expected two"},
+        {"v from 0 0 5 at 0 0 0 up 0 1 0 angle 180 hither 1 resolution 4 4",
+         "s.aff:1: found angle 180, expected above 0 and below 180 degrees"},
+        {"v from 0 0 5 at 0 0 0 up 0 1 0 angle 40 hither 1 resolution 0 4",
+         "s.aff:1: found '0', expected a whole number from 1 to 65536: the picture's width"},
+        {"smoke", "s.aff:1: the file ends, expected a particle file"},
+        {"smoke a.vtk {\n radius 0 }", "s.aff:2: found 0, expected a smoothing length above 0"},
+        {"smoke a.vtk {\n phase 1 }", "s.aff:2: found phase 1, expected above -1 and below 1"},
+        {"smoke a.vtk {\n phase -1.5 }", "s.aff:2: found phase -1.5, expected above -1 and below 1"},
+        {"smoke a.vtk {\n albedo 1 1 1.1 }", "s.aff:2: found 1.1, expected blue from 0 to 1 of the albedo"},
+        {"smoke a.vtk {\n kernel gauss }", "s.aff:2: found 'gauss', expected spline or poly6"},
+        {"smoke a.vtk {\n colour 1 }",
+         "s.aff:2: there is no 'colour' in smoke, expected kernel radius mass extinction albedo phase emission transform frames or }"},
+        {"smoke a.vtk { transform 1 2 1 0 0 1 0 0 0 0 }", "s.aff:1: the scales are not equal and above 0, expected a uniform scale"},
+        {"smoke a.vtk { transform 1 1 1 0 0 0 9 0 0 0 }", "s.aff:1: found axis 0 0 0, expected some length"},
+        {"smoke a.vtk {", "s.aff:1: the file ends, expected '}'"},
+        {"smoke { }", "s.aff:1: found '{', expected a particle file"},
+        {"smoke box 0 0 0 1 1 1 1 {}", "s.aff:1: 'smoke box' is not supported yet by this version, expected a particle file"},
+        {"render spp", "s.aff:1: the file ends, expected a value for 'spp'"},
+    };
+    for (const auto &c : cases) {
+        CAPTURE(c.text);
+        CHECK(error_of(c.text) == c.error);
+    }
+}
+
+TEST_CASE("options: names, forms and ranges") {
+    const CommandLine line = parse_arguments({"a.aff", "--spp=9", "-o", "x.png", "--exposure", "-1", "-q"});
+    CHECK(line.files == std::vector<std::string>{"a.aff"});
+    REQUIRE(line.options.size() == 4);
+    Options options;
+    for (const auto &[name, value] : line.options) set_option(options, name, value, "");
+    CHECK(options.samples == 9);
+    CHECK(options.outputs == std::vector<std::string>{"x.png"});
+    CHECK(options.exposure == -1);
+    CHECK(options.quiet);
+
+    const struct {
+        const char *name, *value, *error;
+    } wrong[] = {
+        {"spp", "0", "option 'spp': found '0', expected a whole number from 1 to 65536"},
+        {"spp", "4.5", "option 'spp': found '4.5', expected a whole number from 1 to 65536"},
+        {"gather", "1", "option 'gather': found '1', expected a whole number from 2 to 1000000"},
+        {"size", "20", "option 'size': found '20', expected WIDTHxHEIGHT"},
+        {"crop", "5,5,5,6", "option 'crop': found '5,5,5,6', expected X0 < X1 and Y0 < Y1"},
+        {"frames", "3:1", "option 'frames': found '3:1', expected a whole number from 3 to 1000000000"},
+        {"memory", "12Q", "option 'memory': found '12Q', expected bytes, with k, M or G behind"},
+        {"memory", "99999999999G", "option 'memory': found '99999999999G', expected bytes, with k, M or G behind"},
+        {"arith", "f16", "option 'arith': found 'f16', expected f32, f64, fixed"},
+        {"smoke", "map", "option 'smoke': found 'map', this version does not support it yet"},
+        {"irradiance", "uniform", "option 'irradiance': found 'uniform', this version does not support it yet"},
+        {"output", "a.jpg", "option 'output': found 'a.jpg', expected a file name that ends in .png or .pfm"},
+        {"step", "nan", "option 'step': found 'nan', expected a number above 0, at most 1000.000000"},
+        {"reference", "", "option 'reference' is not supported yet by this version"},
+        {"shadows", "trace", "option 'shadows' is not supported yet by this version"},
+        {"bogus", "", "there is no option 'bogus'; 'wisp help' lists them"},
+    };
+    for (const auto &c : wrong) {
+        std::string found = "no error";
+        try {
+            set_option(options, c.name, c.value, "");
+        } catch (const Error &error) {
+            found = error.what();
+            CHECK(error.status == exit_usage);
+        }
+        CHECK(found == c.error);
+    }
+    CHECK(*to_number("3.") == 3);
+    CHECK(*to_number("+.5") == 0.5);
+    CHECK(!to_number("+-3"));
+    CHECK(!to_number("inf"));
+    CHECK(!to_number("1x"));
+    CHECK(!to_number(""));
+}
+
+TEST_CASE("frame numbers take the place of %04d") {
+    CHECK(numbered("a_%04d.png", 7) == "a_0007.png");
+    CHECK(numbered("a_%d.png", 12345) == "a_12345.png");
+    CHECK(numbered("100%.png", 7) == "100%.png");
+    CHECK(numbered("%s%02d", 3) == "%s03");
+    CHECK(has_number("%d"));
+    CHECK(!has_number("%x"));
+}
