@@ -86,6 +86,15 @@ golden: $B/wisp
 	tools/golden $B/wisp > $B/goldens.txt
 	-diff fixtures/goldens.txt $B/goldens.txt && echo "no golden changes"
 
+# The goldens from other compilers, optimisations and vectors: compiler, then flags, `:` for a space.
+BUILDS ?= g++:-O0 g++:-O3:-march=native clang++:-O0 clang++:-O3 clang++:-O3:-march=native
+same-bits:
+	@for build in $(BUILDS); do set -- $$(echo $$build | tr : ' '); \
+	    $(MAKE) --no-print-directory B=$B/same/$$build CXX=$$1 OPT=$$2 ARCH=$$3 MULTIVERSION= $B/same/$$build/wisp > $B/same.log 2>&1 \
+	        || { cat $B/same.log; exit 1; }; \
+	    tools/golden $B/same/$$build/wisp | diff fixtures/goldens.txt - || exit 1; \
+	    echo "same bits: $$*"; done
+
 # Every reader under libFuzzer with address and undefined-behaviour checks, SECONDS each.
 SECONDS ?= 60
 SOURCES_particles = $(addprefix src/host/,particles.cpp vtk.cpp bgeo.cpp ply.cpp gzip.cpp files.cpp)
@@ -107,6 +116,6 @@ deps:
 clean:
 	rm -rf $B
 
-.PHONY: all demo test golden fuzz deps clean
+.PHONY: all demo test golden same-bits bench fuzz deps clean
 .SECONDARY:
 -include $(shell find $B -name '*.d' 2>/dev/null)

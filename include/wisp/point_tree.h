@@ -24,6 +24,15 @@
 #include "wisp/arena.h"
 #include "wisp/vec.h"
 
+// Before a loop over lanes: g++ would unroll it where it should become one vector.
+#if defined(__GNUC__) && !defined(__clang__)
+#define WISP_LANES _Pragma("GCC unroll 1")
+#else
+#define WISP_LANES
+#endif
+// Visitors become part of the function that calls them, and so are compiled for the vectors of that function.
+#define WISP_VISITOR __attribute__((always_inline)) inline
+
 namespace wisp {
 
 constexpr uint32_t leaf_points = 8;
@@ -78,12 +87,13 @@ uint64_t point_tree_bytes(uint32_t count);
 // ---- visitors -------------------------------------------------------------------------------------------------------
 
 // Calls visit(leaf), in ascending order, for each leaf that may hold a point p with |p - center| <= radius; 0 <= radius.
-template <class Visit> void for_each_leaf_near(const PointTree &tree, const Vec3 &center, Real radius, Visit &&visit);
+template <class Visit>
+WISP_VISITOR void for_each_leaf_near(const PointTree &tree, const Vec3 &center, Real radius, Visit &&visit);
 
 // The same for points within `radius` of the segment from origin + t0 direction to origin + t1 direction; `direction`
 // is a unit vector, 0 <= radius, in Fixed < 2^15. An end far outside the scene costs nothing.
 template <class Visit>
-void for_each_leaf_on_segment(const PointTree &tree, const Vec3 &origin, const Vec3 &direction, Real t0, Real t1,
+WISP_VISITOR void for_each_leaf_on_segment(const PointTree &tree, const Vec3 &origin, const Vec3 &direction, Real t0, Real t1,
                               Real radius, Visit &&visit);
 
 // ---- k nearest -------------------------------------------------------------------------------------------------------
@@ -228,7 +238,8 @@ struct SegmentTest {
 // Down the tree height by height, a batch of blocks at a time: all children of the batch that pass the test are listed
 // before any of them is looked into, which saves most of the branches that cannot be predicted. Lists are in ascending
 // order, and a batch is finished, down to its leaves, before the next one.
-template <class Test, class Visit> void for_each_leaf(const PointTree &tree, const Test &test, Visit &&visit) {
+template <class Test, class Visit>
+WISP_VISITOR void for_each_leaf(const PointTree &tree, const Test &test, Visit &&visit) {
     constexpr uint32_t batch = 8;
     struct List {
         uint32_t next, count;
@@ -252,7 +263,7 @@ template <class Test, class Visit> void for_each_leaf(const PointTree &tree, con
         for (; list.next < end; ++list.next) {
             const uint32_t block = list.member[list.next];
             uint32_t met[lanes];
-            for (uint32_t l = 0; l < lanes; ++l) met[l] = test(blocks[block], l);
+            WISP_LANES for (uint32_t l = 0; l < lanes; ++l) met[l] = test(blocks[block], l);
             for (uint32_t l = 0; l < lanes; ++l) {
                 below.member[count] = block * lanes + l;
                 count += met[l];
@@ -269,12 +280,12 @@ template <class Test, class Visit> void for_each_leaf(const PointTree &tree, con
 }
 
 template <class Visit>
-void for_each_leaf_near(const PointTree &tree, const Vec3 &center, Real radius, Visit &&visit) {
+WISP_VISITOR void for_each_leaf_near(const PointTree &tree, const Vec3 &center, Real radius, Visit &&visit) {
     for_each_leaf(tree, BallTest(center, radius), visit);
 }
 
 template <class Visit>
-void for_each_leaf_on_segment(const PointTree &tree, const Vec3 &origin, const Vec3 &direction, Real t0, Real t1,
+WISP_VISITOR void for_each_leaf_on_segment(const PointTree &tree, const Vec3 &origin, const Vec3 &direction, Real t0, Real t1,
                               Real radius, Visit &&visit) {
     for_each_leaf(tree, SegmentTest(tree, origin, direction, t0, t1, radius), visit);
 }

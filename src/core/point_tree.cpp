@@ -198,7 +198,7 @@ namespace {
 void leaf_distances(const PointTree &tree, uint32_t leaf, const Vec3 &center, Real *distance_squared) {
     const Real *x = tree.x + size_t{leaf} * leaf_points, *y = tree.y + size_t{leaf} * leaf_points;
     const Real *z = tree.z + size_t{leaf} * leaf_points;
-    for (uint32_t l = 0; l < leaf_points; ++l) {
+    WISP_LANES for (uint32_t l = 0; l < leaf_points; ++l) {
         const Real dx = x[l] - center.x, dy = y[l] - center.y, dz = z[l] - center.z;
         distance_squared[l] = sum_of_products(dx, dx, dy, dy, dz, dz);
     }
@@ -307,7 +307,7 @@ void gather(const PointTree &tree, const Vec3 &center, uint32_t k, Real radius, 
             c.limit = order_value(to_order(cut.bound) + 1, Real());
         }
         leaf_distances(tree, leaf, center, c.distance + c.count);
-        for (uint32_t l = 0; l < leaf_points; ++l) c.slot[c.count + l] = leaf * leaf_points + l;
+        WISP_LANES for (uint32_t l = 0; l < leaf_points; ++l) c.slot[c.count + l] = leaf * leaf_points + l;
         c.count += leaf_points;
     });
     while (c.count > 0 && c.slot[c.count - 1] >= tree.count) --c.count;
@@ -325,7 +325,7 @@ Real guess_radius(const PointTree &tree, const Vec3 &center, uint32_t k) {
         if (points * 2 < k && boxes) { points *= 8; break; }
         boxes = &tree.blocks[tree.first_block[h] + block];
         BoundProduct gaps[lanes];
-        for (uint32_t l = 0; l < lanes; ++l) gaps[l] = ball.gap_squared(*boxes, l);
+        WISP_LANES for (uint32_t l = 0; l < lanes; ++l) gaps[l] = ball.gap_squared(*boxes, l);
         child = 0;
         for (uint32_t l = 1; l < lanes; ++l) child = gaps[l] < gaps[child] ? l : child;
         gap = gaps[child];
@@ -400,7 +400,7 @@ WISP_WIDE uint32_t in_radius(const PointTree &tree, const Vec3 &center, Real rad
         Real distance[leaf_points];
         leaf_distances(tree, leaf, center, distance);
         uint32_t inside = 0;
-        for (uint32_t l = 0; l < leaf_points; ++l)
+        WISP_LANES for (uint32_t l = 0; l < leaf_points; ++l)
             inside += (distance[l] < limit) & (leaf * leaf_points + l < tree.count) ? 1u : 0u;
         for (uint32_t l = 0; l < leaf_points && count < capacity; ++l)
             if (distance[l] < limit && leaf * leaf_points + l < tree.count) slots[count++] = leaf * leaf_points + l;

@@ -36,11 +36,13 @@ Color single_scattering(const Marcher &marcher, const Step &step, const Vec3 &ou
     return sum;
 }
 
-// What was scattered at least once before and now along `out`, per unit of length.
-Color multiple_scattering(Marcher &marcher, const Vec3 &x, const Vec3 &out) {
+// What was scattered at least once before and now along `out`, per unit of length. The ball of an estimate reaches
+// beyond the smoke; where there is none nothing scatters, whatever photons are near.
+Color multiple_scattering(Marcher &marcher, const Vec3 &x, const Vec3 &out, const Real *extinctions) {
     Color sum(Real(0));
     if (!marcher.photon_maps) return sum;
     for (uint32_t i = 0; i < marcher.medium->count; ++i) {
+        if (!(extinctions[i] > Real(0))) continue;
         const Smoke &smoke = marcher.medium->smokes[i];
         sum += smoke.albedo * in_scattered(marcher.photon_maps[i], smoke.phase, x, out, marcher.gather_radius[i],
                                            marcher.gather, *marcher.statistics);
@@ -78,7 +80,7 @@ Color march(Marcher &marcher, const Ray &ray) {
             source += (Color(Real(1)) - smoke.albedo) * smoke.emission * extinctions[s];
         }
         if (sigma > Real(0)) source += single_scattering(marcher, step, out, extinctions);
-        source += multiple_scattering(marcher, step.middle, out);
+        source += multiple_scattering(marcher, step.middle, out, extinctions);
 
         const Real s = sigma * dx;
         radiance += source * (exp(-depth) * mean_transmittance(s) * dx);

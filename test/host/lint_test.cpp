@@ -38,7 +38,7 @@ TEST_CASE("the lint finds one violation of each rule, and none in a comment") {
         const wisp::TemporaryFolder folder;
         const std::filesystem::path path = folder.file(violation.file);
         std::filesystem::create_directories(path.parent_path());
-        CAPTURE(violation.line);
+        CAPTURE(std::string(violation.line));
         std::ofstream(path) << "// " << violation.line << " in a comment -ffp-contract=off\n";
         if (path.filename() != "Makefile") CHECK(lint(folder.file("")) == 0);
         std::ofstream(path) << violation.line << "\n";

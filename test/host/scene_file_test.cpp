@@ -61,7 +61,7 @@ TEST_CASE("scene: every statement, over any lines, with comments") {
     CHECK(!s.smokes[1].radius);
     REQUIRE(s.defaults.size() == 2);
     CHECK(s.defaults[0].option == "spp");
-    CHECK(s.defaults[0].where == "dir/s.aff:11: ");
+    CHECK(s.defaults[0].where == "dir/s.aff:12: ");
 }
 
 TEST_CASE("scene: lights of an .nff file without colour share the intensity that its text proposes") {

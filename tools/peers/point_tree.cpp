@@ -165,7 +165,10 @@ inline Peer spline(Peer distance_squared, Peer inverse_h) {
     return u * u * u;
 }
 
-constexpr uint32_t cell_lanes = 16;
+#ifndef CL
+#define CL 8
+#endif
+constexpr int32_t cell_lanes = CL;
 
 // Points sorted into cells of the support's size, x fastest: the 27 cells around a point are nine runs.
 struct CellList {
@@ -208,16 +211,18 @@ WISP_WIDE Peer sum_by_cells(const CellList &cells, const PeerPoint &at, Peer inv
     for (int32_t dk = -1; dk <= 1; ++dk)
         for (int32_t dj = -1; dj <= 1; ++dj) {
             const size_t run = cells.index(i - 1, j + dj, k + dk);
-            const uint32_t begin = cells.first[run], end = cells.first[run + 3];
-            for (uint32_t s = begin; s < end; s += cell_lanes)
-                for (uint32_t l = 0; l < cell_lanes; ++l) {
+            const size_t begin = cells.first[run], end = cells.first[run + 3];
+            for (size_t s = begin; s < end; s += cell_lanes) {
+                const int32_t left = static_cast<int32_t>(end - s);
+                WISP_LANES for (int32_t l = 0; l < cell_lanes; ++l) {
                     const Peer dx = x[s + l] - at.x, dy = y[s + l] - at.y, dz = z[s + l] - at.z;
                     const Peer value = spline(dx * dx + dy * dy + dz * dz, inverse_h);
-                    sum[l] += s + l < end ? value : 0;
+                    sum[l] += l < left ? value : 0;
                 }
+            }
         }
     Peer total = 0;
-    for (uint32_t l = 0; l < cell_lanes; ++l) total += sum[l];
+    for (int32_t l = 0; l < cell_lanes; ++l) total += sum[l];
     return total;
 }
 
