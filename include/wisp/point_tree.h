@@ -23,6 +23,7 @@
 #pragma once
 #include "wisp/arena.h"
 #include "wisp/vec.h"
+#include <cstring>
 
 // Before a loop over lanes: g++ would unroll it where it should become one vector.
 #if defined(__GNUC__) && !defined(__clang__)
@@ -38,6 +39,13 @@ namespace wisp {
 constexpr uint32_t leaf_points = 8;
 static_assert(leaf_points % lanes == 0, "a leaf is a whole number of vectors");
 
+#ifndef CHILDREN
+#define CHILDREN 16
+#endif
+#ifndef ROOTS
+#define ROOTS 4
+#endif
+constexpr uint32_t children = CHILDREN, most_roots = ROOTS, batch_blocks=8;
 constexpr uint32_t no_point = 0xffffffff; // id of an empty slot
 
 // The slots of a tree of `count` points: `count` rounded up to whole leaves.
@@ -61,7 +69,7 @@ namespace WISP_ARITH {
 
 // The boxes of eight children. Those that do not exist are inside out, far beyond any scene.
 struct BoxBlock {
-    Bound low_x[lanes], low_y[lanes], low_z[lanes], high_x[lanes], high_y[lanes], high_z[lanes];
+    Bound low_x[children], low_y[children], low_z[children], high_x[children], high_y[children], high_z[children];
 };
 
 constexpr uint32_t most_heights = 10; // 8^10 leaves are more than 2^31 - 1 points fill
@@ -73,6 +81,7 @@ struct PointTree {
     const uint32_t *id;          // by slot: the point's index in the caller's order, or no_point
     Box bounds;                  // of all points
     uint32_t height;             // heights of blocks: 0 without points
+    uint32_t roots;              // blocks of the greatest height
     uint32_t first_block[most_heights];
     const BoxBlock *blocks;
 };
@@ -153,6 +162,19 @@ constexpr int32_t slack(int32_t) { return 8; }
 // Radii are cut off here: beyond any scene, and short of the boxes that do not exist.
 constexpr float largest_radius(float) { return 0x1p60f; }
 constexpr int32_t largest_radius(int32_t) { return 1 << 27; }
+
+// For each byte the positions of its set bits, lowest first.
+struct SetBits {
+    uint8_t position[256][lanes];
+};
+constexpr SetBits find_set_bits() {
+    SetBits bits = {};
+    for (uint32_t byte = 0; byte < 256; ++byte)
+        for (uint32_t l = 0, count = 0; l < lanes; ++l)
+            if (byte >> l & 1) bits.position[byte][count++] = static_cast<uint8_t>(l);
+    return bits;
+}
+inline constexpr SetBits set_bits = find_set_bits();
 
 template <class T> constexpr T magnitude(T x) { return x < 0 ? -x : x; }
 
@@ -235,21 +257,34 @@ struct SegmentTest {
     }
 };
 
+// Which of eight children passed a test, from one byte each (1 or 0): their number, and their numbers in ascending order
+// in the first places of `which`. Multiplying gathers the eight bytes into one.
+struct Passed {
+    uint32_t count;
+    const uint8_t *which;
+};
+inline Passed passed(const uint8_t (&passes)[lanes]) {
+    uint64_t bytes;
+    std::memcpy(&bytes, passes, sizeof bytes);
+    return {static_cast<uint32_t>(bytes * 0x0101010101010101u >> 56),
+            detail::set_bits.position[bytes * 0x0102040810204080u >> 56]};
+}
+
 // Down the tree height by height, a batch of blocks at a time: all children of the batch that pass the test are listed
-// before any of them is looked into, which saves most of the branches that cannot be predicted. Lists are in ascending
-// order, and a batch is finished, down to its leaves, before the next one.
+// before any of them is looked into, so that there are few branches to predict. Lists are in ascending order, and a batch
+// is finished, down to its leaves, before the next one.
 template <class Test, class Visit>
 WISP_VISITOR void for_each_leaf(const PointTree &tree, const Test &test, Visit &&visit) {
-    constexpr uint32_t batch = 8;
     struct List {
         uint32_t next, count;
-        uint32_t member[batch * lanes];
+        uint32_t member[batch_blocks * children + lanes]; // whole vectors are written
     };
     if (tree.count == 0) return;
     List lists[most_heights + 1]; // [0]: leaves, [h + 1]: blocks of height h
     uint32_t level = tree.height;
-    lists[level].next = lists[level].member[0] = 0;
-    lists[level].count = 1;
+    lists[level].next = 0;
+    lists[level].count = tree.roots;
+    for (uint32_t i = 0; i < tree.roots; ++i) lists[level].member[i] = i;
     while (level <= tree.height) {
         List &list = lists[level];
         if (list.next == list.count) {
@@ -258,15 +293,17 @@ WISP_VISITOR void for_each_leaf(const PointTree &tree, const Test &test, Visit &
         }
         List &below = lists[level - 1];
         const BoxBlock *blocks = tree.blocks + tree.first_block[level - 1];
-        const uint32_t end = min(list.next + batch, list.count);
+        const uint32_t end = min(list.next + batch_blocks, list.count);
         uint32_t count = 0;
         for (; list.next < end; ++list.next) {
             const uint32_t block = list.member[list.next];
-            uint32_t met[lanes];
-            WISP_LANES for (uint32_t l = 0; l < lanes; ++l) met[l] = test(blocks[block], l);
-            for (uint32_t l = 0; l < lanes; ++l) {
-                below.member[count] = block * lanes + l;
-                count += met[l];
+            for (uint32_t group = 0; group < children; group += lanes) {
+                uint8_t passes[lanes];
+                WISP_LANES for (uint32_t l = 0; l < lanes; ++l) passes[l] = test(blocks[block], group + l);
+                const Passed p = passed(passes);
+                uint32_t *member = below.member + count;
+                for (uint32_t l = 0; l < lanes; ++l) member[l] = block * children + group + p.which[l];
+                count += p.count;
             }
         }
         if (level == 1) {

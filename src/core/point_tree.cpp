@@ -1,6 +1,9 @@
 // Building the point tree and searching the k nearest (S5).
 #include "wisp/point_tree.h"
 #include <algorithm>
+#ifndef SHARE
+#define SHARE 2
+#endif
 #ifndef WISP_F
 #define WISP_F 1.4
 #endif
@@ -53,13 +56,14 @@ struct Record {
     uint32_t id;
 };
 
-constexpr uint32_t leaves_below(uint32_t height) { return uint32_t{1} << (3 * height); } // of a child of such a block
+constexpr uint32_t log_children = children == 8 ? 3 : children == 16 ? 4 : 5;
+constexpr uint64_t leaves_below(uint32_t height) { return uint64_t{1} << (log_children * height); } // of a child of such a block
 constexpr uint32_t blocks_of(uint32_t leaves, uint32_t height) {
-    return static_cast<uint32_t>((uint64_t{leaves} + leaves_below(height) * uint64_t{lanes} - 1) >> (3 * height + 3));
+    return static_cast<uint32_t>((uint64_t{leaves} + leaves_below(height + 1) - 1) >> (log_children * (height + 1)));
 }
 uint32_t height_of(uint32_t leaves) {
     uint32_t height = leaves == 0 ? 0 : 1;
-    while (height > 0 && blocks_of(leaves, height - 1) > 1) ++height;
+    while (height > 0 && blocks_of(leaves, height - 1) > most_roots) ++height;
     return height;
 }
 
@@ -70,9 +74,9 @@ struct Builder {
     BoxBlock *leaf_boxes;
 
     void build(uint32_t first, uint32_t end, uint32_t height) {
-        const uint32_t child = leaves_below(height) * leaf_points;
-        const uint32_t children = (end - first + child - 1) / child;
-        if (children == 1) {
+        const uint32_t child = static_cast<uint32_t>(leaves_below(height) * leaf_points);
+        const uint32_t parts = (end - first + child - 1) / child;
+        if (parts == 1) {
             if (height == 0)
                 make_leaf(first, end);
             else
@@ -89,7 +93,7 @@ struct Builder {
         int axis = 0;
         for (int a = 1; a < 3; ++a)
             if (high[a] - low[a] > high[axis] - low[axis]) axis = a;
-        const uint32_t cut = first + (children + 1) / 2 * child;
+        const uint32_t cut = first + (parts + 1) / 2 * child;
         std::nth_element(records + first, records + cut, records + end, [axis](const Record &a, const Record &b) {
             return a.coordinate[axis] < b.coordinate[axis] || (a.coordinate[axis] == b.coordinate[axis] && a.id < b.id);
         });
@@ -109,8 +113,8 @@ struct Builder {
             high = highest(high, p);
         }
         const uint32_t leaf = first / leaf_points;
-        BoxBlock &block = leaf_boxes[leaf / lanes];
-        const uint32_t lane = leaf % lanes;
+        BoxBlock &block = leaf_boxes[leaf / children];
+        const uint32_t lane = leaf % children;
         block.low_x[lane] = below(low.x), block.low_y[lane] = below(low.y), block.low_z[lane] = below(low.z);
         block.high_x[lane] = above(high.x), block.high_y[lane] = above(high.y), block.high_z[lane] = above(high.z);
     }
@@ -154,7 +158,7 @@ PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena) {
     for (uint32_t i = 0; i < count; ++i) records[i] = {{points[i].x, points[i].y, points[i].z}, i};
     if (count > 0) {
         Builder builder = {records, x, y, z, id, block + tree.first_block[0]};
-        builder.build(0, count, tree.height - 1);
+        builder.build(0, count, tree.height);
         tree.bounds.low = tree.bounds.high = points[0];
         for (uint32_t i = 0; i < count; ++i) {
             tree.bounds.low = lowest(tree.bounds.low, points[i]);
@@ -167,21 +171,21 @@ PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena) {
         id[i] = no_point;
     }
     for (uint32_t h = 0; h < tree.height; ++h) {
-        const uint32_t children = h == 0 ? leaves : blocks_of(leaves, h - 1);
+        const uint32_t members = h == 0 ? leaves : blocks_of(leaves, h - 1);
         BoxBlock *here = block + tree.first_block[h];
-        for (uint32_t child = 0; child < blocks_of(leaves, h) * lanes; ++child) {
-            BoxBlock &parent = here[child / lanes];
-            const uint32_t lane = child % lanes;
-            if (child >= children) {
+        for (uint32_t child = 0; child < blocks_of(leaves, h) * children; ++child) {
+            BoxBlock &parent = here[child / children];
+            const uint32_t lane = child % children;
+            if (child >= members) {
                 fill_empty(parent, lane);
             } else if (h > 0) {
                 const BoxBlock &b = block[tree.first_block[h - 1] + child];
-                parent.low_x[lane] = *std::min_element(b.low_x, b.low_x + lanes);
-                parent.low_y[lane] = *std::min_element(b.low_y, b.low_y + lanes);
-                parent.low_z[lane] = *std::min_element(b.low_z, b.low_z + lanes);
-                parent.high_x[lane] = *std::max_element(b.high_x, b.high_x + lanes);
-                parent.high_y[lane] = *std::max_element(b.high_y, b.high_y + lanes);
-                parent.high_z[lane] = *std::max_element(b.high_z, b.high_z + lanes);
+                parent.low_x[lane] = *std::min_element(b.low_x, b.low_x + children);
+                parent.low_y[lane] = *std::min_element(b.low_y, b.low_y + children);
+                parent.low_z[lane] = *std::min_element(b.low_z, b.low_z + children);
+                parent.high_x[lane] = *std::max_element(b.high_x, b.high_x + children);
+                parent.high_y[lane] = *std::max_element(b.high_y, b.high_y + children);
+                parent.high_z[lane] = *std::max_element(b.high_z, b.high_z + children);
             }
         }
     }
@@ -189,6 +193,7 @@ PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena) {
     tree.x = x, tree.y = y, tree.z = z, tree.id = id, tree.blocks = block;
     tree.count = count, tree.leaf_count = leaves;
     tree.ready = true;
+    tree.roots = tree.height ? blocks_of(leaves, tree.height - 1) : 0;
     return tree;
 }
 
@@ -321,15 +326,20 @@ Real guess_radius(const PointTree &tree, const Vec3 &center, uint32_t k) {
     uint64_t points = 0;
     BoundProduct gap = 0;
     for (uint32_t h = tree.height; h-- > 0;) {
-        points = uint64_t{leaf_points} << (3 * h);
-        if (points * 2 < k && boxes) { points *= 8; break; }
-        boxes = &tree.blocks[tree.first_block[h] + block];
-        BoundProduct gaps[lanes];
-        WISP_LANES for (uint32_t l = 0; l < lanes; ++l) gaps[l] = ball.gap_squared(*boxes, l);
-        child = 0;
-        for (uint32_t l = 1; l < lanes; ++l) child = gaps[l] < gaps[child] ? l : child;
-        gap = gaps[child];
-        block = block * lanes + child;
+        const uint64_t size = leaf_points * leaves_below(h);
+        if (boxes && size * SHARE < k) break;
+        points = size;
+        const BoxBlock *first = tree.blocks + tree.first_block[h];
+        uint32_t best = 0; bool any = false;
+        for (uint32_t b = boxes ? block : 0; b < (boxes ? block + 1 : tree.roots); ++b) {
+            BoundProduct gaps[children];
+            WISP_LANES for (uint32_t l = 0; l < children; ++l) gaps[l] = ball.gap_squared(first[b], l);
+            for (uint32_t l = 0; l < children; ++l)
+                if (!any || gaps[l] < gap) any = true, gap = gaps[l], best = b * children + l;
+        }
+        boxes = &first[best / children];
+        child = best % children;
+        block = best;
     }
     const Real x = from_bound(boxes->high_x[child] - boxes->low_x[child], Real());
     const Real y = from_bound(boxes->high_y[child] - boxes->low_y[child], Real());

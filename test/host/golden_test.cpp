@@ -5,7 +5,6 @@
 #include "temporary_folder.h"
 #include <doctest/doctest.h>
 #include <fstream>
-#include <map>
 #include <sstream>
 
 using namespace wisp;
@@ -29,28 +28,45 @@ std::vector<Golden> goldens() {
     return list;
 }
 
+struct Studio : TemporaryFolder {
+    // The picture of a golden's scene, and its digest.
+    Picture render(const std::string &scene, const std::string &arithmetic, std::string *digest = nullptr) const {
+        const std::string pfm = file("a.pfm"), out = file("out");
+        const std::string command = "build/wisp render fixtures/" + scene + " --arith " + arithmetic + " --digest -o " + pfm + " > " + out;
+        REQUIRE(std::system(command.c_str()) == 0);
+        if (digest) std::ifstream(out) >> *digest;
+        return read_pfm(pfm);
+    }
+};
+
 } // namespace
 
-TEST_CASE("every fixture has its golden, and f32 and fixed are within a thousandth of f64") {
-    const TemporaryFolder folder;
-    std::map<std::string, std::map<std::string, Picture>> pictures; // scene, arithmetic
-    for (const Golden &golden : goldens()) {
-        const std::string pfm = folder.file("a.pfm"), out = folder.file("out");
+TEST_CASE("every fixture has its golden in every arithmetic") {
+    const Studio studio;
+    const std::vector<Golden> list = goldens();
+    CHECK(list.size() >= 9);
+    for (const Golden &golden : list) {
         CAPTURE(golden.scene);
         CAPTURE(golden.arithmetic);
-        REQUIRE(std::system(("build/wisp render fixtures/" + golden.scene + " --arith " + golden.arithmetic + " --digest -o " + pfm + " > " + out).c_str()) == 0);
         std::string digest;
-        std::ifstream(out) >> digest;
+        studio.render(golden.scene, golden.arithmetic, &digest);
         CHECK(digest == golden.digest);
-        pictures[golden.scene][golden.arithmetic] = read_pfm(pfm);
     }
-    CHECK(pictures.size() >= 3);
-    for (auto &[scene, of] : pictures) {
-        CAPTURE(scene);
-        REQUIRE(of.size() == 3);
-        for (const char *arithmetic : {"f32", "fixed"}) {
-            CAPTURE(std::string(arithmetic));
-            CHECK(compare(of[arithmetic], of["f64"]).relative_rmse < 1e-3);
-        }
+}
+
+TEST_CASE("f32 and fixed are within a thousandth of f64") {
+    // Without photons as they are. With photons a few of them take another path after a decision that fell the other
+    // way (one in some hundred of those with many collisions), so the pictures differ as those of other seeds do, by
+    // far less: that is counted apart.
+    const Studio studio;
+    for (const Golden &golden : goldens()) {
+        if (golden.arithmetic == "f64") continue;
+        CAPTURE(golden.scene);
+        CAPTURE(golden.arithmetic);
+        const std::string single = golden.scene + " --photons 0", other_seed = golden.scene + " --seed 2";
+        CHECK(compare(studio.render(single, golden.arithmetic), studio.render(single, "f64")).relative_rmse < 1e-3);
+        const Picture exact = studio.render(golden.scene, "f64");
+        const double noise = compare(studio.render(other_seed, "f64"), exact).relative_rmse;
+        CHECK(compare(studio.render(golden.scene, golden.arithmetic), exact).relative_rmse < 0.1 * noise);
     }
 }
