@@ -81,6 +81,14 @@ demo: $B/wisp
 test: all $B/tests
 	@$B/tests
 
+# Peers are built only where their packages are.
+PEERS = $(if $(wildcard /usr/include/nanoflann.hpp),$B/peers/point_tree_f32 $B/peers/point_tree_f64)
+$B/peers/point_tree_%: tools/peers/point_tree.cpp $B/core/%/point_tree.o
+	@mkdir -p $(@D)
+	$(CXX) $(CPPFLAGS) $(FLAGS) $(MULTIVERSION) -DWISP_ARITH=$* $^ -o $@
+bench: all $(PEERS)
+	tools/bench
+
 # The goldens anew, as a difference to look at; nobody runs this to make a red test green.
 golden: $B/wisp
 	tools/golden $B/wisp > $B/goldens.txt

@@ -110,4 +110,12 @@ struct Poly6 {                                                                  
     }
 };
 
+// An upper bound of a kernel's chord(b^2) that costs no root and no logarithm: its maximum times (1 - b^2 /
+// support^2)^3.
+template <class Kernel> Real chord_bound(Real b_squared) {
+    constexpr Real inverse = Kernel::support == Real(1) ? Real(1) : Real(0.25);
+    const Real u = max(Real(0), Real(1) - b_squared * inverse);
+    return Kernel::line_maximum * (u * u * u);
+}
+
 } // namespace wisp::WISP_ARITH

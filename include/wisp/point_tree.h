@@ -36,16 +36,12 @@
 
 namespace wisp {
 
-constexpr uint32_t leaf_points = 8;
+constexpr uint32_t leaf_points = 16;
 static_assert(leaf_points % lanes == 0, "a leaf is a whole number of vectors");
 
-#ifndef CHILDREN
-#define CHILDREN 16
-#endif
-#ifndef ROOTS
-#define ROOTS 4
-#endif
-constexpr uint32_t children = CHILDREN, most_roots = ROOTS, batch_blocks=8;
+constexpr uint32_t log_children = 4, children = 1 << log_children; // of a block of boxes
+static_assert(children % lanes == 0, "a block is a whole number of vectors");
+constexpr uint32_t batch_blocks = 8;
 constexpr uint32_t no_point = 0xffffffff; // id of an empty slot
 
 // The slots of a tree of `count` points: `count` rounded up to whole leaves.
@@ -81,7 +77,6 @@ struct PointTree {
     const uint32_t *id;          // by slot: the point's index in the caller's order, or no_point
     Box bounds;                  // of all points
     uint32_t height;             // heights of blocks: 0 without points
-    uint32_t roots;              // blocks of the greatest height
     uint32_t first_block[most_heights];
     const BoxBlock *blocks;
 };
@@ -139,12 +134,14 @@ uint32_t in_radius(const PointTree &tree, const Vec3 &center, Real radius, uint3
 
 namespace detail {
 
+constexpr int bound_shift = 20; // bits between the units of Fixed and of its bounds
+
 // A length as the boxes see it; `slack` covers the rounding. Fixed is in units of 2^-12, and is cut off at 2^16, far
 // beyond any scene, so that sums, differences and products fit.
 constexpr float to_bound(float x) { return x; }
 constexpr float to_bound(double x) { return static_cast<float>(x); }
 constexpr int32_t to_bound(Fixed x) {
-    return static_cast<int32_t>(min(max(x.raw() >> 20, -(int64_t{1} << 28)), int64_t{1} << 28));
+    return static_cast<int32_t>(min(max(x.raw() >> bound_shift, -(int64_t{1} << 28)), int64_t{1} << 28));
 }
 // A component of a direction, and 1 in its units: 2^-30 in Fixed.
 constexpr float to_direction(float x) { return x; }
@@ -166,12 +163,13 @@ constexpr int32_t largest_radius(int32_t) { return 1 << 27; }
 // For each byte the positions of its set bits, lowest first.
 struct SetBits {
     uint8_t position[256][lanes];
+    uint8_t count[256];
 };
 constexpr SetBits find_set_bits() {
     SetBits bits = {};
     for (uint32_t byte = 0; byte < 256; ++byte)
         for (uint32_t l = 0, count = 0; l < lanes; ++l)
-            if (byte >> l & 1) bits.position[byte][count++] = static_cast<uint8_t>(l);
+            if (byte >> l & 1) bits.position[byte][count++] = static_cast<uint8_t>(l), bits.count[byte] = static_cast<uint8_t>(count);
     return bits;
 }
 inline constexpr SetBits set_bits = find_set_bits();
@@ -257,19 +255,6 @@ struct SegmentTest {
     }
 };
 
-// Which of eight children passed a test, from one byte each (1 or 0): their number, and their numbers in ascending order
-// in the first places of `which`. Multiplying gathers the eight bytes into one.
-struct Passed {
-    uint32_t count;
-    const uint8_t *which;
-};
-inline Passed passed(const uint8_t (&passes)[lanes]) {
-    uint64_t bytes;
-    std::memcpy(&bytes, passes, sizeof bytes);
-    return {static_cast<uint32_t>(bytes * 0x0101010101010101u >> 56),
-            detail::set_bits.position[bytes * 0x0102040810204080u >> 56]};
-}
-
 // Down the tree height by height, a batch of blocks at a time: all children of the batch that pass the test are listed
 // before any of them is looked into, so that there are few branches to predict. Lists are in ascending order, and a batch
 // is finished, down to its leaves, before the next one.
@@ -282,9 +267,8 @@ WISP_VISITOR void for_each_leaf(const PointTree &tree, const Test &test, Visit &
     if (tree.count == 0) return;
     List lists[most_heights + 1]; // [0]: leaves, [h + 1]: blocks of height h
     uint32_t level = tree.height;
-    lists[level].next = 0;
-    lists[level].count = tree.roots;
-    for (uint32_t i = 0; i < tree.roots; ++i) lists[level].member[i] = i;
+    lists[level].next = lists[level].member[0] = 0;
+    lists[level].count = 1;
     while (level <= tree.height) {
         List &list = lists[level];
         if (list.next == list.count) {
@@ -298,12 +282,12 @@ WISP_VISITOR void for_each_leaf(const PointTree &tree, const Test &test, Visit &
         for (; list.next < end; ++list.next) {
             const uint32_t block = list.member[list.next];
             for (uint32_t group = 0; group < children; group += lanes) {
-                uint8_t passes[lanes];
-                WISP_LANES for (uint32_t l = 0; l < lanes; ++l) passes[l] = test(blocks[block], group + l);
-                const Passed p = passed(passes);
+                uint32_t mask = 0;
+                WISP_LANES for (uint32_t l = 0; l < lanes; ++l) mask |= test(blocks[block], group + l) ? 1u << l : 0u;
                 uint32_t *member = below.member + count;
-                for (uint32_t l = 0; l < lanes; ++l) member[l] = block * children + group + p.which[l];
-                count += p.count;
+                const uint8_t *which = detail::set_bits.position[mask];
+                WISP_LANES for (uint32_t l = 0; l < lanes; ++l) member[l] = block * children + group + which[l];
+                count += detail::set_bits.count[mask];
             }
         }
         if (level == 1) {

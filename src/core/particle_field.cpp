@@ -26,21 +26,6 @@ void clip_axis(Real low, Real high, Real origin, Real direction, Real &begin, Re
     end = min(end, max(t0, t1));
 }
 
-// The part of a particle's chord that the ray's distances 0 to `end` cover, in units of h from the closest approach.
-struct Chord {
-    Real b_squared, from, to; // from < to where there is a part
-};
-
-template <class K> Chord chord_of(const ParticleField &field, const Ray &ray, Real end, uint32_t slot) {
-    const Vec3 to_particle = Vec3(field.tree.x[slot], field.tree.y[slot], field.tree.z[slot]) - ray.origin;
-    const Vec3 across = cross(ray.direction, to_particle);
-    const Real inverse_h = field.inverse_h[slot];
-    const Real b_squared = dot(across, across) * (inverse_h * inverse_h);
-    if (!(b_squared < K::support_squared)) return {b_squared, Real(0), Real(0)};
-    const Real half = sqrt(K::support_squared - b_squared), middle = dot(to_particle, ray.direction);
-    return {b_squared, max(-half, -middle * inverse_h), min(half, (end - middle) * inverse_h)};
-}
-
 template <class K> Real extinction_of(const ParticleField &field, const Vec3 &x) {
     const PointTree &tree = field.tree;
     Real sum[lanes] = {};
@@ -93,6 +78,10 @@ template <class K> Real optical_depth_of(const ParticleField &field, const Ray &
     return sum_of_lanes(sum);
 }
 
+struct Chord {
+    Real b_squared, from, to; // in units of h
+};
+
 // Along a chord from `from` to `to`: where the integral of the kernel since `from` has grown to `goal`.
 template <class K> Real distance_of_depth(const Chord &chord, Real goal) {
     const Real start = K::line(chord.b_squared, chord.from);
@@ -102,42 +91,57 @@ template <class K> Real distance_of_depth(const Chord &chord, Real goal) {
     });
 }
 
+// Where photon `xi` of the exponential clock of particle `slot` collides with it, if it does before `nearest`.
+template <class K>
+void collide(const ParticleField &field, const Ray &ray, uint32_t slot, Real xi, Collision &nearest) {
+    const PointTree &tree = field.tree;
+    const Vec3 to_particle = Vec3(tree.x[slot], tree.y[slot], tree.z[slot]) - ray.origin;
+    const Vec3 across = cross(ray.direction, to_particle);
+    const Real inverse_h = field.inverse_h[slot], scale = field.scale[slot];
+    const Real b_squared = dot(across, across) * (inverse_h * inverse_h);
+    if (!(b_squared < K::support_squared)) return;
+
+    // The part of the chord that the ray covers so far, in units of h from the closest approach. The particle is met
+    // where the chord's depth has grown to -ln(1 - xi), if it is that deep.
+    const Real middle = dot(to_particle, ray.direction), half = sqrt(K::support_squared - b_squared);
+    const Real from = max(-half, -middle * inverse_h), to = min(half, (nearest.distance - middle) * inverse_h);
+    if (!(from < to)) return;
+    const Chord chord = {b_squared, from, to};
+    const Real goal = -log1p(-xi) / scale;
+    if (K::line(b_squared, to) - K::line(b_squared, from) < goal) return;
+    const Real distance = middle + distance_of_depth<K>(chord, goal) / inverse_h;
+    nearest = {true, min(max(Real(0), distance), nearest.distance), slot};
+}
+
 template <class K> Collision first_collision_of(const ParticleField &field, const Ray &ray, Real end, Event event) {
     const PointTree &tree = field.tree;
     const Vec3 o = ray.origin, d = ray.direction;
+    constexpr Real rounding = Real(0x1p-20);
     Collision nearest = {false, end, 0};
     for_each_leaf_on_segment(tree, o, d, Real(0), end, field.support, [&](uint32_t leaf) {
         for (uint32_t first = leaf * leaf_points; first < (leaf + 1) * leaf_points; first += lanes) {
-            // Draws that no line through the particle can meet, then those that this line cannot: 1 - e^-x <= x.
-            Real xi[lanes], bound[lanes];
-            uint32_t bits[lanes], candidates = 0, likely = 0;
+            // Two sieves for whole vectors, as 1 - e^-x <= x: draws beyond the depth of any line through the particle,
+            // then draws beyond that of a line that passes as far from its middle as this one.
+            uint32_t bits[lanes], candidates = 0;
             for (uint32_t l = 0; l < lanes; ++l) {
                 bits[l] = draw(event, field.first_dimension + tree.id[first + l]);
                 candidates |= bits[l] < field.reach[first + l] ? 1u : 0u;
             }
             if (!candidates) continue;
+            Real xi[lanes], bound[lanes];
+            uint32_t likely = 0;
             for (uint32_t l = 0; l < lanes; ++l) {
                 const uint32_t i = first + l;
                 const Real px = tree.x[i] - o.x, py = tree.y[i] - o.y, pz = tree.z[i] - o.z, h = field.inverse_h[i];
                 const Real cx = d.y * pz - py * d.z, cy = d.z * px - pz * d.x, cz = d.x * py - px * d.y;
-                const Real b_squared = sum_of_products(cx, cx, cy, cy, cz, cz) * (h * h);
-                bound[l] = field.scale[i] * K::chord(b_squared) * Real(1.0001) + Real(0x1p-20);
+                bound[l] =
+                    field.scale[i] * chord_bound<K>(sum_of_products(cx, cx, cy, cy, cz, cz) * (h * h)) + rounding;
                 xi[l] = unit_open<Real>(bits[l]);
                 likely |= xi[l] <= bound[l] ? 1u : 0u;
             }
             if (!likely) continue;
-            for (uint32_t l = 0; l < lanes; ++l) {
-                if (!(xi[l] <= bound[l])) continue;
-                // The particle is met at the depth -ln(1 - xi) of its own chord, if the chord is that deep.
-                const uint32_t i = first + l;
-                const Chord chord = chord_of<K>(field, ray, nearest.distance, i);
-                if (!(chord.from < chord.to)) continue;
-                const Real goal = -log1p(-xi[l]) / field.scale[i];
-                if (K::line(chord.b_squared, chord.to) - K::line(chord.b_squared, chord.from) < goal) continue;
-                const Vec3 to_particle = Vec3(tree.x[i], tree.y[i], tree.z[i]) - o;
-                const Real distance = dot(to_particle, d) + distance_of_depth<K>(chord, goal) / field.inverse_h[i];
-                nearest = {true, min(max(Real(0), distance), nearest.distance), i};
-            }
+            for (uint32_t l = 0; l < lanes; ++l)
+                if (xi[l] <= bound[l]) collide<K>(field, ray, first + l, xi[l], nearest);
         }
     });
     return nearest;

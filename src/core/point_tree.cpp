@@ -1,215 +1,364 @@
-// Building the point tree and searching the k nearest (S5).
+// Building the point tree and searching it for the k nearest (S5).
+//
+// * Points move through the build as records of four values, in two buffers. A cut copies records from one to the other
+//   without branches; pivots come from samples, which bear on the time but not on the outcome, since (coordinate, id) is
+//   a total order.
+// * `nearest` guesses a radius from the density of the points, gathers everything within it, and tries a larger one in
+//   the rare case that this was too little. The k-th distance among the candidates is found by counting how many lie
+//   below a bound, which is one vector loop, and moving the bound by interpolation.
 #include "wisp/point_tree.h"
 #include <algorithm>
-#ifndef SHARE
-#define SHARE 2
-#endif
-#ifndef WISP_F
-#define WISP_F 1.4
-#endif
 
 namespace wisp {
 namespace detail {
 
-// Where the slots are that hold no point: beyond every radius, and in Fixed no square of a distance overflows.
-inline float far_from_all(float) { return 0x1p60f; }
-inline double far_from_all(double) { return 0x1p60; }
-inline Fixed far_from_all(Fixed) { return Fixed(28672); }
+// ---- conversions -----------------------------------------------------------------------------------------------------
 
-inline float below(float x) { return x; }
-inline float above(float x) { return x; }
-inline float above(double x) {
+// Where the empty slots are: farther than any radius, yet in Fixed the square of a distance from there fits.
+constexpr float coordinate_of_empty(float) { return 0x1p60f; }
+constexpr double coordinate_of_empty(double) { return 0x1p60; }
+constexpr Fixed coordinate_of_empty(Fixed) { return Fixed(28672); }
+
+// Bounds of a box, rounded outwards.
+constexpr float upper_bound_of(float x) { return x; }
+constexpr float lower_bound_of(float x) { return x; }
+inline float upper_bound_of(double x) {
     const float f = static_cast<float>(x);
     return f < x ? from_bits<float>(to_bits(f) + (f < 0 ? -1 : 1)) : f;
 }
-inline float below(double x) { return -above(-x); }
-inline int32_t below(Fixed x) { return static_cast<int32_t>(x.raw() >> 20); }
-inline int32_t above(Fixed x) { return -static_cast<int32_t>(-x.raw() >> 20); }
+inline float lower_bound_of(double x) { return -upper_bound_of(-x); }
+constexpr int32_t lower_bound_of(Fixed x) { return static_cast<int32_t>(x.raw() >> bound_shift); }
+constexpr int32_t upper_bound_of(Fixed x) { return -static_cast<int32_t>(-x.raw() >> bound_shift); }
 
-inline float beyond(float) { return 0x1p62f; }
-inline int32_t beyond(int32_t) { return 1 << 29; }
+// A box that does not exist is this far inside out.
+constexpr float no_bound(float) { return 0x1p62f; }
+constexpr int32_t no_bound(int32_t) { return 1 << 29; }
 
-inline uint32_t to_order(float x) { return to_bits(x); }
-inline uint64_t to_order(double x) { return to_bits(x); }
-inline uint64_t to_order(Fixed x) { return static_cast<uint64_t>(x.raw()); }
-inline float order_value(uint32_t bits, float) { return from_bits<float>(bits); }
-inline double order_value(uint64_t bits, double) { return from_bits<double>(bits); }
-inline Fixed order_value(uint64_t bits, Fixed) { return Fixed::from_raw(static_cast<int64_t>(bits)); }
-inline float from_bound(float x, float) { return x; }
-inline double from_bound(float x, double) { return x; }
-inline Fixed from_bound(int32_t x, Fixed) { return Fixed::from_raw(int64_t{x} * (1 << 20)); }
-inline float root_of_gap(float x, float) { return sqrt(x); }
-inline double root_of_gap(float x, double) { return sqrt(x); }
-inline Fixed root_of_gap(int64_t x, Fixed) { return sqrt(Fixed::from_raw(x * (1 << 8))); }
+// Lengths and squared lengths of boxes as scalars.
+constexpr float length_of_bound(float x, float) { return x; }
+constexpr double length_of_bound(float x, double) { return x; }
+constexpr Fixed length_of_bound(int32_t x, Fixed) { return Fixed::from_raw(int64_t{x} * (1 << bound_shift)); }
+inline float root_of_bound(float x, float) { return sqrt(x); }
+inline double root_of_bound(float x, double) { return sqrt(static_cast<double>(x)); }
+inline Fixed root_of_bound(int64_t x, Fixed) { return sqrt(Fixed::from_raw(x * (1 << (2 * bound_shift - 32)))); }
+
+// Scalars >= 0 as integers in the same order, and back.
+inline uint32_t to_ordinal(float x) { return to_bits(x); }
+inline uint64_t to_ordinal(double x) { return to_bits(x); }
+constexpr uint64_t to_ordinal(Fixed x) { return static_cast<uint64_t>(x.raw()); }
+inline float from_ordinal(uint32_t n, float) { return from_bits<float>(n); }
+inline double from_ordinal(uint64_t n, double) { return from_bits<double>(n); }
+constexpr Fixed from_ordinal(uint64_t n, Fixed) { return Fixed::from_raw(static_cast<int64_t>(n)); }
 
 } // namespace detail
-} // namespace wisp
 
-namespace wisp::WISP_ARITH {
+namespace WISP_ARITH {
 
 using namespace detail;
 
+using Ordinal = decltype(to_ordinal(Real()));
+
+
 namespace {
 
-struct Record {
-    Real coordinate[3];
-    uint32_t id;
-};
+// ---- the numbering ---------------------------------------------------------------------------------------------------
 
-constexpr uint32_t log_children = children == 8 ? 3 : children == 16 ? 4 : 5;
-constexpr uint64_t leaves_below(uint32_t height) { return uint64_t{1} << (log_children * height); } // of a child of such a block
-constexpr uint32_t blocks_of(uint32_t leaves, uint32_t height) {
-    return static_cast<uint32_t>((uint64_t{leaves} + leaves_below(height + 1) - 1) >> (log_children * (height + 1)));
+// Leaves below a child of a block of height h; leaves below such a block.
+constexpr uint64_t leaves_of_child(uint32_t h) { return uint64_t{1} << (log_children * h); }
+constexpr uint64_t leaves_of_block(uint32_t h) { return leaves_of_child(h + 1); }
+
+uint32_t blocks_at(uint32_t leaves, uint32_t h) {
+    return static_cast<uint32_t>((leaves + leaves_of_block(h) - 1) / leaves_of_block(h));
 }
-uint32_t height_of(uint32_t leaves) {
-    uint32_t height = leaves == 0 ? 0 : 1;
-    while (height > 0 && blocks_of(leaves, height - 1) > most_roots) ++height;
+
+uint32_t height_for(uint32_t leaves) {
+    uint32_t height = leaves > 0 ? 1 : 0;
+    while (height > 0 && blocks_at(leaves, height - 1) > 1) ++height;
     return height;
 }
 
-struct Builder {
-    Record *records;
-    Real *x, *y, *z;
-    uint32_t *id;
-    BoxBlock *leaf_boxes;
+// ---- building --------------------------------------------------------------------------------------------------------
 
-    void build(uint32_t first, uint32_t end, uint32_t height) {
-        const uint32_t child = static_cast<uint32_t>(leaves_below(height) * leaf_points);
-        const uint32_t parts = (end - first + child - 1) / child;
-        if (parts == 1) {
-            if (height == 0)
-                make_leaf(first, end);
-            else
-                build(first, end, height - 1);
-            return;
-        }
-        Real low[3], high[3];
-        for (int a = 0; a < 3; ++a) low[a] = high[a] = records[first].coordinate[a];
-        for (uint32_t i = first; i < end; ++i)
-            for (int a = 0; a < 3; ++a) {
-                low[a] = min(low[a], records[i].coordinate[a]);
-                high[a] = max(high[a], records[i].coordinate[a]);
-            }
-        int axis = 0;
-        for (int a = 1; a < 3; ++a)
-            if (high[a] - low[a] > high[axis] - low[axis]) axis = a;
-        const uint32_t cut = first + (parts + 1) / 2 * child;
-        std::nth_element(records + first, records + cut, records + end, [axis](const Record &a, const Record &b) {
-            return a.coordinate[axis] < b.coordinate[axis] || (a.coordinate[axis] == b.coordinate[axis] && a.id < b.id);
-        });
-        build(first, cut, height);
-        build(cut, end, height);
-    }
+// A point on its way to its slot. Four values, so that it is moved and bounded as a vector; the last one only carries
+// the bits of the id.
+struct Record {
+    Real value[4];
 
-    void make_leaf(uint32_t first, uint32_t end) {
-        std::sort(records + first, records + end, [](const Record &a, const Record &b) { return a.id < b.id; });
-        Vec3 low(records[first].coordinate[0], records[first].coordinate[1], records[first].coordinate[2]);
-        Vec3 high = low;
-        for (uint32_t i = first; i < end; ++i) {
-            const Record &r = records[i];
-            const Vec3 p(r.coordinate[0], r.coordinate[1], r.coordinate[2]);
-            x[i] = p.x, y[i] = p.y, z[i] = p.z, id[i] = r.id;
-            low = lowest(low, p);
-            high = highest(high, p);
+    uint32_t id() const { return static_cast<uint32_t>(to_ordinal(value[3])); }
+};
+
+struct Bounds {
+    Real low[4], high[4]; // the last ones mean nothing
+};
+
+WISP_WIDE void find_bounds(const Record *records, uint32_t count, Bounds &bounds) {
+    Real low[4], high[4];
+    for (int a = 0; a < 4; ++a) low[a] = high[a] = records[0].value[a];
+    for (size_t i = 0; i < count; ++i)
+        WISP_LANES for (int a = 0; a < 4; ++a) {
+            const Real v = records[i].value[a];
+            low[a] = v < low[a] ? v : low[a];
+            high[a] = high[a] < v ? v : high[a];
         }
-        const uint32_t leaf = first / leaf_points;
-        BoxBlock &block = leaf_boxes[leaf / children];
-        const uint32_t lane = leaf % children;
-        block.low_x[lane] = below(low.x), block.low_y[lane] = below(low.y), block.low_z[lane] = below(low.z);
-        block.high_x[lane] = above(high.x), block.high_y[lane] = above(high.y), block.high_z[lane] = above(high.z);
+    for (int a = 0; a < 4; ++a) bounds.low[a] = low[a], bounds.high[a] = high[a];
+}
+
+int widest_axis(const Bounds &b) {
+    int widest = 0;
+    for (int a = 1; a < 3; ++a)
+        if (b.high[widest] - b.low[widest] < b.high[a] - b.low[a]) widest = a;
+    return widest;
+}
+
+// By (coordinate, id).
+struct Before {
+    int axis;
+    bool operator()(const Record &a, const Record &b) const {
+        return a.value[axis] < b.value[axis] || (a.value[axis] == b.value[axis] && a.id() < b.id());
     }
 };
 
-void fill_empty(BoxBlock &block, uint32_t lane) {
-    block.low_x[lane] = block.low_y[lane] = block.low_z[lane] = beyond(Bound());
-    block.high_x[lane] = block.high_y[lane] = block.high_z[lane] = -beyond(Bound());
+// Copies the records whose coordinate is below the pivot to the front of `to` and the others to its back; returns how
+// many were below. With `or_equal` those at the pivot go to the front too.
+template <bool or_equal>
+uint32_t split(const Record *from, Record *to, uint32_t count, int axis, Real pivot) {
+    uint32_t front = 0, back = count;
+    for (uint32_t i = 0; i < count; ++i) {
+        const Record r = from[i];
+        const bool first = or_equal ? !(pivot < r.value[axis]) : r.value[axis] < pivot;
+        to[front] = r;
+        to[back - 1] = r;
+        front += first ? 1 : 0;
+        back -= first ? 0 : 1;
+    }
+    return front;
+}
+
+// The coordinate at about place `wanted` in order, by a sample.
+Real sampled_pivot(const Record *records, uint32_t count, uint32_t wanted, int axis) {
+    Real sample[64];
+    const uint32_t samples = count < 2048 ? 16 : 64;
+    for (uint32_t i = 0; i < samples; ++i)
+        sample[i] = records[(uint64_t{2} * i + 1) * count / (2 * samples)].value[axis];
+    std::sort(sample, sample + samples);
+    return sample[uint64_t{wanted} * samples / count];
+}
+
+constexpr uint32_t few = 64; // so many records are cut by their ranks
+
+// rank[i]: how many of the keys are below key[i]; the arrays are a whole number of vectors long.
+WISP_WIDE void find_ranks(const Real *key, uint32_t count, uint32_t *rank) {
+    for (size_t first = 0; first < count; first += lanes) {
+        uint32_t sum[lanes] = {};
+        for (size_t j = 0; j < count; ++j) {
+            const Real other = key[j];
+            WISP_LANES for (uint32_t l = 0; l < lanes; ++l) sum[l] += other < key[first + l] ? 1 : 0;
+        }
+        WISP_LANES for (uint32_t l = 0; l < lanes; ++l) rank[first + l] = sum[l];
+    }
+}
+
+void cut_few(const Record *from, Record *to, uint32_t count, uint32_t wanted, int axis) {
+    Real key[few + lanes] = {};
+    uint32_t rank[few + lanes], sum = 0, front = 0, back = count;
+    for (uint32_t i = 0; i < count; ++i) key[i] = from[i].value[axis];
+    find_ranks(key, count, rank);
+    for (uint32_t i = 0; i < count; ++i) {
+        to[front] = to[back - 1] = from[i];
+        sum += rank[i];
+        front += rank[i] < wanted ? 1 : 0;
+        back -= rank[i] < wanted ? 0 : 1;
+    }
+    if (2 * sum == count * (count - 1)) return;
+    // Coordinates tie.
+    std::copy(from, from + count, to);
+    std::nth_element(to, to + wanted, to + count, Before{axis});
+}
+
+struct Part {
+    uint32_t begin, end; // empty: nothing is left to do
+};
+
+// One step of quickselect from one buffer to another: the part of `to` in which records have still to change places.
+Part split(const Record *from, Record *to, uint32_t count, uint32_t wanted, int axis) {
+    const Real pivot = sampled_pivot(from, count, wanted, axis);
+    uint32_t front = split<false>(from, to, count, axis, pivot);
+    if (front == 0) {
+        front = split<true>(from, to, count, axis, pivot);
+        if (wanted < front) { // the cut falls among equal coordinates
+            std::nth_element(to, to + wanted, to + front, Before{axis});
+            return {0, 0};
+        }
+    }
+    if (wanted == front) return {0, 0};
+    return wanted < front ? Part{0, front} : Part{front, count};
+}
+
+// Moves the records to `to` so that the first `wanted` by (coordinate, id) come first; `from` is lost. 0 < wanted < count.
+void cut(Record *from, Record *to, uint32_t count, uint32_t wanted, int axis) {
+    const auto narrow = [&](Part part) {
+        from += part.begin;
+        to += part.begin;
+        wanted -= part.begin;
+        count = part.end - part.begin;
+    };
+    while (count > few) {
+        const Part there = split(from, to, count, wanted, axis);
+        narrow(there);
+        if (count <= few) {
+            if (count == 0) return;
+            std::copy(to, to + count, from);
+            break;
+        }
+        const Part back = split(to, from, count, wanted, axis);
+        std::copy(from, from + back.begin, to);
+        std::copy(from + back.end, from + count, to + back.end);
+        narrow(back);
+        if (count == 0) return;
+    }
+    cut_few(from, to, count, wanted, axis);
+}
+
+class Builder {
+  public:
+    Builder(Real *x, Real *y, Real *z, uint32_t *id, BoxBlock *leaf_boxes)
+        : x_(x), y_(y), z_(z), id_(id), leaf_boxes_(leaf_boxes) {}
+
+    // Makes the leaves of the records first ... first + count - 1 of all, which are cut into children of height h.
+    void build(Record *records, Record *spare, uint32_t first, uint32_t count, uint32_t h) {
+        uint64_t child = leaves_of_child(h) * leaf_points;
+        while (h > 0 && count <= child) child = leaves_of_child(--h) * leaf_points;
+        if (count <= child) {
+            make_leaf(records, first, count);
+            return;
+        }
+        const uint32_t parts = static_cast<uint32_t>((count + child - 1) / child);
+        const uint32_t wanted = static_cast<uint32_t>((parts + 1) / 2 * child);
+        Bounds bounds;
+        find_bounds(records, count, bounds);
+        cut(records, spare, count, wanted, widest_axis(bounds));
+        build(spare, records, first, wanted, h);
+        build(spare + wanted, records + wanted, first + wanted, count - wanted, h);
+    }
+
+  private:
+    void make_leaf(const Record *records, uint32_t first, uint32_t count) {
+        Bounds bounds;
+        find_bounds(records, count, bounds);
+        const uint32_t leaf = first / leaf_points, lane = leaf % children;
+        BoxBlock &block = leaf_boxes_[leaf / children];
+        block.low_x[lane] = lower_bound_of(bounds.low[0]), block.high_x[lane] = upper_bound_of(bounds.high[0]);
+        block.low_y[lane] = lower_bound_of(bounds.low[1]), block.high_y[lane] = upper_bound_of(bounds.high[1]);
+        block.low_z[lane] = lower_bound_of(bounds.low[2]), block.high_z[lane] = upper_bound_of(bounds.high[2]);
+
+        for (uint32_t i = 0; i < count; ++i) {
+            uint32_t slot = first; // behind the smaller ids
+            for (uint32_t j = 0; j < count; ++j) slot += records[j].id() < records[i].id() ? 1 : 0;
+            x_[slot] = records[i].value[0];
+            y_[slot] = records[i].value[1];
+            z_[slot] = records[i].value[2];
+            id_[slot] = records[i].id();
+        }
+    }
+
+    Real *x_, *y_, *z_;
+    uint32_t *id_;
+    BoxBlock *leaf_boxes_;
+};
+
+void set_no_box(BoxBlock &block, uint32_t lane) {
+    block.low_x[lane] = block.low_y[lane] = block.low_z[lane] = no_bound(Bound());
+    block.high_x[lane] = block.high_y[lane] = block.high_z[lane] = -no_bound(Bound());
+}
+
+void set_union(BoxBlock &parent, uint32_t lane, const BoxBlock &block) {
+    parent.low_x[lane] = *std::min_element(block.low_x, block.low_x + children);
+    parent.low_y[lane] = *std::min_element(block.low_y, block.low_y + children);
+    parent.low_z[lane] = *std::min_element(block.low_z, block.low_z + children);
+    parent.high_x[lane] = *std::max_element(block.high_x, block.high_x + children);
+    parent.high_y[lane] = *std::max_element(block.high_y, block.high_y + children);
+    parent.high_z[lane] = *std::max_element(block.high_z, block.high_z + children);
+}
+
+// The boxes of blocks from those of their children; leaves are boxed already.
+void box_blocks(const PointTree &tree, BoxBlock *blocks) {
+    uint32_t members = tree.leaf_count;
+    for (uint32_t h = 0; h < tree.height; ++h) {
+        BoxBlock *here = blocks + tree.first_block[h];
+        if (h > 0)
+            for (uint32_t i = 0; i < members; ++i)
+                set_union(here[i / children], i % children, blocks[tree.first_block[h - 1] + i]);
+        for (uint32_t i = members; i % children != 0; ++i) set_no_box(here[i / children], i % children);
+        members = blocks_at(tree.leaf_count, h);
+    }
 }
 
 } // namespace
 
 uint64_t point_tree_bytes(uint32_t count) {
     const uint64_t slots = (uint64_t{count} + leaf_points - 1) / leaf_points * leaf_points;
-    uint64_t blocks = 0;
     const uint32_t leaves = static_cast<uint32_t>(slots / leaf_points);
-    for (uint32_t h = 0; h < height_of(leaves); ++h) blocks += blocks_of(leaves, h);
+    uint64_t blocks = 0;
+    for (uint32_t h = 0; h < height_for(leaves); ++h) blocks += blocks_at(leaves, h);
     return 3 * Arena::bytes<Real>(slots) + Arena::bytes<uint32_t>(slots) + Arena::bytes<BoxBlock>(blocks) +
-           Arena::bytes<Record>(count);
+           2 * Arena::bytes<Record>(count);
 }
 
 PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena) {
     const size_t start = arena.mark();
     PointTree tree = {};
-    const uint32_t slots = point_tree_slots(count), leaves = slots / leaf_points;
-    uint32_t blocks = 0;
-    tree.height = height_of(leaves);
-    for (uint32_t h = tree.height; h-- > 0;) {
-        tree.first_block[h] = blocks;
-        blocks += blocks_of(leaves, h);
-    }
+    const uint32_t slots = point_tree_slots(count);
+    tree.count = count;
+    tree.leaf_count = slots / leaf_points;
+    tree.height = height_for(tree.leaf_count);
+    uint32_t block_count = 0;
+    for (uint32_t h = tree.height; h-- > 0; block_count += blocks_at(tree.leaf_count, h))
+        tree.first_block[h] = block_count;
+
     Real *x = arena.make<Real>(slots), *y = arena.make<Real>(slots), *z = arena.make<Real>(slots);
     uint32_t *id = arena.make<uint32_t>(slots);
-    BoxBlock *block = arena.make<BoxBlock>(blocks);
+    BoxBlock *blocks = arena.make<BoxBlock>(block_count);
     const size_t kept = arena.mark();
-    Record *records = arena.make<Record>(count);
-    if (!x || !y || !z || !id || !block || !records) {
+    Record *records = arena.make<Record>(count), *spare = arena.make<Record>(count);
+    if (!x || !y || !z || !id || !blocks || !records || !spare) {
         arena.rewind(start);
         return {};
     }
-    for (uint32_t i = 0; i < count; ++i) records[i] = {{points[i].x, points[i].y, points[i].z}, i};
+    for (uint32_t i = 0; i < count; ++i)
+        records[i] = {{points[i].x, points[i].y, points[i].z, from_ordinal(Ordinal{i}, Real())}};
     if (count > 0) {
-        Builder builder = {records, x, y, z, id, block + tree.first_block[0]};
-        builder.build(0, count, tree.height);
-        tree.bounds.low = tree.bounds.high = points[0];
-        for (uint32_t i = 0; i < count; ++i) {
-            tree.bounds.low = lowest(tree.bounds.low, points[i]);
-            tree.bounds.high = highest(tree.bounds.high, points[i]);
-        }
+        Bounds b;
+        find_bounds(records, count, b);
+        tree.bounds = {Vec3(b.low[0], b.low[1], b.low[2]), Vec3(b.high[0], b.high[1], b.high[2])};
+        Builder(x, y, z, id, blocks + tree.first_block[0]).build(records, spare, 0, count, tree.height);
+        box_blocks(tree, blocks);
     }
-    for (uint32_t i = count; i < slots; ++i) {
-        x[i] = y[i] = z[i] = Real(0);
-        x[i] = far_from_all(Real());
-        id[i] = no_point;
-    }
-    for (uint32_t h = 0; h < tree.height; ++h) {
-        const uint32_t members = h == 0 ? leaves : blocks_of(leaves, h - 1);
-        BoxBlock *here = block + tree.first_block[h];
-        for (uint32_t child = 0; child < blocks_of(leaves, h) * children; ++child) {
-            BoxBlock &parent = here[child / children];
-            const uint32_t lane = child % children;
-            if (child >= members) {
-                fill_empty(parent, lane);
-            } else if (h > 0) {
-                const BoxBlock &b = block[tree.first_block[h - 1] + child];
-                parent.low_x[lane] = *std::min_element(b.low_x, b.low_x + children);
-                parent.low_y[lane] = *std::min_element(b.low_y, b.low_y + children);
-                parent.low_z[lane] = *std::min_element(b.low_z, b.low_z + children);
-                parent.high_x[lane] = *std::max_element(b.high_x, b.high_x + children);
-                parent.high_y[lane] = *std::max_element(b.high_y, b.high_y + children);
-                parent.high_z[lane] = *std::max_element(b.high_z, b.high_z + children);
-            }
-        }
+    for (uint32_t slot = count; slot < slots; ++slot) {
+        x[slot] = coordinate_of_empty(Real());
+        y[slot] = z[slot] = Real(0);
+        id[slot] = no_point;
     }
     arena.rewind(kept);
-    tree.x = x, tree.y = y, tree.z = z, tree.id = id, tree.blocks = block;
-    tree.count = count, tree.leaf_count = leaves;
+    tree.x = x, tree.y = y, tree.z = z, tree.id = id, tree.blocks = blocks;
     tree.ready = true;
-    tree.roots = tree.height ? blocks_of(leaves, tree.height - 1) : 0;
     return tree;
 }
+
+// ---- searching -------------------------------------------------------------------------------------------------------
 
 namespace {
 
 // Squared distances of all slots of a leaf.
-void leaf_distances(const PointTree &tree, uint32_t leaf, const Vec3 &center, Real *distance_squared) {
-    const Real *x = tree.x + size_t{leaf} * leaf_points, *y = tree.y + size_t{leaf} * leaf_points;
-    const Real *z = tree.z + size_t{leaf} * leaf_points;
+WISP_VISITOR void leaf_distances(const PointTree &tree, uint32_t leaf, const Vec3 &center, Real *distance_squared) {
+    const size_t first = size_t{leaf} * leaf_points;
+    const Real *x = tree.x + first, *y = tree.y + first, *z = tree.z + first;
     WISP_LANES for (uint32_t l = 0; l < leaf_points; ++l) {
         const Real dx = x[l] - center.x, dy = y[l] - center.y, dz = z[l] - center.z;
         distance_squared[l] = sum_of_products(dx, dx, dy, dy, dz, dz);
     }
 }
 
-// Slots in ascending order with their squared distances, of which those below `limit` count.
+// Slots in ascending order with their squared distances; only those below the limit are candidates.
 struct Candidates {
     Real *distance;
     uint32_t *slot;
@@ -217,32 +366,35 @@ struct Candidates {
     Real limit;
 };
 
-uint32_t count_up_to(const Candidates &c, Real bound) {
-    uint32_t count = 0;
-    for (uint32_t i = 0; i < c.count; ++i) count += c.distance[i] <= bound ? 1 : 0;
-    return count;
-}
-
-uint32_t count_below(const Candidates &c, Real bound) {
-    uint32_t count = 0;
-    for (uint32_t i = 0; i < c.count; ++i) count += c.distance[i] < bound ? 1 : 0;
-    return count;
-}
-
-// The first k by (distance, id) are those with a distance < bound, and those at the bound whose id is <= last_id.
+// The candidates with distance < bound, and those with distance == bound and id < ids_below.
 struct Cut {
     Real bound;
-    uint32_t last_id;
+    uint32_t ids_below;
 };
 
-// Which of the candidates at the bound belong to the first k: `wanted` of them.
-uint32_t cut_ties(const Candidates &c, Real bound, uint32_t wanted, const uint32_t *id) {
-    uint32_t low = 0, high = no_point;
+WISP_WIDE uint32_t count_below(const Real *distance, uint32_t count, Real bound) {
+    uint32_t below = 0;
+    for (size_t i = 0; i < count; ++i) below += distance[i] < bound ? 1 : 0;
+    return below;
+}
+
+WISP_WIDE uint32_t count_up_to(const Real *distance, uint32_t count, Real bound) {
+    uint32_t below = 0;
+    for (size_t i = 0; i < count; ++i) below += distance[i] <= bound ? 1 : 0;
+    return below;
+}
+
+uint32_t count_tied(const Candidates &c, Real bound, const uint32_t *id, uint32_t ids_below) {
+    uint32_t tied = 0;
+    for (uint32_t i = 0; i < c.count; ++i) tied += c.distance[i] == bound && id[c.slot[i]] < ids_below ? 1 : 0;
+    return tied;
+}
+
+// The least n in [low, high] with enough(n), which holds for high and from some n on.
+template <class Integer, class Enough> Integer least(Integer low, Integer high, Enough enough) {
     while (low < high) {
-        const uint32_t middle = low + (high - low) / 2;
-        uint32_t count = 0;
-        for (uint32_t i = 0; i < c.count; ++i) count += c.distance[i] == bound && id[c.slot[i]] <= middle ? 1 : 0;
-        if (count >= wanted)
+        const Integer middle = low + (high - low) / 2;
+        if (enough(middle))
             high = middle;
         else
             low = middle + 1;
@@ -250,117 +402,124 @@ uint32_t cut_ties(const Candidates &c, Real bound, uint32_t wanted, const uint32
     return low;
 }
 
-// 0 < k <= inside = count_below(c, c.limit).
+// Cuts off the first k by (distance, id); 0 < k <= inside = how many are below the limit.
 Cut cut_after(const Candidates &c, uint32_t k, uint32_t inside, const uint32_t *id) {
     if (inside == k) return {c.limit, 0};
-    // Bracket: count_up_to(low) < k, unless low is 0; count_up_to(high) > k.
+    // Guess a bound that k distances do not exceed, at first as if the density were even, then by interpolation between
+    // a bound that is too low and one that is too high.
+    const auto ratio = [](uint32_t a, uint32_t b) { return Real(static_cast<int32_t>(a)) / Real(static_cast<int32_t>(b)); };
     Real low = Real(0), high = c.limit;
-    uint32_t below_low = 0, below_high = inside;
-    const Real part = Real(static_cast<int32_t>(inside - k)) / Real(static_cast<int32_t>(inside));
-    Real guess = high - high * part * (Real(2.0 / 3) + part * Real(1.0 / 9)); // (k / inside)^(2/3)
-    for (int step = 0; step < 10; ++step) {
-        const uint32_t count = count_up_to(c, guess);
-        if (count == k) return {guess, no_point};
-        (count < k ? low : high) = guess;
-        (count < k ? below_low : below_high) = count;
-        if (below_high <= below_low) break;
-        guess = low + (high - low) * (Real(static_cast<int32_t>(2 * (k - below_low) + 1)) /
-                                      Real(static_cast<int32_t>(2 * (below_high - below_low) + 1)));
+    uint32_t up_to_low = 0, up_to_high = inside;
+    const Real part = ratio(inside - k, inside);
+    Real guess = high - high * (part * (Real(2.0 / 3) + part * Real(1.0 / 9))); // about high (k / inside)^(2/3)
+    for (int step = 0; step < 12; ++step) {
+        const uint32_t up_to_guess = count_up_to(c.distance, c.count, guess);
+        if (up_to_guess == k) return {guess, no_point};
+        (up_to_guess < k ? low : high) = guess;
+        (up_to_guess < k ? up_to_low : up_to_high) = up_to_guess;
+        if (up_to_high - up_to_low < 2) break;
+        guess = low + (high - low) * ratio(2 * (k - up_to_low) + 1, 2 * (up_to_high - up_to_low) + 2);
     }
-    auto least = to_order(low), most = to_order(high);
-    while (least < most) {
-        const auto middle = least + (most - least) / 2;
-        if (count_up_to(c, order_value(middle, Real())) >= k)
-            most = middle;
-        else
-            least = middle + 1;
-    }
-    const Real bound = order_value(least, Real());
-    return {bound, cut_ties(c, bound, k - count_below(c, bound), id)};
+    // Distances that tie, or nearly so: the k-th by bisection, then the ids of those at it.
+    const auto ordinal = least(to_ordinal(low), to_ordinal(high), [&](auto n) {
+        return count_up_to(c.distance, c.count, from_ordinal(n, Real())) >= k;
+    });
+    const Real bound = from_ordinal(ordinal, Real());
+    const uint32_t wanted = k - count_below(c.distance, c.count, bound);
+    return {bound, least(0u, no_point, [&](uint32_t n) { return count_tied(c, bound, id, n) >= wanted; })};
 }
 
-// Moves the k candidates before the cut to the front of the arrays.
+// Copies the first k candidates, those within the cut; the arrays may be the candidates' own.
 void take(const Candidates &c, uint32_t k, Cut cut, const uint32_t *id, Real *distance, uint32_t *slot) {
-    uint32_t kept = 0;
-    if (cut.last_id == 0 || cut.last_id == no_point) {
-        for (uint32_t i = 0; kept < k; ++i) {
+    uint32_t taken = 0;
+    if (cut.ids_below == 0 || cut.ids_below == no_point) {
+        const Real bound = cut.ids_below == 0 ? cut.bound : from_ordinal(to_ordinal(cut.bound) + 1, Real());
+        for (uint32_t i = 0; taken < k; ++i) {
             const Real d = c.distance[i];
-            distance[kept] = d;
-            slot[kept] = c.slot[i];
-            kept += cut.last_id == 0 ? d < cut.bound : d <= cut.bound;
+            distance[taken] = d;
+            slot[taken] = c.slot[i];
+            taken += d < bound ? 1 : 0;
         }
         return;
     }
-    for (uint32_t i = 0; kept < k; ++i) {
+    for (uint32_t i = 0; taken < k; ++i) {
         const Real d = c.distance[i];
         const uint32_t s = c.slot[i];
-        distance[kept] = d;
-        slot[kept] = s;
-        kept += d < cut.bound || (d == cut.bound && id[s] <= cut.last_id) ? 1 : 0;
+        distance[taken] = d;
+        slot[taken] = s;
+        taken += d < cut.bound || (d == cut.bound && id[s] < cut.ids_below) ? 1 : 0;
     }
 }
 
-// Gathers all points within the radius; should there be too many, only those that may be among the first k.
-void gather(const PointTree &tree, const Vec3 &center, uint32_t k, Real radius, uint32_t capacity, Candidates &c) {
-    c.count = 0;
-    c.limit = radius * radius;
-    for_each_leaf_near(tree, center, radius, [&](uint32_t leaf) {
-        if (c.count + leaf_points > capacity) {
-            const Cut cut = cut_after(c, k, count_below(c, c.limit), tree.id);
-            take(c, k, cut, tree.id, c.distance, c.slot);
-            c.count = k;
-            c.limit = order_value(to_order(cut.bound) + 1, Real());
-        }
-        leaf_distances(tree, leaf, center, c.distance + c.count);
-        WISP_LANES for (uint32_t l = 0; l < leaf_points; ++l) c.slot[c.count + l] = leaf * leaf_points + l;
-        c.count += leaf_points;
-    });
-    while (c.count > 0 && c.slot[c.count - 1] >= tree.count) --c.count;
+// Moves the first k candidates, or all where they are fewer, to the given arrays, which may be the candidates' own;
+// returns how many. From then on only what comes before the last of them is a candidate.
+__attribute__((noinline)) uint32_t keep_first(Candidates &c, uint32_t k, const uint32_t *id, Real *distance,
+                                              uint32_t *slot) {
+    const uint32_t inside = count_below(c.distance, c.count, c.limit), kept = min(k, inside);
+    const Cut cut = cut_after(c, kept, inside, id);
+    take(c, kept, cut, id, distance, slot);
+    if (kept < inside) c.limit = from_ordinal(to_ordinal(cut.bound) + 1, Real());
+    return kept;
 }
 
-// A radius that may well hold some more than k points, by the density of the node at the center that has about k.
+// Gathers the slots of all leaves within the radius, or where they are too many, at least the first k candidates.
+WISP_WIDE void gather(const PointTree &tree, const Vec3 &center, uint32_t k, Real radius, uint32_t capacity,
+                      Candidates &c) {
+    c.limit = radius * radius;
+    uint32_t count = 0;
+    for_each_leaf_near(tree, center, radius, [&](uint32_t leaf) {
+        if (count + leaf_points > capacity) {
+            c.count = count;
+            count = keep_first(c, k, tree.id, c.distance, c.slot);
+        }
+        leaf_distances(tree, leaf, center, c.distance + count);
+        uint32_t *slot = c.slot + count;
+        WISP_LANES for (uint32_t l = 0; l < leaf_points; ++l) slot[l] = leaf * leaf_points + l;
+        count += leaf_points;
+    });
+    while (count > 0 && c.slot[count - 1] >= tree.count) --count; // empty slots
+    c.count = count;
+}
+
+// A radius that may well hold somewhat more than k points, by the density of a node near the center that has about k.
 Real guess_radius(const PointTree &tree, const Vec3 &center, uint32_t k) {
     const BallTest ball(center, Real(0));
-    uint32_t block = 0, child = 0;
-    const BoxBlock *boxes = nullptr;
+    const BoxBlock *block = tree.blocks;
+    uint32_t index = 0, lane = 0;
     uint64_t points = 0;
     BoundProduct gap = 0;
     for (uint32_t h = tree.height; h-- > 0;) {
-        const uint64_t size = leaf_points * leaves_below(h);
-        if (boxes && size * SHARE < k) break;
-        points = size;
-        const BoxBlock *first = tree.blocks + tree.first_block[h];
-        uint32_t best = 0; bool any = false;
-        for (uint32_t b = boxes ? block : 0; b < (boxes ? block + 1 : tree.roots); ++b) {
-            BoundProduct gaps[children];
-            WISP_LANES for (uint32_t l = 0; l < children; ++l) gaps[l] = ball.gap_squared(first[b], l);
-            for (uint32_t l = 0; l < children; ++l)
-                if (!any || gaps[l] < gap) any = true, gap = gaps[l], best = b * children + l;
-        }
-        boxes = &first[best / children];
-        child = best % children;
-        block = best;
+        if (points > 0 && leaves_of_child(h) * leaf_points * 2 < k) break;
+        points = leaves_of_child(h) * leaf_points;
+        block = tree.blocks + tree.first_block[h] + index;
+        BoundProduct gaps[children];
+        WISP_LANES for (uint32_t l = 0; l < children; ++l) gaps[l] = ball.gap_squared(*block, l);
+        lane = 0;
+        for (uint32_t l = 1; l < children; ++l) lane = gaps[l] < gaps[lane] ? l : lane;
+        gap = gaps[lane];
+        index = index * children + lane;
     }
-    const Real x = from_bound(boxes->high_x[child] - boxes->low_x[child], Real());
-    const Real y = from_bound(boxes->high_y[child] - boxes->low_y[child], Real());
-    const Real z = from_bound(boxes->high_z[child] - boxes->low_z[child], Real());
+    const Real x = length_of_bound(block->high_x[lane] - block->low_x[lane], Real());
+    const Real y = length_of_bound(block->high_y[lane] - block->low_y[lane], Real());
+    const Real z = length_of_bound(block->high_z[lane] - block->low_z[lane], Real());
     const Real widest = max(max(x, y), z);
     if (!(widest > Real(0))) return Real(0);
-    const Real volume = max((x / widest) * (y / widest) * (z / widest), Real(1.0 / 64));
+    const Real volume = max((x / widest) * (y / widest) * (z / widest), Real(1.0 / 64)); // in cubes of the widest
     const Real share = Real(static_cast<int32_t>(k)) / Real(static_cast<int32_t>(points));
-    return widest * cbrt(volume * share * Real(0.2387 * WISP_F)) + root_of_gap(gap, Real());
+    return widest * cbrt(volume * share * Real(0.2387)) + root_of_bound(gap, Real());
 }
+
+constexpr uint64_t candidates_for(uint64_t k) { return 4 * k + 32 * leaf_points; }
 
 } // namespace
 
 uint64_t nearest_scratch_bytes(uint32_t most) {
-    const uint64_t capacity = 4 * uint64_t{most} + 64 * leaf_points;
-    return Arena::bytes<Real>(capacity) + Arena::bytes<uint32_t>(capacity);
+    return Arena::bytes<Real>(candidates_for(most)) + Arena::bytes<uint32_t>(candidates_for(most));
 }
 
 bool make_nearest_scratch(uint32_t most, Arena &arena, NearestScratch &scratch) {
     const size_t start = arena.mark();
-    scratch.capacity = 4 * most + 64 * leaf_points;
+    scratch.capacity = static_cast<uint32_t>(candidates_for(most));
     scratch.distance_squared = arena.make<Real>(scratch.capacity);
     scratch.slot = arena.make<uint32_t>(scratch.capacity);
     if (scratch.distance_squared && scratch.slot) return true;
@@ -368,37 +527,29 @@ bool make_nearest_scratch(uint32_t most, Arena &arena, NearestScratch &scratch) 
     return false;
 }
 
-uint64_t stat_tries, stat_queries, stat_raw, stat_inside;
-
-WISP_WIDE Nearest nearest(const PointTree &tree, const Vec3 &center, uint32_t k, Real max_radius,
-                          NearestScratch &scratch, uint32_t *slots, Real *distances_squared) {
-    Nearest found = {};
-    if (k == 0 || tree.count == 0) return found;
+Nearest nearest(const PointTree &tree, const Vec3 &center, uint32_t k, Real max_radius, NearestScratch &scratch,
+                uint32_t *slots, Real *distances_squared) {
+    if (k == 0 || tree.count == 0) return {};
     Candidates c = {scratch.distance_squared, scratch.slot, 0, Real(0)};
-    Real radius = max_radius;
-    if (k < tree.count) radius = min(guess_radius(tree, center, k), max_radius);
-    uint32_t inside;
-    ++stat_queries;
+    Real radius = k < tree.count ? min(guess_radius(tree, center, k), max_radius) : max_radius;
+    Nearest found = {};
     for (;;) {
-        ++stat_tries;
         gather(tree, center, k, radius, scratch.capacity, c);
-        inside = count_below(c, c.limit);
+        const uint32_t inside = count_below(c.distance, c.count, c.limit);
         if (inside >= k || !(radius < max_radius)) break;
-        const Real missing = Real(static_cast<int32_t>(k)) / Real(static_cast<int32_t>(inside + 1));
-        radius = radius > Real(0) ? min(max_radius, radius * min(Real(4), cbrt(missing * Real(1.5)))) : max_radius;
-    }
-    stat_raw += c.count;
-    stat_inside += inside;
-    found.count = min(k, inside);
-    if (found.count == 0) return found;
-    take(c, found.count, cut_after(c, found.count, inside, tree.id), tree.id, distances_squared, slots);
-    for (uint32_t i = 0; i < found.count; ++i) found.radius_squared = max(found.radius_squared, distances_squared[i]);
-    uint32_t last_id = 0;
-    for (uint32_t i = 0; i < found.count; ++i)
-        if (distances_squared[i] == found.radius_squared && tree.id[slots[i]] >= last_id) {
-            found.farthest = i;
-            last_id = tree.id[slots[i]];
+        if (!(radius > Real(0))) {
+            radius = max_radius;
+            continue;
         }
+        const Real lack = Real(static_cast<int32_t>(k)) / Real(static_cast<int32_t>(inside + 1));
+        radius = min(max_radius, radius * min(Real(4), cbrt(lack * Real(1.5))));
+    }
+    found.count = keep_first(c, k, tree.id, distances_squared, slots);
+    for (uint32_t i = 1; i < found.count; ++i) {
+        const Real d = distances_squared[i], most = distances_squared[found.farthest];
+        if (most < d || (d == most && tree.id[slots[found.farthest]] < tree.id[slots[i]])) found.farthest = i;
+    }
+    if (found.count > 0) found.radius_squared = distances_squared[found.farthest];
     return found;
 }
 
@@ -409,14 +560,14 @@ WISP_WIDE uint32_t in_radius(const PointTree &tree, const Vec3 &center, Real rad
     for_each_leaf_near(tree, center, radius, [&](uint32_t leaf) {
         Real distance[leaf_points];
         leaf_distances(tree, leaf, center, distance);
-        uint32_t inside = 0;
-        WISP_LANES for (uint32_t l = 0; l < leaf_points; ++l)
-            inside += (distance[l] < limit) & (leaf * leaf_points + l < tree.count) ? 1u : 0u;
-        for (uint32_t l = 0; l < leaf_points && count < capacity; ++l)
-            if (distance[l] < limit && leaf * leaf_points + l < tree.count) slots[count++] = leaf * leaf_points + l;
-        if (count >= capacity) count += inside;
+        const uint32_t first = leaf * leaf_points, filled = min(tree.count - first, leaf_points);
+        if (capacity > 0)
+            for (uint32_t l = 0, next = count; l < filled && next < capacity; ++l)
+                if (distance[l] < limit) slots[next++] = first + l;
+        WISP_LANES for (uint32_t l = 0; l < leaf_points; ++l) count += distance[l] < limit && l < filled ? 1 : 0;
     });
     return count;
 }
 
-} // namespace wisp::WISP_ARITH
+} // namespace WISP_ARITH
+} // namespace wisp

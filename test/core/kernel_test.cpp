@@ -72,6 +72,14 @@ TEST_CASE(WISP_ARITH_NAME ": whole chords have the published values") {
     for (int i = 0; i <= 4000; ++i) CHECK(Spline::chord(real(i * 0.001)) >= Real(0));
 }
 
+TEST_CASE(WISP_ARITH_NAME ": chords are below their bound") {
+    for (int i = 0; i <= 5000; ++i) {
+        const Real spline_b2 = real(i * 0.001), poly6_b2 = real(i * 0.00025);
+        CHECK(at(Spline::chord(spline_b2)) <= at(chord_bound<Spline>(spline_b2)) + 2 * error);
+        CHECK(at(Poly6::chord(poly6_b2)) <= at(chord_bound<Poly6>(poly6_b2)) + 2 * error);
+    }
+}
+
 TEST_CASE(WISP_ARITH_NAME ": chords over a plane add up to the whole kernel") {
     // int K(b) 2 pi b db = 64 pi / 15: the optical depth over a picture is C_ext times the mass (hard case C15).
     double spline_sum = 0, poly6_sum = 0;

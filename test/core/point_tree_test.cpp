@@ -2,9 +2,11 @@
 #include "wisp/point_tree.h"
 #include "wisp/random.h"
 #include <algorithm>
+#include <cmath>
 #include <doctest/doctest.h>
 #include <set>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -78,7 +80,7 @@ struct Grown {
     Arena arena;
     PointTree tree;
 
-    explicit Grown(const Points &points, size_t more = 1 << 16)
+    explicit Grown(const Points &points, size_t more = 1 << 18)
         : memory(static_cast<size_t>(point_tree_bytes(static_cast<uint32_t>(points.size()))) + more),
           arena(memory.data(), memory.size()),
           tree(build_point_tree(points.data(), static_cast<uint32_t>(points.size()), arena)) {
@@ -141,18 +143,87 @@ std::vector<Vec3> centers_for(const Points &points) {
     return centers;
 }
 
-// The box of block b's child `lane` at height h.
-Box child_box(const PointTree &tree, uint32_t h, uint32_t child, Bound (&low)[3], Bound (&high)[3]) {
-    const BoxBlock &block = tree.blocks[tree.first_block[h] + child / lanes];
-    const uint32_t l = child % lanes;
-    low[0] = block.low_x[l], low[1] = block.low_y[l], low[2] = block.low_z[l];
-    high[0] = block.high_x[l], high[1] = block.high_y[l], high[2] = block.high_z[l];
-    return {};
+// What box `lane` of a block says, as bounds that can be compared with those of points.
+struct Bounds {
+    Bound low[3], high[3];
+};
+Bounds bounds_of_child(const PointTree &tree, uint32_t height, uint32_t child) {
+    const BoxBlock &block = tree.blocks[tree.first_block[height] + child / children];
+    const uint32_t l = child % children;
+    return {{block.low_x[l], block.low_y[l], block.low_z[l]}, {block.high_x[l], block.high_y[l], block.high_z[l]}};
+}
+
+// Exact values, and how far outside a bound may be rounded.
+template <class T> double value_of(T x) {
+    if constexpr (std::is_same_v<T, Fixed>) {
+        return static_cast<double>(x.raw()) * 0x1p-32;
+    } else if constexpr (std::is_same_v<T, int32_t>) {
+        return x * 0x1p-12;
+    } else {
+        return static_cast<double>(x);
+    }
+}
+double bound_resolution(double x) {
+    if (std::is_same_v<Real, float>) return 0;
+    return std::is_same_v<Real, double> ? std::abs(x) * 0x1p-23 + 0x1p-149 : 0x1p-12;
+}
+
+std::vector<uint32_t> leaves_near(const PointTree &tree, const Vec3 &center, Real radius) {
+    std::vector<uint32_t> leaves;
+    for_each_leaf_near(tree, center, radius, [&](uint32_t leaf) { leaves.push_back(leaf); });
+    return leaves;
+}
+
+struct Segment {
+    Vec3 origin, direction;
+    Real t0, t1;
+};
+
+std::vector<uint32_t> leaves_on(const PointTree &tree, const Segment &s, Real radius) {
+    std::vector<uint32_t> leaves;
+    for_each_leaf_on_segment(tree, s.origin, s.direction, s.t0, s.t1, radius,
+                             [&](uint32_t leaf) { leaves.push_back(leaf); });
+    return leaves;
+}
+
+// The distance of a point from a segment, in double whatever Real is.
+double distance_from(const Segment &s, const Vec3 &p) {
+    const double o[3] = {value_of(s.origin.x), value_of(s.origin.y), value_of(s.origin.z)};
+    const double d[3] = {value_of(s.direction.x), value_of(s.direction.y), value_of(s.direction.z)};
+    const double q[3] = {value_of(p.x), value_of(p.y), value_of(p.z)};
+    double along = 0, length = 0, squared = 0;
+    for (int a = 0; a < 3; ++a) along += (q[a] - o[a]) * d[a], length += d[a] * d[a];
+    const double t = std::min(std::max(along / length, value_of(s.t0)), value_of(s.t1));
+    for (int a = 0; a < 3; ++a) squared += (q[a] - o[a] - t * d[a]) * (q[a] - o[a] - t * d[a]);
+    return std::sqrt(squared);
+}
+
+std::vector<Segment> segments_for(const Points &points) {
+    Mt19937 random(13, 1, 2, 3);
+    std::vector<Segment> segments;
+    const Vec3 axes[] = {Vec3(Real(1), Real(0), Real(0)), Vec3(Real(0), Real(-1), Real(0)),
+                         Vec3(Real(0), Real(0), Real(1)), Vec3(Real(-1), -Real(0), -Real(0))};
+    for (const Vec3 &axis : axes)
+        for (int i = 0; i < 4;
+             ++i) { // through points, hence along the planes of boxes, from far outside and from inside
+            const Vec3 p = points.empty() ? Vec3(Real(0)) : points[random() % points.size()];
+            segments.push_back({p - axis * Real(i % 2 == 0 ? 2000 : 0), axis, Real(0), Real(4000)});
+        }
+    for (int i = 0; i < 30; ++i) {
+        const Vec3 p = points.empty() ? Vec3(Real(0)) : points[random() % points.size()];
+        const Vec3 toward = uniform_point(random) - Vec3(Real(0.5));
+        const Vec3 direction = normalize(toward + Vec3(Real(0x1p-10)));
+        const Real back = uniform(random) * Real(i % 3 == 0 ? 1000 : 10), length = uniform(random) * Real(30);
+        segments.push_back({p - direction * back, direction, Real(0), back + length});
+        segments.push_back({p, direction, Real(-5), length - Real(4)});
+        segments.push_back({p + Vec3(Real(3)), direction, Real(0), Real(0)}); // a point
+    }
+    return segments;
 }
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME ": point tree: slots, ids and leaves") {
+TEST_CASE(WISP_ARITH_NAME ": point tree: every point has one slot, leaves are full and ordered by id") {
     for (const PointSet &set : point_sets()) {
         CAPTURE(set.name);
         const Grown grown(set.points);
@@ -174,6 +245,242 @@ TEST_CASE(WISP_ARITH_NAME ": point tree: slots, ids and leaves") {
                 CHECK(squared_distance(point_at(tree, slot), center) > Real(8192) * Real(8192));
         }
     }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": point tree: boxes are tight at every height") {
+    for (const PointSet &set : point_sets()) {
+        CAPTURE(set.name);
+        const Grown grown(set.points);
+        const PointTree &tree = grown.tree;
+        uint64_t leaves_of_child = 1;
+        for (uint32_t h = 0; h < tree.height; ++h, leaves_of_child *= children) {
+            const uint32_t child_count =
+                static_cast<uint32_t>((tree.leaf_count + leaves_of_child - 1) / leaves_of_child);
+            const uint32_t padded = (child_count + children - 1) / children * children;
+            for (uint32_t child = 0; child < padded; ++child) {
+                const Bounds box = bounds_of_child(tree, h, child);
+                if (child >= child_count) {
+                    for (int a = 0; a < 3; ++a) CHECK(box.low[a] > box.high[a]);
+                    continue;
+                }
+                const uint64_t points_of_child = leaves_of_child * leaf_points;
+                const uint32_t first = static_cast<uint32_t>(child * points_of_child);
+                const uint32_t end = static_cast<uint32_t>(std::min<uint64_t>(first + points_of_child, tree.count));
+                for (int a = 0; a < 3; ++a) {
+                    const Real *coordinate = a == 0 ? tree.x : a == 1 ? tree.y : tree.z;
+                    const Real low = *std::min_element(coordinate + first, coordinate + end);
+                    const Real high = *std::max_element(coordinate + first, coordinate + end);
+                    const double below = value_of(low) - value_of(box.low[a]);
+                    const double above = value_of(box.high[a]) - value_of(high);
+                    CHECK(below >= 0);
+                    CHECK(below <= bound_resolution(value_of(low)));
+                    CHECK(above >= 0);
+                    CHECK(above <= bound_resolution(value_of(high)));
+                }
+            }
+        }
+        if (tree.height > 0) CHECK(leaves_of_child >= tree.leaf_count);
+        if (tree.height > 1) CHECK(leaves_of_child / children < tree.leaf_count); // no height in vain
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": point tree: cuts are medians across the widest extent") {
+    // 3 leaves: two of them before the cut, across y; then one each, across x.
+    Points points;
+    for (int32_t i = 0; i < static_cast<int32_t>(3 * leaf_points); ++i)
+        points.push_back(Vec3(Real(i * 7 % 16), Real(i * 100), Real(1)));
+    const Grown grown(points);
+    for (uint32_t slot = 2 * leaf_points; slot < 3 * leaf_points; ++slot) CHECK(grown.tree.id[slot] == slot);
+    Points flat = points;
+    for (Vec3 &p : flat) p.y = Real(0);
+    const Grown wide(flat);
+    Real largest_before = Real(-1), least_behind = Real(99);
+    for (uint32_t slot = 0; slot < 3 * leaf_points; ++slot) {
+        const Real x = wide.tree.x[slot];
+        if (slot < 2 * leaf_points)
+            largest_before = max(largest_before, x);
+        else
+            least_behind = min(least_behind, x);
+    }
+    CHECK(largest_before <= least_behind);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": point tree: a permuted input has the same points in the same leaves") {
+    for (const Points &points : {random_points(1000, 42), clustered_points(1100)}) {
+        Points permuted = points;
+        Mt19937 random(3, 1, 2, 3);
+        for (size_t i = permuted.size(); i > 1; --i) std::swap(permuted[i - 1], permuted[random() % i]);
+        const Grown first(points), second(permuted);
+        const auto key = [](const Vec3 &p) {
+            return std::make_pair(value_of(p.x), std::make_pair(value_of(p.y), value_of(p.z)));
+        };
+        for (uint32_t leaf = 0; leaf < first.tree.leaf_count; ++leaf) {
+            std::multiset<decltype(key(points[0]))> a, b;
+            for (uint32_t slot = leaf * leaf_points; slot < min((leaf + 1) * leaf_points, first.tree.count); ++slot) {
+                a.insert(key(point_at(first.tree, slot)));
+                b.insert(key(point_at(second.tree, slot)));
+            }
+            CHECK(a == b);
+        }
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": point tree: the k nearest equal brute force, ties by id") {
+    for (const PointSet &set : point_sets()) {
+        CAPTURE(set.name);
+        Grown grown(set.points);
+        for (const Vec3 &center : centers_for(set.points))
+            for (const uint32_t k : {1u, 2u, 7u, 64u, 500u, 2000u})
+                for (const Real radius : {Real(10000), Real(3), Real(0.25), Real(0)}) {
+                    CAPTURE(k);
+                    auto expected = neighbours_by_brute_force(set.points, center, radius);
+                    if (expected.size() > k) expected.resize(k);
+                    CHECK(nearest_by_tree(grown, center, k, radius) == expected);
+                }
+        CHECK(nearest_by_tree(grown, Vec3(Real(0)), 0, Real(10)).empty());
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": point tree: ties at the k-th place go to the smaller ids (D3)") {
+    Grown grown(lattice_points(9, 1));
+    // From the middle of the lattice: 1 point at 0, 6 at 1, 12 at 2. Of the twelve, the first three by id.
+    const Vec3 middle(Real(4), Real(4), Real(4));
+    const auto found = nearest_by_tree(grown, middle, 10, Real(100));
+    REQUIRE(found.size() == 10);
+    CHECK(found[6].first == Real(1));
+    const uint32_t id_of_middle = 4 + 9 * 4 + 81 * 4;
+    CHECK(found[7] == Neighbour(Real(2), id_of_middle - 81 - 9));
+    CHECK(found[8] == Neighbour(Real(2), id_of_middle - 81 - 1));
+    CHECK(found[9] == Neighbour(Real(2), id_of_middle - 81 + 1));
+}
+
+TEST_CASE(WISP_ARITH_NAME ": point tree: points in a radius equal brute force") {
+    for (const PointSet &set : point_sets()) {
+        CAPTURE(set.name);
+        const Grown grown(set.points);
+        for (const Vec3 &center : centers_for(set.points))
+            for (const Real radius : {Real(0), Real(0.25), Real(1), Real(20), Real(10000)}) {
+                const auto expected = neighbours_by_brute_force(set.points, center, radius);
+                std::vector<uint32_t> slots(expected.size() + 1, 12345);
+                const uint32_t capacity = static_cast<uint32_t>(expected.size());
+                REQUIRE(in_radius(grown.tree, center, radius, slots.data(), capacity) == expected.size());
+                CHECK(slots.back() == 12345);
+                slots.pop_back();
+                CHECK(std::is_sorted(slots.begin(), slots.end()));
+                std::vector<Neighbour> found;
+                for (const uint32_t slot : slots)
+                    found.push_back({squared_distance(point_at(grown.tree, slot), center), grown.tree.id[slot]});
+                std::sort(found.begin(), found.end());
+                CHECK(found == expected);
+                if (expected.size() > 1) {
+                    std::vector<uint32_t> one(2, 12345);
+                    CHECK(in_radius(grown.tree, center, radius, one.data(), 1) == expected.size());
+                    CHECK(one[0] == slots[0]);
+                    CHECK(one[1] == 12345);
+                }
+            }
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": point tree: sums over near leaves equal sums over all leaves, bit for bit") {
+    for (const PointSet &set : point_sets()) {
+        CAPTURE(set.name);
+        const Grown grown(set.points);
+        const PointTree &tree = grown.tree;
+        for (const Vec3 &center : centers_for(set.points)) {
+            const Real radius(2);
+            Real near_sum(0), whole_sum(0);
+            const auto add_leaf = [&](uint32_t leaf, Real &sum) {
+                for (uint32_t slot = leaf * leaf_points; slot < min((leaf + 1) * leaf_points, tree.count); ++slot) {
+                    const Real d = squared_distance(point_at(tree, slot), center);
+                    if (d < radius * radius) sum += Real(1) / (d + Real(1));
+                }
+            };
+            for_each_leaf_near(tree, center, radius, [&](uint32_t leaf) { add_leaf(leaf, near_sum); });
+            for (uint32_t leaf = 0; leaf < tree.leaf_count; ++leaf) add_leaf(leaf, whole_sum);
+            CHECK(near_sum == whole_sum);
+        }
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": point tree: no leaf near a point is missed, and few are called in vain") {
+    for (const PointSet &set : point_sets()) {
+        CAPTURE(set.name);
+        const Grown grown(set.points);
+        const PointTree &tree = grown.tree;
+        for (const Vec3 &center : centers_for(set.points))
+            for (const Real radius : {Real(0), Real(1), Real(20), Real(10000)}) {
+                const auto leaves = leaves_near(tree, center, radius);
+                CHECK(std::is_sorted(leaves.begin(), leaves.end()));
+                CHECK(std::adjacent_find(leaves.begin(), leaves.end()) == leaves.end());
+                if (!leaves.empty()) CHECK(leaves.back() < tree.leaf_count);
+                for (uint32_t slot = 0; slot < tree.count; ++slot)
+                    if (squared_distance(point_at(tree, slot), center) <= radius * radius)
+                        CHECK(std::binary_search(leaves.begin(), leaves.end(), slot / leaf_points));
+            }
+    }
+    const Grown grown(random_points(1000, 9));
+    CHECK(leaves_near(grown.tree, Vec3(Real(500), Real(0), Real(0)), Real(400)).empty());
+}
+
+TEST_CASE(WISP_ARITH_NAME ": point tree: no leaf near a segment is missed, and few are called in vain") {
+    for (const PointSet &set : point_sets()) {
+        CAPTURE(set.name);
+        const Grown grown(set.points);
+        const PointTree &tree = grown.tree;
+        for (const Segment &segment : segments_for(set.points))
+            for (const Real radius : {Real(0), Real(0.5), Real(20)}) {
+                const auto leaves = leaves_on(tree, segment, radius);
+                CHECK(std::is_sorted(leaves.begin(), leaves.end()));
+                CHECK(std::adjacent_find(leaves.begin(), leaves.end()) == leaves.end());
+                if (!leaves.empty()) CHECK(leaves.back() < tree.leaf_count);
+                for (uint32_t slot = 0; slot < tree.count; ++slot)
+                    if (distance_from(segment, point_at(tree, slot)) <= value_of(radius))
+                        CHECK(std::binary_search(leaves.begin(), leaves.end(), slot / leaf_points));
+            }
+    }
+    // Beside the points, and before and behind them on a line through them.
+    const Grown grown(random_points(1000, 9));
+    const Vec3 along(Real(1), Real(0), Real(0));
+    CHECK(leaves_on(grown.tree, {Vec3(Real(-100), Real(40), Real(0)), along, Real(0), Real(200)}, Real(7)).empty());
+    CHECK(leaves_on(grown.tree, {Vec3(Real(-100), Real(0), Real(0)), along, Real(0), Real(60)}, Real(7)).empty());
+    CHECK(leaves_on(grown.tree, {Vec3(Real(-100), Real(0), Real(0)), along, Real(140), Real(200)}, Real(7)).empty());
+    const Vec3 diagonal = normalize(Vec3(Real(1), Real(1), Real(0)));
+    CHECK(leaves_on(grown.tree, {Vec3(Real(-100), Real(-30), Real(0)), diagonal, Real(0), Real(300)}, Real(4)).empty());
+    const auto crossed =
+        leaves_on(grown.tree, {Vec3(Real(-100), Real(1), Real(0)), along, Real(0), Real(200)}, Real(1));
+    CHECK(crossed.size() >= 4);
+    CHECK(crossed.size() <= 20); // of 63
+}
+
+TEST_CASE(WISP_ARITH_NAME ": point tree: an arena that is too small is refused and left as it was") {
+    for (const uint32_t count : {1u, 100u, 3000u}) {
+        const Points points = random_points(count, 77);
+        std::vector<unsigned char> memory(static_cast<size_t>(point_tree_bytes(count)));
+        uint32_t refused = 0, built = 0;
+        for (size_t size = 0; size <= memory.size(); size += memory.size() / 16) {
+            Arena arena(memory.data(), size);
+            const PointTree tree = build_point_tree(points.data(), count, arena);
+            CHECK(arena.peak() <= size);
+            ++(tree.ready ? built : refused);
+            if (!tree.ready) {
+                CHECK(arena.mark() == 0);
+                CHECK(tree.count == 0);
+            }
+        }
+        CHECK(refused > 0);
+        Arena whole(memory.data(), memory.size());
+        CHECK(build_point_tree(points.data(), count, whole).ready);
+        CHECK(whole.mark() < whole.peak()); // the scratch is given back
+    }
+    unsigned char little[64];
+    Arena arena(little, sizeof little);
+    NearestScratch scratch;
+    CHECK_FALSE(make_nearest_scratch(500, arena, scratch));
+    CHECK(arena.mark() == 0);
+    std::vector<unsigned char> enough(static_cast<size_t>(nearest_scratch_bytes(500)));
+    Arena large(enough.data(), enough.size());
+    CHECK(make_nearest_scratch(500, large, scratch));
 }
 
 } // namespace wisp::WISP_ARITH

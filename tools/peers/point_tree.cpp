@@ -1,12 +1,13 @@
 // The point tree beside nanoflann and beside a plain cell list, on one thread: build, k nearest, radius, SPH sums.
 //
-//   point_tree [FILE...]      each FILE holds points as raw little-endian float32 x y z; without, two made-up plumes
+//   point_tree [FILE...]      each FILE holds points as raw little-endian float32 x y z; without any, the points are
+//   two
+//                             made-up plumes and a cube filled evenly
 //
-// Compile it once per arithmetic, together with src/core/point_tree.cpp, both with the flags of the core. nanoflann gets
-// the same flags, float coordinates in f32 and double ones otherwise, the points in the order of our tree, and result
-// sets written for it here, so that it neither allocates nor sorts. Times are medians of alternating runs, in ns a query
-// (ms for build); `ratio` is the best rival's time over ours. Results are compared before anything is timed.
-#include "wisp/kernel.h"
+// Compile it once per arithmetic, together with src/core/point_tree.cpp, both with the flags of the core. nanoflann
+// gets the same flags, float coordinates in f32 and double ones otherwise, the points in the order of our tree, and
+// result sets written for it here, so that it neither allocates nor sorts. Times are medians of alternating runs, in ns
+// a query (ms for build); `ratio` is the best rival's time over ours. Results are compared before anything is timed.
 #include "wisp/point_tree.h"
 #include "wisp/random.h"
 #include <algorithm>
@@ -15,6 +16,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
+#include <limits>
+#include <memory>
 #include <nanoflann.hpp>
 #include <numeric>
 #include <string>
@@ -25,9 +28,10 @@ namespace {
 
 using Peer = std::conditional_t<std::is_same_v<Real, float>, float, double>; // nanoflann's and the cell list's scalar
 
-Peer to_peer(float x) { return static_cast<Peer>(x); }
-Peer to_peer(double x) { return static_cast<Peer>(x); }
-Peer to_peer(Fixed x) { return static_cast<Peer>(std::ldexp(static_cast<double>(x.raw()), -32)); }
+inline double to_double(float x) { return static_cast<double>(x); }
+inline double to_double(double x) { return x; }
+inline double to_double(Fixed x) { return std::ldexp(static_cast<double>(x.raw()), -32); }
+Peer to_peer(Real x) { return static_cast<Peer>(to_double(x)); }
 
 struct PeerPoint {
     Peer x, y, z;
@@ -66,6 +70,16 @@ std::vector<Vec3> plume(uint32_t count) {
         const double py = ring.radius * std::sin(turn) + ring.core * normal(random);
         const double pz = ring.tilt_x * px + ring.tilt_y * py + ring.core * normal(random);
         p = Vec3(to_real<Real>(ring.x + px), to_real<Real>(ring.y + py), to_real<Real>(ring.z - 20 + pz));
+    }
+    return points;
+}
+
+std::vector<Vec3> cube(uint32_t count) {
+    Mt19937 random(1, 0, 0, 0);
+    std::vector<Vec3> points(count);
+    for (Vec3 &p : points) {
+        const double x = unit(random), y = unit(random), z = unit(random);
+        p = Vec3(to_real<Real>(20 * x - 10), to_real<Real>(20 * y - 10), to_real<Real>(20 * z - 10));
     }
     return points;
 }
@@ -165,10 +179,7 @@ inline Peer spline(Peer distance_squared, Peer inverse_h) {
     return u * u * u;
 }
 
-#ifndef CL
-#define CL 8
-#endif
-constexpr int32_t cell_lanes = CL;
+constexpr int32_t cell_lanes = 8;
 
 // Points sorted into cells of the support's size, x fastest: the 27 cells around a point are nine runs.
 struct CellList {
@@ -229,11 +240,13 @@ WISP_WIDE Peer sum_by_cells(const CellList &cells, const PeerPoint &at, Peer inv
 WISP_WIDE Real sum_by_tree(const PointTree &tree, const Vec3 &at, Real support, Real inverse_h_squared) {
     Real sum[lanes] = {};
     for_each_leaf_near(tree, at, support, [&](uint32_t leaf) {
-        for (uint32_t first = leaf * leaf_points; first < (leaf + 1) * leaf_points; first += lanes)
-            for (uint32_t l = 0; l < lanes; ++l) {
-                const size_t i = size_t{first} + l;
+        for (size_t first = size_t{leaf} * leaf_points; first < (size_t{leaf} + 1) * leaf_points; first += lanes)
+            WISP_LANES for (uint32_t l = 0; l < lanes; ++l) {
+                const size_t i = first + l;
                 const Real dx = tree.x[i] - at.x, dy = tree.y[i] - at.y, dz = tree.z[i] - at.z;
-                sum[l] += Spline::value(sum_of_products(dx, dx, dy, dy, dz, dz) * inverse_h_squared);
+                const Real q_squared = sum_of_products(dx, dx, dy, dy, dz, dz) * inverse_h_squared;
+                const Real u = Real(2) - sqrt(min(q_squared, Real(4)));
+                sum[l] += u * u * u;
             }
     });
     return ((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7]));
@@ -244,7 +257,7 @@ WISP_WIDE Real sum_by_tree(const PointTree &tree, const Vec3 &at, Real support, 
 using Clock = std::chrono::steady_clock;
 
 struct Way {
-    const char *name;
+    std::string name;
     std::function<void()> run;
 };
 
@@ -267,16 +280,6 @@ std::vector<double> race(const std::vector<Way> &ways) {
     return medians;
 }
 
-// ways[0] is ours.
-void report(const std::string &set, const char *order, const char *what, double scale, const std::vector<Way> &ways) {
-    const std::vector<double> seconds = race(ways);
-    const double best = *std::min_element(seconds.begin() + 1, seconds.end());
-    for (size_t i = 0; i < ways.size(); ++i)
-        std::printf("%s,%s,%s,%s,%s,%.4g,%.3g\n", set.c_str(), WISP_ARITH_NAME, what, order, ways[i].name,
-                    seconds[i] * scale, (i == 0 ? best : seconds[i]) / seconds[0]);
-    std::fflush(stdout);
-}
-
 void require(bool equal, const char *what) {
     if (equal) return;
     std::fprintf(stderr, "%s: results differ\n", what);
@@ -285,201 +288,245 @@ void require(bool equal, const char *what) {
 
 volatile double sink; // what is summed here is not optimised away
 
-void measure(const std::string &set, const std::vector<Vec3> &points) {
-    const uint32_t count = static_cast<uint32_t>(points.size());
-    constexpr uint32_t most = 500;
-    std::vector<unsigned char> memory(2 * point_tree_bytes(count) + (1 << 20));
-    Arena arena(memory.data(), memory.size());
-    const PointTree tree = build_point_tree(points.data(), count, arena);
+// nanoflann works in double beside Fixed; otherwise distances are the same bits.
+constexpr double tolerance = std::is_same_v<Real, Fixed> ? 1e-8 : 0;
+
+// Everything that the rows of one point set need.
+struct Bench {
+    std::string name;
+    const std::vector<Vec3> &points;
+    std::vector<unsigned char> memory;
+    Arena arena;
+    PointTree tree;
     NearestScratch scratch;
+    std::vector<Vec3> ordered; // by slot
+    Cloud cloud, unordered;    // the same for nanoflann, and in the order of `points`
+    std::vector<std::unique_ptr<PeerTree>> peers;
+    Real radius27, radius64; // these hold so many points on average
+
+    Bench(const std::string &set_name, const std::vector<Vec3> &set_points);
+    void all();
+
+  private:
+    struct Queries {
+        const char *order;
+        std::vector<Vec3> ours;
+        std::vector<PeerPoint> theirs;
+    };
+    static constexpr uint32_t most = 500;
+    static constexpr size_t compared_every = 37;
+    static constexpr const char *peer_names[3] = {"nanoflann leaf 10", "nanoflann leaf 20", "nanoflann leaf 40"};
+    static constexpr size_t peer_leaves[3] = {10, 20, 40};
+
+    std::vector<Vec3> make_queries() const;
+    Real radius_for(const std::vector<Vec3> &queries, double wanted) const;
+    void build_row(const char *order, const std::vector<Vec3> &in, const Cloud &peer_in);
+    void nearest_row(const Queries &queries, uint32_t k);
+    void radius_row(const Queries &queries, const char *what, Real radius);
+    void sum_row(const Queries &queries);
+    void report(const char *order, const std::string &what, double scale, const std::vector<Way> &ways) const;
+};
+
+Bench::Bench(const std::string &set_name, const std::vector<Vec3> &set_points)
+    : name(set_name), points(set_points),
+      memory(static_cast<size_t>(2 * point_tree_bytes(static_cast<uint32_t>(points.size())) +
+                                 nearest_scratch_bytes(most))),
+      arena(memory.data(), memory.size()) {
+    const uint32_t count = static_cast<uint32_t>(points.size());
+    tree = build_point_tree(points.data(), count, arena);
     require(tree.ready && make_nearest_scratch(most, arena, scratch), "memory");
-
-    std::vector<Vec3> ordered(count);
-    Cloud cloud;
     for (uint32_t slot = 0; slot < count; ++slot) {
-        ordered[slot] = Vec3(tree.x[slot], tree.y[slot], tree.z[slot]);
-        cloud.points.push_back(to_peer(ordered[slot]));
+        ordered.push_back(Vec3(tree.x[slot], tree.y[slot], tree.z[slot]));
+        cloud.points.push_back(to_peer(ordered.back()));
     }
-    report(set, "tree", "build ms", 1e3,
-           {{"wisp",
-             [&] {
-                 const size_t mark = arena.mark();
-                 sink = build_point_tree(ordered.data(), count, arena).count;
-                 arena.rewind(mark);
-             }},
-            {"nanoflann leaf 10", [&] { PeerTree(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(10)); }},
-            {"nanoflann leaf 20", [&] { PeerTree(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(20)); }},
-            {"nanoflann leaf 40", [&] { PeerTree(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(40)); }}});
-    Cloud shuffled;
-    for (const Vec3 &p : points) shuffled.points.push_back(to_peer(p));
-    report(set, "random", "build ms", 1e3,
-           {{"wisp",
-             [&] {
-                 const size_t mark = arena.mark();
-                 sink = build_point_tree(points.data(), count, arena).count;
-                 arena.rewind(mark);
-             }},
-            {"nanoflann leaf 10", [&] { PeerTree(3, shuffled, nanoflann::KDTreeSingleIndexAdaptorParams(10)); }},
-            {"nanoflann leaf 20", [&] { PeerTree(3, shuffled, nanoflann::KDTreeSingleIndexAdaptorParams(20)); }},
-            {"nanoflann leaf 40", [&] { PeerTree(3, shuffled, nanoflann::KDTreeSingleIndexAdaptorParams(40)); }}});
+    for (const Vec3 &p : points) unordered.points.push_back(to_peer(p));
+    for (const size_t leaf : peer_leaves)
+        peers.push_back(std::make_unique<PeerTree>(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(leaf)));
+}
 
-    const PeerTree peer10(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(10));
-    const PeerTree peer20(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(20));
-    const PeerTree peer40(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(40));
-    struct Peers {
-        const PeerTree *tree;
-        const char *leaf;
-    };
-
-    // Queries: points of the set, moved a little.
+// Points of the set, moved a little, in the order of the tree.
+std::vector<Vec3> Bench::make_queries() const {
+    constexpr uint32_t queries = 20000;
     Mt19937 random(1, 2, 3, 4);
-    const double jitter = 0.02 * to_peer(length(tree.bounds.high - tree.bounds.low)) / std::cbrt(count);
-    std::vector<Vec3> near_order;
-    for (uint32_t i = 0; i < 20000; ++i) {
-        const Vec3 &p = ordered[static_cast<uint64_t>(i) * count / 20000];
+    const double jitter = 0.02 * to_double(length(tree.bounds.high - tree.bounds.low)) / std::cbrt(tree.count);
+    std::vector<Vec3> result;
+    for (uint64_t i = 0; i < queries; ++i) {
         const double x = normal(random), y = normal(random), z = normal(random);
-        near_order.push_back(p + Vec3(to_real<Real>(x * jitter), to_real<Real>(y * jitter), to_real<Real>(z * jitter)));
+        result.push_back(ordered[i * tree.count / queries] +
+                         Vec3(to_real<Real>(x * jitter), to_real<Real>(y * jitter), to_real<Real>(z * jitter)));
     }
-    std::vector<Vec3> random_order = near_order;
-    for (size_t i = random_order.size(); i > 1; --i) std::swap(random_order[i - 1], random_order[random() % i]);
+    return result;
+}
 
-    // The radius that holds `wanted` points on average.
-    const auto radius_for = [&](double wanted) {
-        double low = 0, high = to_peer(length(tree.bounds.high - tree.bounds.low));
-        for (int step = 0; step < 30; ++step) {
-            const double middle = 0.5 * (low + high);
-            uint64_t found = 0, asked = 0;
-            for (size_t i = 0; i < near_order.size(); i += 40, ++asked) {
-                found += in_radius(tree, near_order[i], to_real<Real>(middle), nullptr, 0);
-                if (static_cast<double>(found) > wanted * 500) break;
-            }
-            (static_cast<double>(found) > wanted * static_cast<double>(asked) ? high : low) = middle;
-        }
-        return to_real<Real>(high);
+Real Bench::radius_for(const std::vector<Vec3> &queries, double wanted) const {
+    double low = 0, high = to_double(length(tree.bounds.high - tree.bounds.low));
+    for (int step = 0; step < 30; ++step) {
+        const double middle = 0.5 * (low + high);
+        double found = 0, asked = 0;
+        for (size_t i = 0; i < queries.size(); i += 40) asked += 1;
+        for (size_t i = 0; i < queries.size() && found <= wanted * asked; i += 40)
+            found += in_radius(tree, queries[i], to_real<Real>(middle), nullptr, 0);
+        (found > wanted * asked ? high : low) = middle;
+    }
+    return to_real<Real>(high);
+}
+
+// ways[0] is ours.
+void Bench::report(const char *order, const std::string &what, double scale, const std::vector<Way> &ways) const {
+    const std::vector<double> seconds = race(ways);
+    const double best = *std::min_element(seconds.begin() + 1, seconds.end());
+    for (size_t i = 0; i < ways.size(); ++i)
+        std::printf("%s,%s,%s,%s,%s,%.4g,%.3g\n", name.c_str(), WISP_ARITH_NAME, what.c_str(), order,
+                    ways[i].name.c_str(), seconds[i] * scale, (i == 0 ? best : seconds[i]) / seconds[0]);
+    std::fflush(stdout);
+}
+
+void Bench::build_row(const char *order, const std::vector<Vec3> &in, const Cloud &peer_in) {
+    std::vector<Way> ways = {{"wisp", [&] {
+                                  const size_t mark = arena.mark();
+                                  require(build_point_tree(in.data(), tree.count, arena).ready, "memory");
+                                  arena.rewind(mark);
+                              }}};
+    for (size_t i = 0; i < peers.size(); ++i)
+        ways.push_back({peer_names[i],
+                        [&, i] { PeerTree(3, peer_in, nanoflann::KDTreeSingleIndexAdaptorParams(peer_leaves[i])); }});
+    report(order, "build ms", 1e3, ways);
+}
+
+void Bench::nearest_row(const Queries &queries, uint32_t k) {
+    constexpr Peer everywhere = std::numeric_limits<Peer>::max();
+    const Real unlimited(20000);
+    std::vector<uint32_t> slots(k), peer_ids(k);
+    std::vector<Real> distances(k);
+    std::vector<Peer> peer_distances(k);
+    std::vector<std::pair<Peer, uint32_t>> heap;
+    heap.reserve(k);
+    const auto search = [&](const Vec3 &q) {
+        return nearest(tree, q, k, unlimited, scratch, slots.data(), distances.data());
     };
-    const Real radius27 = radius_for(27), radius64 = radius_for(64);
-    const Peer everywhere = std::numeric_limits<Peer>::max();
-    const Real unlimited = Real(20000);
+    for (size_t i = 0; i < queries.ours.size(); i += compared_every) {
+        const uint32_t found = search(queries.ours[i]).count;
+        HeapSet result(heap, k, everywhere);
+        peers[0]->findNeighbors(result, &queries.theirs[i].x, nanoflann::SearchParams());
+        std::sort_heap(heap.begin(), heap.end());
+        std::sort(distances.begin(), distances.begin() + found);
+        require(found == heap.size(), "nearest");
+        for (uint32_t n = 0; n < found; ++n)
+            require(std::abs(to_peer(distances[n]) - heap[n].first) <= tolerance, "nearest");
+    }
+    std::vector<Way> ways = {{"wisp", [&] {
+                                  uint64_t sum = 0;
+                                  for (const Vec3 &q : queries.ours) sum += search(q).farthest;
+                                  sink = static_cast<double>(sum);
+                              }}};
+    for (size_t i = 0; i < peers.size(); ++i)
+        ways.push_back({std::string(peer_names[i]) + " heap", [&, i] {
+                            double sum = 0;
+                            for (const PeerPoint &q : queries.theirs) {
+                                HeapSet result(heap, k, everywhere);
+                                peers[i]->findNeighbors(result, &q.x, nanoflann::SearchParams());
+                                sum += static_cast<double>(result.worstDist());
+                            }
+                            sink = sum;
+                        }});
+    ways.push_back({"nanoflann leaf 10 KNNResultSet", [&] {
+                        double sum = 0;
+                        for (const PeerPoint &q : queries.theirs) {
+                            nanoflann::KNNResultSet<Peer, uint32_t, uint32_t> result(k);
+                            result.init(peer_ids.data(), peer_distances.data());
+                            peers[0]->findNeighbors(result, &q.x, nanoflann::SearchParams());
+                            sum += static_cast<double>(result.worstDist());
+                        }
+                        sink = sum;
+                    }});
+    report(queries.order, std::to_string(k) + "-NN ns", 1e9 / static_cast<double>(queries.ours.size()), ways);
+}
 
-    for (const auto *queries : {&near_order, &random_order}) {
-        const char *order = queries == &near_order ? "tree" : "random";
-        const double per_query = 1e9 / static_cast<double>(queries->size());
-        std::vector<PeerPoint> peer_queries;
-        for (const Vec3 &q : *queries) peer_queries.push_back(to_peer(q));
+void Bench::radius_row(const Queries &queries, const char *what, Real radius) {
+    const auto count_by_peer = [&](const PeerTree &peer, const PeerPoint &q) {
+        uint32_t found = 0;
+        visit_radius(peer, q, to_peer(radius), [&](Peer) { ++found; });
+        return found;
+    };
+    for (size_t i = 0; i < queries.ours.size() && tolerance == 0; i += compared_every)
+        require(in_radius(tree, queries.ours[i], radius, nullptr, 0) == count_by_peer(*peers[0], queries.theirs[i]),
+                "radius");
+    std::vector<Way> ways = {{"wisp", [&] {
+                                  uint64_t sum = 0;
+                                  for (const Vec3 &q : queries.ours) sum += in_radius(tree, q, radius, nullptr, 0);
+                                  sink = static_cast<double>(sum);
+                              }}};
+    for (size_t p = 0; p < peers.size(); ++p)
+        ways.push_back({peer_names[p], [&, p] {
+                            uint64_t sum = 0;
+                            for (const PeerPoint &q : queries.theirs) sum += count_by_peer(*peers[p], q);
+                            sink = static_cast<double>(sum);
+                        }});
+    report(queries.order, what, 1e9 / static_cast<double>(queries.ours.size()), ways);
+}
 
-        for (uint32_t k : {64u, 500u}) {
-            std::vector<uint32_t> slots(most), found_ids(most);
-            std::vector<Real> distances(most);
-            std::vector<Peer> peer_distances(most);
-            std::vector<std::pair<Peer, uint32_t>> heap;
-            heap.reserve(most);
-            for (size_t i = 0; i < queries->size(); i += 37) {
-                const Nearest found =
-                    nearest(tree, (*queries)[i], k, unlimited, scratch, slots.data(), distances.data());
-                HeapSet set(heap, k, everywhere);
-                peer10.findNeighbors(set, &peer_queries[i].x, nanoflann::SearchParams());
-                std::vector<Peer> ours, theirs;
-                for (uint32_t n = 0; n < found.count; ++n) ours.push_back(to_peer(distances[n]));
-                for (const auto &entry : heap) theirs.push_back(entry.first);
-                std::sort(ours.begin(), ours.end()), std::sort(theirs.begin(), theirs.end());
-                if (std::is_same_v<Real, Fixed>)
-                    for (size_t n = 0; n < ours.size(); ++n) ours[n] = std::abs(ours[n] - theirs[n]) < 1e-8 ? theirs[n] : -1;
-                require(ours == theirs, "nearest");
-            }
-            std::vector<Way> ways = {{"wisp", [&] {
-                                          uint64_t sum = 0;
-                                          for (const Vec3 &q : *queries)
-                                              sum += nearest(tree, q, k, unlimited, scratch, slots.data(),
-                                                             distances.data()).farthest;
-                                          sink = static_cast<double>(sum);
-                                      }}};
-            for (const Peers &peer : {Peers{&peer10, "10"}, {&peer20, "20"}, {&peer40, "40"}}) {
-                ways.push_back({peer.leaf[0] == '1'   ? "nanoflann leaf 10 heap"
-                                : peer.leaf[0] == '2' ? "nanoflann leaf 20 heap"
-                                                      : "nanoflann leaf 40 heap",
-                                [&, peer] {
-                                    double sum = 0;
-                                    for (const PeerPoint &q : peer_queries) {
-                                        HeapSet set(heap, k, everywhere);
-                                        peer.tree->findNeighbors(set, &q.x, nanoflann::SearchParams());
-                                        sum += set.worstDist();
-                                    }
-                                    sink = sum;
-                                }});
-            }
-            ways.push_back({"nanoflann leaf 10 own set", [&] {
-                                double sum = 0;
-                                for (const PeerPoint &q : peer_queries) {
-                                    nanoflann::KNNResultSet<Peer, uint32_t, uint32_t> set(k);
-                                    set.init(found_ids.data(), peer_distances.data());
-                                    peer10.findNeighbors(set, &q.x, nanoflann::SearchParams());
-                                    sum += set.worstDist();
-                                }
-                                sink = sum;
-                            }});
-            report(set, order, k == 64 ? "64-NN ns" : "500-NN ns", per_query, ways);
+void Bench::sum_row(const Queries &queries) {
+    const Peer inverse_h = 2 / to_peer(radius64);
+    const Real inverse_h_squared = to_real<Real>(static_cast<double>(inverse_h) * static_cast<double>(inverse_h));
+    const CellList cells(cloud.points, to_peer(radius64));
+    const auto sum_by_peer = [&](const PeerTree &peer, const PeerPoint &q) {
+        Peer sum = 0;
+        visit_radius(peer, q, to_peer(radius64), [&](Peer d) { sum += spline(d, inverse_h); });
+        return sum;
+    };
+    for (size_t i = 0; i < queries.ours.size(); i += compared_every) {
+        const double ours = to_double(sum_by_tree(tree, queries.ours[i], radius64, inverse_h_squared));
+        const double by_cells = static_cast<double>(sum_by_cells(cells, queries.theirs[i], inverse_h));
+        const double by_peer = static_cast<double>(sum_by_peer(*peers[0], queries.theirs[i]));
+        require(std::abs(ours - by_cells) <= 2e-5 * (1 + by_cells), "cell list");
+        require(std::abs(ours - by_peer) <= 2e-5 * (1 + by_peer), "nanoflann's sums");
+    }
+    std::vector<Way> ways = {{"wisp",
+                              [&] {
+                                  double sum = 0;
+                                  for (const Vec3 &q : queries.ours)
+                                      sum += to_double(sum_by_tree(tree, q, radius64, inverse_h_squared));
+                                  sink = sum;
+                              }},
+                             {"cell list", [&] {
+                                  double sum = 0;
+                                  for (const PeerPoint &q : queries.theirs)
+                                      sum += static_cast<double>(sum_by_cells(cells, q, inverse_h));
+                                  sink = sum;
+                              }}};
+    for (size_t p = 0; p < peers.size(); ++p)
+        ways.push_back({peer_names[p], [&, p] {
+                            double sum = 0;
+                            for (const PeerPoint &q : queries.theirs)
+                                sum += static_cast<double>(sum_by_peer(*peers[p], q));
+                            sink = sum;
+                        }});
+    report(queries.order, "SPH sum 64 ns", 1e9 / static_cast<double>(queries.ours.size()), ways);
+}
+
+void Bench::all() {
+    build_row("tree", ordered, cloud);
+    build_row("random", points, unordered);
+    Queries queries = {"tree", make_queries(), {}};
+    radius27 = radius_for(queries.ours, 27);
+    radius64 = radius_for(queries.ours, 64);
+    for (int pass = 0; pass < 2; ++pass) {
+        if (pass == 1) {
+            queries.order = "random";
+            Mt19937 random(5, 6, 7, 8);
+            for (size_t i = queries.ours.size(); i > 1; --i) std::swap(queries.ours[i - 1], queries.ours[random() % i]);
         }
-
-        for (const Real radius : {radius27, radius64}) {
-            const auto peer_count = [&](const PeerTree &peer, const PeerPoint &q) {
-                uint32_t found = 0;
-                visit_radius(peer, q, to_peer(radius), [&](Peer) { ++found; });
-                return found;
-            };
-            for (size_t i = 0; i < queries->size(); i += 37)
-                require(std::is_same_v<Real, Fixed> || in_radius(tree, (*queries)[i], radius, nullptr, 0) ==
-                                                           peer_count(peer10, peer_queries[i]), "radius");
-            std::vector<Way> ways = {{"wisp", [&] {
-                                          uint64_t sum = 0;
-                                          for (const Vec3 &q : *queries) sum += in_radius(tree, q, radius, nullptr, 0);
-                                          sink = static_cast<double>(sum);
-                                      }}};
-            for (const PeerTree *peer : {&peer10, &peer20, &peer40})
-                ways.push_back({peer == &peer10   ? "nanoflann leaf 10"
-                                : peer == &peer20 ? "nanoflann leaf 20"
-                                                  : "nanoflann leaf 40",
-                                [&, peer] {
-                                    uint64_t sum = 0;
-                                    for (const PeerPoint &q : peer_queries) sum += peer_count(*peer, q);
-                                    sink = static_cast<double>(sum);
-                                }});
-            report(set, order, radius == radius27 ? "radius 27 ns" : "radius 64 ns", per_query, ways);
-        }
-
-        const Peer inverse_h = 2 / to_peer(radius64);
-        const Real inverse_h2 = to_real<Real>(static_cast<double>(inverse_h) * inverse_h);
-        const CellList cells(cloud.points, to_peer(radius64));
-        const auto peer_sum = [&](const PeerTree &peer, const PeerPoint &q) {
-            Peer sum = 0;
-            visit_radius(peer, q, to_peer(radius64), [&](Peer d) { sum += spline(d, inverse_h); });
-            return sum;
-        };
-        for (size_t i = 0; i < queries->size(); i += 37) {
-            const double ours = to_peer(sum_by_tree(tree, (*queries)[i], radius64, inverse_h2));
-            const double cell_sum = sum_by_cells(cells, peer_queries[i], inverse_h);
-            require(std::abs(ours - cell_sum) <= 2e-5 * (1 + cell_sum), "cell list");
-            require(std::abs(ours - peer_sum(peer10, peer_queries[i])) <= 2e-5 * (1 + cell_sum), "nanoflann's sum");
-        }
-        report(set, order, "SPH sum 64 ns", per_query,
-               {{"wisp",
-                 [&] {
-                     double sum = 0;
-                     for (const Vec3 &q : *queries) sum += to_peer(sum_by_tree(tree, q, radius64, inverse_h2));
-                     sink = sum;
-                 }},
-                {"cell list",
-                 [&] {
-                     double sum = 0;
-                     for (const PeerPoint &q : peer_queries) sum += sum_by_cells(cells, q, inverse_h);
-                     sink = sum;
-                 }},
-                {"nanoflann leaf 10", [&] {
-                     double sum = 0;
-                     for (const PeerPoint &q : peer_queries) sum += peer_sum(peer10, q);
-                     sink = sum;
-                 }}});
+        queries.theirs.clear();
+        for (const Vec3 &q : queries.ours) queries.theirs.push_back(to_peer(q));
+        nearest_row(queries, 64);
+        nearest_row(queries, 500);
+        radius_row(queries, "radius 27 ns", radius27);
+        radius_row(queries, "radius 64 ns", radius64);
+        sum_row(queries);
     }
 }
+
+void measure(const std::string &name, const std::vector<Vec3> &points) { Bench(name, points).all(); }
 
 } // namespace
 
@@ -489,6 +536,7 @@ int run(int count, char **words) {
     if (count == 1) {
         measure("plume 110401", plume(110401));
         measure("plume 640000", plume(640000));
+        measure("cube 110401", cube(110401));
     }
     return 0;
 }
