@@ -97,10 +97,10 @@ golden: $B/wisp
 # The goldens from other compilers, optimisations and vectors: compiler, then flags, `:` for a space.
 BUILDS ?= g++:-O0 g++:-O3:-march=native clang++:-O0 clang++:-O3 clang++:-O3:-march=native
 same-bits:
-	@for build in $(BUILDS); do set -- $$(echo $$build | tr : ' '); \
-	    $(MAKE) --no-print-directory B=$B/same/$$build CXX=$$1 OPT=$$2 ARCH=$$3 MULTIVERSION= $B/same/$$build/wisp > $B/same.log 2>&1 \
-	        || { cat $B/same.log; exit 1; }; \
-	    tools/golden $B/same/$$build/wisp | diff fixtures/goldens.txt - || exit 1; \
+	@for build in $(BUILDS); do set -- $$(echo $$build | tr : ' '); b=$B/same/$$(echo $$build | tr := __); mkdir -p $$b; \
+	    $(MAKE) --no-print-directory B=$$b CXX=$$1 OPT=$$2 ARCH=$$3 MULTIVERSION= $$b/wisp > $$b/log 2>&1 \
+	        || { cat $$b/log; exit 1; }; \
+	    tools/golden $$b/wisp | diff fixtures/goldens.txt - || exit 1; \
 	    echo "same bits: $$*"; done
 
 # Every reader under libFuzzer with address and undefined-behaviour checks, SECONDS each.

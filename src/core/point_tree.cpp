@@ -122,26 +122,16 @@ struct Before {
 // many were below. With `or_equal` those at the pivot go to the front too.
 template <bool or_equal>
 uint32_t split(const Record *from, Record *to, uint32_t count, int axis, Real pivot) {
-    uint32_t front = 0, back = count;
-    for (uint32_t i = 0; i < count; ++i) {
-        const Record r = from[i];
-        const bool first = or_equal ? !(pivot < r.value[axis]) : r.value[axis] < pivot;
-        to[front] = r;
-        to[back - 1] = r;
-        front += first ? 1 : 0;
-        back -= first ? 0 : 1;
+    size_t front = 0, back = count; // what is between them is free
+    for (size_t i = 0; i < count; ++i) {
+        const Real coordinate = from[i].value[axis];
+        const bool first = or_equal ? coordinate <= pivot : coordinate < pivot;
+        to[front] = from[i];
+        to[--back] = from[i];
+        front += first;
+        back += first;
     }
-    return front;
-}
-
-// The coordinate at about place `wanted` in order, by a sample.
-Real sampled_pivot(const Record *records, uint32_t count, uint32_t wanted, int axis) {
-    Real sample[64];
-    const uint32_t samples = count < 2048 ? 16 : 64;
-    for (uint32_t i = 0; i < samples; ++i)
-        sample[i] = records[(uint64_t{2} * i + 1) * count / (2 * samples)].value[axis];
-    std::sort(sample, sample + samples);
-    return sample[uint64_t{wanted} * samples / count];
+    return static_cast<uint32_t>(front);
 }
 
 constexpr uint32_t few = 64; // so many records are cut by their ranks
@@ -156,6 +146,20 @@ WISP_WIDE void find_ranks(const Real *key, uint32_t count, uint32_t *rank) {
         }
         WISP_LANES for (uint32_t l = 0; l < lanes; ++l) rank[first + l] = sum[l];
     }
+}
+
+// The coordinate at about place `wanted` in order, by a sample.
+Real sampled_pivot(const Record *records, uint32_t count, uint32_t wanted, int axis) {
+    Real sample[few];
+    uint32_t rank[few];
+    const uint32_t samples = count < 1024 ? 16 : few, place = static_cast<uint32_t>(uint64_t{wanted} * samples / count);
+    const uint32_t stride = count / samples;
+    for (uint32_t i = 0; i < samples; ++i) sample[i] = records[i * stride + stride / 2].value[axis];
+    find_ranks(sample, samples, rank);
+    uint32_t best = 0; // the greatest rank up to the place
+    for (uint32_t i = 1; i < samples; ++i)
+        if (rank[i] <= place && (rank[i] > rank[best] || rank[best] > place)) best = i;
+    return sample[best];
 }
 
 void cut_few(const Record *from, Record *to, uint32_t count, uint32_t wanted, int axis) {
@@ -219,6 +223,18 @@ void cut(Record *from, Record *to, uint32_t count, uint32_t wanted, int axis) {
     cut_few(from, to, count, wanted, axis);
 }
 
+// place[i]: how many of a leaf's ids are smaller than id[i].
+WISP_WIDE void find_places(const uint32_t *id, uint32_t *place) {
+    for (size_t first = 0; first < leaf_points; first += lanes) {
+        uint32_t smaller[lanes] = {};
+        for (size_t j = 0; j < leaf_points; ++j) {
+            const uint32_t other = id[j];
+            WISP_LANES for (uint32_t l = 0; l < lanes; ++l) smaller[l] += other < id[first + l] ? 1 : 0;
+        }
+        WISP_LANES for (uint32_t l = 0; l < lanes; ++l) place[first + l] = smaller[l];
+    }
+}
+
 class Builder {
   public:
     Builder(Real *x, Real *y, Real *z, uint32_t *id, BoxBlock *leaf_boxes)
@@ -251,13 +267,15 @@ class Builder {
         block.low_y[lane] = lower_bound_of(bounds.low[1]), block.high_y[lane] = upper_bound_of(bounds.high[1]);
         block.low_z[lane] = lower_bound_of(bounds.low[2]), block.high_z[lane] = upper_bound_of(bounds.high[2]);
 
+        uint32_t id[leaf_points], place[leaf_points];
+        for (uint32_t i = 0; i < leaf_points; ++i) id[i] = i < count ? records[i].id() : no_point;
+        find_places(id, place);
         for (uint32_t i = 0; i < count; ++i) {
-            uint32_t slot = first; // behind the smaller ids
-            for (uint32_t j = 0; j < count; ++j) slot += records[j].id() < records[i].id() ? 1 : 0;
+            const uint32_t slot = first + place[i];
             x_[slot] = records[i].value[0];
             y_[slot] = records[i].value[1];
             z_[slot] = records[i].value[2];
-            id_[slot] = records[i].id();
+            id_[slot] = id[i];
         }
     }
 

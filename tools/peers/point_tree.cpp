@@ -30,7 +30,6 @@ using Peer = std::conditional_t<std::is_same_v<Real, float>, float, double>; // 
 
 inline double to_double(float x) { return static_cast<double>(x); }
 inline double to_double(double x) { return x; }
-inline double to_double(Fixed x) { return std::ldexp(static_cast<double>(x.raw()), -32); }
 Peer to_peer(Real x) { return static_cast<Peer>(to_double(x)); }
 
 struct PeerPoint {
