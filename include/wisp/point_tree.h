@@ -1,29 +1,28 @@
 // A balanced kd-tree over points: what lies near a point, what lies near a segment, and the k nearest (S5).
 //
 // Points are stored in the order of the tree ("slots") as structure of arrays, `leaf_points` to a leaf, all leaves full
-// but the last. Nodes have eight children, three median cuts at once, so that testing the children is one loop over
-// lanes. Nothing is linked; the tree is its numbering:
+// but the last. A block holds the boxes of sixteen children, four median cuts at once, so that testing them is a loop
+// over lanes. Nothing is linked; the tree is its numbering (a heap with sixteen children to a node):
 //
-//   leaf l     holds the slots [l * leaf_points, (l + 1) * leaf_points)
-//   block b    of height 0 holds the boxes of the leaves 8 b ... 8 b + 7
-//   block b    of height h holds the boxes of the blocks 8 b ... 8 b + 7 of height h - 1
-//   the root   is block 0 of height `height` - 1; block b of height h is blocks[first_block[h] + b]
+//   leaf l               holds the slots l * leaf_points ... (l + 1) * leaf_points - 1
+//   block b of height 0  holds the boxes of the leaves 16 b ... 16 b + 15
+//   block b of height h  holds the boxes of the blocks 16 b ... 16 b + 15 of height h - 1
+//   the root             is block 0 of height `height` - 1; block b of height h is blocks[first_block[h] + b]
 //
-// so the box `lane` of block b of height h bounds the leaves [(8 b + lane) 8^h, (8 b + lane + 1) 8^h), cut off at
-// leaf_count. Within a block, c children are cut into the first (c + 1) / 2 and the rest until each is alone: across
-// the widest extent of their box, by the total order (coordinate, id); the slots of a leaf are ordered by id. Hence the
-// layout is a pure function of the points.
+// so box `lane` of block b of height h bounds the leaves (16 b + lane) 16^h ... (16 b + lane + 1) 16^h - 1, as far as
+// there are leaves. The c children of a block are cut into the first (c + 1) / 2 and the rest until each is alone:
+// across the widest extent of their points, by the total order (coordinate, id). The slots of a leaf are ordered by id.
+// Hence the layout is a pure function of the points.
 //
-// Boxes only cull, so they are kept in 4 bytes a bound (rounded outwards) in every arithmetic. All tests are
-// conservative: a leaf may be called in vain, none is missed, and leaves are always called in ascending order, so that
-// sums over them have one order.
+// Boxes only cull, so a bound takes 4 bytes in every arithmetic, rounded outwards. All tests are conservative: a leaf
+// may be visited in vain, none is missed, and leaves are visited in ascending order, so that sums over them have one
+// order.
 //
-// Ranges: coordinates of points and queries lie within +-2^14 (scene.h). In Fixed squared distances beyond 2^31 saturate,
-// which cannot happen within +-13,000.
+// Ranges: in Fixed the squared distance of any two points or queries must stay below 2^31, as it does within +-13,000,
+// and radii below 2^15. The floating arithmetics take coordinates up to 2^40.
 #pragma once
 #include "wisp/arena.h"
 #include "wisp/vec.h"
-#include <cstring>
 
 // Before a loop over lanes: g++ would unroll it where it should become one vector.
 #if defined(__GNUC__) && !defined(__clang__)
@@ -37,11 +36,10 @@
 namespace wisp {
 
 constexpr uint32_t leaf_points = 16;
-static_assert(leaf_points % lanes == 0, "a leaf is a whole number of vectors");
+constexpr uint32_t log_children = 4, children = 1 << log_children; // boxes of a block
+constexpr uint32_t most_heights = 7;                               // 16^7 leaves hold more than 2^31 points
+static_assert(leaf_points % lanes == 0 && children % lanes == 0, "leaves and blocks are whole numbers of vectors");
 
-constexpr uint32_t log_children = 4, children = 1 << log_children; // of a block of boxes
-static_assert(children % lanes == 0, "a block is a whole number of vectors");
-constexpr uint32_t batch_blocks = 8;
 constexpr uint32_t no_point = 0xffffffff; // id of an empty slot
 
 // The slots of a tree of `count` points: `count` rounded up to whole leaves.
@@ -63,26 +61,24 @@ using BoundProduct = int64_t;
 
 namespace WISP_ARITH {
 
-// The boxes of eight children. Those that do not exist are inside out, far beyond any scene.
+// The boxes of a block's children. Those that do not exist are inside out, far beyond any scene.
 struct BoxBlock {
     Bound low_x[children], low_y[children], low_z[children], high_x[children], high_y[children], high_z[children];
 };
 
-constexpr uint32_t most_heights = 10; // 8^10 leaves are more than 2^31 - 1 points fill
-
 struct PointTree {
-    bool ready;                  // false: the arena was too small; nothing else is set
-    uint32_t count, leaf_count;  // points; leaves
-    const Real *x, *y, *z;       // by slot; those of the empty slots are far from any scene
-    const uint32_t *id;          // by slot: the point's index in the caller's order, or no_point
-    Box bounds;                  // of all points
-    uint32_t height;             // heights of blocks: 0 without points
+    bool ready;                 // false: the arena was too small
+    uint32_t count, leaf_count; // points; leaves
+    const Real *x, *y, *z;      // by slot; those of the empty slots are far from any scene
+    const uint32_t *id;         // by slot: the point's index in the caller's order, or no_point
+    Box bounds;                 // of all points
+    uint32_t height;            // how many heights of blocks there are: 0 without points
     uint32_t first_block[most_heights];
     const BoxBlock *blocks;
 };
 
 // The tree of `count` <= 2^31 - 1 points, made from the arena: scratch is given back before it returns.
-// Too small an arena gives a tree with ready == false, and the arena as it was.
+// Too small an arena gives a tree of no points with ready == false, and is left as it was.
 PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena);
 
 // An upper bound of the bytes that building takes from the arena, scratch included.
@@ -90,17 +86,19 @@ uint64_t point_tree_bytes(uint32_t count);
 
 // ---- visitors -------------------------------------------------------------------------------------------------------
 
-// Calls visit(leaf), in ascending order, for each leaf that may hold a point p with |p - center| <= radius; 0 <= radius.
+// Calls visit(leaf), in ascending order, for each leaf that may hold a point p with |p - center| <= radius; 0 <=
+// radius.
 template <class Visit>
 WISP_VISITOR void for_each_leaf_near(const PointTree &tree, const Vec3 &center, Real radius, Visit &&visit);
 
 // The same for points within `radius` of the segment from origin + t0 direction to origin + t1 direction; `direction`
 // is a unit vector, 0 <= radius, in Fixed < 2^15. An end far outside the scene costs nothing.
 template <class Visit>
-WISP_VISITOR void for_each_leaf_on_segment(const PointTree &tree, const Vec3 &origin, const Vec3 &direction, Real t0, Real t1,
-                              Real radius, Visit &&visit);
+WISP_VISITOR void for_each_leaf_on_segment(const PointTree &tree, const Vec3 &origin, const Vec3 &direction, Real t0,
+                                           Real t1, Real radius, Visit &&visit);
 
-// ---- k nearest -------------------------------------------------------------------------------------------------------
+// ---- k nearest
+// -------------------------------------------------------------------------------------------------------
 
 struct Nearest {
     uint32_t count;      // points found
@@ -119,8 +117,8 @@ uint64_t nearest_scratch_bytes(uint32_t most);
 
 // The first k points by (squared distance, id) of those whose squared distance is less than max_radius^2, or all of
 // them when there are fewer; squared distance is sum_of_products(dx, dx, dy, dy, dz, dz). `slots` and
-// `distances_squared` have room for k entries; they are filled in ascending order of slots, so that the result is a pure
-// function of the points. k <= the `most` of the scratch; 0 <= max_radius, in Fixed < 2^15.
+// `distances_squared` have room for k entries; they are filled in ascending order of slots, so that the result is a
+// pure function of the points. k <= the `most` of the scratch; 0 <= max_radius, in Fixed < 2^15.
 Nearest nearest(const PointTree &tree, const Vec3 &center, uint32_t k, Real max_radius, NearestScratch &scratch,
                 uint32_t *slots, Real *distances_squared);
 
@@ -130,7 +128,8 @@ uint32_t in_radius(const PointTree &tree, const Vec3 &center, Real radius, uint3
 
 } // namespace WISP_ARITH
 
-// ---- how the visitors do it ------------------------------------------------------------------------------------------
+// ---- how the visitors do it
+// ------------------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -162,14 +161,14 @@ constexpr int32_t largest_radius(int32_t) { return 1 << 27; }
 
 // For each byte the positions of its set bits, lowest first.
 struct SetBits {
-    uint8_t position[256][lanes];
+    uint32_t position[256][lanes];
     uint8_t count[256];
 };
 constexpr SetBits find_set_bits() {
     SetBits bits = {};
     for (uint32_t byte = 0; byte < 256; ++byte)
         for (uint32_t l = 0, count = 0; l < lanes; ++l)
-            if (byte >> l & 1) bits.position[byte][count++] = static_cast<uint8_t>(l), bits.count[byte] = static_cast<uint8_t>(count);
+            if (byte >> l & 1) bits.position[byte][count++] = l, bits.count[byte] = static_cast<uint8_t>(count);
     return bits;
 }
 inline constexpr SetBits set_bits = find_set_bits();
@@ -195,10 +194,9 @@ struct BallTest {
 
     // The squared distance from the box.
     BoundProduct gap_squared(const BoxBlock &b, uint32_t l) const {
-        constexpr Bound none = 0;
-        const BoundProduct gap_x = max(max(b.low_x[l] - x, x - b.high_x[l]), none);
-        const BoundProduct gap_y = max(max(b.low_y[l] - y, y - b.high_y[l]), none);
-        const BoundProduct gap_z = max(max(b.low_z[l] - z, z - b.high_z[l]), none);
+        const BoundProduct gap_x = x - min(max(x, b.low_x[l]), b.high_x[l]);
+        const BoundProduct gap_y = y - min(max(y, b.low_y[l]), b.high_y[l]);
+        const BoundProduct gap_z = z - min(max(z, b.low_z[l]), b.high_z[l]);
         return gap_x * gap_x + gap_y * gap_y + gap_z * gap_z;
     }
     uint32_t operator()(const BoxBlock &b, uint32_t l) const { return gap_squared(b, l) <= radius_squared ? 1 : 0; }
@@ -219,8 +217,7 @@ struct SegmentTest {
         const Vec3 extent = tree.bounds.high - tree.bounds.low;
         const Vec3 to_middle = tree.bounds.low + extent * Real(0.5) - origin;
         const Real far = abs(to_middle.x) + abs(to_middle.y) + abs(to_middle.z), along = dot(to_middle, direction);
-        const Real around =
-            Real(0.5) * (extent.x + extent.y + extent.z) + radius + far * Real(0x1p-18) + Real(0x1p-24);
+        const Real around = Real(0.5) * (extent.x + extent.y + extent.z) + radius + far * Real(0x1p-18) + Real(0x1p-24);
         const Real from = max(t0, along - around), to = max(from, min(t1, along + around));
         const Vec3 middle = origin + direction * from + direction * (Real(0.5) * (to - from));
         const Vec3 half = direction * (Real(0.5) * (to - from));
@@ -256,46 +253,49 @@ struct SegmentTest {
 };
 
 // Down the tree height by height, a batch of blocks at a time: all children of the batch that pass the test are listed
-// before any of them is looked into, so that there are few branches to predict. Lists are in ascending order, and a batch
-// is finished, down to its leaves, before the next one.
+// before any of them is looked into, so that there are few branches to predict. Lists are in ascending order, and a
+// batch is finished, down to its leaves, before the next one.
 template <class Test, class Visit>
 WISP_VISITOR void for_each_leaf(const PointTree &tree, const Test &test, Visit &&visit) {
+    constexpr uint32_t batch = 8;
     struct List {
         uint32_t next, count;
-        uint32_t member[batch_blocks * children + lanes]; // whole vectors are written
+        uint32_t member[batch * children + lanes]; // whole vectors are written
     };
     if (tree.count == 0) return;
     List lists[most_heights + 1]; // [0]: leaves, [h + 1]: blocks of height h
-    uint32_t level = tree.height;
-    lists[level].next = lists[level].member[0] = 0;
-    lists[level].count = 1;
-    while (level <= tree.height) {
-        List &list = lists[level];
-        if (list.next == list.count) {
-            ++level;
+    List *const top = lists + tree.height, *list = top;
+    const uint32_t *first_block = tree.first_block + tree.height - 1; // of the height that `list` is about
+    top->next = top->member[0] = 0;
+    top->count = 1;
+    for (;;) {
+        if (list->next == list->count) { // this batch is done
+            if (list == top) return;
+            ++list, ++first_block;
             continue;
         }
-        List &below = lists[level - 1];
-        const BoxBlock *blocks = tree.blocks + tree.first_block[level - 1];
-        const uint32_t end = min(list.next + batch_blocks, list.count);
+        List *const below = list - 1;
+        const BoxBlock *blocks = tree.blocks + *first_block;
+        const uint32_t end = min(list->next + batch, list->count);
         uint32_t count = 0;
-        for (; list.next < end; ++list.next) {
-            const uint32_t block = list.member[list.next];
+        for (uint32_t i = list->next; i < end; ++i) {
+            const uint32_t block = list->member[i];
             for (uint32_t group = 0; group < children; group += lanes) {
                 uint32_t mask = 0;
                 WISP_LANES for (uint32_t l = 0; l < lanes; ++l) mask |= test(blocks[block], group + l) ? 1u << l : 0u;
-                uint32_t *member = below.member + count;
-                const uint8_t *which = detail::set_bits.position[mask];
+                uint32_t *member = below->member + count;
+                const uint32_t *which = detail::set_bits.position[mask];
                 WISP_LANES for (uint32_t l = 0; l < lanes; ++l) member[l] = block * children + group + which[l];
                 count += detail::set_bits.count[mask];
             }
         }
-        if (level == 1) {
-            for (uint32_t i = 0; i < count; ++i) visit(below.member[i]);
+        list->next = end;
+        if (below == lists) {
+            for (uint32_t i = 0; i < count; ++i) visit(below->member[i]);
         } else {
-            below.next = 0;
-            below.count = count;
-            --level;
+            below->next = 0;
+            below->count = count;
+            --list, --first_block;
         }
     }
 }
@@ -306,8 +306,8 @@ WISP_VISITOR void for_each_leaf_near(const PointTree &tree, const Vec3 &center, 
 }
 
 template <class Visit>
-WISP_VISITOR void for_each_leaf_on_segment(const PointTree &tree, const Vec3 &origin, const Vec3 &direction, Real t0, Real t1,
-                              Real radius, Visit &&visit) {
+WISP_VISITOR void for_each_leaf_on_segment(const PointTree &tree, const Vec3 &origin, const Vec3 &direction, Real t0,
+                                           Real t1, Real radius, Visit &&visit) {
     for_each_leaf(tree, SegmentTest(tree, origin, direction, t0, t1, radius), visit);
 }
 

@@ -74,9 +74,11 @@ struct Event {
     uint32_t low, high;
 };
 
-// splitmix64's finaliser over the key and the event's number.
+// splitmix64's finaliser over the event's number and the key. The key is scrambled first: were it only added, keys that
+// differ by a multiple of the increment would share the events of one another.
 inline Event photon_event(uint64_t key, uint64_t event) {
-    uint64_t x = key + (event + 1) * 0x9e3779b97f4a7c15u;
+    uint64_t x = key * 0xd6e8feb86659fd93u;
+    x = (x ^ (x >> 32)) + (event + 1) * 0x9e3779b97f4a7c15u;
     x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
     x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
     x ^= x >> 31;

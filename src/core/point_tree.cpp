@@ -1,8 +1,8 @@
 // Building the point tree and searching it for the k nearest (S5).
 //
-// * Points move through the build as records of four values, in two buffers. A cut copies records from one to the other
-//   without branches; pivots come from samples, which bear on the time but not on the outcome, since (coordinate, id) is
-//   a total order.
+// * Points move through the build as records of four values, in two buffers. Quickselect copies them from one to the
+//   other without branches, and a few records are cut by counting. How it picks its pivots bears on the time but not on
+//   the outcome, since (coordinate, id) is a total order.
 // * `nearest` guesses a radius from the density of the points, gathers everything within it, and tries a larger one in
 //   the rare case that this was too little. The k-th distance among the candidates is found by counting how many lie
 //   below a bound, which is one vector loop, and moving the bound by interpolation.
@@ -12,7 +12,8 @@
 namespace wisp {
 namespace detail {
 
-// ---- conversions -----------------------------------------------------------------------------------------------------
+// ---- conversions
+// -----------------------------------------------------------------------------------------------------
 
 // Where the empty slots are: farther than any radius, yet in Fixed the square of a distance from there fits.
 constexpr float coordinate_of_empty(float) { return 0x1p60f; }
@@ -58,10 +59,10 @@ using namespace detail;
 
 using Ordinal = decltype(to_ordinal(Real()));
 
-
 namespace {
 
-// ---- the numbering ---------------------------------------------------------------------------------------------------
+// ---- the numbering
+// ---------------------------------------------------------------------------------------------------
 
 // Leaves below a child of a block of height h; leaves below such a block.
 constexpr uint64_t leaves_of_child(uint32_t h) { return uint64_t{1} << (log_children * h); }
@@ -77,7 +78,8 @@ uint32_t height_for(uint32_t leaves) {
     return height;
 }
 
-// ---- building --------------------------------------------------------------------------------------------------------
+// ---- building
+// --------------------------------------------------------------------------------------------------------
 
 // A point on its way to its slot. Four values, so that it is moved and bounded as a vector; the last one only carries
 // the bits of the id.
@@ -94,8 +96,7 @@ struct Bounds {
 WISP_WIDE void find_bounds(const Record *records, uint32_t count, Bounds &bounds) {
     Real low[4], high[4];
     for (int a = 0; a < 4; ++a) low[a] = high[a] = records[0].value[a];
-    for (size_t i = 0; i < count; ++i)
-        WISP_LANES for (int a = 0; a < 4; ++a) {
+    for (size_t i = 0; i < count; ++i) WISP_LANES for (int a = 0; a < 4; ++a) {
             const Real v = records[i].value[a];
             low[a] = v < low[a] ? v : low[a];
             high[a] = high[a] < v ? v : high[a];
@@ -120,8 +121,7 @@ struct Before {
 
 // Copies the records whose coordinate is below the pivot to the front of `to` and the others to its back; returns how
 // many were below. With `or_equal` those at the pivot go to the front too.
-template <bool or_equal>
-uint32_t split(const Record *from, Record *to, uint32_t count, int axis, Real pivot) {
+template <bool or_equal> uint32_t split(const Record *from, Record *to, uint32_t count, int axis, Real pivot) {
     size_t front = 0, back = count; // what is between them is free
     for (size_t i = 0; i < count; ++i) {
         const Real coordinate = from[i].value[axis];
@@ -152,8 +152,8 @@ WISP_WIDE void find_ranks(const Real *key, uint32_t count, uint32_t *rank) {
 Real sampled_pivot(const Record *records, uint32_t count, uint32_t wanted, int axis) {
     Real sample[few];
     uint32_t rank[few];
-    const uint32_t samples = count < 1024 ? 16 : few, place = static_cast<uint32_t>(uint64_t{wanted} * samples / count);
-    const uint32_t stride = count / samples;
+    const uint32_t samples = count < 1024 ? 16 : few, stride = count / samples;
+    const uint32_t place = static_cast<uint32_t>(uint64_t{wanted} * samples / count);
     for (uint32_t i = 0; i < samples; ++i) sample[i] = records[i * stride + stride / 2].value[axis];
     find_ranks(sample, samples, rank);
     uint32_t best = 0; // the greatest rank up to the place
@@ -198,7 +198,8 @@ Part split(const Record *from, Record *to, uint32_t count, uint32_t wanted, int 
     return wanted < front ? Part{0, front} : Part{front, count};
 }
 
-// Moves the records to `to` so that the first `wanted` by (coordinate, id) come first; `from` is lost. 0 < wanted < count.
+// Moves the records to `to` so that the first `wanted` by (coordinate, id) come first; `from` is lost. 0 < wanted <
+// count.
 void cut(Record *from, Record *to, uint32_t count, uint32_t wanted, int axis) {
     const auto narrow = [&](Part part) {
         from += part.begin;
@@ -362,7 +363,8 @@ PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena) {
     return tree;
 }
 
-// ---- searching -------------------------------------------------------------------------------------------------------
+// ---- searching
+// -------------------------------------------------------------------------------------------------------
 
 namespace {
 
@@ -425,7 +427,9 @@ Cut cut_after(const Candidates &c, uint32_t k, uint32_t inside, const uint32_t *
     if (inside == k) return {c.limit, 0};
     // Guess a bound that k distances do not exceed, at first as if the density were even, then by interpolation between
     // a bound that is too low and one that is too high.
-    const auto ratio = [](uint32_t a, uint32_t b) { return Real(static_cast<int32_t>(a)) / Real(static_cast<int32_t>(b)); };
+    const auto ratio = [](uint32_t a, uint32_t b) {
+        return Real(static_cast<int32_t>(a)) / Real(static_cast<int32_t>(b));
+    };
     Real low = Real(0), high = c.limit;
     uint32_t up_to_low = 0, up_to_high = inside;
     const Real part = ratio(inside - k, inside);
@@ -439,9 +443,8 @@ Cut cut_after(const Candidates &c, uint32_t k, uint32_t inside, const uint32_t *
         guess = low + (high - low) * ratio(2 * (k - up_to_low) + 1, 2 * (up_to_high - up_to_low) + 2);
     }
     // Distances that tie, or nearly so: the k-th by bisection, then the ids of those at it.
-    const auto ordinal = least(to_ordinal(low), to_ordinal(high), [&](auto n) {
-        return count_up_to(c.distance, c.count, from_ordinal(n, Real())) >= k;
-    });
+    const auto ordinal = least(to_ordinal(low), to_ordinal(high),
+                               [&](auto n) { return count_up_to(c.distance, c.count, from_ordinal(n, Real())) >= k; });
     const Real bound = from_ordinal(ordinal, Real());
     const uint32_t wanted = k - count_below(c.distance, c.count, bound);
     return {bound, least(0u, no_point, [&](uint32_t n) { return count_tied(c, bound, id, n) >= wanted; })};

@@ -221,6 +221,34 @@ std::vector<Segment> segments_for(const Points &points) {
     return segments;
 }
 
+// The layout as the header defines it, by sorting: ids in the order of slots.
+void lay_out(const Points &points, std::vector<uint32_t>::iterator first, std::vector<uint32_t>::iterator end,
+             uint32_t height) {
+    uint64_t child = leaf_points;
+    for (uint32_t h = 0; h < height; ++h) child *= children;
+    const uint64_t count = static_cast<uint64_t>(end - first), parts = (count + child - 1) / child;
+    if (parts == 1 && height == 0) return std::sort(first, end);
+    if (parts == 1) return lay_out(points, first, end, height - 1);
+    const auto coordinate = [&](uint32_t id, int axis) { return points[id][axis]; };
+    int widest = 0;
+    Real extents[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        Real low = coordinate(*first, axis), high = low;
+        for (auto i = first; i != end; ++i) {
+            low = min(low, coordinate(*i, axis));
+            high = max(high, coordinate(*i, axis));
+        }
+        extents[axis] = high - low;
+        if (extents[widest] < extents[axis]) widest = axis;
+    }
+    std::sort(first, end, [&](uint32_t a, uint32_t b) {
+        return std::make_pair(coordinate(a, widest), a) < std::make_pair(coordinate(b, widest), b);
+    });
+    const auto cut = first + static_cast<std::ptrdiff_t>((parts + 1) / 2 * child);
+    lay_out(points, first, cut, height);
+    lay_out(points, cut, end, height);
+}
+
 } // namespace
 
 TEST_CASE(WISP_ARITH_NAME ": point tree: every point has one slot, leaves are full and ordered by id") {
@@ -303,6 +331,20 @@ TEST_CASE(WISP_ARITH_NAME ": point tree: cuts are medians across the widest exte
             least_behind = min(least_behind, x);
     }
     CHECK(largest_before <= least_behind);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": point tree: the layout is the one that its definition gives") {
+    auto sets = point_sets();
+    sets.push_back({"10,000 random", random_points(10000, 4)});
+    sets.push_back({"8,000 of few coordinates", lattice_points(4, 125)});
+    for (const PointSet &set : sets) {
+        CAPTURE(set.name);
+        const Grown grown(set.points);
+        std::vector<uint32_t> ids(set.points.size());
+        for (uint32_t i = 0; i < ids.size(); ++i) ids[i] = i;
+        if (!ids.empty()) lay_out(set.points, ids.begin(), ids.end(), grown.tree.height - 1);
+        CHECK(ids == std::vector<uint32_t>(grown.tree.id, grown.tree.id + grown.tree.count));
+    }
 }
 
 TEST_CASE(WISP_ARITH_NAME ": point tree: a permuted input has the same points in the same leaves") {

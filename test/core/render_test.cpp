@@ -140,7 +140,8 @@ TEST_CASE(WISP_ARITH_NAME ": single scattering equals an independent march in do
                 if (kind == LightKind::spot && (l[0] * dx + l[1] * dy + l[2] * dz) / norm < std::cos(0.3)) continue;
                 const double cosine = -(l[0] * w[0] + l[1] * w[1] + l[2] * w[2]);
                 const double phase = 0.75 / (4 * pi_ * std::pow(1.25 - cosine, 1.5));
-                const double light = std::exp(-at(optical_depth(field.field, {p, vec(-l[0], -l[1], -l[2])}, real(distance))));
+                const double light =
+                    std::exp(-at(optical_depth(field.field, {p, vec(-l[0], -l[1], -l[2])}, real(distance))));
                 const double eye = std::exp(-at(optical_depth(field.field, ray, real(t))));
                 sum += sigma * phase * falloff * light * eye * (end - begin) / n;
             }
@@ -163,7 +164,8 @@ TEST_CASE(WISP_ARITH_NAME ": a crop is the same part of the whole, to the bit") 
     settings.crop = {3, 5, 9, 11};
     const Rendered part = render_in_memory(lit.scene, settings);
     for (int y = 5; y < 11; ++y)
-        CHECK(std::memcmp(&part.rgb[size_t((y - 5) * 6 * 3)], &whole.rgb[size_t((y * 12 + 3) * 3)], 6 * 3 * sizeof(float)) == 0);
+        CHECK(std::memcmp(&part.rgb[size_t((y - 5) * 6 * 3)], &whole.rgb[size_t((y * 12 + 3) * 3)],
+                          6 * 3 * sizeof(float)) == 0);
     CHECK(part.statistics.rays.primary == 36 * 3);
 }
 

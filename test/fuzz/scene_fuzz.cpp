@@ -25,7 +25,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         for (const auto &light : scene.lights) promise(std::isfinite(light.color.x) && light.color.x >= 0);
         if (scene.view) promise(scene.view->width >= 1 && scene.view->height >= 1);
         wisp::Options options;
-        for (const auto &setting : scene.defaults) wisp::set_option(options, setting.option, setting.value, setting.where);
+        for (const auto &setting : scene.defaults)
+            wisp::set_option(options, setting.option, setting.value, setting.where);
     } catch (const wisp::Error &error) {
         const std::string line = error.what();
         promise(line.rfind("name:", 0) == 0);

@@ -28,10 +28,13 @@ struct Desk : TemporaryFolder {
         write("puff.vtk", puff(40));
         write("s.aff", scene("puff.vtk", ""));
     }
-    void write(const std::string &name, const std::string &text) { std::ofstream(file(name), std::ios::binary) << text; }
+    void write(const std::string &name, const std::string &text) {
+        std::ofstream(file(name), std::ios::binary) << text;
+    }
     // A small ball of particles as ASCII VTK.
     static std::string puff(int count) {
-        std::string text = "# vtk DataFile Version 3.0\npuff\nASCII\nDATASET POLYDATA\nPOINTS " + std::to_string(count) + " float\n";
+        std::string text =
+            "# vtk DataFile Version 3.0\npuff\nASCII\nDATASET POLYDATA\nPOINTS " + std::to_string(count) + " float\n";
         uint32_t state = 9;
         for (int i = 0; i < 3 * count; ++i) {
             state = state * 1664525u + 1013904223u;
@@ -40,8 +43,10 @@ struct Desk : TemporaryFolder {
         return text + "\n";
     }
     static std::string scene(const std::string &particles, const std::string &more) {
-        return "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 16 12\nb 0.1 0.1 0.2\nlp 3 3 3 40 40 40\nsmoke " +
-               particles + " {\n radius 0.2\n mass 1\n extinction 0.02\n}\nrender photons 3000\nrender gather 20\n" + more;
+        return "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 16 12\nb 0.1 0.1 0.2\nlp 3 3 3 40 40 "
+               "40\nsmoke " +
+               particles + " {\n radius 0.2\n mass 1\n extinction 0.02\n}\nrender photons 3000\nrender gather 20\n" +
+               more;
     }
     Ran wisp(const std::string &arguments) const {
         const std::string command = "build/wisp " + arguments + " > " + file("out") + " 2> " + file("err");
@@ -58,10 +63,12 @@ size_t lines(const std::string &text) { return static_cast<size_t>(std::count(te
 TEST_CASE("command line: wrong usage ends with 2 and one line") {
     const Desk desk;
     for (const std::string &arguments :
-         {std::string(""), std::string("paint"), std::string("render"), "render " + desk.s() + " " + desk.s(), "render --bogus " + desk.s(),
-          "render " + desk.s() + " --spp", "render " + desk.s() + " --spp 0", "render " + desk.s() + " --smoke map",
-          "render " + desk.s() + " --reference", "render " + desk.s() + " --crop 0,0,17,3", "render " + desk.s() + " --frames 0:1 -o a.png",
-          "render " + desk.s() + " -o a.jpg", "render " + desk.s() + " --quiet=1", std::string("inspect a.aff 1 2"), std::string("compare a.pfm")}) {
+         {std::string(""), std::string("paint"), std::string("render"), "render " + desk.s() + " " + desk.s(),
+          "render --bogus " + desk.s(), "render " + desk.s() + " --spp", "render " + desk.s() + " --spp 0",
+          "render " + desk.s() + " --smoke map", "render " + desk.s() + " --reference",
+          "render " + desk.s() + " --crop 0,0,17,3", "render " + desk.s() + " --frames 0:1 -o a.png",
+          "render " + desk.s() + " -o a.jpg", "render " + desk.s() + " --quiet=1", std::string("inspect a.aff 1 2"),
+          std::string("compare a.pfm")}) {
         CAPTURE(arguments);
         const Ran ran = desk.wisp(arguments);
         CHECK(ran.status == 2);
@@ -78,7 +85,8 @@ TEST_CASE("command line: bad input ends with 3 and a line that names the file") 
     desk.write("broken.vtk", Desk::puff(40).substr(0, 300));
     desk.write("broken.aff", Desk::scene("broken.vtk", ""));
     desk.write("option.aff", Desk::scene("puff.vtk", "render spp zero"));
-    desk.write("massless.aff", "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 4 4\nsmoke puff.vtk { radius 1 }");
+    desk.write("massless.aff",
+               "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 4 4\nsmoke puff.vtk { radius 1 }");
     const struct {
         const char *scene, *error;
     } cases[] = {{"nowhere.aff", "nowhere.aff: cannot be opened: No such file or directory\n"},
@@ -115,7 +123,8 @@ TEST_CASE("command line: the digest is the SHA-256 of the .pfm, the same on ever
     const Desk desk;
     for (const char *arithmetic : {"f32", "f64", "fixed"}) {
         const std::string pfm = desk.file("a.pfm");
-        const Ran ran = desk.wisp("render " + desk.s() + " --digest --arith " + arithmetic + " -o " + pfm + " -o " + desk.file("a.png"));
+        const Ran ran = desk.wisp("render " + desk.s() + " --digest --arith " + arithmetic + " -o " + pfm + " -o " +
+                                  desk.file("a.png"));
         REQUIRE(ran.status == 0);
         CHECK(ran.err.empty());
         const Bytes bytes = read_file(pfm);
@@ -139,7 +148,8 @@ TEST_CASE("command line: permuted particles give the same picture") { // C10
         at = space + 1;
     }
     std::string turned = text.substr(0, start);
-    for (size_t i = numbers.size(); i >= 3; i -= 3) turned += numbers[i - 3] + " " + numbers[i - 2] + " " + numbers[i - 1] + " ";
+    for (size_t i = numbers.size(); i >= 3; i -= 3)
+        turned += numbers[i - 3] + " " + numbers[i - 2] + " " + numbers[i - 1] + " ";
     desk.write("turned.vtk", turned);
     desk.write("t.aff", Desk::scene("turned.vtk", ""));
     for (const char *arithmetic : {"f32", "f64", "fixed"}) {
@@ -152,7 +162,8 @@ TEST_CASE("command line: a scene far from the origin is the same picture") { // 
     Desk desk;
     const auto shifted = [&](double by) {
         const std::string b = std::to_string(by);
-        return "v from " + b + " 0 4 at " + b + " 0 0 up 0 1 0 angle 30 hither 1 resolution 16 12\nlp " + std::to_string(by + 3) +
+        return "v from " + b + " 0 4 at " + b + " 0 0 up 0 1 0 angle 30 hither 1 resolution 16 12\nlp " +
+               std::to_string(by + 3) +
                " 3 3 40 40 40\nsmoke puff.vtk { radius 0.2 mass 1 extinction 0.02 transform 1 1 1 0 0 1 0 " + b +
                " 0 0 }\nrender photons 3000";
     };
@@ -161,7 +172,8 @@ TEST_CASE("command line: a scene far from the origin is the same picture") { // 
     for (double by : {1024.0, 131072.0, 8388608.0}) {
         desk.write("far.aff", shifted(by));
         REQUIRE(desk.wisp("render " + desk.file("far.aff") + " -o " + desk.file("far.pfm")).status == 0);
-        CHECK(desk.wisp("compare " + desk.file("far.pfm") + " " + desk.file("near.pfm") + " --tolerance 1e-3").status == 0);
+        CHECK(desk.wisp("compare " + desk.file("far.pfm") + " " + desk.file("near.pfm") + " --tolerance 1e-3").status ==
+              0);
     }
 }
 
@@ -178,7 +190,8 @@ TEST_CASE("command line: crops, frames and defaults of the scene") {
     desk.write("p_03.vtk", Desk::puff(10));
     desk.write("p_05.vtk", Desk::puff(20));
     desk.write("f.aff", Desk::scene("p_%02d.vtk", "render spp 1"));
-    const Ran frames = desk.wisp("render " + desk.file("f.aff") + " --frames 3:5:2 --digest -o " + desk.file("f_%04d.pfm") + " --stats " + desk.file("f.json"));
+    const Ran frames = desk.wisp("render " + desk.file("f.aff") + " --frames 3:5:2 --digest -o " +
+                                 desk.file("f_%04d.pfm") + " --stats " + desk.file("f.json"));
     CHECK(frames.status == 0);
     CHECK(lines(frames.out) == 2);
     CHECK(std::filesystem::exists(desk.file("f_0003.pfm")));
@@ -200,8 +213,11 @@ TEST_CASE("command line: plan says what a scene needs and renders nothing") {
     CHECK(lit.status == 0);
     CHECK(lit.out.find("photons        yes") != std::string::npos);
     CHECK(lit.out.find("no directions (isotropic)") != std::string::npos);
-    desk.write("black.aff", "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 4 4\nlp 3 3 3 1 1 1\nsmoke puff.vtk { radius 1 mass 1 albedo 0 0 0 }");
-    CHECK(desk.wisp("plan " + desk.file("black.aff")).out.find("photons        no                0 bytes  the albedo is 0: nothing scatters") != std::string::npos);
+    desk.write("black.aff", "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 4 4\nlp 3 3 3 1 1 1\nsmoke "
+                            "puff.vtk { radius 1 mass 1 albedo 0 0 0 }");
+    CHECK(desk.wisp("plan " + desk.file("black.aff"))
+              .out.find("photons        no                0 bytes  the albedo is 0: nothing scatters") !=
+          std::string::npos);
     desk.write("empty.aff", "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 4 4");
     const Ran empty = desk.wisp("plan " + desk.file("empty.aff"));
     CHECK(empty.out.find("particle tree  no") != std::string::npos);
@@ -230,9 +246,11 @@ TEST_CASE("command line: degenerate pictures and smokes") { // C1, C4, E15, E17
     Desk desk;
     const std::string camera = "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution ";
     const std::string head = "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS ";
-    const std::string rest = "\nlp 3 3 3 40 40 40\nsmoke p.vtk { radius 0.2 mass 1 extinction 0.02 }\nrender photons 500";
-    for (const std::string &points : {std::string("0 float\n"), std::string("1 float\n0 0 0\n"), std::string("2 float\n0 0 0 1 0 0\n"),
-                                      std::string("3 float\n0 0 0 0 0 0 0 0 0\n"), std::string("4 float\n0 0 0 1 0 0 0 1 0 1 1 0\n")})
+    const std::string rest =
+        "\nlp 3 3 3 40 40 40\nsmoke p.vtk { radius 0.2 mass 1 extinction 0.02 }\nrender photons 500";
+    for (const std::string &points :
+         {std::string("0 float\n"), std::string("1 float\n0 0 0\n"), std::string("2 float\n0 0 0 1 0 0\n"),
+          std::string("3 float\n0 0 0 0 0 0 0 0 0\n"), std::string("4 float\n0 0 0 1 0 0 0 1 0 1 1 0\n")})
         for (const std::string &size : {std::string("1 1"), std::string("1 5"), std::string("5 1"), std::string("4 3")})
             for (const char *arithmetic : {"f32", "f64", "fixed"}) {
                 desk.write("p.vtk", head + points);
@@ -246,7 +264,8 @@ TEST_CASE("command line: degenerate pictures and smokes") { // C1, C4, E15, E17
 TEST_CASE("command line: what does not fit fixed point is refused with the reason") {
     Desk desk;
     const auto with = [&](const std::string &smoke, const std::string &light) {
-        desk.write("x.aff", "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 2 2\nlp " + light + "\nsmoke puff.vtk { " + smoke + " }\nrender photons 100");
+        desk.write("x.aff", "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 2 2\nlp " + light +
+                                "\nsmoke puff.vtk { " + smoke + " }\nrender photons 100");
         return desk.wisp("render " + desk.file("x.aff") + " --arith fixed");
     };
     CHECK(with("radius 0.2 mass 1 extinction 0.02", "3 3 3 1 1 1").status == 0);

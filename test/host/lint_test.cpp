@@ -6,9 +6,7 @@
 
 namespace {
 
-int lint(const std::string &folder) {
-    return std::system(("tools/lint " + folder + " > /dev/null 2>&1").c_str());
-}
+int lint(const std::string &folder) { return std::system(("tools/lint " + folder + " > /dev/null 2>&1").c_str()); }
 
 } // namespace
 
@@ -49,7 +47,8 @@ TEST_CASE("the lint finds one violation of each rule, and none in a comment") {
 TEST_CASE("the core asks for no memory but the arena's, throws nothing and reads no clock") {
     // Undefined symbols of every release object of the core.
     CHECK(std::system("ls build/core/f32/render.o build/core/fixed/render.o > /dev/null") == 0);
-    const int found = std::system("nm --undefined-only build/core/*/*.o | grep -E ' U .*(malloc|calloc|realloc|free$|_Zn[wa]|_Zd[la]|"
-                                  "__cxa|__gxx|_Unwind|printf|fopen|write$|clock|time$|expf?$|logf?$|powf?$|sinf?$|cosf?$)' >&2");
+    const int found =
+        std::system("nm --undefined-only build/core/*/*.o | grep -E ' U .*(malloc|calloc|realloc|free$|_Zn[wa]|_Zd[la]|"
+                    "__cxa|__gxx|_Unwind|printf|fopen|write$|clock|time$|expf?$|logf?$|powf?$|sinf?$|cosf?$)' >&2");
     CHECK(found != 0); // grep found nothing
 }

@@ -60,10 +60,20 @@ TEST_CASE("draws of many dimensions of one event are even, in their low bits too
     CHECK(std::fabs(chi_square(low, n)) < 4);
 }
 
+TEST_CASE("keys in arithmetic progression share no events") {
+    for (uint64_t step : {uint64_t{1}, uint64_t{0x9e3779b97f4a7c15u}, uint64_t{0xd6e8feb86659fd93u}})
+        for (uint64_t n = 0; n < 200; ++n)
+            for (uint64_t event = 1; event < 30; ++event) {
+                const Event a = photon_event(n * step, event), b = photon_event((n + 1) * step, event - 1);
+                CHECK((a.low != b.low || a.high != b.high));
+            }
+}
+
 TEST_CASE("one bit of the key changes half of the bits of a draw") {
     double changed = 0;
     for (uint64_t key = 1; key <= 200; ++key)
         for (int bit = 0; bit < 64; ++bit)
-            changed += __builtin_popcount(draw(photon_event(key * 977, 3), 5) ^ draw(photon_event(key * 977 ^ 1ull << bit, 3), 5));
+            changed += __builtin_popcount(draw(photon_event(key * 977, 3), 5) ^
+                                          draw(photon_event(key * 977 ^ 1ull << bit, 3), 5));
     CHECK(changed / (200 * 64) == doctest::Approx(16).epsilon(0.01));
 }

@@ -23,11 +23,12 @@ std::string error_of(const std::string &text) {
 } // namespace
 
 TEST_CASE("scene: every statement, over any lines, with comments") {
-    const SceneFile s = parse_scene("dir/s.aff", "# a scene\r\nv from 1 2 3\n at 4 5 6 up 0 1 0 % up\n angle 40. hither .1 resolution 20 10\n"
-                                                 "b .1 .2 .3\nl 1 2 3\nl 1 2 3 4 5 6 lp 7 8 9 1 2 3\nls 0 0 9 0 0 -1 30 1 1 1\nld 0 -2 0 +1 1e0 1\n"
-                                                 "smoke p_%04d.vtk{kernel poly6 radius 0.5 mass 2 extinction 3 albedo .9 .8 .7 phase -.5\n"
-                                                 "emission 1 0 0 transform 2 2 2 0 0 1 90 1 2 3 frames 5 -1}\n"
-                                                 "smoke /abs.ply { } render spp 9\nrender smoke direct");
+    const SceneFile s = parse_scene(
+        "dir/s.aff", "# a scene\r\nv from 1 2 3\n at 4 5 6 up 0 1 0 % up\n angle 40. hither .1 resolution 20 10\n"
+                     "b .1 .2 .3\nl 1 2 3\nl 1 2 3 4 5 6 lp 7 8 9 1 2 3\nls 0 0 9 0 0 -1 30 1 1 1\nld 0 -2 0 +1 1e0 1\n"
+                     "smoke p_%04d.vtk{kernel poly6 radius 0.5 mass 2 extinction 3 albedo .9 .8 .7 phase -.5\n"
+                     "emission 1 0 0 transform 2 2 2 0 0 1 90 1 2 3 frames 5 -1}\n"
+                     "smoke /abs.ply { } render spp 9\nrender smoke direct");
     REQUIRE(s.view);
     CHECK(s.view->from.z == 3);
     CHECK(s.view->at.x == 4);
@@ -80,7 +81,8 @@ TEST_CASE("scene: errors name the file, the line, what is wrong and what was exp
         const char *text, *error;
     } cases[] = {
         {"xyz 1", "s.aff:1: there is no statement 'xyz', expected v b l lp ls ld smoke or render"},
-        {"\n\nxs 1 1 1", "s.aff:3: statement 'xs' is not supported yet by this version, expected v b l lp ls ld smoke or render"},
+        {"\n\nxs 1 1 1",
+         "s.aff:3: statement 'xs' is not supported yet by this version, expected v b l lp ls ld smoke or render"},
         {"b 1 2", "s.aff:1: the file ends, expected blue of 0 or more of the background"},
         {"b 1 2 red", "s.aff:1: found 'red', expected a number: blue of 0 or more of the background"},
         {"b 1 2 -3", "s.aff:1: found -3, expected blue of 0 or more of the background"},
@@ -91,7 +93,8 @@ TEST_CASE("scene: errors name the file, the line, what is wrong and what was exp
         {"v from 0 0 0 at 0 0 0", "s.aff:1: the file ends, expected 'up'"},
         {"v from 0 0 5 at 0 0 0 up 0 0 2 angle 40 hither 1 resolution 4 4",
          "s.aff:1: 'up' is parallel to the direction of view, expected another"},
-        {"v from 0 0 5 at 0 0 5 up 0 1 0 angle 40 hither 1 resolution 4 4", "s.aff:1: 'from' and 'at' are the same point, expected two"},
+        {"v from 0 0 5 at 0 0 5 up 0 1 0 angle 40 hither 1 resolution 4 4",
+         "s.aff:1: 'from' and 'at' are the same point, expected two"},
         {"v from 0 0 5 at 0 0 0 up 0 1 0 angle 180 hither 1 resolution 4 4",
          "s.aff:1: found angle 180, expected above 0 and below 180 degrees"},
         {"v from 0 0 5 at 0 0 0 up 0 1 0 angle 40 hither 1 resolution 0 4",
@@ -102,13 +105,15 @@ TEST_CASE("scene: errors name the file, the line, what is wrong and what was exp
         {"smoke a.vtk {\n phase -1.5 }", "s.aff:2: found phase -1.5, expected above -1 and below 1"},
         {"smoke a.vtk {\n albedo 1 1 1.1 }", "s.aff:2: found 1.1, expected blue from 0 to 1 of the albedo"},
         {"smoke a.vtk {\n kernel gauss }", "s.aff:2: found 'gauss', expected spline or poly6"},
-        {"smoke a.vtk {\n colour 1 }",
-         "s.aff:2: there is no 'colour' in smoke, expected kernel radius mass extinction albedo phase emission transform frames or }"},
-        {"smoke a.vtk { transform 1 2 1 0 0 1 0 0 0 0 }", "s.aff:1: the scales are not equal and above 0, expected a uniform scale"},
+        {"smoke a.vtk {\n colour 1 }", "s.aff:2: there is no 'colour' in smoke, expected kernel radius mass extinction "
+                                       "albedo phase emission transform frames or }"},
+        {"smoke a.vtk { transform 1 2 1 0 0 1 0 0 0 0 }",
+         "s.aff:1: the scales are not equal and above 0, expected a uniform scale"},
         {"smoke a.vtk { transform 1 1 1 0 0 0 9 0 0 0 }", "s.aff:1: found axis 0 0 0, expected some length"},
         {"smoke a.vtk {", "s.aff:1: the file ends, expected '}'"},
         {"smoke { }", "s.aff:1: found '{', expected a particle file"},
-        {"smoke box 0 0 0 1 1 1 1 {}", "s.aff:1: 'smoke box' is not supported yet by this version, expected a particle file"},
+        {"smoke box 0 0 0 1 1 1 1 {}",
+         "s.aff:1: 'smoke box' is not supported yet by this version, expected a particle file"},
         {"render spp", "s.aff:1: the file ends, expected a value for 'spp'"},
     };
     for (const auto &c : cases) {

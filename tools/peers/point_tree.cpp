@@ -4,10 +4,11 @@
 //   two
 //                             made-up plumes and a cube filled evenly
 //
-// Compile it once per arithmetic, together with src/core/point_tree.cpp, both with the flags of the core. nanoflann
-// gets the same flags, float coordinates in f32 and double ones otherwise, the points in the order of our tree, and
-// result sets written for it here, so that it neither allocates nor sorts. Times are medians of alternating runs, in ns
-// a query (ms for build); `ratio` is the best rival's time over ours. Results are compared before anything is timed.
+// Compile it once per arithmetic, together with src/core/point_tree.cpp, everything with the flags of the core and one
+// -march (-O3 -march=x86-64-v3). nanoflann gets float coordinates in f32 and double ones otherwise, the
+// points in the order of our tree, and result sets written for it here, so that it neither allocates nor sorts. Times
+// are medians of alternating runs, in ns a query (ms for build); `ratio` is a rival's time over ours, and in our own
+// line that of the best rival. Results are compared before anything is timed.
 #include "wisp/point_tree.h"
 #include "wisp/random.h"
 #include <algorithm>
@@ -28,8 +29,6 @@ namespace {
 
 using Peer = std::conditional_t<std::is_same_v<Real, float>, float, double>; // nanoflann's and the cell list's scalar
 
-inline double to_double(float x) { return static_cast<double>(x); }
-inline double to_double(double x) { return x; }
 Peer to_peer(Real x) { return static_cast<Peer>(to_double(x)); }
 
 struct PeerPoint {
@@ -345,7 +344,7 @@ Bench::Bench(const std::string &set_name, const std::vector<Vec3> &set_points)
 
 // Points of the set, moved a little, in the order of the tree.
 std::vector<Vec3> Bench::make_queries() const {
-    constexpr uint32_t queries = 20000;
+    constexpr uint32_t queries = 8000;
     Mt19937 random(1, 2, 3, 4);
     const double jitter = 0.02 * to_double(length(tree.bounds.high - tree.bounds.low)) / std::cbrt(tree.count);
     std::vector<Vec3> result;
