@@ -8,9 +8,9 @@ namespace wisp::WISP_ARITH {
 struct Light {
     LightKind kind;
     Vec3 position;
-    Vec3 direction; // whither it travels (spot, parallel)
-    Real cosine_half_angle;
-    Color color; // intensity or irradiance
+    Vec3 direction;        // whither it travels (spot, parallel)
+    Real one_minus_cosine; // of half a spot's angle
+    Color color;           // intensity or irradiance
 };
 
 Light make_light(const LightSource &source);

@@ -84,7 +84,7 @@ PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena);
 // An upper bound of the bytes that building takes from the arena, scratch included.
 uint64_t point_tree_bytes(uint32_t count);
 
-// ---- visitors -------------------------------------------------------------------------------------------------------
+// ---- visitors ----
 
 // Calls visit(leaf), in ascending order, for each leaf that may hold a point p with |p - center| <= radius; 0 <=
 // radius.
@@ -97,8 +97,7 @@ template <class Visit>
 WISP_VISITOR void for_each_leaf_on_segment(const PointTree &tree, const Vec3 &origin, const Vec3 &direction, Real t0,
                                            Real t1, Real radius, Visit &&visit);
 
-// ---- k nearest
-// -------------------------------------------------------------------------------------------------------
+// ---- k nearest ----
 
 struct Nearest {
     uint32_t count;      // points found
@@ -128,8 +127,7 @@ uint32_t in_radius(const PointTree &tree, const Vec3 &center, Real radius, uint3
 
 } // namespace WISP_ARITH
 
-// ---- how the visitors do it
-// ------------------------------------------------------------------------------------------
+// ---- how the visitors do it ----
 
 namespace detail {
 

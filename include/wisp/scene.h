@@ -35,9 +35,9 @@ enum class LightKind : uint8_t {
 struct LightSource {
     LightKind kind;
     Double3 position;
-    Double3 direction;        // whither the light travels (spot, parallel)
-    double cosine_half_angle; // of a spot's cone
-    Double3 color;            // intensity (per squared unit of length) or irradiance
+    Double3 direction;       // whither the light travels (spot, parallel)
+    double one_minus_cosine; // of half the angle of a spot's cone: narrow ones keep their digits
+    Double3 color;           // intensity (per squared unit of length) or irradiance
 };
 
 enum class Kernel : uint8_t { spline, poly6 };
@@ -53,8 +53,8 @@ struct SmokeSource {
     const Particle *particles; // in canonical order
     uint32_t count;
     Kernel kernel;
-    double smoothing_length; // H: march steps and the gather radius are fractions of it
-    double largest_h;
+    double smallest_h, largest_h; // march steps are fractions of the one, the gather radius of the other
+    double total_area;
     Double3 albedo;   // 0 to 1 a channel
     double asymmetry; // g of Henyey and Greenstein, -1 < g < 1
     Double3 emission; // radiance L_e
@@ -75,7 +75,6 @@ struct Crop {
 };
 
 struct Settings {
-    int32_t width, height;
     Crop crop;
     uint32_t samples; // rays a pixel
     uint64_t photons; // to emit

@@ -24,8 +24,6 @@ struct Medium {
     bool ready;    // false: the arena was too small
 
     bool empty() const { return !(bounds.low.x < bounds.high.x); }
-    bool scatters() const; // some albedo is not 0
-    bool glows() const;    // some emission is not 0 (and its albedo not 1)
 };
 
 Medium make_medium(const Scene &scene, Arena &arena);

@@ -6,7 +6,7 @@ namespace wisp {
 
 struct Statistics {
     struct {
-        uint64_t primary;
+        uint64_t primary, shadow; // a shadow ray for each light that a step is lit by
     } rays = {};
     // emitted = absorbed + escaped + blocked + capped, photon by photon.
     struct {

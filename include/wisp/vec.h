@@ -3,6 +3,7 @@
 #define GLM_FORCE_PURE
 #define GLM_FORCE_XYZW_ONLY
 #include "wisp/real.h"
+#include "wisp/scene.h"
 #include <glm/vec3.hpp>
 #include <glm/geometric.hpp>
 
@@ -10,6 +11,8 @@ namespace wisp::WISP_ARITH {
 
 using Vec3 = glm::vec<3, Real, glm::defaultp>;
 using Color = Vec3; // linear R G B
+
+inline Vec3 vec_of(const Double3 &v) { return Vec3(to_real<Real>(v.x), to_real<Real>(v.y), to_real<Real>(v.z)); }
 
 // a.b; in fixed rounded once, from the exact 128-bit sum.
 inline Real dot(const Vec3 &a, const Vec3 &b) { return sum_of_products(a.x, b.x, a.y, b.y, a.z, b.z); }

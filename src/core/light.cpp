@@ -8,23 +8,24 @@ namespace {
 constexpr Real closest = Real(0x1p-10); // a light is never nearer than this to a stretch of a ray
 constexpr Real infinitely_far = Real(0x1p20);
 
-Vec3 vec_of(const Double3 &v) { return Vec3(to_real<Real>(v.x), to_real<Real>(v.y), to_real<Real>(v.z)); }
-
-// The mean of 1 / r^2 over the straight stretch from a to b, both relative to the light: angle / (distance of the
-// line * length) = angle / |a x b|.
-Real mean_inverse_square(const Vec3 &a, const Vec3 &b) {
+// intensity times the mean of 1 / r^2 over the straight stretch from a to b, both relative to the light: that mean is
+// angle / (distance of the line * length) = angle / |a x b|. The intensity is divided first: in fixed point 1 / r^2 of
+// a distant light has no digits left.
+Color mean_irradiance(const Color &intensity, const Vec3 &a, const Vec3 &b) {
     const Real near = max(length(a), closest), far = max(length(b), closest);
-    const Vec3 normal = cross(a, b);
-    const Real area = length(normal), cosine = dot(a, b);
-    const Real inverse = (Real(1) / near) / far;
+    const Real area = length(cross(a, b)), cosine = dot(a, b), floor = length(b - a) * closest;
     // angle / sine for small angles: its series, where the quotient would lose its digits.
-    if (area < Real(1.0 / 16) * cosine) {
-        const Real sine = area * inverse, s2 = sine * sine;
-        return inverse * (Real(1) + s2 * (Real(1.0 / 6) + s2 * Real(3.0 / 40)));
+    if (area < Real(1.0 / 16) * cosine || floor == Real(0)) {
+        const Real sine = area / near / far, s2 = sine * sine;
+        return intensity / near / far * (Real(1) + s2 * (Real(1.0 / 6) + s2 * Real(3.0 / 40)));
     }
-    const Real floor = length(b - a) * closest;
-    if (floor == Real(0)) return inverse;
-    return angle_between(area, cosine) / max(area, floor);
+    return intensity / max(area, floor) * angle_between(area, cosine);
+}
+
+// Whether a unit vector lies in the cone about another.
+bool in_cone(const Vec3 &direction, const Vec3 &axis, Real one_minus_cosine) {
+    const Vec3 chord = direction - axis;
+    return dot(chord, chord) <= Real(2) * one_minus_cosine;
 }
 
 // A direction inside the cone of `one_minus_cosine` about the axis, uniform in solid angle.
@@ -37,7 +38,7 @@ Vec3 direction_in_cone(const Vec3 &axis, Real one_minus_cosine, Event event) {
 } // namespace
 
 Light make_light(const LightSource &source) {
-    return {source.kind, vec_of(source.position), vec_of(source.direction), to_real<Real>(source.cosine_half_angle),
+    return {source.kind, vec_of(source.position), vec_of(source.direction), to_real<Real>(source.one_minus_cosine),
             vec_of(source.color)};
 }
 
@@ -48,9 +49,9 @@ Illumination illuminate(const Light &light, const Vec3 &x, const Vec3 &a, const 
     // At the light itself any direction will do; the floor keeps the irradiance finite.
     const Vec3 direction = distance > Real(0) ? from_light / distance : Vec3(Real(0), Real(0), Real(1));
     if (light.kind == LightKind::constant) return {direction, distance, light.color};
-    if (light.kind == LightKind::spot && dot(direction, light.direction) < light.cosine_half_angle)
+    if (light.kind == LightKind::spot && !in_cone(direction, light.direction, light.one_minus_cosine))
         return {direction, distance, Color(Real(0))};
-    return {direction, distance, light.color * mean_inverse_square(a - light.position, b - light.position)};
+    return {direction, distance, mean_irradiance(light.color, a - light.position, b - light.position)};
 }
 
 Emitter make_emitter(const Light &light, const Sphere &smoke) {
@@ -74,8 +75,8 @@ Emitter make_emitter(const Light &light, const Sphere &smoke) {
         emitter.one_minus_cosine = s2 / (Real(1) + sqrt(max(Real(0), Real(1) - s2)));
         emitter.axis = to_smoke / distance;
     }
-    if (light.kind == LightKind::spot && Real(1) - light.cosine_half_angle < emitter.one_minus_cosine) {
-        emitter.one_minus_cosine = Real(1) - light.cosine_half_angle;
+    if (light.kind == LightKind::spot && light.one_minus_cosine < emitter.one_minus_cosine) {
+        emitter.one_minus_cosine = light.one_minus_cosine;
         emitter.axis = light.direction;
     }
     const Real solid_angle = two_pi<Real> * emitter.one_minus_cosine;
@@ -98,7 +99,7 @@ Photon emit(const Emitter &emitter, const Sphere &smoke, Event event) {
         return {{start, light.direction}, emitter.photon_color, true};
     }
     const Vec3 direction = direction_in_cone(emitter.axis, emitter.one_minus_cosine, event);
-    const bool leaves = light.kind != LightKind::spot || dot(direction, light.direction) >= light.cosine_half_angle;
+    const bool leaves = light.kind != LightKind::spot || in_cone(direction, light.direction, light.one_minus_cosine);
     return {{light.position, direction}, emitter.photon_color, leaves};
 }
 

@@ -71,7 +71,7 @@ template <class K> Real optical_depth_of(const ParticleField &field, const Ray &
                 const Real h = field.inverse_h[first + l], half = sqrt(max(Real(0), K::support_squared - b_squared[l]));
                 const Real from = max(-half, -middle[l] * h), to = max(from, min(half, (end - middle[l]) * h));
                 const Real b2 = min(b_squared[l], K::support_squared);
-                sum[l] += field.scale[first + l] * (K::line(b2, to) - K::line(b2, from));
+                sum[l] += field.scale[first + l] * max(Real(0), K::line(b2, to) - K::line(b2, from));
             }
         }
     });
@@ -99,7 +99,7 @@ void collide(const ParticleField &field, const Ray &ray, uint32_t slot, Real xi,
     const Vec3 across = cross(ray.direction, to_particle);
     const Real inverse_h = field.inverse_h[slot], scale = field.scale[slot];
     const Real b_squared = dot(across, across) * (inverse_h * inverse_h);
-    if (!(b_squared < K::support_squared)) return;
+    if (!(b_squared < K::support_squared) || scale == Real(0)) return;
 
     // The part of the chord that the ray covers so far, in units of h from the closest approach. The particle is met
     // where the chord's depth has grown to -ln(1 - xi), if it is that deep.
@@ -159,6 +159,7 @@ bool enter(const ParticleField &field, Ray &ray, Real &entry, Real &end) {
 
 // A depth as a fraction of 2^32, rounded up. A clock that has rung within the depth x drew at most 1 - e^-x <= x.
 template <class T> uint32_t fraction_above(T x) {
+    if (x == T(0)) return 0; // no density: no draw is below
     if (!(x < T(1))) return 0xffffffffu;
     uint32_t bits;
     if constexpr (std::is_same_v<T, Fixed>)
@@ -223,8 +224,7 @@ ParticleField make_particle_field(const SmokeSource &source, uint32_t first_dime
     if (!inverse_h || !scale || !reach || !points) return field;
 
     for (uint32_t i = 0; i < source.count; ++i) {
-        const Double3 &p = source.particles[i].position;
-        points[i] = Vec3(to_real<Real>(p.x), to_real<Real>(p.y), to_real<Real>(p.z));
+        points[i] = vec_of(source.particles[i].position);
         field.bounds.low = i == 0 ? points[i] : lowest(field.bounds.low, points[i]);
         field.bounds.high = i == 0 ? points[i] : highest(field.bounds.high, points[i]);
     }

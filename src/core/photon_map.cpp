@@ -171,10 +171,6 @@ bool make_map(const Store &store, uint32_t index, Arena &arena, PhotonMap &map) 
     return true;
 }
 
-bool same(const Double3 &a, const Double3 &b, double scale_a, double scale_b) {
-    return a.x * scale_b == b.x * scale_a && a.y * scale_b == b.y * scale_a && a.z * scale_b == b.z * scale_a;
-}
-
 double largest_of(const Double3 &c) { return max(c.x, max(c.y, c.z)); }
 
 } // namespace
@@ -194,15 +190,21 @@ PhotonPlan plan_photons(const Scene &scene, const Settings &settings) {
     if (!plan.traced) return {};
     // All photons carry one and the same power where neither lights nor albedos tell them apart.
     plan.powers = !grey || glows;
+    const Double3 *color = nullptr; // of the first light that is not black
     for (uint32_t i = 0; i < scene.light_count; ++i) {
-        const Double3 &first = scene.lights[0].color, &color = scene.lights[i].color;
-        if (scene.lights[i].kind == LightKind::constant || !same(first, color, largest_of(first), largest_of(color)))
+        const Double3 &c = scene.lights[i].color;
+        const double brightest = largest_of(c);
+        if (!(brightest > 0)) continue;
+        if (!color) color = &c;
+        const double first = largest_of(*color); // compared without dividing
+        if (c.x * first != color->x * brightest || c.y * first != color->y * brightest ||
+            c.z * first != color->z * brightest || scene.lights[i].kind == LightKind::constant)
             plan.powers = true;
     }
-    // Where more collisions are to be stored, tracing ends early and says so.
-    constexpr uint64_t stored_per_photon = 4, most_points = 0x7fffffff;
-    plan.capacity =
-        settings.photons < most_points / stored_per_photon ? settings.photons * stored_per_photon : most_points;
+    // Where more collisions are to be stored, tracing ends early and says so. A single batch has room for more.
+    constexpr uint64_t per_photon = 4, per_photon_of_one_batch = 64, most = 0x7fffffff;
+    const uint64_t of_one_batch = per_photon_of_one_batch * min(settings.photons, uint64_t{batch_photons});
+    plan.capacity = max(per_photon * min(settings.photons, most / per_photon), of_one_batch);
     const uint64_t emitters = scene.light_count + scene.smoke_count;
     plan.bytes = Arena::bytes<Emitter>(emitters) + Arena::bytes<PhotonMap>(scene.smoke_count) +
                  Arena::bytes<Vec3>(plan.capacity);
@@ -232,8 +234,10 @@ PhotonMaps trace_photons(const Medium &medium, const Light *lights, uint32_t lig
         if (!observer(Stage::photons, batch, batches)) return {nullptr, Status::stopped};
         const uint64_t left = settings.photons - batch * batch_photons;
         if (!trace_batch(medium, emitters, settings.seed, batch, left < batch_photons ? left : batch_photons, store,
-                         statistics))
+                         statistics)) {
+            if (batch == 0) return {nullptr, Status::out_of_memory};
             break;
+        }
     }
 
     const size_t before = arena.mark();

@@ -12,8 +12,7 @@
 namespace wisp {
 namespace detail {
 
-// ---- conversions
-// -----------------------------------------------------------------------------------------------------
+// ---- conversions ----
 
 // Where the empty slots are: farther than any radius, yet in Fixed the square of a distance from there fits.
 constexpr float coordinate_of_empty(float) { return 0x1p60f; }
@@ -43,6 +42,14 @@ inline float root_of_bound(float x, float) { return sqrt(x); }
 inline double root_of_bound(float x, double) { return sqrt(static_cast<double>(x)); }
 inline Fixed root_of_bound(int64_t x, Fixed) { return sqrt(Fixed::from_raw(x * (1 << (2 * bound_shift - 32)))); }
 
+// What the build moves and compares for a coordinate: the number itself, that of Fixed as an integer.
+constexpr float to_key(float x) { return x; }
+constexpr double to_key(double x) { return x; }
+constexpr int64_t to_key(Fixed x) { return x.raw(); }
+constexpr float from_key(float key, float) { return key; }
+constexpr double from_key(double key, double) { return key; }
+constexpr Fixed from_key(int64_t key, Fixed) { return Fixed::from_raw(key); }
+
 // Scalars >= 0 as integers in the same order, and back.
 inline uint32_t to_ordinal(float x) { return to_bits(x); }
 inline uint64_t to_ordinal(double x) { return to_bits(x); }
@@ -58,11 +65,11 @@ namespace WISP_ARITH {
 using namespace detail;
 
 using Ordinal = decltype(to_ordinal(Real()));
+using Key = decltype(to_key(Real()));
 
 namespace {
 
-// ---- the numbering
-// ---------------------------------------------------------------------------------------------------
+// ---- the numbering ----
 
 // Leaves below a child of a block of height h; leaves below such a block.
 constexpr uint64_t leaves_of_child(uint32_t h) { return uint64_t{1} << (log_children * h); }
@@ -78,26 +85,34 @@ uint32_t height_for(uint32_t leaves) {
     return height;
 }
 
-// ---- building
-// --------------------------------------------------------------------------------------------------------
+// ---- building ----
 
 // A point on its way to its slot. Four values, so that it is moved and bounded as a vector; the last one only carries
 // the bits of the id.
 struct Record {
-    Real value[4];
+    Key value[4];
 
-    uint32_t id() const { return static_cast<uint32_t>(to_ordinal(value[3])); }
+    Real coordinate(int axis) const { return from_key(value[axis], Real()); }
+    uint32_t id() const { return static_cast<uint32_t>(to_ordinal(from_key(value[3], Real()))); }
 };
 
 struct Bounds {
-    Real low[4], high[4]; // the last ones mean nothing
+    Key low[4], high[4]; // the last ones mean nothing
+
+    Vec3 lowest() const { return corner(low); }
+    Vec3 highest() const { return corner(high); }
+
+  private:
+    static Vec3 corner(const Key (&key)[4]) {
+        return Vec3(from_key(key[0], Real()), from_key(key[1], Real()), from_key(key[2], Real()));
+    }
 };
 
 WISP_WIDE void find_bounds(const Record *records, uint32_t count, Bounds &bounds) {
-    Real low[4], high[4];
+    Key low[4], high[4];
     for (int a = 0; a < 4; ++a) low[a] = high[a] = records[0].value[a];
     for (size_t i = 0; i < count; ++i) WISP_LANES for (int a = 0; a < 4; ++a) {
-            const Real v = records[i].value[a];
+            const Key v = records[i].value[a];
             low[a] = v < low[a] ? v : low[a];
             high[a] = high[a] < v ? v : high[a];
         }
@@ -120,16 +135,15 @@ struct Before {
 };
 
 // Copies the records whose coordinate is below the pivot to the front of `to` and the others to its back; returns how
-// many were below. With `or_equal` those at the pivot go to the front too.
-template <bool or_equal> uint32_t split(const Record *from, Record *to, uint32_t count, int axis, Real pivot) {
+// many were below.
+uint32_t split(const Record *from, Record *to, uint32_t count, int axis, Key pivot) {
     size_t front = 0, back = count; // what is between them is free
     for (size_t i = 0; i < count; ++i) {
-        const Real coordinate = from[i].value[axis];
-        const bool first = or_equal ? coordinate <= pivot : coordinate < pivot;
+        const bool below = from[i].value[axis] < pivot;
         to[front] = from[i];
         to[--back] = from[i];
-        front += first;
-        back += first;
+        front += below;
+        back += below;
     }
     return static_cast<uint32_t>(front);
 }
@@ -137,23 +151,26 @@ template <bool or_equal> uint32_t split(const Record *from, Record *to, uint32_t
 constexpr uint32_t few = 64; // so many records are cut by their ranks
 
 // rank[i]: how many of the keys are below key[i]; the arrays are a whole number of vectors long.
-WISP_WIDE void find_ranks(const Real *key, uint32_t count, uint32_t *rank) {
+WISP_WIDE void find_ranks(const Key *key, uint32_t count, Ordinal *rank) {
     for (size_t first = 0; first < count; first += lanes) {
-        uint32_t sum[lanes] = {};
+        Ordinal sum[lanes] = {};
         for (size_t j = 0; j < count; ++j) {
-            const Real other = key[j];
+            const Key other = key[j];
             WISP_LANES for (uint32_t l = 0; l < lanes; ++l) sum[l] += other < key[first + l] ? 1 : 0;
         }
         WISP_LANES for (uint32_t l = 0; l < lanes; ++l) rank[first + l] = sum[l];
     }
 }
 
-// The coordinate at about place `wanted` in order, by a sample.
-Real sampled_pivot(const Record *records, uint32_t count, uint32_t wanted, int axis) {
-    Real sample[few];
-    uint32_t rank[few];
-    const uint32_t samples = count < 1024 ? 16 : few, stride = count / samples;
-    const uint32_t place = static_cast<uint32_t>(uint64_t{wanted} * samples / count);
+// The coordinate at about place `wanted` in order, by a sample. Where that is near an end, the pivot is rather farther
+// from the end than `wanted`, so that the smaller part is what remains.
+Key sampled_pivot(const Record *records, uint32_t count, uint32_t wanted, int axis) {
+    Key sample[few];
+    Ordinal rank[few];
+    const uint32_t samples = count < 1024 ? 16 : few, stride = count / samples, margin = samples / 32;
+    uint32_t place = static_cast<uint32_t>(uint64_t{wanted} * samples / count);
+    if (place < samples / 4) place += margin;
+    if (place >= samples - samples / 4) place -= margin;
     for (uint32_t i = 0; i < samples; ++i) sample[i] = records[i * stride + stride / 2].value[axis];
     find_ranks(sample, samples, rank);
     uint32_t best = 0; // the greatest rank up to the place
@@ -163,8 +180,9 @@ Real sampled_pivot(const Record *records, uint32_t count, uint32_t wanted, int a
 }
 
 void cut_few(const Record *from, Record *to, uint32_t count, uint32_t wanted, int axis) {
-    Real key[few + lanes] = {};
-    uint32_t rank[few + lanes], sum = 0, front = 0, back = count;
+    Key key[few + lanes] = {};
+    Ordinal rank[few + lanes], sum = 0;
+    uint32_t front = 0, back = count;
     for (uint32_t i = 0; i < count; ++i) key[i] = from[i].value[axis];
     find_ranks(key, count, rank);
     for (uint32_t i = 0; i < count; ++i) {
@@ -173,53 +191,40 @@ void cut_few(const Record *from, Record *to, uint32_t count, uint32_t wanted, in
         front += rank[i] < wanted ? 1 : 0;
         back -= rank[i] < wanted ? 0 : 1;
     }
-    if (2 * sum == count * (count - 1)) return;
+    if (2 * sum == Ordinal{count} * (count - 1)) return;
     // Coordinates tie.
     std::copy(from, from + count, to);
     std::nth_element(to, to + wanted, to + count, Before{axis});
 }
 
-struct Part {
-    uint32_t begin, end; // empty: nothing is left to do
-};
-
-// One step of quickselect from one buffer to another: the part of `to` in which records have still to change places.
-Part split(const Record *from, Record *to, uint32_t count, uint32_t wanted, int axis) {
-    const Real pivot = sampled_pivot(from, count, wanted, axis);
-    uint32_t front = split<false>(from, to, count, axis, pivot);
-    if (front == 0) {
-        front = split<true>(from, to, count, axis, pivot);
-        if (wanted < front) { // the cut falls among equal coordinates
-            std::nth_element(to, to + wanted, to + front, Before{axis});
-            return {0, 0};
-        }
-    }
-    if (wanted == front) return {0, 0};
-    return wanted < front ? Part{0, front} : Part{front, count};
-}
-
-// Moves the records to `to` so that the first `wanted` by (coordinate, id) come first; `from` is lost. 0 < wanted <
-// count.
+// Copies the records so that the first `wanted` by (coordinate, id) come first; `from` is lost. 0 < wanted < count.
+// Quickselect: the first step copies without branches; in the later ones, which find the cut near an end, few records
+// have to change places. Points that defeat the samples cost time, but not its square.
 void cut(Record *from, Record *to, uint32_t count, uint32_t wanted, int axis) {
-    const auto narrow = [&](Part part) {
-        from += part.begin;
-        to += part.begin;
-        wanted -= part.begin;
-        count = part.end - part.begin;
-    };
-    while (count > few) {
-        const Part there = split(from, to, count, wanted, axis);
-        narrow(there);
-        if (count <= few) {
-            if (count == 0) return;
-            std::copy(to, to + count, from);
-            break;
+    constexpr uint32_t most_steps = 64;
+    for (uint32_t step = 0; count > few; ++step) {
+        const bool copied = step > 0;
+        if (step == most_steps) return std::nth_element(to, to + wanted, to + count, Before{axis});
+        const Key pivot = sampled_pivot(copied ? to : from, count, wanted, axis);
+        const auto below = [=](const Record &r) { return r.value[axis] < pivot; };
+        const auto up_to = [=](const Record &r) { return r.value[axis] <= pivot; };
+        uint32_t front = copied ? static_cast<uint32_t>(std::partition(to, to + count, below) - to)
+                                : split(from, to, count, axis, pivot);
+        if (front == 0) {
+            front = static_cast<uint32_t>(std::partition(to, to + count, up_to) - to);
+            if (wanted < front) { // the cut falls among equal coordinates
+                std::nth_element(to, to + wanted, to + front, Before{axis});
+                return;
+            }
         }
-        const Part back = split(to, from, count, wanted, axis);
-        std::copy(from, from + back.begin, to);
-        std::copy(from + back.end, from + count, to + back.end);
-        narrow(back);
-        if (count == 0) return;
+        if (wanted == front) return;
+        if (wanted < front) {
+            count = front;
+        } else {
+            from += front, to += front;
+            wanted -= front, count -= front;
+        }
+        if (count <= few) std::copy(to, to + count, from);
     }
     cut_few(from, to, count, wanted, axis);
 }
@@ -264,18 +269,22 @@ class Builder {
         find_bounds(records, count, bounds);
         const uint32_t leaf = first / leaf_points, lane = leaf % children;
         BoxBlock &block = leaf_boxes_[leaf / children];
-        block.low_x[lane] = lower_bound_of(bounds.low[0]), block.high_x[lane] = upper_bound_of(bounds.high[0]);
-        block.low_y[lane] = lower_bound_of(bounds.low[1]), block.high_y[lane] = upper_bound_of(bounds.high[1]);
-        block.low_z[lane] = lower_bound_of(bounds.low[2]), block.high_z[lane] = upper_bound_of(bounds.high[2]);
+        const Vec3 low = bounds.lowest(), high = bounds.highest();
+        block.low_x[lane] = lower_bound_of(low.x);
+        block.low_y[lane] = lower_bound_of(low.y);
+        block.low_z[lane] = lower_bound_of(low.z);
+        block.high_x[lane] = upper_bound_of(high.x);
+        block.high_y[lane] = upper_bound_of(high.y);
+        block.high_z[lane] = upper_bound_of(high.z);
 
         uint32_t id[leaf_points], place[leaf_points];
         for (uint32_t i = 0; i < leaf_points; ++i) id[i] = i < count ? records[i].id() : no_point;
         find_places(id, place);
         for (uint32_t i = 0; i < count; ++i) {
             const uint32_t slot = first + place[i];
-            x_[slot] = records[i].value[0];
-            y_[slot] = records[i].value[1];
-            z_[slot] = records[i].value[2];
+            x_[slot] = records[i].coordinate(0);
+            y_[slot] = records[i].coordinate(1);
+            z_[slot] = records[i].coordinate(2);
             id_[slot] = id[i];
         }
     }
@@ -343,12 +352,14 @@ PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena) {
         arena.rewind(start);
         return {};
     }
-    for (uint32_t i = 0; i < count; ++i)
-        records[i] = {{points[i].x, points[i].y, points[i].z, from_ordinal(Ordinal{i}, Real())}};
+    for (uint32_t i = 0; i < count; ++i) {
+        const Vec3 &p = points[i];
+        records[i] = {{to_key(p.x), to_key(p.y), to_key(p.z), to_key(from_ordinal(Ordinal{i}, Real()))}};
+    }
     if (count > 0) {
         Bounds b;
         find_bounds(records, count, b);
-        tree.bounds = {Vec3(b.low[0], b.low[1], b.low[2]), Vec3(b.high[0], b.high[1], b.high[2])};
+        tree.bounds = {b.lowest(), b.highest()};
         Builder(x, y, z, id, blocks + tree.first_block[0]).build(records, spare, 0, count, tree.height);
         box_blocks(tree, blocks);
     }
@@ -363,8 +374,7 @@ PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena) {
     return tree;
 }
 
-// ---- searching
-// -------------------------------------------------------------------------------------------------------
+// ---- searching ----
 
 namespace {
 
@@ -553,18 +563,16 @@ Nearest nearest(const PointTree &tree, const Vec3 &center, uint32_t k, Real max_
     if (k == 0 || tree.count == 0) return {};
     Candidates c = {scratch.distance_squared, scratch.slot, 0, Real(0)};
     Real radius = k < tree.count ? min(guess_radius(tree, center, k), max_radius) : max_radius;
-    Nearest found = {};
-    for (;;) {
+    for (uint32_t tries = 0;; ++tries) {
         gather(tree, center, k, radius, scratch.capacity, c);
         const uint32_t inside = count_below(c.distance, c.count, c.limit);
         if (inside >= k || !(radius < max_radius)) break;
-        if (!(radius > Real(0))) {
-            radius = max_radius;
-            continue;
-        }
+        // As if the points were spread evenly; where they are not, in leaps.
         const Real lack = Real(static_cast<int32_t>(k)) / Real(static_cast<int32_t>(inside + 1));
-        radius = min(max_radius, radius * min(Real(4), cbrt(lack * Real(1.5))));
+        const Real growth = max(cbrt(lack * Real(1.5)), Real(tries < 2 ? 1 : 2));
+        radius = radius > Real(0) ? min(max_radius, radius * min(growth, Real(4))) : max_radius;
     }
+    Nearest found = {};
     found.count = keep_first(c, k, tree.id, distances_squared, slots);
     for (uint32_t i = 1; i < found.count; ++i) {
         const Real d = distances_squared[i], most = distances_squared[found.farthest];

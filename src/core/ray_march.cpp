@@ -19,7 +19,7 @@ struct Step {
 };
 
 // What the lights send along `out` after one scattering at the step's middle, per unit of length.
-Color single_scattering(const Marcher &marcher, const Step &step, const Vec3 &out, const Real *extinctions) {
+Color single_scattering(Marcher &marcher, const Step &step, const Vec3 &out, const Real *extinctions) {
     const Medium &medium = *marcher.medium;
     Color sum(Real(0));
     for (uint32_t l = 0; l < marcher.light_count; ++l) {
@@ -30,6 +30,7 @@ Color single_scattering(const Marcher &marcher, const Step &step, const Vec3 &ou
             if (extinctions[i] > Real(0))
                 scattered += medium.smokes[i].albedo * (extinctions[i] * medium.smokes[i].phase(light.direction, out));
         if (!(largest(scattered) > Real(0))) continue;
+        ++marcher.statistics->rays.shadow;
         const Real depth = optical_depth(medium, {step.middle, -light.direction}, light.distance);
         sum += scattered * light.irradiance * exp(-depth);
     }
@@ -57,7 +58,7 @@ Color march(Marcher &marcher, const Ray &ray) {
     Real begin = Real(0), end = path_end;
     if (medium.empty() || !clip(medium.bounds, ray, begin, end)) return marcher.background;
 
-    // Distances count from where the ray enters, so that a camera far away costs no digits.
+    // Distances count from where the ray enters: what a camera far away costs is one rounding of that point.
     const Vec3 entry = ray.origin + ray.direction * begin, out = -ray.direction;
     const Real length = end - begin;
     const int32_t steps = floor_to_int(length / marcher.step) + 1;

@@ -5,8 +5,6 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-Vec3 vec_of(const Double3 &v) { return Vec3(to_real<Real>(v.x), to_real<Real>(v.y), to_real<Real>(v.z)); }
-
 struct View {
     Vec3 origin, corner, right, down;
 };
@@ -15,20 +13,28 @@ Ray ray_through(const View &view, Real column, Real row) {
     return {view.origin, normalize(view.corner + view.right * column + view.down * row)};
 }
 
-// Sample i of n inside a pixel, the same in every pixel: the centres of a k x k grid when n = k^2, else the first
-// points of the R2 sequence (multiples of 1/p and 1/p^2 modulo 1, p^3 = p + 1).
-void sample_position(uint32_t i, uint32_t n, Real &u, Real &v) {
-    uint32_t k = 1;
-    while (k * k < n) ++k;
-    if (k * k == n) {
-        u = (Real(static_cast<int32_t>(i % k)) + Real(0.5)) / Real(static_cast<int32_t>(k));
-        v = (Real(static_cast<int32_t>(i / k)) + Real(0.5)) / Real(static_cast<int32_t>(k));
-        return;
+// Where the rays of a pixel pass, the same in every pixel: the centres of a k x k grid when their number is k^2, else
+// the first points of the R2 sequence (multiples of 1/p and 1/p^2 modulo 1, p^3 = p + 1).
+struct Pattern {
+    explicit Pattern(uint32_t samples) {
+        while (root * root < samples) ++root;
+        square = root * root == samples;
     }
-    constexpr uint32_t half = 0x80000000u, first = 3242174889u, second = 2447445414u; // 2^32 / p, 2^32 / p^2
-    u = unit_half_open<Real>(half + i * first);
-    v = unit_half_open<Real>(half + i * second);
-}
+    Real u(uint32_t i) const {
+        return square ? center(i % root) : unit_half_open<Real>(half + i * 3242174889u);
+    } // 2^32 / p
+    Real v(uint32_t i) const {
+        return square ? center(i / root) : unit_half_open<Real>(half + i * 2447445414u);
+    } // ... / p^2
+
+  private:
+    Real center(uint32_t k) const {
+        return (Real(static_cast<int32_t>(k)) + Real(0.5)) / Real(static_cast<int32_t>(root));
+    }
+    static constexpr uint32_t half = 0x80000000u;
+    uint32_t root = 1;
+    bool square;
+};
 
 uint64_t march_bytes(const Scene &scene) {
     return Arena::bytes<Light>(scene.light_count) + 2 * Arena::bytes<Real>(scene.smoke_count);
@@ -45,9 +51,11 @@ bool make_marcher(const Scene &scene, const Settings &settings, const Medium &me
     marcher.extinctions = arena.make<Real>(scene.smoke_count);
     if (!marcher.gather_radius || !marcher.extinctions) return false;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        const Real h = to_real<Real>(scene.smokes[i].smoothing_length), step = h * to_real<Real>(settings.step);
-        radius[i] = h * to_real<Real>(settings.gather_radius);
-        marcher.step = i == 0 ? step : min(marcher.step, step);
+        const SmokeSource &smoke = scene.smokes[i];
+        radius[i] = to_real<Real>(smoke.largest_h) * to_real<Real>(settings.gather_radius);
+        if (smoke.count == 0) continue;
+        const Real step = to_real<Real>(smoke.smallest_h) * to_real<Real>(settings.step);
+        marcher.step = marcher.step == Real(0) ? step : min(marcher.step, step);
     }
     return true;
 }
@@ -57,15 +65,14 @@ Status render_frame(const Scene &scene, const Settings &settings, Marcher &march
     const View view = {vec_of(scene.camera.origin), vec_of(scene.camera.corner), vec_of(scene.camera.right),
                        vec_of(scene.camera.down)};
     const Crop &crop = settings.crop;
+    const Pattern pattern(settings.samples);
     for (int32_t y = crop.y0; y < crop.y1; ++y) {
         const uint64_t row = static_cast<uint64_t>(y - crop.y0);
         if (!observer(Stage::render, row, static_cast<uint64_t>(crop.y1 - crop.y0))) return Status::stopped;
         for (int32_t x = crop.x0; x < crop.x1; ++x) {
             Color sum(Real(0));
             for (uint32_t i = 0; i < settings.samples; ++i) {
-                Real u, v;
-                sample_position(i, settings.samples, u, v);
-                sum += march(marcher, ray_through(view, Real(x) + u, Real(y) + v));
+                sum += march(marcher, ray_through(view, Real(x) + pattern.u(i), Real(y) + pattern.v(i)));
                 ++marcher.statistics->rays.primary;
             }
             const Color mean = sum / Real(static_cast<int32_t>(settings.samples));

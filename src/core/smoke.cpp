@@ -5,8 +5,6 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-Color color_of(const Double3 &c) { return Color(to_real<Real>(c.x), to_real<Real>(c.y), to_real<Real>(c.z)); }
-
 bool any(const Color &c) { return largest(c) > Real(0); }
 
 // For each particle the share of the whole cross-section that lies before it, as a fraction of 2^32. Summed in
@@ -34,18 +32,6 @@ const uint32_t *shares_of_area(const SmokeSource &source, Arena &arena) {
 
 } // namespace
 
-bool Medium::scatters() const {
-    for (uint32_t i = 0; i < count; ++i)
-        if (smokes[i].field.tree.count > 0 && any(smokes[i].albedo)) return true;
-    return false;
-}
-
-bool Medium::glows() const {
-    for (uint32_t i = 0; i < count; ++i)
-        if (any(smokes[i].emitted_power)) return true;
-    return false;
-}
-
 uint64_t medium_bytes(const Scene &scene) {
     uint64_t bytes = Arena::bytes<Smoke>(scene.smoke_count);
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
@@ -68,15 +54,14 @@ Medium make_medium(const Scene &scene, Arena &arena) {
         const SmokeSource &source = scene.smokes[i];
         Smoke smoke = {};
         smoke.source = &source;
-        smoke.albedo = color_of(source.albedo);
+        smoke.albedo = vec_of(source.albedo);
         smoke.phase = Phase(to_real<Real>(source.asymmetry));
-        smoke.emission = color_of(source.emission);
+        smoke.emission = vec_of(source.emission);
         smoke.field = make_particle_field(source, particles, arena);
         if (!smoke.field.ready) return medium;
         if (source.count > 0 && any(smoke.emission * (Color(Real(1)) - smoke.albedo))) {
-            Real area = Real(0);
-            for (uint32_t p = 0; p < source.count; ++p) area += to_real<Real>(source.particles[p].area);
-            smoke.emitted_power = smoke.emission * (Color(Real(1)) - smoke.albedo) * (four_pi<Real> * area);
+            smoke.emitted_power =
+                smoke.emission * (Color(Real(1)) - smoke.albedo) * (four_pi<Real> * to_real<Real>(source.total_area));
             if (any(smoke.emitted_power)) {
                 smoke.area_before = shares_of_area(source, arena);
                 if (!smoke.area_before) return medium;
@@ -141,9 +126,7 @@ Photon emit_from_smoke(const Smoke &smoke, const Color &photon_color, Event even
                                  unit_half_open<Real>(draw(event, dimension_azimuth)));
     const Vec3 direction = deflect(up, uniform.sample(unit_open<Real>(draw(event, dimension_direction_1))),
                                    unit_half_open<Real>(draw(event, dimension_direction_2)));
-    const Double3 &p = particle.position;
-    const Vec3 center(to_real<Real>(p.x), to_real<Real>(p.y), to_real<Real>(p.z));
-    return {{center + outward * radius, direction}, photon_color, true};
+    return {{vec_of(particle.position) + outward * radius, direction}, photon_color, true};
 }
 
 } // namespace wisp::WISP_ARITH

@@ -37,6 +37,9 @@ Request read_request(const std::vector<std::string> &arguments) {
     request.file = read_scene(request.name);
     request.options = Options();
     for (const SceneFile::Default &setting : request.file.defaults) try {
+            if (setting.option == "output" || setting.option == "stats")
+                throw InputError(setting.where + "option '" + setting.option +
+                                 "' in a scene, expected it on the command line");
             set_option(request.options, setting.option, setting.value, setting.where);
         } catch (const Error &error) {
             throw InputError(error.what());
@@ -47,8 +50,6 @@ Request read_request(const std::vector<std::string> &arguments) {
 
 Settings settings_of(const Options &options, int width, int height) {
     Settings settings = {};
-    settings.width = width;
-    settings.height = height;
     settings.crop = {0, 0, width, height};
     if (options.crop) {
         const auto &c = *options.crop;
@@ -230,15 +231,18 @@ int plan_command(const std::vector<std::string> &arguments) {
 
     uint64_t particles = 0;
     for (const auto &smoke : prepared.particles) particles += smoke.size();
-    const std::string why_no_photons = !plan.smoke                       ? "there is no smoke"
-                                       : prepared.scene.light_count == 0 ? "nothing lights the smoke"
-                                       : settings.photons == 0           ? "--photons 0"
-                                                                         : "the albedo is 0: nothing scatters";
+    bool black = true;
+    for (const SmokeSource &smoke : prepared.smokes)
+        if (smoke.albedo.x > 0 || smoke.albedo.y > 0 || smoke.albedo.z > 0) black = false;
+    const std::string why_no_photons = !plan.smoke             ? "there is no smoke"
+                                       : black                 ? "the albedo is 0: nothing scatters"
+                                       : settings.photons == 0 ? "--photons 0"
+                                                               : "nothing lights the smoke";
     print_stage("particle tree", plan.smoke, plan.bytes.particle_tree,
                 plan.smoke ? std::to_string(particles) + " particles" : "there are no particles");
     print_stage("photons", plan.photons, plan.bytes.photon_map,
                 !plan.photons ? why_no_photons
-                              : std::to_string(settings.photons) + " emitted, at most " +
+                              : std::to_string(settings.photons) + " to emit, at most " +
                                     std::to_string(plan.photon_capacity) + " stored: positions" +
                                     (plan.photon_directions ? ", directions" : ", no directions (isotropic)") +
                                     (plan.photon_powers ? ", powers" : ", no powers (all are equal)"));

@@ -16,6 +16,13 @@ namespace wisp {
 
 namespace {
 
+// An error is one line, whatever bytes a file or an argument put into it.
+void print_error(std::string line) {
+    for (char &c : line)
+        if (static_cast<unsigned char>(c) < ' ' || c == 127) c = '?';
+    std::fprintf(stderr, "%s\n", line.c_str());
+}
+
 int run(const std::vector<std::string> &words) {
     if (words.empty()) throw Error(exit_usage, "found no command, expected render, plan, compare, help or version");
     const std::string &command = words[0];
@@ -47,7 +54,7 @@ int main(int count, char **words) {
     try {
         status = wisp::run(std::vector<std::string>(words + 1, words + count));
     } catch (const wisp::Error &error) {
-        std::fprintf(stderr, "%s\n", error.what());
+        wisp::print_error(error.what());
         return error.status;
     } catch (const std::bad_alloc &) {
         std::fprintf(stderr, "wisp: the system gives no more memory\n");

@@ -37,7 +37,7 @@ std::vector<std::string> split(const std::string &text, char separator) {
     return parts;
 }
 
-// One of several words; those after `unsupported_from` are in the contract and not built yet.
+// One of several words; of those only the first `supported` are built yet.
 size_t one_of(const std::string &value, const std::vector<std::string> &words, size_t supported) {
     std::string expected;
     for (size_t i = 0; i < words.size(); ++i) {
@@ -204,6 +204,8 @@ void set_option(Options &options, const std::string &name, const std::string &va
     const Entry *entry = find(name);
     if (!entry) throw Error(exit_usage, where + "there is no option '" + name + "'; 'wisp help' lists them");
     if (!entry->set) throw Error(exit_usage, where + "option '" + name + "' is not supported yet by this version");
+    if (!entry->value && value != "1")
+        throw Error(exit_usage, where + "option '" + name + "': found '" + value + "', expected 1");
     try {
         entry->set(options, value);
     } catch (const Fault &fault) {
@@ -219,7 +221,7 @@ CommandLine parse_arguments(const std::vector<std::string> &arguments) {
             line.files.push_back(name);
             continue;
         }
-        if (name == "-o") name = "--output";
+        if (name == "-o" || name.compare(0, 3, "-o=") == 0) name.replace(0, 2, "--output");
         if (name == "-q") name = "--quiet";
         if (name == "-v") name = "--verbose";
         if (name.compare(0, 2, "--") != 0)
@@ -229,7 +231,7 @@ CommandLine parse_arguments(const std::vector<std::string> &arguments) {
         const std::string key = name.substr(0, equals);
         const Entry *entry = find(key);
         if (!entry) throw Error(exit_usage, "there is no option '--" + key + "'; 'wisp help' lists them");
-        std::string value;
+        std::string value = "1"; // of a switch
         if (!entry->value) {
             if (equals != std::string::npos) throw Error(exit_usage, "option '--" + key + "' takes no value");
         } else if (equals != std::string::npos) {

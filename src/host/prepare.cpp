@@ -20,8 +20,13 @@ double dot(const Double3 &a, const Double3 &b) { return a.x * b.x + a.y * b.y + 
 Double3 cross(const Double3 &a, const Double3 &b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-Double3 unit(const Double3 &a) { return a * (1 / std::sqrt(dot(a, a))); }
 double largest(const Double3 &a) { return std::max({a.x, a.y, a.z}); }
+// a / |a| for any a but 0: its largest component is made 1 first, so that no square underflows.
+Double3 unit(const Double3 &a) {
+    const double size = std::max({std::fabs(a.x), std::fabs(a.y), std::fabs(a.z)});
+    const Double3 b = {a.x / size, a.y / size, a.z / size};
+    return b * (1 / std::sqrt(dot(b, b)));
+}
 
 // The exponent e with 2^e <= x < 2^(e+1), x > 0.
 int exponent_of(double x) {
@@ -60,6 +65,8 @@ std::vector<Particle> load(const SceneFile::Smoke &smoke, int64_t frame, std::ve
         Particle &particle = particles[i];
         particle.position = smoke.transform ? apply(place, p) : p;
         particle.h = (smoke.radius ? *smoke.radius : table.smoothing_length[i]) * place.scale;
+        if (!(particle.h >= 1e-100 && particle.h <= 1e100))
+            throw InputError(smoke.where + "a smoothing length is outside 1e-100 to 1e100, expected one within");
         particle.area = smoke.extinction * (smoke.mass ? *smoke.mass : table.mass[i]);
         for (double x : {p.x, p.y, p.z}) farthest = std::max(farthest, std::fabs(x));
         smallest_h = std::min(smallest_h, particle.h);
@@ -119,38 +126,51 @@ double brightness(const LightSource &light, const Double3 &middle, double radius
     return color / (distance * distance);
 }
 
-// Fixed-point numbers end at 2^31; what the core multiplies must stay below.
-void check_range(const std::string &name, const PreparedScene &prepared, const Extent &extent, Arithmetic arithmetic) {
-    const auto refuse = [&](const std::string &what) {
-        throw InputError(name + ":1: " + what + ", expected a scene that fits");
+// Refuses what leaves the range of the arithmetic: of float, and of fixed-point numbers, which end at 2^31.
+void check_range(const std::string &name, const SceneFile &file, const PreparedScene &prepared, const Extent &extent,
+                 const Options &options) {
+    if (!extent.any) return;
+    const auto refuse = [](const std::string &where, const std::string &what) {
+        throw InputError(where + what + ", expected a scene that fits");
     };
-    const Scene &scene = prepared.scene;
-    for (const auto &particles : prepared.particles)
-        for (const Particle &p : particles)
+    const std::string scene_line = name + ":1: ";
+    const bool fixed = options.arithmetic == Arithmetic::fixed;
+    const auto distance = [](const Double3 &p) { return std::sqrt(dot(p, p)); };
+    double radius = 0, power = 0;
+    for (size_t i = 0; i < prepared.smokes.size(); ++i) {
+        const std::string &where = file.smokes[i].where;
+        for (const Particle &p : prepared.particles[i]) {
             for (double x : {p.position.x, p.position.y, p.position.z})
                 if (!(std::fabs(x) <= coordinate_limit))
-                    refuse("the smoke is more than " + std::to_string(static_cast<int>(2 * coordinate_limit)) +
-                           " smoothing lengths wide");
-    const auto far = [](const Double3 &p, double limit) { return std::sqrt(dot(p, p)) > limit; };
-    if (far(scene.camera.origin, 0x1p18)) refuse("the camera is more than 262144 smoothing lengths from the smoke");
-    for (const LightSource &light : prepared.lights)
-        if (light.kind != LightKind::parallel && far(light.position, 0x1p18))
-            refuse("a light is more than 262144 smoothing lengths from the smoke");
-    if (arithmetic != Arithmetic::fixed) return;
-    if (extent.any && extent.largest_h > 4096 * extent.smallest_h)
-        refuse("smoothing lengths differ by more than 4096, too much for fixed point");
-    for (const auto &particles : prepared.particles) {
-        double area = 0;
-        for (const Particle &p : particles) {
-            area += p.area;
-            if (p.area > 0x1p20 * p.h * p.h)
-                refuse("a particle's optical depth is above 1e6, too much for fixed point");
+                    refuse(where, "the smoke is more than " + std::to_string(static_cast<int>(2 * coordinate_limit)) +
+                                      " smoothing lengths wide");
+            radius = std::max(radius, distance(p.position) + 2 * p.h);
+            if (!(p.area <= (fixed ? 0x1p20 : 1e30) * p.h * p.h))
+                refuse(where, "a particle's optical depth is too large for this arithmetic");
         }
-        if (area > 0x1p26) refuse("the smoke's cross-section is too large for fixed point");
+        const SmokeSource &smoke = prepared.smokes[i];
+        power += 4 * 3.15 * largest(smoke.emission) * smoke.total_area;
+        if (fixed && smoke.total_area > 0x1p26) refuse(where, "the smoke's cross-section is too large for fixed point");
+        if (fixed && smoke.largest_h * options.gather_radius > 0x1p14)
+            refuse(where, "the gather radius is too large for fixed point");
     }
-    for (const LightSource &light : prepared.lights)
-        if (largest(light.color) > 0x1p30 || (light.kind != LightKind::parallel && far(light.position, 0x1p14)))
-            refuse("a light is more than 16384 smoothing lengths from the smoke, too far for fixed point");
+    if (distance(prepared.scene.camera.origin) > 0x1p18)
+        refuse(scene_line, "the camera is more than 262144 smoothing lengths from the smoke");
+    if (fixed && extent.largest_h > 4096 * extent.smallest_h)
+        refuse(scene_line, "smoothing lengths differ by more than 4096, too much for fixed point");
+    for (const LightSource &light : prepared.lights) {
+        const double color = largest(light.color), d = distance(light.position) + radius;
+        const bool somewhere = light.kind != LightKind::parallel;
+        if (somewhere && d > (fixed ? 0x1p14 : 0x1p18))
+            refuse(scene_line, "a light is more than " + std::to_string(fixed ? 16384 : 262144) +
+                                   " smoothing lengths from the smoke, too far for this arithmetic");
+        power += color * 4 * 3.15 *
+                 (light.kind == LightKind::parallel   ? radius * radius
+                  : light.kind == LightKind::constant ? d * d
+                                                      : 1);
+        if (fixed && color > 0x1p30) refuse(scene_line, "a light is too strong for fixed point");
+    }
+    if (fixed && power > 0x1p30) refuse(scene_line, "the lights' power is too large for fixed point");
 }
 
 } // namespace
@@ -175,12 +195,13 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
             p.position = (p.position - center) * scale;
             p.h *= scale;
             p.area *= scale * scale;
+            source.smallest_h = source.largest_h == 0 ? p.h : std::min(source.smallest_h, p.h);
             source.largest_h = std::max(source.largest_h, p.h);
+            source.total_area += p.area;
         }
         source.particles = prepared.particles[i].data();
         source.count = static_cast<uint32_t>(prepared.particles[i].size());
         source.kernel = smoke.kernel;
-        source.smoothing_length = source.count > 0 ? source.largest_h : 1;
         source.albedo = smoke.albedo;
         source.asymmetry = smoke.phase;
         source.emission = smoke.emission;
@@ -190,12 +211,13 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
     double brightest = std::max(largest(file.background), 0.0);
     for (const SceneFile::Smoke &smoke : file.smokes) brightest = std::max(brightest, largest(smoke.emission));
     for (const SceneFile::Light &light : file.lights) {
-        LightSource source = {light.kind, (light.position - center) * scale, {0, 0, 1}, -1, light.color};
+        LightSource source = {light.kind, (light.position - center) * scale, {0, 0, 1}, 2, light.color};
         if (light.kind == LightKind::spot || light.kind == LightKind::parallel)
             source.direction = unit(light.direction);
         if (light.kind == LightKind::spot) {
-            double sine;
-            sincos_turns(light.degrees / 720, sine, source.cosine_half_angle);
+            double sine, cosine; // 1 - cos x = 2 sin^2(x / 2), x half of the cone's angle
+            sincos_turns(light.degrees / 1440, sine, cosine);
+            source.one_minus_cosine = 2 * sine * sine;
         }
         if (light.kind == LightKind::point || light.kind == LightKind::spot)
             source.color = light.color * (scale * scale);
@@ -214,7 +236,7 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
     scene.light_count = static_cast<uint32_t>(prepared.lights.size());
     scene.smokes = prepared.smokes.data();
     scene.smoke_count = static_cast<uint32_t>(prepared.smokes.size());
-    check_range(name, prepared, extent, options.arithmetic);
+    check_range(name, file, prepared, extent, options);
 }
 
 } // namespace wisp

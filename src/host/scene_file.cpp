@@ -15,8 +15,8 @@ struct Token {
     int line;
 };
 
-// Words between white space; `{` and `}` are words of their own. `#` and `%` start a comment, but for the `%04d` in a
-// file name.
+// Words between white space; `{` and `}` are words of their own. `#` and `%` start a comment, but for `%04d` inside a
+// word or at the start of the one behind `smoke`.
 std::vector<Token> split_into_tokens(const std::string &text) {
     std::vector<Token> tokens;
     int line = 1;
@@ -27,7 +27,8 @@ std::vector<Token> split_into_tokens(const std::string &text) {
         if (c == '%') {
             size_t next = i + 1;
             while (next < text.size() && text[next] >= '0' && text[next] <= '9') ++next;
-            comment = !(next < text.size() && text[next] == 'd');
+            const bool name = open || (!tokens.empty() && tokens.back().text == "smoke");
+            comment = !(name && next < text.size() && text[next] == 'd');
         }
         if (comment) {
             while (i + 1 < text.size() && text[i + 1] != '\n') ++i;

@@ -34,7 +34,7 @@ std::string frame_json(const FrameReport &report) {
     Object seconds, rays, shadow, photons, smoke, bytes;
     seconds.add("read", report.seconds.read).add("trees", report.seconds.trees).add("photons", report.seconds.photons);
     seconds.add("irradiance", 0.0).add("render", report.seconds.render).add("total", report.seconds.total);
-    rays.add("primary", s.rays.primary).add("reflected", none).add("refracted", none).add("shadow", none);
+    rays.add("primary", s.rays.primary).add("reflected", none).add("refracted", none).add("shadow", s.rays.shadow);
     rays.add("shadow_culled", none).add("shadow_dynamic_only", none);
     shadow.add("node_visits", none).add("triangle_tests", none).add("extra_tests", none);
     shadow.add("proof_node_visits", none).add("proof_triangle_tests", none);

@@ -50,8 +50,12 @@ inline SmokeSource smoke_of(const std::vector<Particle> &particles, Kernel kerne
     source.particles = particles.data();
     source.count = static_cast<uint32_t>(particles.size());
     source.kernel = kernel;
-    source.smoothing_length = source.largest_h = particles.empty() ? 1 : particles[0].h;
-    for (const Particle &p : particles) source.largest_h = std::max(source.largest_h, p.h);
+    source.smallest_h = source.largest_h = particles.empty() ? 1 : particles[0].h;
+    for (const Particle &p : particles) {
+        source.smallest_h = std::min(source.smallest_h, p.h);
+        source.largest_h = std::max(source.largest_h, p.h);
+        source.total_area += p.area;
+    }
     source.albedo = {0.9, 0.9, 0.9};
     return source;
 }
@@ -92,7 +96,6 @@ inline Camera look_at_origin(double far, double width, int pixels) {
 
 inline Settings small_settings(int pixels) {
     Settings settings = {};
-    settings.width = settings.height = pixels;
     settings.crop = {0, 0, pixels, pixels};
     settings.samples = 1;
     settings.photons = 0;

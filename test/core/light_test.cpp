@@ -13,7 +13,7 @@ namespace {
 constexpr double pi_ = 3.14159265358979323846;
 
 Light light_of(const LightSource &source) { return make_light(source); }
-const LightSource lamp = {LightKind::point, {1, 2, 3}, {0, 0, 1}, -1, {4, 2, 1}};
+const LightSource lamp = {LightKind::point, {1, 2, 3}, {0, 0, 1}, 2, {4, 2, 1}};
 
 } // namespace
 
@@ -34,7 +34,7 @@ TEST_CASE(WISP_ARITH_NAME ": point lights fall off with the squared distance, pa
 TEST_CASE(WISP_ARITH_NAME ": a spot lights its cone and nothing else") {
     LightSource spot = lamp;
     spot.kind = LightKind::spot;
-    spot.cosine_half_angle = std::cos(pi_ / 6);
+    spot.one_minus_cosine = 1 - std::cos(pi_ / 6);
     const auto lit = [&](double x, double z) {
         const Vec3 p = vec(1 + x, 2, 3 + z);
         return at(illuminate(light_of(spot), p, p, p).irradiance.x) > 0;
@@ -100,7 +100,7 @@ TEST_CASE(WISP_ARITH_NAME ": photons of a light carry its whole power into its c
 TEST_CASE(WISP_ARITH_NAME ": photons of every light pass through the sphere that they are sent to") {
     const Sphere smoke = {vec(1, -1, 0.5), Real(3)};
     for (LightKind kind : {LightKind::point, LightKind::parallel, LightKind::constant, LightKind::spot}) {
-        LightSource source = {kind, {8, 5, 9}, {0, 0, 1}, std::cos(0.3), {1, 1, 1}};
+        LightSource source = {kind, {8, 5, 9}, {0, 0, 1}, 1 - std::cos(0.3), {1, 1, 1}};
         const double d[] = {-7, -6, -8.5}, norm = std::sqrt(49 + 36 + 72.25);
         source.direction = {d[0] / norm, d[1] / norm, d[2] / norm};
         const Light light = light_of(source);
@@ -121,5 +121,27 @@ TEST_CASE(WISP_ARITH_NAME ": photons of every light pass through the sphere that
         }
         CHECK(leave > n / 2);
         if (kind == LightKind::parallel) CHECK(mean_offset == doctest::Approx(2).epsilon(0.03)); // 2/3 of the radius
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": narrow spots keep their cone and its power") {
+    for (double degrees : {0.02, 0.05, 0.2, 1.0}) {
+        const double half = degrees / 2 * pi_ / 180, sine = std::sin(half / 2);
+        const LightSource source = {LightKind::spot, {0, 0, 0}, {1, 0, 0}, 2 * sine * sine, {1e4, 1e4, 1e4}};
+        const Light light = light_of(source);
+        const auto lit = [&](double share) {
+            const Vec3 p = vec(100, 100 * std::tan(half * share), 0);
+            return largest(illuminate(light, p, p, p).irradiance) > Real(0);
+        };
+        CAPTURE(degrees);
+        CHECK(lit(0));
+        CHECK(lit(0.97));
+        CHECK(!lit(1.03));
+        const Sphere smoke = {vec(100, 0, 0), Real(16)};
+        const Emitter emitter = make_emitter(light, smoke);
+        CHECK(at(emitter.power.x) == doctest::Approx(1e4 * 2 * pi_ * 2 * sine * sine).epsilon(0.01));
+        int leave = 0;
+        for (int i = 0; i < 400; ++i) leave += emit(emitter, smoke, photon_event(uint64_t(i), 0)).leaves ? 1 : 0;
+        CHECK(leave >= 396); // the cone's own photons, but for the rounding at its edge
     }
 }

@@ -66,6 +66,9 @@ std::vector<PointSet> point_sets() {
         sets.push_back({std::to_string(count) + " random", random_points(count, 100 + count)});
     sets.push_back({"clustered", clustered_points(1500)});
     sets.push_back({"lattice", lattice_points(9, 1)});
+    Points minute = random_points(600, 8); // in fixed, squares of distances are 0
+    for (Vec3 &p : minute) p *= Real(0x1p-26);
+    sets.push_back({"minute", minute});
     sets.push_back({"doubled lattice", lattice_points(6, 3)});
     sets.push_back({"coincident", Points(700, Vec3(Real(5), Real(-1), Real(2)))});
     sets.push_back({"coplanar", flattened(random_points(600, 5), true, false, true)});

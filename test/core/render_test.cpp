@@ -112,7 +112,7 @@ TEST_CASE(WISP_ARITH_NAME ": single scattering equals an independent march in do
         lit.smoke.albedo = {0.9, 0.5, 0};
         lit.smoke.asymmetry = 0.5;
         const double dx = -4, dy = -5, dz = -3, norm = std::sqrt(50.0);
-        lit.light({kind, {4, 5, 3}, {dx / norm, dy / norm, dz / norm}, std::cos(0.3), {50, 40, 30}});
+        lit.light({kind, {4, 5, 3}, {dx / norm, dy / norm, dz / norm}, 1 - std::cos(0.3), {50, 40, 30}});
         Settings settings = small_settings(2);
         settings.step = 0.03125;
         const Rendered picture = render_in_memory(lit.scene, settings);
@@ -156,7 +156,7 @@ TEST_CASE(WISP_ARITH_NAME ": single scattering equals an independent march in do
 TEST_CASE(WISP_ARITH_NAME ": a crop is the same part of the whole, to the bit") {
     LitSmoke lit(cloud(400, 3, 1, 0.3));
     lit.smoke.asymmetry = 0.4;
-    lit.light({LightKind::point, {5, 6, 4}, {0, 0, 1}, -1, {50, 40, 30}});
+    lit.light({LightKind::point, {5, 6, 4}, {0, 0, 1}, 2, {50, 40, 30}});
     Settings settings = small_settings(12);
     settings.samples = 3; // not a square: the R2 sequence
     settings.photons = 5000;
@@ -173,7 +173,7 @@ TEST_CASE(WISP_ARITH_NAME ": two smokes add, and one split in two is the one") {
     const auto all = cloud(300, 3, 1, 0.3);
     const std::vector<Particle> first(all.begin(), all.begin() + 120), second(all.begin() + 120, all.end());
     LitSmoke one(all);
-    one.light({LightKind::point, {5, 6, 4}, {0, 0, 1}, -1, {50, 40, 30}});
+    one.light({LightKind::point, {5, 6, 4}, {0, 0, 1}, 2, {50, 40, 30}});
     LitSmoke two(all);
     const SmokeSource parts[] = {smoke_of(first), smoke_of(second)};
     two.scene.smokes = parts;
@@ -194,7 +194,7 @@ TEST_CASE(WISP_ARITH_NAME ": two smokes add, and one split in two is the one") {
 
 TEST_CASE(WISP_ARITH_NAME ": an arena of the planned size suffices, a smaller one is refused and nothing is drawn") {
     LitSmoke lit(cloud(200, 3, 1, 0.3));
-    lit.light({LightKind::point, {5, 6, 4}, {0, 0, 1}, -1, {50, 40, 30}});
+    lit.light({LightKind::point, {5, 6, 4}, {0, 0, 1}, 2, {50, 40, 30}});
     lit.smoke.asymmetry = 0.5;
     Settings settings = small_settings(4);
     settings.photons = 3000;
@@ -215,7 +215,7 @@ TEST_CASE(WISP_ARITH_NAME ": the plan names what a scene needs, and no more") {
     Settings settings = small_settings(4);
     settings.photons = 1000;
     CHECK(!plan(lit.scene, settings).photons); // nothing lights it
-    lit.light({LightKind::point, {5, 6, 4}, {0, 0, 1}, -1, {50, 50, 50}});
+    lit.light({LightKind::point, {5, 6, 4}, {0, 0, 1}, 2, {50, 50, 50}});
     const Plan even = plan(lit.scene, settings);
     CHECK(even.photons);
     CHECK(!even.photon_directions);
@@ -234,7 +234,7 @@ TEST_CASE(WISP_ARITH_NAME ": the plan names what a scene needs, and no more") {
 
 TEST_CASE(WISP_ARITH_NAME ": an observer hears every stage and may stop the work") {
     LitSmoke lit(cloud(100, 3, 1, 0.3));
-    lit.light({LightKind::point, {5, 6, 4}, {0, 0, 1}, -1, {50, 50, 50}});
+    lit.light({LightKind::point, {5, 6, 4}, {0, 0, 1}, 2, {50, 50, 50}});
     Settings settings = small_settings(4);
     settings.photons = 2 * batch_photons;
     std::vector<unsigned char> memory(plan(lit.scene, settings).bytes.arena);
@@ -257,9 +257,65 @@ TEST_CASE(WISP_ARITH_NAME ": an observer hears every stage and may stop the work
     }
 }
 
+TEST_CASE(WISP_ARITH_NAME ": a light far away gives what a near one of the same irradiance does") {
+    // The smoke is small and thin, so that the light's distance changes nothing but its strength.
+    LitSmoke lit(cloud(60, 1, 1, 0.01));
+    lit.scene.camera = look_at_origin(12, 4, 4);
+    lit.scene.background = {0, 0, 0};
+    double first = 0;
+    for (double d : {1000.0, 4000.0, 16000.0}) {
+        lit.lights.clear();
+        lit.light({LightKind::point, {d, 0, 0}, {0, 0, 1}, 2, {d * d, d * d, d * d}});
+        const Rendered picture = render_in_memory(lit.scene, small_settings(4));
+        double sum = 0;
+        for (float value : picture.rgb) sum += value;
+        if (first == 0) first = sum;
+        CHECK(sum == doctest::Approx(first).epsilon(5e-4));
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": optical depth is never negative, however dense the smoke") { // B2
+    LitSmoke lit(cloud(200, 2, 1, std::is_same_v<Real, Fixed> ? 1e5 : 1e29));
+    lit.light({LightKind::point, {5, 0, 0}, {0, 0, 1}, 2, {10, 10, 10}});
+    const Rendered picture = render_in_memory(lit.scene, small_settings(8));
+    for (float value : picture.rgb) {
+        CHECK(std::isfinite(value));
+        CHECK(value <= 1.0f); // nothing outshines the background and the light: E p <= 10 / 9 / (4 pi)
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": an empty smoke beside another changes no bit") {
+    LitSmoke lit(cloud(200, 3, 1.5, 0.3));
+    lit.light({LightKind::point, {5, 6, 4}, {0, 0, 1}, 2, {50, 40, 30}});
+    Settings settings = small_settings(6);
+    settings.photons = 3000;
+    const Rendered alone = render_in_memory(lit.scene, settings);
+    const SmokeSource both[] = {smoke_of({}), lit.smoke};
+    lit.scene.smokes = both;
+    lit.scene.smoke_count = 2;
+    const Rendered beside = render_in_memory(lit.scene, settings);
+    CHECK(std::memcmp(alone.rgb.data(), beside.rgb.data(), alone.rgb.size() * sizeof(float)) == 0);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": steps are fractions of the smallest smoothing length") {
+    std::vector<Particle> particles = cloud(100, 0.05, 0.0625, 1e-4);
+    LitSmoke alone(particles);
+    particles.push_back({{40, 40, 40}, 2, 1e-6});
+    sort_canonically(particles);
+    LitSmoke mixed(particles);
+    for (LitSmoke *lit : {&alone, &mixed}) {
+        lit->smoke.albedo = {0, 0, 0};
+        lit->scene.camera = look_at_origin(12, 0.1, 4);
+    }
+    const Rendered a = render_in_memory(alone.scene, small_settings(4)),
+                   b = render_in_memory(mixed.scene, small_settings(4));
+    for (size_t i = 0; i < a.rgb.size(); ++i) CHECK(b.rgb[i] == doctest::Approx(a.rgb[i]).epsilon(0.02));
+    CHECK(a.rgb[0] < 0.99);
+}
+
 TEST_CASE(WISP_ARITH_NAME ": a camera inside the smoke, at a particle and behind it all sees finite light") { // E9
     LitSmoke lit(cloud(300, 3, 1, 0.3));
-    lit.light({LightKind::point, {0, 0, 0}, {0, 0, 1}, -1, {5, 4, 3}}); // inside too (E10)
+    lit.light({LightKind::point, {0, 0, 0}, {0, 0, 1}, 2, {5, 4, 3}}); // inside too (E10)
     Settings settings = small_settings(4);
     settings.photons = 2000;
     const Double3 particle = lit.particles[150].position;

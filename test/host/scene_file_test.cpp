@@ -72,6 +72,11 @@ TEST_CASE("scene: lights of an .nff file without colour share the intensity that
     CHECK(parse_scene("a.aff", "l 1 1 1\nl 2 2 2").lights[0].color.x == 1);
 }
 
+TEST_CASE("scene: comments may begin like a frame number") {
+    CHECK(parse_scene("a", "%draw the view\n%04d frames\nb 1 0 0 %d").background.x == 1);
+    CHECK(parse_scene("a", "smoke %04d.vtk {}").smokes[0].file == "%04d.vtk");
+}
+
 TEST_CASE("scene: the first view counts") {
     CHECK(parse_scene("a", view + "v from 0 0 9 at 0 0 0 up 0 1 0 angle 50 hither 1 resolution 5 5").view->width == 20);
 }
@@ -151,6 +156,7 @@ TEST_CASE("options: names, forms and ranges") {
         {"step", "nan", "option 'step': found 'nan', expected a number above 0, at most 1000.000000"},
         {"reference", "", "option 'reference' is not supported yet by this version"},
         {"shadows", "trace", "option 'shadows' is not supported yet by this version"},
+        {"digest", "no", "option 'digest': found 'no', expected 1"},
         {"bogus", "", "there is no option 'bogus'; 'wisp help' lists them"},
     };
     for (const auto &c : wrong) {
