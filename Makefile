@@ -10,7 +10,7 @@ BITS         = -std=c++17 -ffp-contract=off -fno-fast-math
 # Freedoms that change no bit: nobody reads errno or floating-point exceptions.
 FREE         = -fno-math-errno -fno-trapping-math
 WARN         = -Wall -Wextra -Wshadow -Wno-psabi
-PACKAGES     = g++ make zlib1g-dev libglm-dev doctest-dev libstb-dev libmpfr-dev
+PACKAGES     = g++ make zlib1g-dev libglm-dev doctest-dev libstb-dev libmpfr-dev bsdextrautils perl
 
 # No need to change anything below
 B            = build
