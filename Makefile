@@ -85,7 +85,7 @@ test: all $B/tests
 PEERS = $(if $(wildcard /usr/include/nanoflann.hpp),$B/peers/point_tree_f32 $B/peers/point_tree_f64)
 $B/peers/point_tree_%: tools/peers/point_tree.cpp $B/core/%/point_tree.o
 	@mkdir -p $(@D)
-	$(CXX) $(CPPFLAGS) $(FLAGS) $(MULTIVERSION) -DWISP_ARITH=$* $^ -o $@
+	$(CXX) $(CPPFLAGS) $(FLAGS) $(MULTIVERSION) -DWISP_ARITH=$* $< $B/core/$*/point_tree.o -o $@
 bench: all $(PEERS)
 	tools/bench
 
