@@ -376,7 +376,7 @@ TEST_CASE(WISP_ARITH_NAME ": point tree: the k nearest equal brute force, ties b
         Grown grown(set.points);
         for (const Vec3 &center : centers_for(set.points))
             for (const uint32_t k : {1u, 2u, 7u, 64u, 500u, 2000u})
-                for (const Real radius : {Real(10000), Real(3), Real(0.25), Real(0)}) {
+                for (const Real radius : {Real(30000), Real(3), Real(0.25), Real(0)}) {
                     CAPTURE(k);
                     auto expected = neighbours_by_brute_force(set.points, center, radius);
                     if (expected.size() > k) expected.resize(k);
@@ -404,7 +404,7 @@ TEST_CASE(WISP_ARITH_NAME ": point tree: points in a radius equal brute force") 
         CAPTURE(set.name);
         const Grown grown(set.points);
         for (const Vec3 &center : centers_for(set.points))
-            for (const Real radius : {Real(0), Real(0.25), Real(1), Real(20), Real(10000)}) {
+            for (const Real radius : {Real(0), Real(0.25), Real(1), Real(20), Real(30000)}) {
                 const auto expected = neighbours_by_brute_force(set.points, center, radius);
                 std::vector<uint32_t> slots(expected.size() + 1, 12345);
                 const uint32_t capacity = static_cast<uint32_t>(expected.size());
@@ -454,7 +454,7 @@ TEST_CASE(WISP_ARITH_NAME ": point tree: no leaf near a point is missed, and few
         const Grown grown(set.points);
         const PointTree &tree = grown.tree;
         for (const Vec3 &center : centers_for(set.points))
-            for (const Real radius : {Real(0), Real(1), Real(20), Real(10000)}) {
+            for (const Real radius : {Real(0), Real(1), Real(20), Real(30000)}) {
                 const auto leaves = leaves_near(tree, center, radius);
                 CHECK(std::is_sorted(leaves.begin(), leaves.end()));
                 CHECK(std::adjacent_find(leaves.begin(), leaves.end()) == leaves.end());
