@@ -13,9 +13,10 @@
 #define WISP_STRING(name)    WISP_STRING_OF(name)
 #define WISP_ARITH_NAME      WISP_STRING(WISP_ARITH) // "f32", "f64" or "fixed"
 
-// Functions whose loops run over `lanes` values are compiled for wider vectors too, and the widest that the CPU has is
-// taken. Bits do not change: lanes and the order of their sums are fixed, and contraction is off.
-#if defined(__x86_64__) && defined(__linux__) && defined(WISP_MULTIVERSION)
+// With g++, functions whose loops run over `lanes` values are compiled for wider vectors too, and the widest that the
+// CPU has is taken (clang 14 knows target_clones, but not beside flatten). Bits do not change: lanes and the order of
+// their sums are fixed, and contraction is off.
+#if defined(__x86_64__) && defined(__linux__) && defined(WISP_MULTIVERSION) && !defined(__clang__)
 #define WISP_WIDE __attribute__((target_clones("avx2", "default"), flatten))
 #else
 #define WISP_WIDE
