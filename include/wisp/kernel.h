@@ -28,7 +28,8 @@ template <class Function> Real increasing_root(Real low, Real high, Function fun
     return x;
 }
 
-struct Spline {                                                                // Desbrun
+// Desbrun
+struct Spline {
     static constexpr Real constant = Real(15 / (64 * 3.14159265358979323846)); // 15 / (pi (4h)^3) = C h^-3
     static constexpr Real support = Real(2);
     static constexpr Real support_squared = Real(4);
@@ -75,7 +76,8 @@ struct Spline {                                                                /
     static constexpr Real axis_squared = std::is_same_v<Real, double> ? Real(0x1p-80) : Real(0x1p-32);
 };
 
-struct Poly6 {                                                                  // Mueller
+// Mueller
+struct Poly6 {
     static constexpr Real constant = Real(315 / (64 * 3.14159265358979323846)); // 315 / (64 pi h^9) h^6 = C h^-3
     static constexpr Real support = Real(1);
     static constexpr Real support_squared = Real(1);

@@ -20,18 +20,14 @@ struct Pattern {
         while (root * root < samples) ++root;
         square = root * root == samples;
     }
-    Real u(uint32_t i) const {
-        return square ? center(i % root) : unit_half_open<Real>(half + i * 3242174889u);
-    } // 2^32 / p
-    Real v(uint32_t i) const {
-        return square ? center(i / root) : unit_half_open<Real>(half + i * 2447445414u);
-    } // ... / p^2
+    Real u(uint32_t i) const { return square ? center(i % root) : unit_half_open<Real>(half + i * first); }
+    Real v(uint32_t i) const { return square ? center(i / root) : unit_half_open<Real>(half + i * second); }
 
   private:
     Real center(uint32_t k) const {
         return (Real(static_cast<int32_t>(k)) + Real(0.5)) / Real(static_cast<int32_t>(root));
     }
-    static constexpr uint32_t half = 0x80000000u;
+    static constexpr uint32_t half = 0x80000000u, first = 3242174889u, second = 2447445414u; // 2^32 / 2, / p, / p^2
     uint32_t root = 1;
     bool square;
 };
