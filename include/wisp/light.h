@@ -1,6 +1,6 @@
 // Lights: what they give to a point, and the photons that they send towards the smoke (S2).
 #pragma once
-#include "wisp/particle_field.h"
+#include "wisp/density_field.h"
 #include "wisp/phase.h"
 
 namespace wisp::WISP_ARITH {

@@ -4,6 +4,7 @@
 #include "wisp/kernel.h"
 #include "wisp/point_tree.h"
 #include "wisp/random.h"
+#include "wisp/ray.h"
 #include "wisp/scene.h"
 
 namespace wisp::WISP_ARITH {
@@ -24,12 +25,6 @@ struct ParticleField {
     bool ready;               // false: the arena was too small
 };
 
-constexpr Real path_end = Real(0x1p19); // farther than any scene is wide
-
-struct Ray {
-    Vec3 origin, direction; // a unit vector
-};
-
 struct Collision {
     bool found;
     Real distance;
@@ -46,14 +41,13 @@ Real extinction(const ParticleField &field, const Vec3 &x);
 // int sigma_t over the ray's distances 0 to `end`. It has no step, hence no step error.
 Real optical_depth(const ParticleField &field, const Ray &ray, Real end);
 
+// An upper bound of sigma_t in the box: the sum of what each particle has at its nearest point.
+Real majorant(const ParticleField &field, const Box &box);
+
 // Where a photon that starts along the ray collides first, if before `end`: each particle on the way is an
 // independent Poisson process with the rate of its own density, so draw each one's depth, invert its line integral,
 // and take the nearest. No majorant, no null collisions, no step. (numerics X)
 Collision first_collision(const ParticleField &field, const Ray &ray, Real end, Event event);
-
-// The part of the ray inside the box, clipped to distances >= 0; false when there is none. Rays along the walls and
-// from inside count as inside (hard case E7).
-bool clip(const Box &box, const Ray &ray, Real &begin, Real &end);
 
 // A sum of lanes in the one order that every arithmetic and every width of hardware uses.
 inline Real sum_of_lanes(const Real (&sum)[lanes]) {

@@ -68,6 +68,22 @@ class Mt19937 {
     uint32_t state_[n], next_ = n;
 };
 
+// O'Neill's PCG-XSH-RR 64/32: numbers in sequence from a small state, for the paths of `--reference`.
+class Pcg32 {
+  public:
+    explicit Pcg32(uint64_t seed) : state_(seed) { (*this)(); }
+
+    uint32_t operator()() {
+        const uint64_t old = state_;
+        state_ = old * 6364136223846793005u + 1442695040888963407u;
+        const uint32_t x = static_cast<uint32_t>(((old >> 18) ^ old) >> 27), turn = static_cast<uint32_t>(old >> 59);
+        return x >> turn | x << (-turn & 31);
+    }
+
+  private:
+    uint64_t state_;
+};
+
 // One event of a photon (its emission is event 0, its first flight event 1, ...): 64 bits from which `draw` makes the
 // 32-bit numbers of any dimension.
 struct Event {

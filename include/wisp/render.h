@@ -1,6 +1,7 @@
 // The core's door: what a scene needs, and its picture, in any of the three arithmetics.
 #pragma once
 #include "wisp/arena.h"
+#include "wisp/pixel_sums.h"
 #include "wisp/scene.h"
 #include "wisp/statistics.h"
 
@@ -37,11 +38,16 @@ struct Plan {
 // `plan` adds no more than a few operations a particle; `render` fills `rgb` with (x1 - x0) * (y1 - y0) linear
 // radiances of the crop, three floats each, top row first. The arena must have plan().bytes.arena bytes; with less
 // the status is out_of_memory and `rgb` is not touched.
+//
+// With settings.reference, `render_reference` takes its place: it adds the samples of the passes to the crop's `sums`,
+// top row first; a sample's unit is 2^scene.radiance_exponent.
 #define WISP_DECLARE_ENTRY(arithmetic)                                                                                 \
     namespace arithmetic {                                                                                             \
     Plan plan(const Scene &scene, const Settings &settings);                                                           \
     Status render(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer, float *rgb,    \
                   Statistics &statistics);                                                                             \
+    Status render_reference(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer,      \
+                            PixelSums *sums, Statistics &statistics);                                                  \
     }
 WISP_DECLARE_ENTRY(f32)
 WISP_DECLARE_ENTRY(f64)

@@ -48,16 +48,33 @@ struct Particle {
     double area; // extinction cross-section C_ext m, in squared units of length
 };
 
-// One `smoke` block: sigma_t(x) = sum_i area_i W(|x - x_i|, h_i) (S3).
+// A box of nx * ny * nz cells, turned about its middle, with a density at the centre of each.
+struct GridSource {
+    int32_t nx, ny, nz;   // 0: there is no grid
+    const float *density; // x fastest, 0 or more; nullptr: 1 everywhere
+    double extinction;    // sigma_t of density 1, per unit of length
+    Double3 center, half; // half the box's edges
+    Double3 axis[3];      // the directions of its edges: unit vectors at right angles
+
+    uint64_t count() const { return static_cast<uint64_t>(nx) * static_cast<uint64_t>(ny) * static_cast<uint64_t>(nz); }
+};
+
+// One `smoke` block: particles, sigma_t(x) = sum_i area_i W(|x - x_i|, h_i) (S3), or a grid.
 struct SmokeSource {
     const Particle *particles; // in canonical order
-    uint32_t count;
+    uint32_t count;            // 0 where there is a grid
     Kernel kernel;
-    double smallest_h, largest_h; // march steps are fractions of the one, the gather radius of the other
-    double total_area;
-    Double3 albedo;   // 0 to 1 a channel
-    double asymmetry; // g of Henyey and Greenstein, -1 < g < 1
-    Double3 emission; // radiance L_e
+    GridSource grid;
+    // March steps are fractions of the one, the gather radius of the other. Of a grid both are the shortest edge of a
+    // cell, of a constant box a twentieth of its shortest edge.
+    double smallest_h, largest_h;
+    double total_area; // the integral of sigma_t
+    Double3 albedo;    // 0 to 1 a channel
+    double asymmetry;  // g of Henyey and Greenstein, -1 < g < 1
+    Double3 emission;  // radiance L_e
+
+    bool is_grid() const { return grid.nx > 0; }
+    bool empty() const { return count == 0 && !is_grid(); }
 };
 
 struct Scene {
@@ -79,9 +96,11 @@ struct Settings {
     uint32_t samples; // rays a pixel
     uint64_t photons; // to emit
     uint64_t seed;
-    uint32_t gather;      // K, most photons in an estimate
-    double gather_radius; // the largest radius of an estimate, in units of H
-    double step;          // of the march, in units of H
+    uint32_t gather;                // K, most photons in an estimate
+    double gather_radius;           // the largest radius of an estimate, in units of H
+    double step;                    // of the march, in units of H
+    bool reference;                 // path tracing, ...
+    uint32_t first_pass, last_pass; // ... passes first_pass <= i < last_pass <= 2^31 of `samples` rays a pixel each
 };
 
 } // namespace wisp

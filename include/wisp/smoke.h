@@ -6,12 +6,12 @@ namespace wisp::WISP_ARITH {
 
 // One `smoke` block.
 struct Smoke {
-    ParticleField field;
+    DensityField field;
     Color albedo;
     Phase phase = Phase(Real(0));
     Color emission;              // L_e
     Color emitted_power;         // of all its photons: 4 pi (1 - albedo) L_e times the integral of sigma_t
-    const uint32_t *area_before; // per particle in canonical order, where it glows: the share of 2^32 of those before
+    const uint32_t *area_before; // per particle or sample, where it glows: the share of 2^32 of those before
     const SmokeSource *source;
 };
 

@@ -9,23 +9,6 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-// a / b with its magnitude kept below 2^20, far outside any scene: the slabs of a ray along a wall need no more.
-Real bounded_quotient(Real a, Real b) {
-    constexpr Real far = Real(0x1p20);
-    if (abs(a) < abs(b) * far) return a / b;
-    return (a < Real(0)) == (b < Real(0)) ? far : -far;
-}
-
-void clip_axis(Real low, Real high, Real origin, Real direction, Real &begin, Real &end) {
-    if (direction == Real(0)) {
-        if (origin < low || origin > high) end = Real(-1);
-        return;
-    }
-    const Real t0 = bounded_quotient(low - origin, direction), t1 = bounded_quotient(high - origin, direction);
-    begin = max(begin, min(t0, t1));
-    end = min(end, max(t0, t1));
-}
-
 template <class K> Real extinction_of(const ParticleField &field, const Vec3 &x) {
     const PointTree &tree = field.tree;
     Real sum[lanes] = {};
@@ -36,6 +19,24 @@ template <class K> Real extinction_of(const ParticleField &field, const Vec3 &x)
                 const Real dx = tree.x[i] - x.x, dy = tree.y[i] - x.y, dz = tree.z[i] - x.z;
                 const Real h = field.inverse_h[i];
                 sum[l] += (field.scale[i] * h) * K::value(sum_of_products(dx, dx, dy, dy, dz, dz) * (h * h)); // S3
+            }
+    });
+    return sum_of_lanes(sum);
+}
+
+template <class K> Real majorant_of(const ParticleField &field, const Box &box) {
+    const PointTree &tree = field.tree;
+    const Vec3 middle = (box.low + box.high) * Real(0.5), half = (box.high - box.low) * Real(0.5);
+    Real sum[lanes] = {};
+    for_each_leaf_near(tree, middle, field.support + length(half), [&](uint32_t leaf) {
+        for (uint32_t first = leaf * leaf_points; first < (leaf + 1) * leaf_points; first += lanes)
+            for (uint32_t l = 0; l < lanes; ++l) {
+                const uint32_t i = first + l;
+                const Real dx = max(abs(tree.x[i] - middle.x) - half.x, Real(0));
+                const Real dy = max(abs(tree.y[i] - middle.y) - half.y, Real(0));
+                const Real dz = max(abs(tree.z[i] - middle.z) - half.z, Real(0));
+                const Real h = field.inverse_h[i];
+                sum[l] += (field.scale[i] * h) * K::value(sum_of_products(dx, dx, dy, dy, dz, dz) * (h * h));
             }
     });
     return sum_of_lanes(sum);
@@ -171,17 +172,14 @@ template <class T> uint32_t fraction_above(T x) {
 
 } // namespace
 
-bool clip(const Box &box, const Ray &ray, Real &begin, Real &end) {
-    begin = max(begin, Real(0));
-    clip_axis(box.low.x, box.high.x, ray.origin.x, ray.direction.x, begin, end);
-    clip_axis(box.low.y, box.high.y, ray.origin.y, ray.direction.y, begin, end);
-    clip_axis(box.low.z, box.high.z, ray.origin.z, ray.direction.z, begin, end);
-    return begin < end;
-}
-
 WISP_WIDE Real extinction(const ParticleField &field, const Vec3 &x) {
     if (field.tree.count == 0) return Real(0);
     return field.kernel == Kernel::spline ? extinction_of<Spline>(field, x) : extinction_of<Poly6>(field, x);
+}
+
+WISP_WIDE Real majorant(const ParticleField &field, const Box &box) {
+    if (field.tree.count == 0) return Real(0);
+    return field.kernel == Kernel::spline ? majorant_of<Spline>(field, box) : majorant_of<Poly6>(field, box);
 }
 
 WISP_WIDE Real optical_depth(const ParticleField &field, const Ray &ray, Real end) {

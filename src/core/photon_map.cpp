@@ -180,7 +180,7 @@ PhotonPlan plan_photons(const Scene &scene, const Settings &settings) {
     bool scatters = false, glows = false, grey = true;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const SmokeSource &smoke = scene.smokes[i];
-        if (smoke.count == 0) continue;
+        if (smoke.empty()) continue;
         if (largest_of(smoke.albedo) > 0) scatters = true;
         if (largest_of(smoke.emission) > 0) glows = true;
         if (smoke.asymmetry != 0) plan.directions = true;

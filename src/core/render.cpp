@@ -1,36 +1,11 @@
 // The stages of the papers, in order: trees, photons, picture.
+#include "wisp/camera.h"
 #include "wisp/ray_march.h"
+#include "wisp/reference.h"
 
 namespace wisp::WISP_ARITH {
 
 namespace {
-
-struct View {
-    Vec3 origin, corner, right, down;
-};
-
-Ray ray_through(const View &view, Real column, Real row) {
-    return {view.origin, normalize(view.corner + view.right * column + view.down * row)};
-}
-
-// Where the rays of a pixel pass, the same in every pixel: the centres of a k x k grid when their number is k^2, else
-// the first points of the R2 sequence (multiples of 1/p and 1/p^2 modulo 1, p^3 = p + 1).
-struct Pattern {
-    explicit Pattern(uint32_t samples) {
-        while (root * root < samples) ++root;
-        square = root * root == samples;
-    }
-    Real u(uint32_t i) const { return square ? center(i % root) : unit_half_open<Real>(half + i * first); }
-    Real v(uint32_t i) const { return square ? center(i / root) : unit_half_open<Real>(half + i * second); }
-
-  private:
-    Real center(uint32_t k) const {
-        return (Real(static_cast<int32_t>(k)) + Real(0.5)) / Real(static_cast<int32_t>(root));
-    }
-    static constexpr uint32_t half = 0x80000000u, first = 3242174889u, second = 2447445414u; // 2^32 / 2, / p, / p^2
-    uint32_t root = 1;
-    bool square;
-};
 
 uint64_t march_bytes(const Scene &scene) {
     return Arena::bytes<Light>(scene.light_count) + 2 * Arena::bytes<Real>(scene.smoke_count);
@@ -49,7 +24,7 @@ bool make_marcher(const Scene &scene, const Settings &settings, const Medium &me
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const SmokeSource &smoke = scene.smokes[i];
         radius[i] = to_real<Real>(smoke.largest_h) * to_real<Real>(settings.gather_radius);
-        if (smoke.count == 0) continue;
+        if (smoke.empty()) continue;
         const Real step = to_real<Real>(smoke.smallest_h) * to_real<Real>(settings.step);
         marcher.step = marcher.step == Real(0) ? step : min(marcher.step, step);
     }
@@ -58,8 +33,7 @@ bool make_marcher(const Scene &scene, const Settings &settings, const Medium &me
 
 Status render_frame(const Scene &scene, const Settings &settings, Marcher &marcher, const Observer &observer,
                     float *rgb) {
-    const View view = {vec_of(scene.camera.origin), vec_of(scene.camera.corner), vec_of(scene.camera.right),
-                       vec_of(scene.camera.down)};
+    const View view(scene.camera);
     const Crop &crop = settings.crop;
     const Pattern pattern(settings.samples);
     for (int32_t y = crop.y0; y < crop.y1; ++y) {
@@ -68,7 +42,7 @@ Status render_frame(const Scene &scene, const Settings &settings, Marcher &march
         for (int32_t x = crop.x0; x < crop.x1; ++x) {
             Color sum(Real(0));
             for (uint32_t i = 0; i < settings.samples; ++i) {
-                sum += march(marcher, ray_through(view, Real(x) + pattern.u(i), Real(y) + pattern.v(i)));
+                sum += march(marcher, view.ray_through(Real(x) + pattern.u(i), Real(y) + pattern.v(i)));
                 ++marcher.statistics->rays.primary;
             }
             const Color mean = sum / Real(static_cast<int32_t>(settings.samples));
@@ -84,7 +58,12 @@ Status render_frame(const Scene &scene, const Settings &settings, Marcher &march
 
 Plan plan(const Scene &scene, const Settings &settings) {
     Plan plan = {};
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) plan.smoke |= scene.smokes[i].count > 0;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) plan.smoke |= !scene.smokes[i].empty();
+    if (settings.reference) {
+        plan.bytes.particle_tree = medium_bytes(scene);
+        plan.bytes.arena = reference_bytes(scene);
+        return plan;
+    }
     const PhotonPlan photons = plan_photons(scene, settings);
     plan.photons = photons.traced;
     plan.photon_directions = photons.directions;

@@ -7,22 +7,31 @@ namespace {
 
 bool any(const Color &c) { return largest(c) > Real(0); }
 
-// For each particle the share of the whole cross-section that lies before it, as a fraction of 2^32. Summed in
-// integers, so that the choice of a particle is the same in every arithmetic.
+uint32_t sources_of(const SmokeSource &source) {
+    return source.is_grid() ? static_cast<uint32_t>(source.grid.count()) : source.count;
+}
+
+// For each particle the share of the whole cross-section that lies before it, as a fraction of 2^32; for the samples of
+// a grid, whose tents all have the same volume, the share of the density. Summed in integers, so that the choice is the
+// same in every arithmetic.
 const uint32_t *shares_of_area(const SmokeSource &source, Arena &arena) {
-    uint32_t *before = arena.make<uint32_t>(source.count);
+    const uint32_t count = sources_of(source);
+    uint32_t *before = arena.make<uint32_t>(count);
     if (!before) return nullptr;
-    Real greatest = Real(0);
-    for (uint32_t i = 0; i < source.count; ++i) greatest = max(greatest, to_real<Real>(source.particles[i].area));
-    uint64_t total = 0;
-    const auto units = [&](uint32_t i) { // a particle's area in 1 / 65536 of the greatest
-        const Real share = to_real<Real>(source.particles[i].area) / greatest;
-        return static_cast<uint64_t>(floor_to_int(scale_pow2(share, 16)));
+    const GridSource &grid = source.grid;
+    const auto area = [&](uint32_t i) {
+        return !source.is_grid() ? source.particles[i].area : grid.density ? static_cast<double>(grid.density[i]) : 1;
     };
-    for (uint32_t i = 0; i < source.count; ++i) total += units(i);
+    Real greatest = Real(0);
+    for (uint32_t i = 0; i < count; ++i) greatest = max(greatest, to_real<Real>(area(i)));
+    uint64_t total = 0;
+    const auto units = [&](uint32_t i) { // an area in 1 / 65536 of the greatest
+        return static_cast<uint64_t>(floor_to_int(scale_pow2(to_real<Real>(area(i)) / greatest, 16)));
+    };
+    for (uint32_t i = 0; i < count; ++i) total += units(i);
     // sum / total as a fraction of 2^32, by long division in two halves of 16 bits: total < 2^47.
     uint64_t sum = 0;
-    for (uint32_t i = 0; i < source.count; ++i) {
+    for (uint32_t i = 0; i < count; ++i) {
         const uint64_t high = (sum << 16) / total, rest = (sum << 16) % total;
         before[i] = static_cast<uint32_t>(high << 16 | (rest << 16) / total);
         sum += units(i);
@@ -36,9 +45,9 @@ uint64_t medium_bytes(const Scene &scene) {
     uint64_t bytes = Arena::bytes<Smoke>(scene.smoke_count);
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const SmokeSource &source = scene.smokes[i];
-        bytes += particle_field_bytes(source.count);
+        bytes += density_field_bytes(source);
         const bool glows = source.emission.x > 0 || source.emission.y > 0 || source.emission.z > 0;
-        if (glows) bytes += Arena::bytes<uint32_t>(source.count);
+        if (glows) bytes += Arena::bytes<uint32_t>(sources_of(source));
     }
     return bytes;
 }
@@ -49,7 +58,7 @@ Medium make_medium(const Scene &scene, Arena &arena) {
     if (!smokes) return medium;
     medium.smokes = smokes;
     medium.count = scene.smoke_count;
-    uint32_t particles = 0;
+    uint32_t dimensions = 0;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const SmokeSource &source = scene.smokes[i];
         Smoke smoke = {};
@@ -57,9 +66,9 @@ Medium make_medium(const Scene &scene, Arena &arena) {
         smoke.albedo = vec_of(source.albedo);
         smoke.phase = Phase(to_real<Real>(source.asymmetry));
         smoke.emission = vec_of(source.emission);
-        smoke.field = make_particle_field(source, particles, arena);
-        if (!smoke.field.ready) return medium;
-        if (source.count > 0 && any(smoke.emission * (Color(Real(1)) - smoke.albedo))) {
+        smoke.field = make_density_field(source, dimensions, arena);
+        if (!smoke.field.ready()) return medium;
+        if (!source.empty() && any(smoke.emission * (Color(Real(1)) - smoke.albedo))) {
             smoke.emitted_power =
                 smoke.emission * (Color(Real(1)) - smoke.albedo) * (four_pi<Real> * to_real<Real>(source.total_area));
             if (any(smoke.emitted_power)) {
@@ -67,26 +76,33 @@ Medium make_medium(const Scene &scene, Arena &arena) {
                 if (!smoke.area_before) return medium;
             }
         }
-        if (source.count > 0) {
+        if (!source.empty()) {
             const bool first = medium.empty();
-            medium.bounds.low = first ? smoke.field.bounds.low : lowest(medium.bounds.low, smoke.field.bounds.low);
-            medium.bounds.high = first ? smoke.field.bounds.high : highest(medium.bounds.high, smoke.field.bounds.high);
+            const Box &bounds = smoke.field.bounds();
+            medium.bounds.low = first ? bounds.low : lowest(medium.bounds.low, bounds.low);
+            medium.bounds.high = first ? bounds.high : highest(medium.bounds.high, bounds.high);
         }
-        particles += source.count;
+        dimensions += dimensions_of(source);
         smokes[i] = smoke;
     }
     if (!medium.empty()) {
         medium.sphere.center = (medium.bounds.low + medium.bounds.high) * Real(0.5);
         Real radius_squared = Real(0), support = Real(0);
         for (uint32_t i = 0; i < medium.count; ++i) {
-            const PointTree &tree = smokes[i].field.tree;
+            const PointTree &tree = smokes[i].field.particles.tree;
             for (uint32_t slot = 0; slot < tree.count; ++slot) {
                 const Vec3 d = Vec3(tree.x[slot], tree.y[slot], tree.z[slot]) - medium.sphere.center;
                 radius_squared = max(radius_squared, dot(d, d));
             }
-            support = max(support, smokes[i].field.support);
+            support = max(support, smokes[i].field.particles.support);
         }
         medium.sphere.radius = sqrt(radius_squared) + support;
+        for (uint32_t i = 0; i < medium.count; ++i) {
+            const GridField &grid = smokes[i].field.grid;
+            if (smokes[i].field.is_grid)
+                medium.sphere.radius =
+                    max(medium.sphere.radius, length(grid.center - medium.sphere.center) + length(grid.box.high));
+        }
     }
     medium.ready = true;
     return medium;
@@ -101,31 +117,38 @@ Real optical_depth(const Medium &medium, const Ray &ray, Real end) {
 MediumCollision first_collision(const Medium &medium, const Ray &ray, Real end, Event event) {
     MediumCollision nearest = {false, end, 0};
     for (uint32_t i = 0; i < medium.count; ++i) {
-        const Collision collision = first_collision(medium.smokes[i].field, ray, nearest.distance, event);
-        if (collision.found) nearest = {true, collision.distance, i};
+        Real distance;
+        if (first_collision(medium.smokes[i].field, ray, nearest.distance, event, distance))
+            nearest = {true, distance, i};
     }
     return nearest;
 }
 
 Photon emit_from_smoke(const Smoke &smoke, const Color &photon_color, Event event) {
-    // The particle, by its share of the density's integral; then a point of its kernel.
+    // The particle or sample, by its share of the density's integral; then a point of its kernel or tent.
     const uint32_t target = draw(event, dimension_position_1);
-    uint32_t low = 0, high = smoke.source->count;
+    uint32_t low = 0, high = sources_of(*smoke.source);
     while (high - low > 1) {
         const uint32_t middle = low + (high - low) / 2;
         (smoke.area_before[middle] <= target ? low : high) = middle;
     }
+    const Phase uniform = Phase(Real(0));
+    const Vec3 up(Real(0), Real(0), Real(1));
+    const Vec3 direction = deflect(up, uniform.sample(unit_open<Real>(draw(event, dimension_direction_1))),
+                                   unit_half_open<Real>(draw(event, dimension_direction_2)));
+    if (smoke.field.is_grid) {
+        const Vec3 place(unit_open<Real>(draw(event, dimension_position_2)),
+                         unit_open<Real>(draw(event, dimension_radius)),
+                         unit_open<Real>(draw(event, dimension_azimuth)));
+        return {{point_of_sample(smoke.field.grid, low, place), direction}, photon_color, true};
+    }
     const Particle &particle = smoke.source->particles[low];
-    const bool spline = smoke.field.kernel == Kernel::spline;
+    const bool spline = smoke.field.particles.kernel == Kernel::spline;
     const Real share = unit_open<Real>(draw(event, dimension_radius));
     const Real radius =
         (spline ? Spline::radius_of_share(share) : Real(2) * Poly6::radius_of_share(share)) * to_real<Real>(particle.h);
-    const Phase uniform = Phase(Real(0));
-    const Vec3 up(Real(0), Real(0), Real(1));
     const Vec3 outward = deflect(up, uniform.sample(unit_open<Real>(draw(event, dimension_position_2))),
                                  unit_half_open<Real>(draw(event, dimension_azimuth)));
-    const Vec3 direction = deflect(up, uniform.sample(unit_open<Real>(draw(event, dimension_direction_1))),
-                                   unit_half_open<Real>(draw(event, dimension_direction_2)));
     return {{vec_of(particle.position) + outward * radius, direction}, photon_color, true};
 }
 

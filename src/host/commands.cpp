@@ -2,6 +2,8 @@
 #include "host/core.h"
 #include "host/error.h"
 #include "host/files.h"
+#include "host/identity.h"
+#include "host/passes.h"
 #include "host/picture.h"
 #include "host/prepare.h"
 #include "host/sha256.h"
@@ -37,7 +39,7 @@ Request read_request(const std::vector<std::string> &arguments) {
     request.file = read_scene(request.name);
     request.options = Options();
     for (const SceneFile::Default &setting : request.file.defaults) try {
-            if (setting.option == "output" || setting.option == "stats")
+            if (setting.option == "output" || setting.option == "stats" || setting.option == "error-out")
                 throw InputError(setting.where + "option '" + setting.option +
                                  "' in a scene, expected it on the command line");
             set_option(request.options, setting.option, setting.value, setting.where);
@@ -64,6 +66,10 @@ Settings settings_of(const Options &options, int width, int height) {
     settings.gather = options.gather;
     settings.gather_radius = options.gather_radius;
     settings.step = options.step;
+    settings.reference = options.reference;
+    const Options::Passes passes = options.passes.value_or(Options::Passes{0, 16});
+    settings.first_pass = passes.first;
+    settings.last_pass = passes.last;
     return settings;
 }
 
@@ -131,20 +137,38 @@ std::unique_ptr<unsigned char[]> make_block(const std::string &name, uint64_t by
     return block;
 }
 
-void write_outputs(const Options &options, const Picture &picture, const Bytes &pfm, int64_t frame) {
-    for (const std::string &output : options.outputs) {
-        const std::string path = numbered(output, frame);
-        const bool png = path.compare(path.size() - 4, 4, ".png") == 0;
-        write_file(path, png ? png_bytes(picture, options.exposure) : pfm);
+// `passes`: of --reference, else nullptr.
+void write_outputs(const Options &options, const Picture &picture, const Bytes &pfm, const Passes *passes,
+                   int64_t frame) {
+    const auto write = [&options](const std::string &path, const Bytes &bytes) {
+        write_file(path, bytes);
         if (options.verbose) std::fprintf(stderr, "wrote %s\n", path.c_str());
-    }
+    };
+    for (const std::string &output : options.outputs)
+        write(numbered(output, frame), ends_in(output, ".png")      ? png_bytes(picture, options.exposure)
+                                       : ends_in(output, ".passes") ? passes_bytes(*passes)
+                                                                    : pfm);
+    if (!options.error_out.empty()) write(numbered(options.error_out, frame), pfm_bytes(error_picture(*passes)));
 }
 
 // The name behind a digest: that of the .pfm that was written, so that `sha256sum -c` finds it.
 std::string digest_name(const Options &options, int64_t frame) {
     for (const std::string &output : options.outputs)
-        if (output.compare(output.size() - 4, 4, ".pfm") == 0) return numbered(output, frame);
+        if (ends_in(output, ".pfm")) return numbered(output, frame);
     return "-";
+}
+
+// The sums of `--reference`, empty as yet.
+Passes make_passes(const Request &request, const PreparedScene &prepared, const Settings &settings) {
+    Passes passes;
+    passes.scene = identity_of_samples(prepared.scene, settings, core(request.options.arithmetic).name);
+    passes.width = settings.crop.x1 - settings.crop.x0;
+    passes.height = settings.crop.y1 - settings.crop.y0;
+    passes.samples = settings.samples;
+    passes.exponent = prepared.scene.radiance_exponent;
+    passes.ranges = {{settings.first_pass, settings.last_pass}};
+    passes.pixels.resize(static_cast<size_t>(passes.width) * static_cast<size_t>(passes.height));
+    return passes;
 }
 
 FrameReport render_frame(const Request &request, int64_t frame, Sha256 &run_digest) {
@@ -162,14 +186,23 @@ FrameReport render_frame(const Request &request, int64_t frame, Sha256 &run_dige
     report.seconds.read = now() - start;
 
     Picture picture;
-    picture.width = settings.crop.x1 - settings.crop.x0;
-    picture.height = settings.crop.y1 - settings.crop.y0;
-    picture.rgb.resize(static_cast<size_t>(picture.width) * static_cast<size_t>(picture.height) * 3);
+    Passes passes;
     Arena arena(block.get(), plan.bytes.arena);
     Watch watch(options, frame);
-    const Status status =
-        core(options.arithmetic)
-            .render(prepared.scene, settings, arena, watch.observer(), picture.rgb.data(), report.statistics);
+    Status status;
+    if (settings.reference) {
+        passes = make_passes(request, prepared, settings);
+        status = core(options.arithmetic)
+                     .render_reference(prepared.scene, settings, arena, watch.observer(), passes.pixels.data(),
+                                       report.statistics);
+        picture = mean_picture(passes);
+    } else {
+        picture.width = settings.crop.x1 - settings.crop.x0;
+        picture.height = settings.crop.y1 - settings.crop.y0;
+        picture.rgb.resize(static_cast<size_t>(picture.width) * static_cast<size_t>(picture.height) * 3);
+        status = core(options.arithmetic)
+                     .render(prepared.scene, settings, arena, watch.observer(), picture.rgb.data(), report.statistics);
+    }
     watch.finish();
     if (status == Status::out_of_memory)
         throw Error(exit_memory,
@@ -180,7 +213,7 @@ FrameReport render_frame(const Request &request, int64_t frame, Sha256 &run_dige
                      static_cast<unsigned long long>(settings.photons));
 
     const Bytes pfm = pfm_bytes(picture);
-    write_outputs(options, picture, pfm, frame);
+    write_outputs(options, picture, pfm, settings.reference ? &passes : nullptr, frame);
     run_digest.update(pfm.data(), pfm.size());
     if (options.digest)
         std::printf("%s  %s\n", sha256(pfm.data(), pfm.size()).text, digest_name(options, frame).c_str());
@@ -194,10 +227,19 @@ FrameReport render_frame(const Request &request, int64_t frame, Sha256 &run_dige
 void check_outputs(const Options &options) {
     const auto &frames = options.frames;
     const bool several = frames.last - frames.first >= frames.step;
-    for (const std::string &output : options.outputs)
+    for (const std::string &output : options.outputs) {
         if (several && !has_number(output))
             throw Error(exit_usage,
                         "option 'output': found '" + output + "' for several frames, expected a name with %04d");
+        if (!options.reference && ends_in(output, ".passes"))
+            throw Error(exit_usage, "option 'output': found '" + output + "', expected .passes only with --reference");
+    }
+    if (several && !options.error_out.empty() && !has_number(options.error_out))
+        throw Error(exit_usage, "option 'error-out': found '" + options.error_out +
+                                    "' for several frames, expected a name with %04d");
+    if (!options.reference && options.passes) throw Error(exit_usage, "option 'passes' belongs to --reference");
+    if (!options.reference && !options.error_out.empty())
+        throw Error(exit_usage, "option 'error-out' belongs to --reference");
 }
 
 void print_stage(const char *name, bool needed, uint64_t bytes, const std::string &why) {
@@ -222,6 +264,27 @@ int render_command(const std::vector<std::string> &arguments) {
     return exit_done;
 }
 
+int merge_command(const std::vector<std::string> &arguments) {
+    const CommandLine line = parse_arguments(arguments);
+    Options options;
+    for (const auto &[name, value] : line.options) {
+        if (name != "output" && name != "error-out" && name != "exposure" && name != "digest" && name != "quiet" &&
+            name != "verbose")
+            throw Error(exit_usage, "option '--" + name +
+                                        "' is none of merge, expected --output, --error-out, --exposure or --digest");
+        set_option(options, name, value, "");
+    }
+    if (line.files.empty()) throw Error(exit_usage, "found no file to merge, expected some .passes");
+    Passes passes = parse_passes(read_file(line.files[0]), line.files[0]);
+    for (size_t i = 1; i < line.files.size(); ++i)
+        add_passes(passes, parse_passes(read_file(line.files[i]), line.files[i]), line.files[i]);
+    const Picture picture = mean_picture(passes);
+    const Bytes pfm = pfm_bytes(picture);
+    write_outputs(options, picture, pfm, &passes, 0);
+    if (options.digest) std::printf("%s  %s\n", sha256(pfm.data(), pfm.size()).text, digest_name(options, 0).c_str());
+    return exit_done;
+}
+
 int plan_command(const std::vector<std::string> &arguments) {
     const Request request = read_request(arguments);
     PreparedScene prepared;
@@ -238,8 +301,21 @@ int plan_command(const std::vector<std::string> &arguments) {
                                        : black                 ? "the albedo is 0: nothing scatters"
                                        : settings.photons == 0 ? "--photons 0"
                                                                : "nothing lights the smoke";
-    print_stage("particle tree", plan.smoke, plan.bytes.particle_tree,
-                plan.smoke ? std::to_string(particles) + " particles" : "there are no particles");
+    uint64_t samples = 0;
+    for (const SmokeSource &smoke : prepared.smokes) samples += smoke.grid.count();
+    const std::string density = (particles ? std::to_string(particles) + " particles" : std::string()) +
+                                (particles && samples ? ", " : "") +
+                                (samples ? std::to_string(samples) + " samples of grids" : std::string());
+    print_stage("particle tree", plan.smoke, plan.bytes.particle_tree, plan.smoke ? density : "there are no particles");
+    if (settings.reference) {
+        print_stage("majorants", plan.smoke, plan.bytes.arena - plan.bytes.particle_tree,
+                    plan.smoke ? "bounds of the density, for free paths" : "there is no smoke");
+        print_stage("paths", true, 0,
+                    std::to_string(uint64_t{settings.last_pass - settings.first_pass} * settings.samples) + " a pixel");
+        print_stage("arena", true, plan.bytes.arena,
+                    std::string("all of it, in ") + core(request.options.arithmetic).name);
+        return exit_done;
+    }
     print_stage("photons", plan.photons, plan.bytes.photon_map,
                 !plan.photons ? why_no_photons
                               : std::to_string(settings.photons) + " to emit, at most " +

@@ -8,4 +8,7 @@ namespace wisp {
 int render_command(const std::vector<std::string> &arguments);
 int plan_command(const std::vector<std::string> &arguments);
 
+// `wisp merge A.passes B.passes ... -o FILE`: the picture (.png, .pfm) of all passes together, or their sums (.passes).
+int merge_command(const std::vector<std::string> &arguments);
+
 } // namespace wisp

@@ -25,7 +25,7 @@ void set_option(Request &request, const std::string &name, const std::string &va
         if (value.empty()) fail_usage("option '--json' is empty, expected a file name or -");
         request.json = value;
     } else {
-        if (value.size() <= 4 || value.compare(value.size() - 4, 4, ".png") != 0)
+        if (!ends_in(value, ".png"))
             fail_usage("option '--diff' is '" + value + "', expected a file name that ends in .png");
         request.diff = value;
     }

@@ -49,11 +49,18 @@ size_t one_of(const std::string &value, const std::vector<std::string> &words, s
 }
 
 void set_output(Options &options, const std::string &value) {
-    const auto ends = [&](const char *suffix) {
-        return value.size() > 4 && value.compare(value.size() - 4, 4, suffix) == 0;
-    };
-    if (!ends(".png") && !ends(".pfm")) throw Fault{"expected a file name that ends in .png or .pfm"};
+    if (!ends_in(value, ".png") && !ends_in(value, ".pfm") && !ends_in(value, ".passes"))
+        throw Fault{"expected a file name that ends in .png, .pfm or .passes"};
     options.outputs.push_back(value);
+}
+
+void set_passes(Options &options, const std::string &value) {
+    const auto parts = split(value, ':');
+    if (parts.size() != 2) throw Fault{"expected A:B"};
+    Options::Passes passes;
+    passes.first = static_cast<uint32_t>(integer_in(parts[0], 0, INT32_MAX - 1));
+    passes.last = static_cast<uint32_t>(integer_in(parts[1], passes.first + int64_t{1}, INT32_MAX));
+    options.passes = passes;
 }
 
 void set_size(Options &options, const std::string &value) {
@@ -103,7 +110,8 @@ struct Entry {
 
 const std::vector<Entry> &table() {
     static const std::vector<Entry> entries = {
-        {"output", "FILE", ".png (8-bit sRGB) or .pfm (linear float); repeatable; %04d = frame number", set_output},
+        {"output", "FILE", ".png (8-bit sRGB), .pfm (linear float), .passes; repeatable; %04d = frame number",
+         set_output},
         {"arith", "f32|f64|fixed", "number system (f32)",
          [](Options &o, const std::string &v) {
              o.arithmetic = static_cast<Arithmetic>(one_of(v, {"f32", "f64", "fixed"}, 3));
@@ -136,6 +144,14 @@ const std::vector<Entry> &table() {
              o.step = positive(v, 1000);
              if (o.step < 1e-4) throw Fault{"expected a number of at least 0.0001"};
          }},
+        {"reference", nullptr, "unbiased path tracing instead: slow, for measuring error",
+         [](Options &o, const std::string &) { o.reference = true; }},
+        {"passes", "A:B", "of --reference, half-open (0:16): so many times --spp rays a pixel", set_passes},
+        {"error-out", "FILE", "of --reference: the standard error of each value, as .pfm",
+         [](Options &o, const std::string &v) {
+             if (!ends_in(v, ".pfm")) throw Fault{"expected a file name that ends in .pfm"};
+             o.error_out = v;
+         }},
         {"exposure", "EV", "of .png, in stops (0)",
          [](Options &o, const std::string &v) {
              const auto number = to_number(v);
@@ -161,16 +177,13 @@ const std::vector<Entry> &table() {
         {"depth", "N", "", {}},
         {"deposit", "kernel|exact", "", {}},
         {"direction", "mean|flux", "", {}},
-        {"reference", nullptr, "", {}},
         {"shadows", "METHOD", "", {}},
         {"frame-count", "N", "", {}},
         {"map-out", "FILE", "", {}},
         {"map-in", "FILE", "", {}},
         {"batches", "A:B", "", {}},
-        {"passes", "A:B", "", {}},
         {"remap", nullptr, "", {}},
         {"thin", "EPS", "", {}},
-        {"error-out", "FILE", "", {}},
     };
     return entries;
 }
@@ -182,6 +195,10 @@ const Entry *find(const std::string &name) {
 }
 
 } // namespace
+
+bool ends_in(const std::string &text, const std::string &suffix) {
+    return text.size() > suffix.size() && text.compare(text.size() - suffix.size(), suffix.size(), suffix) == 0;
+}
 
 std::optional<double> to_number(const std::string &text) {
     const char *begin = text.c_str();
@@ -250,6 +267,7 @@ std::string help_text() {
     std::string text = "wisp render SCENE [options]     pictures, one per frame\n"
                        "wisp plan SCENE [options]       the stages that this scene needs, and the bytes of each\n"
                        "wisp compare A B [options]      how two .pfm pictures differ; exit 1 when they do\n"
+                       "wisp merge A B [...] -o FILE    the picture of several .passes together\n"
                        "wisp help | version\n\n"
                        "Options, written --x V or --x=V; -o is --output, -q --quiet, -v --verbose:\n";
     for (const Entry &entry : table()) {

@@ -11,7 +11,7 @@ namespace wisp {
 enum class Arithmetic { f32, f64, fixed };
 
 struct Options {
-    std::vector<std::string> outputs; // .png or .pfm, `%04d` = frame
+    std::vector<std::string> outputs; // .png, .pfm or .passes, `%04d` = frame
     Arithmetic arithmetic = Arithmetic::f32;
     std::optional<int> width, height; // else the scene's resolution
     uint32_t samples = 4;
@@ -24,6 +24,12 @@ struct Options {
     struct {
         int64_t first = 0, last = 0, step = 1;
     } frames;
+    bool reference = false;
+    struct Passes {
+        uint32_t first, last; // half-open
+    };
+    std::optional<Passes> passes;
+    std::string error_out; // file, empty for none
     struct Pixels {
         int x0, y0, x1, y1;
     };
@@ -49,6 +55,9 @@ CommandLine parse_arguments(const std::vector<std::string> &arguments);
 
 // The text of `wisp help`.
 std::string help_text();
+
+// Whether a file name is of this kind, `.png` for instance, and more than the kind.
+bool ends_in(const std::string &text, const std::string &suffix);
 
 // Text to number, whole and finite; empty when it is not one.
 std::optional<double> to_number(const std::string &text);

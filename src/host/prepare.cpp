@@ -2,7 +2,9 @@
 // the middle of the smoke, in double; decisions that depend on the arithmetic are the core's.
 #include "host/prepare.h"
 #include "host/error.h"
+#include "host/files.h"
 #include "host/particles.h"
+#include "host/volume.h"
 #include "wisp/elementary.h"
 #include <algorithm>
 #include <array>
@@ -46,9 +48,9 @@ Double3 apply(const SceneFile::Transform &t, const Double3 &p) {
 }
 
 // The particles of one block in the units of the scene, in canonical order.
-std::vector<Particle> load(const SceneFile::Smoke &smoke, int64_t frame, std::vector<std::string> &notes) {
-    const std::string path = numbered(smoke.file, smoke.first_frame + frame * smoke.frame_step);
-    const Particles table = read_particles(path);
+std::vector<Particle> load_particles(const SceneFile::Smoke &smoke, const std::string &path, const Bytes &bytes,
+                                     std::vector<std::string> &notes) {
+    const Particles table = parse_particles(path, bytes.data(), bytes.size());
     if (table.has_particle_radius)
         notes.push_back(path + ": its particle radii are not smoothing lengths and are not used");
     if (!smoke.radius && table.smoothing_length.empty() && !table.position.empty())
@@ -82,24 +84,113 @@ std::vector<Particle> load(const SceneFile::Smoke &smoke, int64_t frame, std::ve
     return particles;
 }
 
+// A box of cells in the units of the scene, transformed like particles; `density` outlives it.
+GridSource place_grid(const SceneFile::Smoke &smoke, const Double3 &low, const Double3 &high) {
+    const SceneFile::Transform place = smoke.transform.value_or(SceneFile::Transform());
+    GridSource grid = {};
+    grid.nx = grid.ny = grid.nz = 1;
+    grid.extinction = smoke.extinction;
+    grid.center = apply(place, (low + high) * 0.5);
+    grid.half = (high - low) * (0.5 * place.scale);
+    SceneFile::Transform turn = place;
+    turn.scale = 1;
+    turn.translation = {0, 0, 0};
+    for (int i = 0; i < 3; ++i) grid.axis[i] = apply(turn, {double(i == 0), double(i == 1), double(i == 2)});
+    return grid;
+}
+
+// One block in the units of the scene, into `source` and the memory behind it.
+void load(const SceneFile::Smoke &smoke, int64_t frame, SmokeSource &source, std::vector<Particle> &particles,
+          std::vector<float> &density, std::vector<std::string> &notes) {
+    source.kernel = smoke.kernel;
+    source.albedo = smoke.albedo;
+    source.asymmetry = smoke.phase;
+    source.emission = smoke.emission;
+    if (smoke.box) {
+        source.grid = place_grid(smoke, smoke.box->low, smoke.box->high);
+        source.grid.extinction *= smoke.box->density;
+        return;
+    }
+    const std::string path = numbered(smoke.file, smoke.first_frame + frame * smoke.frame_step);
+    const Bytes bytes = read_file(path);
+    if (!is_volume(bytes.data(), bytes.size())) {
+        particles = load_particles(smoke, path, bytes, notes);
+        return;
+    }
+    if (!smoke.of_particles.empty())
+        throw InputError(smoke.of_particles + ", expected none for the density grid " + path +
+                         ": only particles have it");
+    Volume volume = parse_volume(path, bytes.data(), bytes.size());
+    source.grid = place_grid(smoke, {volume.low[0], volume.low[1], volume.low[2]},
+                             {volume.high[0], volume.high[1], volume.high[2]});
+    source.grid.nx = static_cast<int32_t>(volume.nx);
+    source.grid.ny = static_cast<int32_t>(volume.ny);
+    source.grid.nz = static_cast<int32_t>(volume.nz);
+    density = std::move(volume.density);
+}
+
+// What --step multiplies for a grid: the shortest edge of a cell, of a box a twentieth of its own.
+double step_length(const GridSource &grid) {
+    if (!grid.density) return std::min({grid.half.x, grid.half.y, grid.half.z}) * 0.1;
+    return 2 * std::min({grid.half.x / grid.nx, grid.half.y / grid.ny, grid.half.z / grid.nz});
+}
+
+// Half the edges of the upright box around a turned one.
+Double3 reach(const GridSource &grid) {
+    const Double3 *a = grid.axis, &h = grid.half;
+    return {std::fabs(a[0].x) * h.x + std::fabs(a[1].x) * h.y + std::fabs(a[2].x) * h.z,
+            std::fabs(a[0].y) * h.x + std::fabs(a[1].y) * h.y + std::fabs(a[2].y) * h.z,
+            std::fabs(a[0].z) * h.x + std::fabs(a[1].z) * h.y + std::fabs(a[2].z) * h.z};
+}
+
 struct Extent {
     Double3 low = {0, 0, 0}, high = {0, 0, 0};
     double smallest_h = 0, largest_h = 0;
     bool any = false;
 };
 
-Extent extent_of(const std::vector<std::vector<Particle>> &smokes) {
+Extent extent_of(const PreparedScene &prepared) {
     Extent e;
-    for (const auto &particles : smokes)
-        for (const Particle &p : particles) {
-            const Double3 &x = p.position;
-            e.low = e.any ? Double3{std::min(e.low.x, x.x), std::min(e.low.y, x.y), std::min(e.low.z, x.z)} : x;
-            e.high = e.any ? Double3{std::max(e.high.x, x.x), std::max(e.high.y, x.y), std::max(e.high.z, x.z)} : x;
-            e.smallest_h = e.any ? std::min(e.smallest_h, p.h) : p.h;
-            e.largest_h = std::max(e.largest_h, p.h);
-            e.any = true;
-        }
+    const auto add = [&e](const Double3 &x, double h) {
+        e.low = e.any ? Double3{std::min(e.low.x, x.x), std::min(e.low.y, x.y), std::min(e.low.z, x.z)} : x;
+        e.high = e.any ? Double3{std::max(e.high.x, x.x), std::max(e.high.y, x.y), std::max(e.high.z, x.z)} : x;
+        e.smallest_h = e.any ? std::min(e.smallest_h, h) : h;
+        e.largest_h = std::max(e.largest_h, h);
+        e.any = true;
+    };
+    for (const auto &particles : prepared.particles)
+        for (const Particle &p : particles) add(p.position, p.h);
+    for (const SmokeSource &smoke : prepared.smokes) {
+        if (!smoke.is_grid()) continue;
+        add(smoke.grid.center - reach(smoke.grid), step_length(smoke.grid));
+        add(smoke.grid.center + reach(smoke.grid), step_length(smoke.grid));
+    }
     return e;
+}
+
+// The block in normalised lengths, and what is to be known of all of it.
+void normalize(SmokeSource &source, std::vector<Particle> &particles, const Double3 &center, double scale) {
+    for (Particle &p : particles) {
+        p.position = (p.position - center) * scale;
+        p.h *= scale;
+        p.area *= scale * scale;
+        source.smallest_h = source.largest_h == 0 ? p.h : std::min(source.smallest_h, p.h);
+        source.largest_h = std::max(source.largest_h, p.h);
+        source.total_area += p.area;
+    }
+    source.particles = particles.data();
+    source.count = static_cast<uint32_t>(particles.size());
+    if (!source.is_grid()) return;
+    GridSource &grid = source.grid;
+    grid.center = (grid.center - center) * scale;
+    grid.half = grid.half * scale;
+    grid.extinction /= scale;
+    source.smallest_h = source.largest_h = step_length(grid);
+    double sum = grid.density ? 0 : 1;
+    for (uint64_t i = 0; grid.density && i < grid.count(); ++i) sum += static_cast<double>(grid.density[i]);
+    // Each sample's tent has the volume of a cell.
+    source.total_area =
+        grid.extinction * sum * (8 * grid.half.x * grid.half.y * grid.half.z / static_cast<double>(grid.count()));
 }
 
 Camera make_camera(const SceneFile::View &view, int width, int height, const Double3 &center, double scale) {
@@ -149,8 +240,21 @@ void check_range(const std::string &name, const SceneFile &file, const PreparedS
                 refuse(where, "a particle's optical depth is too large for this arithmetic");
         }
         const SmokeSource &smoke = prepared.smokes[i];
+        const GridSource &grid = smoke.grid;
+        if (smoke.is_grid()) {
+            const Double3 half = reach(grid);
+            for (double x : {std::fabs(grid.center.x) + half.x, std::fabs(grid.center.y) + half.y,
+                             std::fabs(grid.center.z) + half.z})
+                if (!(x <= coordinate_limit)) refuse(where, "the grid is too wide for its smallest edge");
+            radius = std::max(radius, distance(grid.center) + distance(grid.half));
+            double densest = grid.density ? 0 : 1;
+            for (float density : prepared.densities[i]) densest = std::max(densest, static_cast<double>(density));
+            if (!(grid.extinction * densest <= (fixed ? 0x1p15 : 1e30)))
+                refuse(where, "the smoke's extinction is too large for this arithmetic");
+        }
         power += 4 * 3.15 * largest(smoke.emission) * smoke.total_area;
-        if (fixed && smoke.total_area > 0x1p26) refuse(where, "the smoke's cross-section is too large for fixed point");
+        if (fixed && !smoke.is_grid() && smoke.total_area > 0x1p26)
+            refuse(where, "the smoke's cross-section is too large for fixed point");
         if (fixed && smoke.largest_h * options.gather_radius > 0x1p14)
             refuse(where, "the gather radius is too large for fixed point");
     }
@@ -181,32 +285,21 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
     prepared.width = options.width.value_or(file.view->width);
     prepared.height = options.height.value_or(file.view->height);
 
-    for (const SceneFile::Smoke &smoke : file.smokes) prepared.particles.push_back(load(smoke, frame, prepared.notes));
-    const Extent extent = extent_of(prepared.particles);
+    const size_t smokes = file.smokes.size();
+    prepared.particles.resize(smokes);
+    prepared.densities.resize(smokes);
+    prepared.smokes.resize(smokes);
+    for (size_t i = 0; i < smokes; ++i) {
+        load(file.smokes[i], frame, prepared.smokes[i], prepared.particles[i], prepared.densities[i], prepared.notes);
+        if (!prepared.densities[i].empty()) prepared.smokes[i].grid.density = prepared.densities[i].data();
+    }
+    const Extent extent = extent_of(prepared);
     const Double3 center = extent.any ? (extent.low + extent.high) * 0.5 : file.view->from;
     const double scale = extent.any ? std::ldexp(1.0, -exponent_of(extent.smallest_h)) : 1;
     const Double3 diagonal = extent.high - extent.low;
     const double radius = (0.5 * std::sqrt(dot(diagonal, diagonal)) + 2 * extent.largest_h) * scale;
 
-    for (size_t i = 0; i < file.smokes.size(); ++i) {
-        const SceneFile::Smoke &smoke = file.smokes[i];
-        SmokeSource source = {};
-        for (Particle &p : prepared.particles[i]) {
-            p.position = (p.position - center) * scale;
-            p.h *= scale;
-            p.area *= scale * scale;
-            source.smallest_h = source.largest_h == 0 ? p.h : std::min(source.smallest_h, p.h);
-            source.largest_h = std::max(source.largest_h, p.h);
-            source.total_area += p.area;
-        }
-        source.particles = prepared.particles[i].data();
-        source.count = static_cast<uint32_t>(prepared.particles[i].size());
-        source.kernel = smoke.kernel;
-        source.albedo = smoke.albedo;
-        source.asymmetry = smoke.phase;
-        source.emission = smoke.emission;
-        prepared.smokes.push_back(source);
-    }
+    for (size_t i = 0; i < smokes; ++i) normalize(prepared.smokes[i], prepared.particles[i], center, scale);
 
     double brightest = std::max(largest(file.background), 0.0);
     for (const SceneFile::Smoke &smoke : file.smokes) brightest = std::max(brightest, largest(smoke.emission));

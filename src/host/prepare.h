@@ -1,4 +1,5 @@
-// From a scene's file to what the core renders: one frame's particles read, transformed, normalised and put in order.
+// From a scene's file to what the core renders: one frame's particles and grids read, transformed,
+// normalised and put in order.
 #pragma once
 #include "host/options.h"
 #include "host/scene_file.h"
@@ -16,7 +17,8 @@ struct PreparedScene {
     std::vector<LightSource> lights;
     std::vector<SmokeSource> smokes;
     std::vector<std::vector<Particle>> particles;
-    std::vector<std::string> notes; // what a user may want to know (-v)
+    std::vector<std::vector<float>> densities; // of grids
+    std::vector<std::string> notes;            // what a user may want to know (-v)
     int width = 0, height = 0;
 };
 

@@ -193,15 +193,21 @@ class Parser {
     }
     void smoke() {
         SceneFile::Smoke smoke;
-        const Token &file = take("a particle file");
+        const std::string file = take("a file of particles, a .vol or 'box'").text;
         smoke.where = where();
-        if (file.text == "{" || file.text == "}") fail("found '" + file.text + "', expected a particle file");
-        if (file.text == "box") fail("'smoke box' is not supported yet by this version, expected a particle file");
-        const size_t slash = path_.rfind('/');
-        smoke.file =
-            file.text[0] == '/' || slash == std::string::npos ? file.text : path_.substr(0, slash + 1) + file.text;
+        if (file == "{" || file == "}") fail("found '" + file + "', expected a file of particles, a .vol or 'box'");
+        if (file == "box" && next_is_number()) {
+            smoke.box = box();
+        } else {
+            const size_t slash = path_.rfind('/');
+            smoke.file = file[0] == '/' || slash == std::string::npos ? file : path_.substr(0, slash + 1) + file;
+        }
         keyword("{");
         for (std::string key = take("'}'").text; key != "}"; key = take("'}'").text) {
+            if (key == "kernel" || key == "radius" || key == "mass") {
+                if (smoke.box) fail("found '" + key + "', expected none in a box: only particles have it");
+                smoke.of_particles = where() + "found '" + key + "'";
+            }
             if (key == "kernel") {
                 const std::string name = take("spline or poly6").text;
                 if (name != "spline" && name != "poly6") fail("found '" + name + "', expected spline or poly6");
@@ -231,6 +237,15 @@ class Parser {
             }
         }
         scene_.smokes.push_back(smoke);
+    }
+    SceneFile::Box box() {
+        SceneFile::Box box;
+        box.low = vector("the box's lower corner");
+        box.high = vector("the box's upper corner");
+        if (!(box.low.x < box.high.x && box.low.y < box.high.y && box.low.z < box.high.z))
+            fail("the box has no volume, expected X0 < X1, Y0 < Y1 and Z0 < Z1");
+        box.density = number_in("a density of 0 or more", 0, 1e30);
+        return box;
     }
     SceneFile::Transform transform() {
         SceneFile::Transform t;

@@ -25,9 +25,15 @@ struct SceneFile {
         double degrees = 0;
         Double3 translation = {0, 0, 0};
     };
+    struct Box {
+        Double3 low, high; // low < high
+        double density;
+    };
     struct Smoke {
-        std::string file;  // as found from the working directory; `%04d` = number of the frame
-        std::string where; // `FILE:LINE: ` of the statement
+        std::string file;         // as found from the working directory; `%04d` = number of the frame
+        std::optional<Box> box;   // instead of a file
+        std::string where;        // `FILE:LINE: ` of the statement
+        std::string of_particles; // the last line that only particles can have, as `FILE:LINE: found 'radius'`
         Kernel kernel = Kernel::spline;
         std::optional<double> radius, mass;
         double extinction = 1;

@@ -7,6 +7,7 @@
 extern "C" int fuzz_particles(const uint8_t *data, size_t size);
 extern "C" int fuzz_pfm(const uint8_t *data, size_t size);
 extern "C" int fuzz_scene(const uint8_t *data, size_t size);
+extern "C" int fuzz_volume(const uint8_t *data, size_t size);
 
 namespace {
 
@@ -27,3 +28,4 @@ void replay(const std::string &folder, size_t least, int (*target)(const uint8_t
 TEST_CASE("the fuzz corpus of particle files does no harm") { replay("test/corpus/particles", 30, fuzz_particles); }
 TEST_CASE("the fuzz corpus of pictures does no harm") { replay("test/corpus/pfm", 10, fuzz_pfm); }
 TEST_CASE("the fuzz corpus of scenes does no harm") { replay("test/corpus/scene", 8, fuzz_scene); }
+TEST_CASE("the fuzz corpus of volumes does no harm") { replay("test/corpus/volume", 31, fuzz_volume); }

@@ -1,0 +1,56 @@
+// What marching, shadows and photons ask of smoke, whatever its density is made of: particles or a grid.
+#pragma once
+#include "wisp/grid_field.h"
+#include "wisp/particle_field.h"
+
+namespace wisp::WISP_ARITH {
+
+struct DensityField {
+    bool is_grid;
+    ParticleField particles; // empty where there is a grid
+    GridField grid;
+
+    const Box &bounds() const { return is_grid ? grid.bounds : particles.bounds; }
+    bool ready() const { return is_grid ? grid.ready : particles.ready; }
+};
+
+inline uint64_t density_field_bytes(const SmokeSource &source) {
+    return source.is_grid() ? grid_field_bytes(source.grid) : particle_field_bytes(source.count);
+}
+
+// `first_dimension`: of a photon's draws; those of one field are `dimensions_of` it.
+inline DensityField make_density_field(const SmokeSource &source, uint32_t first_dimension, Arena &arena) {
+    DensityField field = {};
+    field.is_grid = source.is_grid();
+    if (field.is_grid)
+        field.grid = make_grid_field(source.grid, first_dimension, arena);
+    else
+        field.particles = make_particle_field(source, first_dimension, arena);
+    return field;
+}
+inline uint32_t dimensions_of(const SmokeSource &source) { return source.is_grid() ? 1 : source.count; }
+
+// sigma_t at x, per unit of length.
+inline Real extinction(const DensityField &field, const Vec3 &x) {
+    return field.is_grid ? extinction(field.grid, x) : extinction(field.particles, x);
+}
+
+// int sigma_t over the ray's distances 0 to `end`, in closed form.
+inline Real optical_depth(const DensityField &field, const Ray &ray, Real end) {
+    return field.is_grid ? optical_depth(field.grid, ray, end) : optical_depth(field.particles, ray, end);
+}
+
+// An upper bound of sigma_t in the box.
+inline Real majorant(const DensityField &field, const Box &box) {
+    return field.is_grid ? majorant(field.grid, box) : majorant(field.particles, box);
+}
+
+// Where a photon that starts along the ray collides first, if before `end`.
+inline bool first_collision(const DensityField &field, const Ray &ray, Real end, Event event, Real &distance) {
+    if (field.is_grid) return first_collision(field.grid, ray, end, event, distance);
+    const Collision collision = first_collision(field.particles, ray, end, event);
+    distance = collision.distance;
+    return collision.found;
+}
+
+} // namespace wisp::WISP_ARITH

@@ -1,0 +1,42 @@
+// Smoke as a density grid: trilinear between samples at the centres of the cells of a box, constant over the outer half
+// of the border cells, zero outside. With a single sample it is a box of constant density.
+//
+// Along a ray a trilinear cell is a cubic polynomial, which two points of Gauss and Legendre integrate exactly: optical
+// depths and collisions have no step.
+#pragma once
+#include "wisp/arena.h"
+#include "wisp/random.h"
+#include "wisp/ray.h"
+#include "wisp/scene.h"
+
+namespace wisp::WISP_ARITH {
+
+struct GridField {
+    const Real *extinction; // sigma_t of sample (x, y, z) at [(z * samples.y + y) * samples.x + x]
+    Cell samples;
+    // The grid's own frame: p is at (dot(axis[0], p - center), ...), lengths are the scene's.
+    Vec3 center, axis[3];
+    Box box;            // in that frame
+    Lattice between;    // in that frame: cell (x, y, z) lies between the samples x - 1 and x, y - 1 and y, z - 1 and z
+    Box bounds;         // of the turned box, in the scene
+    uint32_t dimension; // of a photon's draw for a free path
+    bool ready;         // false: the arena was too small
+
+    bool constant() const { return samples.x == 1 && samples.y == 1 && samples.z == 1; }
+};
+
+GridField make_grid_field(const GridSource &source, uint32_t dimension, Arena &arena);
+uint64_t grid_field_bytes(const GridSource &source);
+
+// As for particles: sigma_t at x; its integral over the ray's distances 0 to `end`; an upper bound in a box.
+Real extinction(const GridField &field, const Vec3 &x);
+Real optical_depth(const GridField &field, const Ray &ray, Real end);
+Real majorant(const GridField &field, const Box &box);
+
+// Where a photon that starts along the ray collides, if before `end`: where the optical depth has grown to -ln xi.
+bool first_collision(const GridField &field, const Ray &ray, Real end, Event event, Real &distance);
+
+// A point of the density around a sample: uniform draws become an offset with the density of the sample's tent.
+Vec3 point_of_sample(const GridField &field, uint32_t sample, const Vec3 &uniform);
+
+} // namespace wisp::WISP_ARITH

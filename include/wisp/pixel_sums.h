@@ -1,0 +1,33 @@
+// What `--reference` keeps of a pixel: sums of its samples and of their squares, in integers, so that any division of
+// the work into passes adds up to the same bits.
+#pragma once
+#include "wisp/elementary.h"
+
+namespace wisp {
+
+struct WideSum {
+    uint64_t high, low;
+
+    void add(uint64_t more_high, uint64_t more_low) {
+        low += more_low;
+        high += more_high + (low < more_low ? 1 : 0);
+    }
+};
+
+struct PixelSums {
+    struct Channel {
+        WideSum sum;    // of the samples, in units of 2^-32
+        WideSum square; // of their squares, in units of 2^-64
+    } channels[3];
+};
+
+// Negative samples, which only rounding makes, count as 0; those of 2^31 and more as that.
+inline void add_sample(PixelSums::Channel &channel, Fixed sample) {
+    const int64_t units = sample < Fixed(0) ? 0 : sample.raw();
+    const detail::Wide square = detail::product<detail::Wide>(units, units);
+    channel.sum.add(0, static_cast<uint64_t>(units));
+    channel.square.add(static_cast<uint64_t>(detail::high_word(square)), detail::low_word(square));
+}
+inline void add_sample(PixelSums::Channel &channel, double sample) { add_sample(channel, to_real<Fixed>(sample)); }
+
+} // namespace wisp

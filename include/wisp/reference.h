@@ -1,0 +1,41 @@
+// The truth that every other method is measured against: unbiased volumetric path tracing.
+//
+// It shares the density fields, the lights' formulas and the phase function with the rest, and nothing of the photons:
+// free paths are Woodcock's delta tracking against local majorants (where photons use exact collisions), draws come
+// from a generator in sequence (where photons hash), and light arrives by next-event estimation. Slow and simple.
+#pragma once
+#include "wisp/arena.h"
+#include "wisp/random.h"
+#include "wisp/render.h"
+#include "wisp/smoke.h"
+
+namespace wisp::WISP_ARITH {
+
+// Upper bounds of the medium's sigma_t, one a cell.
+struct Majorants {
+    Lattice lattice;
+    const Real *sigma; // of cell (x, y, z) at [(z * count.y + y) * count.x + x]; nullptr: the arena was too small
+};
+// Cells of about the length `edge`, larger where there would be too many.
+Majorants make_majorants(const Medium &medium, Real edge, Arena &arena);
+
+// All that a path asks of the scene.
+struct PathTracer {
+    const Medium *medium;
+    const Light *lights;
+    uint32_t light_count;
+    Color background;
+    Majorants majorants;
+    Statistics *statistics;
+};
+
+// Where a free path along the ray ends, if before `end`: the collision's distance, and with whose density.
+// Unbiased: tentative collisions of rate sigma_m are real ones with probability sigma_t / sigma_m.
+MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 &generator);
+
+// One sample of the radiance along the ray from where it comes: its expectation is the radiance (S1).
+Color sample_radiance(const PathTracer &tracer, Ray ray, Pcg32 &generator);
+
+uint64_t reference_bytes(const Scene &scene);
+
+} // namespace wisp::WISP_ARITH

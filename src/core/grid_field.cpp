@@ -1,0 +1,191 @@
+// Density grids: trilinear extinction and its exact line integrals, cell by cell.
+#include "wisp/grid_field.h"
+#include "wisp/kernel.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+Vec3 to_frame(const GridField &field, const Vec3 &d) {
+    return Vec3(dot(field.axis[0], d), dot(field.axis[1], d), dot(field.axis[2], d));
+}
+
+Real mix(Real a, Real b, Real t) { return a + t * (b - a); } // exact where a = b
+
+// The trilinear value at p, a point of the frame in or next to the cell `between` samples.
+Real value_in_cell(const GridField &field, const Cell &cell, const Vec3 &p) {
+    const Lattice &between = field.between;
+    const Vec3 u = (p - between.low) * between.inverse_edge;
+    const Vec3 t = u - Vec3(Real(cell.x), Real(cell.y), Real(cell.z));
+    const Cell &n = field.samples;
+    const int32_t x0 = max(cell.x - 1, 0), x1 = min(cell.x, n.x - 1);
+    const int32_t y0 = max(cell.y - 1, 0), y1 = min(cell.y, n.y - 1);
+    const int32_t z0 = max(cell.z - 1, 0), z1 = min(cell.z, n.z - 1);
+    const auto row = [&](int32_t y, int32_t z) {
+        const Real *values = field.extinction + (int64_t{z} * n.y + y) * n.x;
+        return mix(values[x0], values[x1], t.x);
+    };
+    return max(Real(0), mix(mix(row(y0, z0), row(y1, z0), t.y), mix(row(y0, z1), row(y1, z1), t.y), t.z));
+}
+
+// int sigma_t over the distances from `from` to `to`, inside one cell: exact for the cubic polynomial.
+Real depth_in_cell(const GridField &field, const Cell &cell, const Ray &ray, Real from, Real to) {
+    constexpr Real node = Real(0.57735026918962576451); // 1 / sqrt(3)
+    const Real half = (to - from) * Real(0.5), middle = from + half;
+    const Real a = value_in_cell(field, cell, ray.origin + ray.direction * (middle - node * half));
+    const Real b = value_in_cell(field, cell, ray.origin + ray.direction * (middle + node * half));
+    return half * (a + b);
+}
+
+// The ray in the field's frame from where it enters the box, as for particles: `entry` was skipped, `end` is left.
+bool enter(const GridField &field, const Ray &ray, Ray &inside, Real &entry, Real &end) {
+    inside = {to_frame(field, ray.origin - field.center), to_frame(field, ray.direction)};
+    entry = Real(0);
+    if (!clip(field.box, inside, entry, end)) return false;
+    inside.origin += inside.direction * entry;
+    end -= entry;
+    return true;
+}
+
+bool contains(const Box &box, const Vec3 &p) {
+    return !(p.x < box.low.x || p.y < box.low.y || p.z < box.low.z || p.x > box.high.x || p.y > box.high.y ||
+             p.z > box.high.z);
+}
+
+Vec3 absolute(const Vec3 &v) { return Vec3(abs(v.x), abs(v.y), abs(v.z)); }
+
+// An offset from a sample in units of a cell's edge, drawn from its tent; the border cells' outer halves are flat.
+Real tent_offset(int32_t i, int32_t count, Real u) {
+    const bool below = u < Real(0.5);
+    const Real v = below ? Real(2) * u : Real(2) * u - Real(1); // of that side
+    if (below ? i == 0 : i == count - 1) return below ? -v * Real(0.5) : v * Real(0.5);
+    const Real inward = Real(1) - sqrt(v);
+    return below ? -inward : inward;
+}
+
+} // namespace
+
+Real extinction(const GridField &field, const Vec3 &x) {
+    const Vec3 p = to_frame(field, x - field.center);
+    if (!contains(field.box, p)) return Real(0);
+    if (field.constant()) return field.extinction[0];
+    const Lattice &b = field.between;
+    return value_in_cell(field,
+                         {cell_of(p.x, b.low.x, b.inverse_edge.x, b.count.x),
+                          cell_of(p.y, b.low.y, b.inverse_edge.y, b.count.y),
+                          cell_of(p.z, b.low.z, b.inverse_edge.z, b.count.z)},
+                         p);
+}
+
+Real optical_depth(const GridField &field, const Ray &ray, Real end) {
+    Ray inside;
+    Real entry, depth = Real(0);
+    if (!enter(field, ray, inside, entry, end)) return Real(0);
+    if (field.constant()) return end * field.extinction[0];
+    for_each_cell(field.between, inside, Real(0), end, [&](const Cell &cell, Real from, Real to) {
+        depth += depth_in_cell(field, cell, inside, from, to);
+        return true;
+    });
+    return depth;
+}
+
+Real majorant(const GridField &field, const Box &box) {
+    const Vec3 middle = to_frame(field, (box.low + box.high) * Real(0.5) - field.center);
+    const Vec3 reach = (box.high - box.low) * Real(0.5);
+    const Vec3 half(dot(absolute(Vec3(field.axis[0])), reach), dot(absolute(Vec3(field.axis[1])), reach),
+                    dot(absolute(Vec3(field.axis[2])), reach));
+    const Vec3 low = middle - half, high = middle + half;
+    if (high.x < field.box.low.x || high.y < field.box.low.y || high.z < field.box.low.z || low.x > field.box.high.x ||
+        low.y > field.box.high.y || low.z > field.box.high.z)
+        return Real(0);
+    const Lattice &b = field.between;
+    const Cell &n = field.samples;
+    // The samples on both sides of every cell between them that the box touches.
+    const auto first = [](Real x, Real low_, Real inverse, int32_t count) {
+        return max(cell_of(x, low_, inverse, count) - 1, 0);
+    };
+    const auto last = [](Real x, Real low_, Real inverse, int32_t count) {
+        return min(cell_of(x, low_, inverse, count), count - 2);
+    };
+    const int32_t x0 = first(low.x, b.low.x, b.inverse_edge.x, b.count.x),
+                  x1 = last(high.x, b.low.x, b.inverse_edge.x, b.count.x);
+    const int32_t y0 = first(low.y, b.low.y, b.inverse_edge.y, b.count.y),
+                  y1 = last(high.y, b.low.y, b.inverse_edge.y, b.count.y);
+    const int32_t z0 = first(low.z, b.low.z, b.inverse_edge.z, b.count.z),
+                  z1 = last(high.z, b.low.z, b.inverse_edge.z, b.count.z);
+    Real greatest = Real(0);
+    for (int32_t z = z0; z <= z1; ++z)
+        for (int32_t y = y0; y <= y1; ++y) {
+            const Real *values = field.extinction + (int64_t{z} * n.y + y) * n.x;
+            for (int32_t x = x0; x <= x1; ++x) greatest = max(greatest, values[x]);
+        }
+    return greatest;
+}
+
+bool first_collision(const GridField &field, const Ray &ray, Real end, Event event, Real &distance) {
+    Ray inside;
+    Real entry;
+    if (!enter(field, ray, inside, entry, end)) return false;
+    Real rest = -log1p(-unit_open<Real>(draw(event, field.dimension))); // of the optical depth
+    bool found = false;
+    if (field.constant()) {
+        const Real sigma = field.extinction[0];
+        found = rest < end * sigma;
+        if (found) distance = entry + rest / sigma;
+        return found;
+    }
+    for_each_cell(field.between, inside, Real(0), end, [&](const Cell &cell, Real from, Real to) {
+        const Real depth = depth_in_cell(field, cell, inside, from, to);
+        if (!(rest < depth)) {
+            rest -= depth;
+            return true;
+        }
+        distance = entry + increasing_root(from, to, [&](Real t, Real &slope) {
+                       slope = value_in_cell(field, cell, inside.origin + inside.direction * t);
+                       return depth_in_cell(field, cell, inside, from, t) - rest;
+                   });
+        found = true;
+        return false;
+    });
+    return found;
+}
+
+Vec3 point_of_sample(const GridField &field, uint32_t sample, const Vec3 &uniform) {
+    const Cell &n = field.samples;
+    const uint32_t nx = static_cast<uint32_t>(n.x), ny = static_cast<uint32_t>(n.y);
+    const int32_t x = static_cast<int32_t>(sample % nx), y = static_cast<int32_t>(sample / nx % ny),
+                  z = static_cast<int32_t>(sample / nx / ny);
+    const Vec3 place(Real(x) + tent_offset(x, n.x, uniform.x), Real(y) + tent_offset(y, n.y, uniform.y),
+                     Real(z) + tent_offset(z, n.z, uniform.z));
+    const Vec3 p = field.box.low + (place + Vec3(Real(0.5))) * field.between.edge;
+    return field.center + field.axis[0] * p.x + field.axis[1] * p.y + field.axis[2] * p.z;
+}
+
+uint64_t grid_field_bytes(const GridSource &source) { return Arena::bytes<Real>(source.count()); }
+
+GridField make_grid_field(const GridSource &source, uint32_t dimension, Arena &arena) {
+    GridField field = {};
+    field.dimension = dimension;
+    field.samples = {source.nx, source.ny, source.nz};
+    field.center = vec_of(source.center);
+    for (int i = 0; i < 3; ++i) field.axis[i] = vec_of(source.axis[i]);
+    const Vec3 half = vec_of(source.half);
+    field.box = {-half, half};
+    const Vec3 edge(Real(2) * half.x / Real(source.nx), Real(2) * half.y / Real(source.ny),
+                    Real(2) * half.z / Real(source.nz));
+    field.between = make_lattice(-half - edge * Real(0.5), edge, {source.nx + 1, source.ny + 1, source.nz + 1});
+    const Vec3 reach =
+        absolute(field.axis[0]) * half.x + absolute(field.axis[1]) * half.y + absolute(field.axis[2]) * half.z;
+    field.bounds = {field.center - reach, field.center + reach};
+
+    Real *values = arena.make<Real>(source.count());
+    if (!values) return field;
+    const Real sigma = to_real<Real>(source.extinction);
+    for (uint64_t i = 0; i < source.count(); ++i)
+        values[i] = source.density ? sigma * to_real<Real>(static_cast<double>(source.density[i])) : sigma;
+    field.extinction = values;
+    field.ready = true;
+    return field;
+}
+
+} // namespace wisp::WISP_ARITH

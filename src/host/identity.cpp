@@ -1,0 +1,51 @@
+#include "host/identity.h"
+#include "host/sha256.h"
+#include "host/version.h"
+
+namespace wisp {
+
+namespace {
+
+// Numbers into a digest, value by value: structures have gaps.
+class Digest {
+  public:
+    template <class... Numbers> void add(const Numbers &...numbers) { (add_one(numbers), ...); }
+    void add_array(const void *data, size_t size) { sha_.update(data, size); }
+    std::string finish() { return sha_.finish().text; }
+
+  private:
+    void add_one(const std::string &text) { sha_.update(text.c_str(), text.size() + 1); }
+    void add_one(const Double3 &v) { add(v.x, v.y, v.z); }
+    template <class Number> void add_one(const Number &number) { sha_.update(&number, sizeof number); }
+
+    Sha256 sha_;
+};
+
+void add(Digest &digest, const SmokeSource &smoke) {
+    static_assert(sizeof(Particle) == 5 * sizeof(double), "particles are hashed as an array");
+    digest.add(smoke.count, smoke.kernel, smoke.albedo, smoke.asymmetry, smoke.emission, smoke.total_area);
+    if (smoke.count > 0) digest.add_array(smoke.particles, smoke.count * sizeof(Particle));
+    const GridSource &grid = smoke.grid;
+    digest.add(grid.nx, grid.ny, grid.nz, grid.extinction, grid.center, grid.half);
+    for (const Double3 &axis : grid.axis) digest.add(axis);
+    if (grid.density) digest.add_array(grid.density, grid.count() * sizeof(float));
+}
+
+} // namespace
+
+std::string identity_of_samples(const Scene &scene, const Settings &settings, const std::string &arithmetic) {
+    Digest digest;
+    const Camera &camera = scene.camera;
+    digest.add(std::string(version), arithmetic, camera.origin, camera.corner, camera.right, camera.down,
+               scene.background, scene.radiance_exponent, scene.light_count, scene.smoke_count);
+    for (uint32_t i = 0; i < scene.light_count; ++i) {
+        const LightSource &light = scene.lights[i];
+        digest.add(light.kind, light.position, light.direction, light.one_minus_cosine, light.color);
+    }
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) add(digest, scene.smokes[i]);
+    const Crop &crop = settings.crop;
+    digest.add(crop.x0, crop.y0, crop.x1, crop.y1, settings.samples, settings.seed);
+    return digest.finish();
+}
+
+} // namespace wisp

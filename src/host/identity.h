@@ -1,0 +1,12 @@
+// What a picture is a picture of: files that a later run goes on from are bound to it.
+#pragma once
+#include "wisp/scene.h"
+#include <string>
+
+namespace wisp {
+
+// SHA-256 of the version, the arithmetic, the scene with its smoke, and the settings that samples of `--reference`
+// depend on.
+std::string identity_of_samples(const Scene &scene, const Settings &settings, const std::string &arithmetic);
+
+} // namespace wisp

@@ -1,0 +1,51 @@
+// Any bytes as a density grid: one line that says what is wrong, or a grid that gives the same bytes when written.
+#include "host/error.h"
+#include "host/volume.h"
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+
+namespace {
+
+void promise(bool kept) {
+    if (!kept) std::abort();
+}
+
+void put(std::string &bytes, uint32_t number) {
+    for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(number >> shift & 0xff);
+}
+
+void put(std::string &bytes, float number) {
+    uint32_t bits;
+    std::memcpy(&bits, &number, sizeof bits);
+    put(bytes, bits);
+}
+
+std::string written(const wisp::Volume &volume) {
+    std::string bytes = "VOL\3";
+    for (uint32_t number : {1u, volume.nx, volume.ny, volume.nz, 1u}) put(bytes, number);
+    for (const auto &corner : {volume.low, volume.high})
+        for (double coordinate : corner) put(bytes, static_cast<float>(coordinate));
+    for (float density : volume.density) put(bytes, density);
+    return bytes;
+}
+
+} // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    try {
+        const wisp::Volume volume = wisp::parse_volume("name", data, size);
+        promise(wisp::is_volume(data, size));
+        for (size_t k = 0; k < 3; ++k)
+            promise(volume.low[k] < volume.high[k] && std::isfinite(volume.high[k] - volume.low[k]));
+        promise(volume.density.size() / volume.nx / volume.ny == volume.nz);
+        for (float density : volume.density) promise(std::isfinite(density) && density >= 0);
+        promise(written(volume) == std::string(data, data + size));
+    } catch (const wisp::InputError &error) {
+        const std::string line = error.what();
+        promise(line.rfind("name: byte ", 0) == 0);
+        promise(line.find(", expected ") != std::string::npos);
+        promise(line.find('\n') == std::string::npos);
+    }
+    return 0;
+}
