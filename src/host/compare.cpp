@@ -110,11 +110,15 @@ std::string json_figure(double value) { return std::isfinite(value) ? figure(val
 // Error 0, 1/4 .. 1 in 8-bit sRGB: five colours of the map "magma" that is usual for FLIP.
 constexpr double ramp[5][3] = {{0, 0, 0}, {81, 18, 124}, {183, 55, 121}, {252, 137, 97}, {252, 253, 191}};
 
+void check_size(const Picture &a, const Picture &b, const std::string &name_a, const std::string &name_b) {
+    if (a.width != b.width || a.height != b.height)
+        throw InputError(name_b + ": " + size_text(b) + " pixels, expected " + size_text(a) + " as in " + name_a);
+}
+
 } // namespace
 
 Difference compare(const Picture &a, const Picture &b, const std::string &name_a, const std::string &name_b) {
-    if (a.width != b.width || a.height != b.height)
-        throw InputError(name_b + ": " + size_text(b) + " pixels, expected " + size_text(a) + " as in " + name_a);
+    check_size(a, b, name_a, name_b);
     Difference result;
     result.width = a.width;
     result.height = a.height;
@@ -145,6 +149,19 @@ Difference compare(const Picture &a, const Picture &b, const std::string &name_a
     return result;
 }
 
+void weigh_noise(Difference &difference, const Picture &b, const Picture &error, const std::string &name_b,
+                 const std::string &name_error) {
+    check_size(b, error, name_b, name_error);
+    double sum = 0, squares = 0;
+    for (const float value : b.rgb) sum += static_cast<double>(value);
+    for (const float value : error.rgb) squares += static_cast<double>(value) * static_cast<double>(value);
+    const double count = static_cast<double>(b.rgb.size()), mean = sum / count;
+    const double beyond = difference.rmse * difference.rmse - squares / count;
+    const auto relative = [mean](double x) { return x == 0 ? 0 : mean <= 0 ? infinity : x / mean; };
+    difference.relative_noise = relative(std::sqrt(squares / count));
+    difference.relative_rmse_beyond_noise = relative(std::isnan(beyond) ? beyond : std::sqrt(std::max(beyond, 0.0)));
+}
+
 std::string difference_text(const Difference &d) {
     const std::string pixels = std::to_string(uint64_t(d.width) * d.height);
     std::string text;
@@ -160,6 +177,10 @@ std::string difference_text(const Difference &d) {
     line("RMSE", figure(d.rmse));
     line("relative RMSE", figure(d.relative_rmse));
     line("  without brightest 0.1 %", figure(d.relative_rmse_without_bright));
+    if (d.relative_noise) {
+        line("  beyond the noise of B", figure(*d.relative_rmse_beyond_noise));
+        line("relative noise of B", figure(*d.relative_noise));
+    }
     line("PSNR", figure(d.psnr) + " dB");
     line("mean FLIP", figure(d.mean_flip));
     return text;
@@ -175,6 +196,9 @@ std::string difference_json(const Difference &d) {
            ",\n  \"largest_ulps\": " + std::to_string(d.largest_ulps) + ",\n  \"rmse\": " + json_figure(d.rmse) +
            ",\n  \"relative_rmse\": " + json_figure(d.relative_rmse) +
            ",\n  \"relative_rmse_without_bright\": " + json_figure(d.relative_rmse_without_bright) +
+           (d.relative_noise ? ",\n  \"relative_noise\": " + json_figure(*d.relative_noise) +
+                                   ",\n  \"relative_rmse_beyond_noise\": " + json_figure(*d.relative_rmse_beyond_noise)
+                             : "") +
            ",\n  \"psnr\": " + json_figure(d.psnr) + ",\n  \"mean_flip\": " + json_figure(d.mean_flip) + " }\n";
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 #include "host/picture.h"
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,12 +22,20 @@ struct Difference {
     double relative_rmse_without_bright = 0; // the same without the floor(0.1 %) of B's pixels of largest luminance
     double psnr = 0;                         // dB, peak = largest value of B; infinite when RMSE is 0
     double mean_flip = 0;                    // of the pictures as PNG shows them, 0 to 1; see flip.h
+    // Given B's standard errors: their root mean square, and what RMSE has beyond it (sqrt(RMSE^2 - noise^2), 0 where
+    // noise explains all of it), both relative to the mean of B.
+    std::optional<double> relative_noise, relative_rmse_beyond_noise;
 };
 constexpr uint64_t nan_ulps = uint64_t{1} << 32;
 
 // Throws InputError `NAME_B: W x H pixels, expected W x H as in NAME_A` when the sizes differ.
 Difference compare(const Picture &a, const Picture &b, const std::string &name_a = "A",
                    const std::string &name_b = "B");
+
+// Sets the figures beyond the noise. `error`, of the same size: the standard error of each value of B.
+// Throws InputError like compare().
+void weigh_noise(Difference &difference, const Picture &b, const Picture &error, const std::string &name_b = "B",
+                 const std::string &name_error = "error");
 
 // The figures, one a line, for people.
 std::string difference_text(const Difference &difference);
@@ -38,7 +47,8 @@ std::string difference_json(const Difference &difference);
 // Each pixel's FLIP error, 0 to 1, from black over purple and orange to pale yellow. Sizes must be equal.
 Picture difference_picture(const Picture &a, const Picture &b);
 
-// `wisp compare A B [--tolerance REL] [--json FILE] [--diff FILE.png]`, arguments without the first two words. Prints
+// `wisp compare A B [--tolerance REL] [--error FILE.pfm] [--json FILE] [--diff FILE.png]`, arguments without the first
+// two words; --error names B's standard errors. Prints
 // the figures on standard output; `--json -` prints the JSON there instead. Returns exit_done when all bits match or,
 // given a tolerance, when the relative RMSE is at most REL; else exit_difference. Throws Error(exit_usage), InputError
 // for A and B, Error(exit_output) for files that cannot be written.

@@ -11,6 +11,7 @@ namespace {
 struct Request {
     std::vector<std::string> pictures; // A and B
     std::optional<double> tolerance;   // of the relative RMSE; without it bits must match
+    std::string error;                 // B's standard errors; empty: not known
     std::string json, diff;            // file names, empty: not wanted
 };
 
@@ -21,6 +22,8 @@ void set_option(Request &request, const std::string &name, const std::string &va
         request.tolerance = to_number(value);
         if (!request.tolerance || *request.tolerance < 0)
             fail_usage("option '--tolerance' is '" + value + "', expected a number of at least 0");
+    } else if (name == "--error") {
+        request.error = value;
     } else if (name == "--json") {
         if (value.empty()) fail_usage("option '--json' is empty, expected a file name or -");
         request.json = value;
@@ -40,8 +43,8 @@ Request parse(const std::vector<std::string> &args) {
         }
         const size_t equals = args[i].find('=');
         const std::string name = args[i].substr(0, equals);
-        if (name != "--tolerance" && name != "--json" && name != "--diff")
-            fail_usage("there is no option '" + name + "', expected --tolerance, --json or --diff");
+        if (name != "--tolerance" && name != "--error" && name != "--json" && name != "--diff")
+            fail_usage("there is no option '" + name + "', expected --tolerance, --error, --json or --diff");
         if (equals != std::string::npos) {
             set_option(request, name, args[i].substr(equals + 1));
         } else if (++i < args.size()) {
@@ -61,7 +64,8 @@ int compare_command(const std::vector<std::string> &args) {
     const Request request = parse(args);
     const std::string &name_a = request.pictures[0], &name_b = request.pictures[1];
     const Picture a = read_pfm(name_a), b = read_pfm(name_b);
-    const Difference difference = compare(a, b, name_a, name_b);
+    Difference difference = compare(a, b, name_a, name_b);
+    if (!request.error.empty()) weigh_noise(difference, b, read_pfm(request.error), name_b, request.error);
 
     const std::string json = difference_json(difference);
     if (!request.json.empty() && request.json != "-") write_file(request.json, json);

@@ -277,7 +277,8 @@ std::string help_text() {
         text += left + " " + entry.help + "\n";
     }
     text +=
-        "\nOptions of compare: --tolerance REL allows that relative RMSE, --json FILE, --diff FILE.png\n"
+        "\nOptions of compare: --tolerance REL allows that relative RMSE, --error FILE.pfm are B's standard errors,\n"
+        "--json FILE, --diff FILE.png\n"
         "Exit: 0 done, 1 pictures differ, 2 wrong usage, 3 bad input, 4 does not fit in memory, 5 could not write\n";
     return text;
 }

@@ -321,6 +321,39 @@ TEST_CASE("compare command: JSON and difference picture") {
     CHECK(printed == json); // alone, so that another program can read it
 }
 
+TEST_CASE("compare: what is beyond the noise of B") {
+    // RMSE 5 and noise 3 leave 4, relative to a mean of 2; 3 and 5 leave nothing; a NaN is no figure.
+    const Picture b = row({1, 3}), error = row({3, 3});
+    Difference d = compare(row({6, 8}), b);
+    CHECK(difference_text(d).find("noise") == std::string::npos);
+    weigh_noise(d, b, error);
+    CHECK(*d.relative_noise == 1.5);
+    CHECK(*d.relative_rmse_beyond_noise == 2);
+    CHECK(difference_text(d).find("  beyond the noise of B         2\nrelative noise of B             1.5\n") !=
+          std::string::npos);
+    CHECK(difference_json(d).find("\"relative_noise\": 1.5,\n  \"relative_rmse_beyond_noise\": 2,") !=
+          std::string::npos);
+    d = compare(row({4, 6}), b);
+    weigh_noise(d, b, row({5, 5}));
+    CHECK(*d.relative_rmse_beyond_noise == 0);
+    d = compare(row({not_a_number, 6}), b);
+    weigh_noise(d, b, error);
+    CHECK(std::isnan(*d.relative_rmse_beyond_noise));
+
+    TemporaryFolder folder;
+    std::string printed;
+    write_file(folder.file("a.pfm"), pfm_bytes(row({6, 8})));
+    write_file(folder.file("b.pfm"), pfm_bytes(b));
+    write_file(folder.file("e.pfm"), pfm_bytes(error));
+    write_file(folder.file("wide.pfm"), pfm_bytes(row({1, 1, 1})));
+    CHECK(run(folder, {folder.file("a.pfm"), folder.file("b.pfm"), "--error", folder.file("e.pfm")}, printed) ==
+          exit_difference);
+    CHECK(printed.find("relative noise of B             1.5\n") != std::string::npos);
+    CHECK(run(folder, {folder.file("a.pfm"), folder.file("b.pfm"), "--error", folder.file("wide.pfm")}, printed) ==
+          exit_input);
+    CHECK(printed.find("3 x 1 pixels, expected 2 x 1 as in") != std::string::npos);
+}
+
 TEST_CASE("compare command: errors") {
     TemporaryFolder folder;
     const std::string a = folder.file("a.pfm"), wide = folder.file("wide.pfm"), none = folder.file("none.pfm");
@@ -335,8 +368,8 @@ TEST_CASE("compare command: errors") {
     usage({}, "'wisp compare' has 0 files, expected two pictures");
     usage({a}, "'wisp compare' has 1 files, expected two pictures");
     usage({a, a, a}, "'wisp compare' has 3 files, expected two pictures");
-    usage({a, a, "--fuzzy"}, "there is no option '--fuzzy', expected --tolerance, --json or --diff");
-    usage({a, a, "-t", "1"}, "there is no option '-t', expected --tolerance, --json or --diff");
+    usage({a, a, "--fuzzy"}, "there is no option '--fuzzy', expected --tolerance, --error, --json or --diff");
+    usage({a, a, "-t", "1"}, "there is no option '-t', expected --tolerance, --error, --json or --diff");
     usage({a, a, "--tolerance"}, "option '--tolerance' needs a value");
     for (const char *value : {"", "abc", "-1", "nan", "inf", "1x", "0x1"})
         usage({a, a, "--tolerance", value},

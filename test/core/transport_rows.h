@@ -1,0 +1,88 @@
+// Published values of light transport (reference/transport.csv beside the data), and how measured ones are held
+// against them.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <doctest/doctest.h>
+#include <fstream>
+#include <string>
+#include <vector>
+
+namespace wisp::WISP_ARITH {
+
+struct Row {
+    std::string id;
+    double value;
+};
+
+// Rows `id, quantity, parameters, value, ...`; fields may be quoted. Empty when there is no such file.
+inline std::vector<Row> transport_rows() {
+    const char *data = std::getenv("WISP_DATA");
+    std::vector<Row> rows;
+    std::ifstream file(std::string(data ? data : DATA) + "/../reference/transport.csv");
+    for (std::string line; std::getline(file, line);) {
+        std::vector<std::string> fields(1);
+        bool quoted = false;
+        for (char c : line)
+            if (c == '"')
+                quoted = !quoted;
+            else if (c == ',' && !quoted)
+                fields.emplace_back();
+            else
+                fields.back() += c;
+        if (fields.size() > 3) rows.push_back({fields[0], std::atof(fields[3].c_str())});
+    }
+    return rows;
+}
+
+// Mean of a score over many samples, and its standard error.
+struct Score {
+    double mean, error;
+};
+template <class Sample> Score score(int samples, Sample sample) {
+    double sum = 0, square = 0;
+    for (int i = 0; i < samples; ++i) {
+        const double x = sample(i);
+        sum += x;
+        square += x * x;
+    }
+    const double mean = sum / samples;
+    return {mean, std::sqrt(std::max(square / samples - mean * mean, 0.0) / samples)};
+}
+
+// Checks scored rows one by one and all together, and leaves them as a table in build/.
+class TransportTable {
+  public:
+    explicit TransportTable(const std::string &method)
+        : name_(std::string("build/transport_") + method + "_" + WISP_ARITH_NAME + ".csv") {}
+    void add(const std::string &id, double value, const Score &score) {
+        const double deviation = (score.mean - value) / score.error;
+        CAPTURE(id);
+        CAPTURE(value);
+        CAPTURE(score.mean);
+        CHECK(std::fabs(deviation) < 4.5);
+        chi_square_ += deviation * deviation;
+        ++rows_;
+        char line[300];
+        std::snprintf(line, sizeof line, "\"%s\",%.8g,%.6g,%.2g,%+.2f\n", id.c_str(), value, score.mean, score.error,
+                      deviation);
+        text_ += line;
+    }
+    // Neither too large nor suspiciously small: within four standard deviations.
+    void finish(int expected_rows) {
+        MESSAGE(name_, ": chi-square ", chi_square_, " of ", rows_, " rows");
+        CHECK(rows_ >= expected_rows);
+        CHECK(std::fabs(chi_square_ - rows_) < 4 * std::sqrt(2.0 * rows_));
+        std::ofstream(name_) << "row,reference,measured,standard error,deviation in standard errors\n" << text_;
+    }
+
+  private:
+    std::string name_, text_;
+    double chi_square_ = 0;
+    int rows_ = 0;
+};
+
+} // namespace wisp::WISP_ARITH
