@@ -89,6 +89,13 @@ $B/peers/point_tree_%: tools/peers/point_tree.cpp $B/core/%/point_tree.o
 bench: all $(PEERS)
 	tools/bench
 
+# How direct converges to the reference; half an hour the first time, the reference's passes are kept.
+convergence: $B/wisp
+	tools/convergence
+# Each hard case in each arithmetic, as a table.
+hard-cases: $B/tests
+	tools/hard_cases
+
 # The goldens anew, as a difference to look at; nobody runs this to make a red test green.
 golden: $B/wisp
 	tools/golden $B/wisp > $B/goldens.txt
@@ -125,6 +132,6 @@ deps:
 clean:
 	rm -rf $B
 
-.PHONY: all demo test golden same-bits bench fuzz deps clean
+.PHONY: all demo test convergence hard-cases golden same-bits bench fuzz deps clean
 .SECONDARY:
 -include $(shell find $B -name '*.d' 2>/dev/null)

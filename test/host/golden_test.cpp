@@ -45,7 +45,7 @@ struct Studio : TemporaryFolder {
 TEST_CASE("every fixture has its golden in every arithmetic") {
     const Studio studio;
     const std::vector<Golden> list = goldens();
-    CHECK(list.size() >= 9);
+    CHECK(list.size() >= 18);
     for (const Golden &golden : list) {
         CAPTURE(golden.scene);
         CAPTURE(golden.arithmetic);
@@ -65,7 +65,9 @@ TEST_CASE("f32 and fixed are within a thousandth of f64") {
         CAPTURE(golden.scene);
         CAPTURE(golden.arithmetic);
         const std::string single = golden.scene + " --photons 0", other_seed = golden.scene + " --seed 2";
-        CHECK(compare(studio.render(single, golden.arithmetic), studio.render(single, "f64")).relative_rmse < 1e-3);
+        const bool paths = golden.scene.find("--reference") != std::string::npos; // they diverge as photons do
+        if (!paths)
+            CHECK(compare(studio.render(single, golden.arithmetic), studio.render(single, "f64")).relative_rmse < 1e-3);
         const Picture exact = studio.render(golden.scene, "f64");
         const double noise = compare(studio.render(other_seed, "f64"), exact).relative_rmse;
         CHECK(compare(studio.render(golden.scene, golden.arithmetic), exact).relative_rmse < 0.1 * noise);
