@@ -13,13 +13,13 @@ constexpr Real infinitely_far = Real(0x1p20);
 // a distant light has no digits left.
 Color mean_irradiance(const Color &intensity, const Vec3 &a, const Vec3 &b) {
     const Real near = max(length(a), closest), far = max(length(b), closest);
-    const Real area = length(cross(a, b)), cosine = dot(a, b), floor = length(b - a) * closest;
+    const Real floor = length(b - a) * closest, area = max(length(cross(a, b)), floor), cosine = dot(a, b);
     // angle / sine for small angles: its series, where the quotient would lose its digits.
     if (area < Real(1.0 / 16) * cosine || floor == Real(0)) {
         const Real sine = area / near / far, s2 = sine * sine;
         return intensity / near / far * (Real(1) + s2 * (Real(1.0 / 6) + s2 * Real(3.0 / 40)));
     }
-    return intensity / max(area, floor) * angle_between(area, cosine);
+    return intensity / area * angle_between(area, cosine);
 }
 
 // Whether a unit vector lies in the cone about another.

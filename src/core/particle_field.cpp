@@ -126,7 +126,7 @@ template <class K> Collision first_collision_of(const ParticleField &field, cons
             uint32_t bits[lanes], candidates = 0;
             for (uint32_t l = 0; l < lanes; ++l) {
                 bits[l] = draw(event, field.first_dimension + tree.id[first + l]);
-                candidates |= bits[l] < field.reach[first + l] ? 1u : 0u;
+                candidates |= bits[l] <= field.reach[first + l] ? 1u : 0u;
             }
             if (!candidates) continue;
             Real xi[lanes], bound[lanes];

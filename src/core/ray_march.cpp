@@ -63,7 +63,7 @@ Color march(Marcher &marcher, const Ray &ray) {
     const Real length = end - begin;
     const int32_t steps = floor_to_int(length / marcher.step) + 1;
     Color radiance(Real(0));
-    Real depth = Real(0);
+    Real depth = Real(0), lost = Real(0); // what rounding took from the depth so far, as after Kahan
     for (int32_t i = 0; i < steps && depth < opaque_depth; ++i) {
         const Real from = Real(i) * marcher.step, dx = min(marcher.step, length - from);
         if (!(dx > Real(0))) break;
@@ -85,7 +85,9 @@ Color march(Marcher &marcher, const Ray &ray) {
 
         const Real s = sigma * dx;
         radiance += source * (exp(-depth) * mean_transmittance(s) * dx);
-        depth += s;
+        const Real more = s - lost, sum = depth + more;
+        lost = (sum - depth) - more;
+        depth = sum;
     }
     return radiance + marcher.background * exp(-depth);
 }

@@ -252,6 +252,10 @@ void check_range(const std::string &name, const SceneFile &file, const PreparedS
             if (!(grid.extinction * densest <= (fixed ? 0x1p15 : 1e30)))
                 refuse(where, "the smoke's extinction is too large for this arithmetic");
         }
+        // 1 - |g| keeps some digits, and p = (1 + |g|) / (4 pi (1 - |g|)^2) stays in range.
+        const double least = fixed ? 0x1p-16 : options.arithmetic == Arithmetic::f32 ? 0x1p-20 : 0x1p-40;
+        if (!(1 - std::fabs(smoke.asymmetry) >= least))
+            refuse(where, "the phase is nearer to 1 or -1 than this arithmetic can tell");
         power += 4 * 3.15 * largest(smoke.emission) * smoke.total_area;
         if (fixed && !smoke.is_grid() && smoke.total_area > 0x1p26)
             refuse(where, "the smoke's cross-section is too large for fixed point");
@@ -260,6 +264,8 @@ void check_range(const std::string &name, const SceneFile &file, const PreparedS
     }
     if (distance(prepared.scene.camera.origin) > 0x1p18)
         refuse(scene_line, "the camera is more than 262144 smoothing lengths from the smoke");
+    if (fixed && distance(prepared.scene.camera.corner) > 0x1p15) // of the longest ray, before it is normalised
+        refuse(scene_line, "the view is too wide for fixed point");
     if (fixed && extent.largest_h > 4096 * extent.smallest_h)
         refuse(scene_line, "smoothing lengths differ by more than 4096, too much for fixed point");
     for (const LightSource &light : prepared.lights) {

@@ -1,7 +1,6 @@
 // Small smokes for tests, and the core's structures over memory of the test's own.
 #pragma once
-#include "wisp/render.h"
-#include "wisp/smoke.h"
+#include "wisp/photon_map.h"
 #include <algorithm>
 #include <tuple>
 #include <vector>
@@ -93,6 +92,35 @@ inline Camera look_at_origin(double far, double width, int pixels) {
     camera.corner = {-0.5 * width / far, 0.5 * width / far, -1};
     return camera;
 }
+
+// A scene of one smoke, seen by a camera at z = 12. It points to its arguments.
+inline Scene scene_of(const SmokeSource &smoke, const std::vector<LightSource> &lights) {
+    Scene scene = {};
+    scene.camera = look_at_origin(12, 8, 8);
+    scene.smokes = &smoke;
+    scene.smoke_count = 1;
+    scene.lights = lights.data();
+    scene.light_count = static_cast<uint32_t>(lights.size());
+    return scene;
+}
+
+// The photon map of a scene, as render() makes it.
+struct BuiltPhotons {
+    BuiltPhotons(const Scene &scene, const Settings &settings)
+        : BuiltPhotons(scene, settings, plan_photons(scene, settings)) {}
+    BuiltPhotons(const Scene &scene, const Settings &settings, const PhotonPlan &plan, const Observer &observer = {})
+        : memory(medium_bytes(scene) + plan.bytes), arena(memory.data(), memory.size()),
+          medium(make_medium(scene, arena)) {
+        for (uint32_t i = 0; i < scene.light_count; ++i) lights.push_back(make_light(scene.lights[i]));
+        maps = trace_photons(medium, lights.data(), scene.light_count, settings, plan, observer, arena, statistics);
+    }
+    std::vector<unsigned char> memory;
+    Arena arena;
+    Medium medium;
+    std::vector<Light> lights;
+    Statistics statistics;
+    PhotonMaps maps;
+};
 
 inline Settings small_settings(int pixels) {
     Settings settings = {};

@@ -130,16 +130,3 @@ TEST_CASE(WISP_ARITH_NAME ": the particle hit has the share of its extinction") 
     REQUIRE(found > 1000);
     CHECK(std::fabs(hits - expected) < 4 * std::sqrt(0.25 * found));
 }
-
-TEST_CASE(WISP_ARITH_NAME ": no draw, however extreme, gives an endless or infinite path") { // A1, A2, B1, B2
-    const std::vector<Particle> thin = {{{0, 0, 0}, 1, 0}}, thick = {{{0, 0, 0}, 1, 1e5}};
-    const BuiltField nothing(smoke_of(thin)), wall(smoke_of(thick));
-    for (uint64_t key = 0; key < 3000; ++key) {
-        const Ray ray = {vec(-5, 0, 0), vec(1, 0, 0)};
-        CHECK(!first_collision(nothing.field, ray, Real(20), photon_event(key, 1)).found);
-        const Collision c = first_collision(wall.field, ray, Real(20), photon_event(key, 1));
-        REQUIRE(c.found);
-        CHECK(at(c.distance) >= 3 - 1e-4);
-        CHECK(at(c.distance) < 3.5); // at the boundary of the density
-    }
-}

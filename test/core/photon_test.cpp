@@ -13,24 +13,6 @@ namespace {
 
 constexpr double pi_ = 3.14159265358979323846;
 
-// A medium without end, of extinction 1: what `walk` needs, and nothing else.
-struct Infinite {
-    double albedo_, g;
-};
-struct Anywhere {
-    bool found;
-    Real distance;
-};
-Anywhere first_collision(const Infinite &, const Ray &, Real, Event event) {
-    return {true, -wisp::log(unit_open<Real>(draw(event, 0)))};
-}
-Color albedo(const Infinite &medium, const Anywhere &) { return Color(real(medium.albedo_)); }
-Phase phase(const Infinite &medium, const Anywhere &) { return Phase(real(medium.g)); }
-
-Photon photon_along_z() { return {{vec(0, 0, 0), vec(0, 0, 1)}, Color(Real(1)), true}; }
-
-uint64_t key_of(uint64_t i) { return (i + 1) * 0x9e3779b97f4a7c15u; }
-
 // A scene and what it points to.
 struct LitCloud {
     LitCloud(const std::vector<SmokeSource> &smokes_, const std::vector<LightSource> &lights_)
@@ -49,29 +31,6 @@ struct LitCloud {
 const LightSource point_light = {LightKind::point, {6, 8, 4}, {0, 0, 1}, 2, {100, 80, 60}};
 
 } // namespace
-
-TEST_CASE(WISP_ARITH_NAME ": collisions in an infinite medium have the published fluence, without the first") { // D11
-    // A = 0.9, isotropic: fluence 0.143284 at r = 1, of which e^-1 / (4 pi) is direct and not in the map.
-    const int n = 200000;
-    double all = 0, later = 0;
-    const double low = 0.95, high = 1.05, volume = 4 * pi_ / 3 * (high * high * high - low * low * low);
-    for (int i = 0; i < n; ++i) {
-        const Phase uniform(Real(0));
-        const Event birth = photon_event(key_of(uint64_t(i)), 0);
-        Photon photon = photon_along_z();
-        photon.ray.direction = deflect(vec(0, 0, 1), uniform.sample(unit_open<Real>(draw(birth, 1))),
-                                       unit_half_open<Real>(draw(birth, 2)));
-        walk(Infinite{0.9, 0}, photon, key_of(uint64_t(i)), [&](const Anywhere &, uint32_t number, const Photon &p) {
-            const double r2 = at(dot(p.ray.origin, p.ray.origin));
-            if (r2 < low * low || r2 > high * high) return;
-            all += 1;
-            later += number > 0 ? 1 : 0;
-        });
-    }
-    // The shell's mean against its middle: below 0.5 %, and the count's noise.
-    CHECK(std::fabs(all / n / volume - 0.143284) < 4 * std::sqrt(all) / n / volume + 0.005 * 0.143284);
-    CHECK(std::fabs(later / n / volume - 0.114009) < 4 * std::sqrt(later) / n / volume + 0.005 * 0.114009);
-}
 
 TEST_CASE(WISP_ARITH_NAME ": emitted = absorbed + escaped + blocked + capped, and each batch can be traced alone") {
     const auto particles = cloud(800, 3, 1, 0.1);
@@ -177,104 +136,6 @@ TEST_CASE(WISP_ARITH_NAME ": a black light tells no photons apart") {
     settings.photons = 1000;
     CHECK(plan(LitCloud(smokes, {black, red, blue}).scene, settings).photon_powers);
     CHECK(!plan(LitCloud(smokes, {black, red, dim_red}).scene, settings).photon_powers);
-}
-
-TEST_CASE(WISP_ARITH_NAME
-          ": a full store ends tracing at a whole batch, and power is divided by what was emitted") { // D15
-    const auto particles = cloud(800, 2, 1, 2); // thick: many collisions a photon
-    std::vector<SmokeSource> smokes = {smoke_of(particles)};
-    smokes[0].albedo = {1, 1, 1};
-    const LightSource inside = {LightKind::point, {0, 0, 0}, {0, 0, 1}, 2, {1, 1, 1}};
-    Settings settings = small_settings(2);
-    settings.photons = 2 * batch_photons;
-    const Rendered picture = render_in_memory(LitCloud(smokes, {inside}).scene, settings);
-    const auto &p = picture.statistics.photons;
-    CHECK(p.store_full);
-    CHECK(p.emitted < settings.photons);
-    CHECK(p.emitted % batch_photons == 0);
-    CHECK(p.stored <= plan(LitCloud(smokes, {inside}).scene, settings).photon_capacity);
-    CHECK(p.emitted == p.absorbed + p.escaped + p.blocked + p.capped);
-}
-
-TEST_CASE(WISP_ARITH_NAME ": lights that miss the smoke, or nothing to light, divide by nothing") { // D14, D1
-    const auto particles = cloud(100, 1, 1, 1);
-    const std::vector<SmokeSource> smokes = {smoke_of(particles)};
-    const LightSource away = {LightKind::spot, {30, 0, 0}, {1, 0, 0}, 0.1, {5, 5, 5}};
-    Settings settings = small_settings(4);
-    settings.photons = 1000;
-    const Rendered picture = render_in_memory(LitCloud(smokes, {away}).scene, settings);
-    REQUIRE(picture.status == Status::done);
-    CHECK(picture.statistics.photons.stored == 0);
-    for (float value : picture.rgb) CHECK(value == 0);
-}
-
-TEST_CASE(WISP_ARITH_NAME ": the estimate of an even field of photons is unbiased for every K") { // D4, E5
-    // Photons in a big ball, density 40 per cubic unit; queries in its middle.
-    const int n = 30000;
-    Sequence next;
-    std::vector<Vec3> points;
-    const double half = std::cbrt(n / 40.0) / 2;
-    for (int i = 0; i < n; ++i) {
-        const double x = next(), y = next(), z = next();
-        points.push_back(vec((2 * x - 1) * half, (2 * y - 1) * half, (2 * z - 1) * half));
-    }
-    std::vector<unsigned char> memory(point_tree_bytes(n) + gather_bytes(500) + 4096);
-    Arena arena(memory.data(), memory.size());
-    PhotonMap map = {};
-    map.tree = build_point_tree(points.data(), n, arena);
-    REQUIRE(map.tree.ready);
-    map.uniform_power = Color(Real(1));
-    map.unit = Real(1);
-    const size_t mark = arena.mark();
-    for (uint32_t k : {2u, 10u, 50u, 500u}) {
-        arena.rewind(mark);
-        Gather gather;
-        REQUIRE(make_gather(k, arena, gather));
-        double sum = 0, square = 0;
-        const int queries = k == 2 ? 8000 : 2000;
-        Statistics statistics;
-        for (int q = 0; q < queries; ++q) {
-            const double x = next() - 0.5, y = next() - 0.5, z = next() - 0.5;
-            const Vec3 p = vec(x * half, y * half, z * half);
-            const double value =
-                at(in_scattered(map, Phase(Real(0)), p, vec(0, 0, 1), Real(3), gather, statistics).x) * 4 * pi_ / 40;
-            sum += value;
-            square += value * value;
-        }
-        const double mean = sum / queries;
-        CAPTURE(k);
-        // (k - 1) / V_k is unbiased with relative deviation 1 / sqrt(k - 2); at k = 2 its variance is infinite.
-        const double deviation = k == 2 ? 0.1 : 1 / std::sqrt(k - 2.0) / std::sqrt(queries / (k > 100 ? 20.0 : 2.0));
-        CHECK(std::fabs(mean - 1) < 4 * deviation);
-        CHECK(statistics.smoke.gathers == uint64_t(queries));
-    }
-}
-
-TEST_CASE(WISP_ARITH_NAME ": few, coincident and no photons give finite estimates") { // D1, D2
-    std::vector<Vec3> points(20, vec(0.5, 0.5, 0.5));
-    std::vector<unsigned char> memory(point_tree_bytes(20) + gather_bytes(500) + gather_bytes(10) + 4096);
-    Arena arena(memory.data(), memory.size());
-    PhotonMap map = {};
-    map.tree = build_point_tree(points.data(), 20, arena);
-    REQUIRE(map.tree.ready);
-    map.uniform_power = Color(Real(1));
-    map.unit = Real(1);
-    map.exponent = -20;
-    Gather many, few;
-    REQUIRE(make_gather(500, arena, many));
-    REQUIRE(make_gather(10, arena, few));
-    Statistics statistics;
-    // Fewer than K: all of them over the largest ball.
-    const double all = at(in_scattered(map, Phase(Real(0)), vec(0, 0, 0), vec(0, 0, 1), Real(2), many, statistics).x);
-    CHECK(all == doctest::Approx(20 / (4 * pi_) / (4 * pi_ / 3 * 8) * 0x1p-20)
-                     .epsilon(std::is_same_v<Real, Fixed> ? 5e-3 : 1e-5));
-    // All at the query: the radius has a floor.
-    const double there =
-        at(in_scattered(map, Phase(Real(0)), vec(0.5, 0.5, 0.5), vec(0, 0, 1), Real(2), few, statistics).x);
-    CHECK(there > 0);
-    CHECK(std::isfinite(there));
-    map.tree = build_point_tree(points.data(), 0, arena);
-    CHECK(in_scattered(map, Phase(Real(0)), vec(0, 0, 0), vec(0, 0, 1), Real(2), few, statistics).x == Real(0));
 }
 
 TEST_CASE(WISP_ARITH_NAME ": directions are weighted with the phase function, power by power") {

@@ -386,19 +386,6 @@ TEST_CASE(WISP_ARITH_NAME ": point tree: the k nearest equal brute force, ties b
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": point tree: ties at the k-th place go to the smaller ids (D3)") {
-    Grown grown(lattice_points(9, 1));
-    // From the middle of the lattice: 1 point at 0, 6 at 1, 12 at 2. Of the twelve, the first three by id.
-    const Vec3 middle(Real(4), Real(4), Real(4));
-    const auto found = nearest_by_tree(grown, middle, 10, Real(100));
-    REQUIRE(found.size() == 10);
-    CHECK(found[6].first == Real(1));
-    const uint32_t id_of_middle = 4 + 9 * 4 + 81 * 4;
-    CHECK(found[7] == Neighbour(Real(2), id_of_middle - 81 - 9));
-    CHECK(found[8] == Neighbour(Real(2), id_of_middle - 81 - 1));
-    CHECK(found[9] == Neighbour(Real(2), id_of_middle - 81 + 1));
-}
-
 TEST_CASE(WISP_ARITH_NAME ": point tree: points in a radius equal brute force") {
     for (const PointSet &set : point_sets()) {
         CAPTURE(set.name);

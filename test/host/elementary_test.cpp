@@ -488,33 +488,3 @@ TEST_CASE("elementary: a sum of products goes from left to right") {
     CHECK(wisp::sum_of_products(1.0f, 3.0f, 1e8f, 1e8f, -1e8f, 1e8f) == 0);
     CHECK(wisp::sum_of_products(1e16, 1.0, 1.0, 1.0, -1e16, 1.0) == 0);
 }
-
-// The bits of every function over arguments that a hash makes: any compiler, level and machine must give this value.
-TEST_CASE("elementary: the same bits everywhere (hard case F2)") {
-    uint64_t hash = 0xcbf29ce484222325;
-    const auto mix = [&](uint64_t bits) { hash = (hash ^ bits) * 0x100000001b3; };
-    Random random;
-    for (int i = 0; i < 20000; ++i) {
-        const double x = random.with_exponent(-12, 6), in_one = random.between(-1, 1), y = random.between(0, 2);
-        double s, c;
-        wisp::sincos_turns(x, s, c);
-        for (const double value : {wisp::exp(x), wisp::expm1(x), wisp::log(wisp::abs(x)), wisp::log1p(wisp::abs(x)), s,
-                                   c, wisp::acos(in_one), wisp::asin(in_one), wisp::cbrt(x), wisp::angle_between(y, x)})
-            mix(detail::to_bits(value));
-        const float xf = static_cast<float>(x), in_one_f = static_cast<float>(in_one), yf = static_cast<float>(y);
-        float sf, cf;
-        wisp::sincos_turns(xf, sf, cf);
-        for (const float value :
-             {wisp::exp(xf), wisp::expm1(xf), wisp::log(wisp::abs(xf)), wisp::log1p(wisp::abs(xf)), sf, cf,
-              wisp::acos(in_one_f), wisp::asin(in_one_f), wisp::cbrt(xf), wisp::angle_between(yf, xf)})
-            mix(detail::to_bits(value));
-        const Fixed xq(x), in_one_q(in_one), yq(y), away = abs(xq) + Fixed(1);
-        Fixed sq, cq;
-        sincos_turns(xq, sq, cq);
-        for (const Fixed value :
-             {exp(Fixed(3) * in_one_q), expm1(in_one_q), log(away), log1p(abs(xq)), sq, cq, acos(in_one_q),
-              asin(in_one_q), cbrt(xq), angle_between(yq, xq), sqrt(away), xq * yq, xq / away})
-            mix(static_cast<uint64_t>(value.raw()));
-    }
-    CHECK(hash == 0x2da74b2324704825);
-}
