@@ -31,6 +31,7 @@ const uint32_t *shares_of_area(const SmokeSource &source, Arena &arena) {
     for (uint32_t i = 0; i < count; ++i) total += units(i);
     // sum / total as a fraction of 2^32, by long division in two halves of 16 bits: total < 2^47.
     uint64_t sum = 0;
+    if (total == 0) total = 1; // all too small for the arithmetic: all shares are 0
     for (uint32_t i = 0; i < count; ++i) {
         const uint64_t high = (sum << 16) / total, rest = (sum << 16) % total;
         before[i] = static_cast<uint32_t>(high << 16 | (rest << 16) / total);

@@ -240,11 +240,19 @@ void check_outputs(const Options &options) {
     if (!options.reference && options.passes) throw Error(exit_usage, "option 'passes' belongs to --reference");
     if (!options.reference && !options.error_out.empty())
         throw Error(exit_usage, "option 'error-out' belongs to --reference");
+    for (const std::string &output : options.outputs)
+        if (output == options.error_out)
+            throw Error(exit_usage, "option 'error-out' is '" + output + "' like an output, expected another file");
 }
 
 void print_stage(const char *name, bool needed, uint64_t bytes, const std::string &why) {
     std::printf("%-14s %-4s %14llu bytes  %s\n", name, needed ? "yes" : "no", static_cast<unsigned long long>(bytes),
                 why.c_str());
+}
+
+void print_notes(const Options &options, const PreparedScene &prepared) {
+    if (!options.verbose) return;
+    for (const std::string &note : prepared.notes) std::printf("%s\n", note.c_str());
 }
 
 } // namespace
@@ -275,6 +283,8 @@ int merge_command(const std::vector<std::string> &arguments) {
         set_option(options, name, value, "");
     }
     if (line.files.empty()) throw Error(exit_usage, "found no file to merge, expected some .passes");
+    if (options.outputs.empty() && options.error_out.empty() && !options.digest)
+        throw Error(exit_usage, "found nothing to make of the passes, expected --output, --error-out or --digest");
     Passes passes = parse_passes(read_file(line.files[0]), line.files[0]);
     for (size_t i = 1; i < line.files.size(); ++i)
         add_passes(passes, parse_passes(read_file(line.files[i]), line.files[i]), line.files[i]);
@@ -287,6 +297,7 @@ int merge_command(const std::vector<std::string> &arguments) {
 
 int plan_command(const std::vector<std::string> &arguments) {
     const Request request = read_request(arguments);
+    check_outputs(request.options);
     PreparedScene prepared;
     prepare_scene(request.name, request.file, request.options, request.options.frames.first, prepared);
     const Settings settings = settings_of(request.options, prepared.width, prepared.height);
@@ -314,6 +325,7 @@ int plan_command(const std::vector<std::string> &arguments) {
                     std::to_string(uint64_t{settings.last_pass - settings.first_pass} * settings.samples) + " a pixel");
         print_stage("arena", true, plan.bytes.arena,
                     std::string("all of it, in ") + core(request.options.arithmetic).name);
+        print_notes(request.options, prepared);
         return exit_done;
     }
     print_stage("photons", plan.photons, plan.bytes.photon_map,
@@ -327,8 +339,7 @@ int plan_command(const std::vector<std::string> &arguments) {
                              : "there are no photons");
     print_stage("march", plan.smoke, 0, plan.smoke ? "camera rays through the smoke" : "rays see the background alone");
     print_stage("arena", true, plan.bytes.arena, std::string("all of it, in ") + core(request.options.arithmetic).name);
-    if (request.options.verbose)
-        for (const std::string &note : prepared.notes) std::printf("%s\n", note.c_str());
+    print_notes(request.options, prepared);
     return exit_done;
 }
 

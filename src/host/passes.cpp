@@ -53,7 +53,8 @@ Picture error_picture(const Passes &passes) {
 }
 
 void add_passes(Passes &passes, const Passes &more, const std::string &name) {
-    if (more.scene != passes.scene)
+    if (more.scene != passes.scene || more.width != passes.width || more.height != passes.height ||
+        more.samples != passes.samples || more.exponent != passes.exponent)
         throw InputError(name +
                          ": passes of another scene, size, seed, arithmetic or version, expected all of the same");
     for (const auto &[first, last] : more.ranges) {
@@ -108,7 +109,7 @@ Passes parse_passes(const Bytes &bytes, const std::string &name) {
     if (reader.peek(14) != "wisp passes 1\n")
         throw InputError(name + ":1: not a file of passes, expected 'wisp passes 1'");
     reader.line();
-    reader.word("sha256");
+    if (reader.word("sha256") != "sha256") reader.fail("expected 'sha256'");
     const std::string digest(reader.word("a SHA-256"));
     reader.end_line();
     const std::string_view rest = reader.peek(reader.left());
@@ -116,9 +117,9 @@ Passes parse_passes(const Bytes &bytes, const std::string &name) {
         throw InputError(name + ":2: the file is damaged: its SHA-256 is another, expected " + digest);
 
     // What follows is as it was written.
-    const auto number = [&reader](const char *what) {
+    const auto number = [&reader](const char *what, int64_t low = 1) {
         const auto value = to_integer(std::string(reader.word(what)));
-        if (!value || *value < -100000 || *value > 0x7fffffff) reader.fail(std::string("expected ") + what);
+        if (!value || *value < low || *value > 0x7fffffff) reader.fail(std::string("expected ") + what);
         return *value;
     };
     Passes passes;
@@ -130,7 +131,7 @@ Passes parse_passes(const Bytes &bytes, const std::string &name) {
     reader.word("samples");
     passes.samples = static_cast<uint32_t>(number("a number of samples"));
     reader.word("exponent");
-    passes.exponent = static_cast<int32_t>(number("an exponent"));
+    passes.exponent = static_cast<int32_t>(number("an exponent", -100000));
     reader.word("passes");
     while (reader.find_word_in_line()) {
         const std::string range(reader.word("A:B"));
@@ -139,11 +140,12 @@ Passes parse_passes(const Bytes &bytes, const std::string &name) {
         const auto last = colon == std::string::npos ? std::nullopt : to_integer(range.substr(colon + 1));
         if (!first || !last || *first < 0 || *first >= *last || *last > int64_t{1} << 31)
             reader.fail("'" + range + "', expected a range A:B of passes");
+        if (!passes.ranges.empty() && *first <= int64_t{passes.ranges.back().second})
+            reader.fail("'" + range + "', expected a range behind the one before, apart from it");
         passes.ranges.emplace_back(static_cast<uint32_t>(*first), static_cast<uint32_t>(*last));
     }
     reader.end_line();
-    if (passes.width < 1 || passes.height < 1 || passes.samples < 1 || passes.ranges.empty())
-        reader.fail("a picture without pixels or passes, expected some");
+    if (passes.ranges.empty()) reader.fail("no passes, expected some");
     const uint64_t pixels = static_cast<uint64_t>(passes.width) * static_cast<uint64_t>(passes.height);
     reader.set_encoding(Encoding::little_endian);
     reader.require(pixels, pixel_bytes, "pixels");

@@ -168,8 +168,10 @@ Extent extent_of(const PreparedScene &prepared) {
     return e;
 }
 
-// The block in normalised lengths, and what is to be known of all of it.
-void normalize(SmokeSource &source, std::vector<Particle> &particles, const Double3 &center, double scale) {
+// The block in normalised lengths, and what is to be known of all of it. A grid's largest density becomes 1 to 2, so
+// that fixed point keeps the digits of all.
+void normalize(SmokeSource &source, std::vector<Particle> &particles, std::vector<float> &densities,
+               const Double3 &center, double scale) {
     for (Particle &p : particles) {
         p.position = (p.position - center) * scale;
         p.h *= scale;
@@ -185,6 +187,13 @@ void normalize(SmokeSource &source, std::vector<Particle> &particles, const Doub
     grid.center = (grid.center - center) * scale;
     grid.half = grid.half * scale;
     grid.extinction /= scale;
+    float densest = 0;
+    for (float density : densities) densest = std::max(densest, density);
+    if (densest > 0) {
+        const int e = exponent_of(static_cast<double>(densest));
+        for (float &density : densities) density = std::ldexp(density, -e);
+        grid.extinction = std::ldexp(grid.extinction, e);
+    }
     source.smallest_h = source.largest_h = step_length(grid);
     double sum = grid.density ? 0 : 1;
     for (uint64_t i = 0; grid.density && i < grid.count(); ++i) sum += static_cast<double>(grid.density[i]);
@@ -305,7 +314,8 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
     const Double3 diagonal = extent.high - extent.low;
     const double radius = (0.5 * std::sqrt(dot(diagonal, diagonal)) + 2 * extent.largest_h) * scale;
 
-    for (size_t i = 0; i < smokes; ++i) normalize(prepared.smokes[i], prepared.particles[i], center, scale);
+    for (size_t i = 0; i < smokes; ++i)
+        normalize(prepared.smokes[i], prepared.particles[i], prepared.densities[i], center, scale);
 
     double brightest = std::max(largest(file.background), 0.0);
     for (const SceneFile::Smoke &smoke : file.smokes) brightest = std::max(brightest, largest(smoke.emission));

@@ -208,6 +208,7 @@ class Parser {
                 if (smoke.box) fail("found '" + key + "', expected none in a box: only particles have it");
                 smoke.of_particles = where() + "found '" + key + "'";
             }
+            if (smoke.box && key == "frames") fail("found 'frames', expected none in a box: it has no files");
             if (key == "kernel") {
                 const std::string name = take("spline or poly6").text;
                 if (name != "spline" && name != "poly6") fail("found '" + name + "', expected spline or poly6");

@@ -2,6 +2,7 @@
 #pragma once
 #include "wisp/photon_map.h"
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 #include <vector>
 
@@ -67,6 +68,38 @@ struct BuiltField {
     Arena arena;
     ParticleField field;
 };
+
+inline SmokeSource grid_smoke_of(const GridSource &grid) {
+    SmokeSource source = {};
+    source.grid = grid;
+    const Double3 &half = grid.half;
+    source.smallest_h = source.largest_h = 2 * std::min({half.x / grid.nx, half.y / grid.ny, half.z / grid.nz});
+    double sum = grid.density ? 0 : 1;
+    for (uint64_t i = 0; grid.density && i < grid.count(); ++i) sum += static_cast<double>(grid.density[i]);
+    source.total_area = grid.extinction * sum * 8 * half.x * half.y * half.z / static_cast<double>(grid.count());
+    source.albedo = {0.9, 0.9, 0.9};
+    return source;
+}
+
+struct BuiltGrid {
+    explicit BuiltGrid(const GridSource &source)
+        : memory(grid_field_bytes(source)), arena(memory.data(), memory.size()),
+          field(make_grid_field(source, 0, arena)) {}
+    std::vector<unsigned char> memory;
+    Arena arena;
+    GridField field;
+};
+
+// How far optical depths, drawn to be exponential and kept where below `whole`, are from that distribution: the
+// statistic of Kolmogorov and Smirnov, times the root of their number. Above 1.95 it is chance once in a thousand.
+inline double distance_from_exponential(std::vector<double> depths, double whole) {
+    std::sort(depths.begin(), depths.end());
+    const double n = static_cast<double>(depths.size()), all = 1 - std::exp(-whole);
+    double worst = 0;
+    for (size_t i = 0; i < depths.size(); ++i)
+        worst = std::max(worst, std::fabs((1 - std::exp(-depths[i])) / all - (static_cast<double>(i) + 0.5) / n));
+    return worst * std::sqrt(n);
+}
 
 struct BuiltMedium {
     explicit BuiltMedium(const std::vector<SmokeSource> &sources_) : sources(sources_) {

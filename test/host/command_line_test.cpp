@@ -1,10 +1,13 @@
 // build/wisp as a user meets it: exit statuses, error lines, outputs, digests, crops, frames, memory.
 #include "host/files.h"
+#include "host/passes.h"
 #include "host/picture.h"
 #include "host/sha256.h"
 #include "temporary_folder.h"
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <doctest/doctest.h>
 #include <fstream>
 #include <sys/wait.h>
@@ -54,6 +57,34 @@ struct Desk : TemporaryFolder {
         return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(file("out")), text_of(file("err"))};
     }
     std::string s() const { return file("s.aff"); }
+
+    // A box between two lights, small enough for paths.
+    static std::string lit(const std::string &smoke, const std::string &more = "") {
+        return "v from 0.5 0.5 6 at 0 0 0 up 0 1 0 angle 35 hither 1 resolution 9 7\nb 0.1 0.1 0.2\nlp 3 3 3 40 40 "
+               "40\nld 1 -1 0 1 2 3\nsmoke " +
+               smoke + "\nrender spp 1\nrender photons 2000\nrender gather 20\n" + more;
+    }
+    // A density grid of nx x ny x nz samples in the box from -(x, y, z) to (x, y, z).
+    static std::string volume(int nx, int ny, int nz, float x, float y, float z, const std::vector<float> &samples) {
+        std::string bytes = "VOL\3";
+        const auto put = [&bytes](auto number) {
+            char raw[4];
+            static_assert(sizeof number == 4, "as in the file");
+            std::memcpy(raw, &number, 4);
+            bytes.append(raw, 4);
+        };
+        for (int number : {1, nx, ny, nz, 1}) put(number);
+        for (float number : {-x, -y, -z, x, y, z}) put(number);
+        for (float number : samples) put(number);
+        return bytes;
+    }
+    bool has(const std::string &name) const { return std::filesystem::exists(file(name)); }
+    // No file that was to be renamed lies about.
+    bool tidy() const {
+        for (const auto &entry : std::filesystem::directory_iterator(file("")))
+            if (entry.path().extension() == ".part") return false;
+        return true;
+    }
 };
 
 size_t lines(const std::string &text) { return static_cast<size_t>(std::count(text.begin(), text.end(), '\n')); }
@@ -65,7 +96,7 @@ TEST_CASE("command line: wrong usage ends with 2 and one line") {
     for (const std::string &arguments :
          {std::string(""), std::string("paint"), std::string("render"), "render " + desk.s() + " " + desk.s(),
           "render --bogus " + desk.s(), "render " + desk.s() + " --spp", "render " + desk.s() + " --spp 0",
-          "render " + desk.s() + " --smoke map", "render " + desk.s() + " --reference",
+          "render " + desk.s() + " --smoke map", "render " + desk.s() + " --reference=1",
           "render " + desk.s() + " --crop 0,0,17,3", "render " + desk.s() + " --frames 0:1 -o a.png",
           "render " + desk.s() + " -o a.jpg", "render " + desk.s() + " --quiet=1", std::string("inspect a.aff 1 2"),
           std::string("compare a.pfm")}) {
@@ -273,4 +304,353 @@ TEST_CASE("command line: what does not fit fixed point is refused with the reaso
     CHECK(with("radius 0.2 mass 1e9", "3 3 3 1 1 1").err.find("optical depth") != std::string::npos);
     CHECK(with("radius 0.2 mass 1", "3 3 3e4 1 1 1").err.find("a light is more than") != std::string::npos);
     CHECK(with("radius 0.2 mass 1 extinction 1e30", "3 3 3 1 1 1").status == 3); // B2
+}
+
+namespace {
+
+struct ReferenceDesk : Desk {
+    ReferenceDesk() { write("r.aff", lit("box -1 -1 -1 1 1 1 1.5 { phase 0.3 emission 0.2 0.1 0 }")); }
+    Ran render(const std::string &options) const { return wisp("render " + file("r.aff") + " --reference " + options); }
+    Ran merge(const std::string &options) const { return wisp("merge " + options); }
+    bool same(const std::string &a, const std::string &b) const { return read_file(file(a)) == read_file(file(b)); }
+    void refuses(const Ran &ran, int status, const std::string &line = "") const {
+        CHECK(ran.status == status);
+        CHECK(lines(ran.err) == 1);
+        CHECK(ran.out.empty());
+        if (!line.empty()) CHECK(ran.err == line + "\n");
+        CHECK(tidy());
+    }
+};
+
+} // namespace
+
+TEST_CASE("command line: what belongs to --reference is refused without it, and in a scene what names a file") {
+    const ReferenceDesk desk;
+    const std::string s = desk.s(), x = desk.file("x");
+    desk.refuses(desk.wisp("render " + s + " --passes 0:2 -o " + x + ".pfm"), 2,
+                 "option 'passes' belongs to --reference");
+    desk.refuses(desk.wisp("render " + s + " --error-out " + x + ".pfm"), 2,
+                 "option 'error-out' belongs to --reference");
+    desk.refuses(desk.wisp("render " + s + " -o " + x + ".passes"), 2,
+                 "option 'output': found '" + x + ".passes', expected .passes only with --reference");
+    desk.refuses(desk.render("--passes 2:2"), 2,
+                 "option 'passes': found '2:2', expected a whole number from 3 to 2147483647");
+    desk.refuses(desk.render("--error-out " + x + ".png"), 2,
+                 "option 'error-out': found '" + x + ".png', expected a file name that ends in .pfm");
+    desk.refuses(desk.render("--frames 0:1 --error-out " + x + ".pfm"), 2,
+                 "option 'error-out': found '" + x + ".pfm' for several frames, expected a name with %04d");
+    desk.refuses(desk.render("--frames 0:1 -o " + x + ".passes"), 2,
+                 "option 'output': found '" + x + ".passes' for several frames, expected a name with %04d");
+    CHECK(!desk.has("x.pfm"));
+    CHECK(!desk.has("x.passes"));
+
+    Desk scenes;
+    scenes.write("o.aff", Desk::lit("box 0 0 0 1 1 1 1 {}", "render reference 1\nrender error-out e.pfm"));
+    const Ran named = scenes.wisp("render " + scenes.file("o.aff"));
+    CHECK(named.status == 3);
+    CHECK(named.err == scenes.file("o.aff") + ":10: option 'error-out' in a scene, expected it on the command line\n");
+    // The others may be a scene's defaults.
+    scenes.write("d.aff", Desk::lit("box 0 0 0 1 1 1 1 {}", "render reference 1\nrender passes 0:2"));
+    scenes.write("e.aff", Desk::lit("box 0 0 0 1 1 1 1 {}"));
+    const Ran ran = scenes.wisp("render " + scenes.file("d.aff") + " --digest");
+    CHECK(ran.status == 0);
+    CHECK(ran.out == scenes.wisp("render " + scenes.file("e.aff") + " --digest --reference --passes 0:2").out);
+}
+
+TEST_CASE("command line: passes apart and merged are the passes together, to the byte") {
+    const ReferenceDesk desk;
+    for (const std::string arithmetic : {"f32", "f64", "fixed"}) {
+        const std::string arith = " --arith " + arithmetic;
+        const auto files = [&](const std::string &name) {
+            return " -o " + desk.file(name + ".passes") + " -o " + desk.file(name + ".pfm") + " --error-out " +
+                   desk.file(name + "_e.pfm") + " -o " + desk.file(name + ".png") + " --digest";
+        };
+        const Ran whole = desk.render("--passes 0:5" + arith + files("whole"));
+        REQUIRE(whole.status == 0);
+        CHECK(whole.err.empty());
+        const Bytes pfm = read_file(desk.file("whole.pfm"));
+        CHECK(whole.out == std::string(sha256(pfm.data(), pfm.size()).text) + "  " + desk.file("whole.pfm") + "\n");
+        const Ran a = desk.render("--passes 0:2" + arith + files("a")),
+                  b = desk.render("--passes 2:5" + arith + files("b"));
+        REQUIRE(a.status == 0);
+        REQUIRE(b.status == 0);
+        CHECK(!desk.same("a.pfm", "b.pfm")); // other passes have other samples
+        for (const auto &order : {desk.file("a.passes") + " " + desk.file("b.passes"),
+                                  desk.file("b.passes") + " " + desk.file("a.passes")}) {
+            const Ran merged = desk.merge(order + files("m"));
+            REQUIRE(merged.status == 0);
+            CHECK(merged.err.empty());
+            CHECK(merged.out.substr(0, 64) == whole.out.substr(0, 64));
+            CHECK(merged.out.substr(64) == "  " + desk.file("m.pfm") + "\n");
+            for (const char *kind : {".pfm", ".passes", "_e.pfm", ".png"})
+                CHECK(desk.same("m" + std::string(kind), "whole" + std::string(kind)));
+        }
+        CHECK(desk.merge(desk.file("m.passes") + files("n")).status == 0); // of one: the same
+        CHECK(desk.same("n.passes", "whole.passes"));
+        CHECK(desk.same("n_e.pfm", "whole_e.pfm"));
+        const Passes passes = parse_passes(read_file(desk.file("whole.passes")), "whole.passes");
+        CHECK(passes.ranges.size() == 1);
+        CHECK(pfm == pfm_bytes(mean_picture(passes)));
+        CHECK(read_file(desk.file("whole_e.pfm")) == pfm_bytes(error_picture(passes)));
+    }
+}
+
+TEST_CASE("command line: a crop of a reference is a part of the whole, in the picture and its errors") {
+    const ReferenceDesk desk;
+    REQUIRE(desk.render("--passes 0:3 -o " + desk.file("w.pfm") + " --error-out " + desk.file("we.pfm")).status == 0);
+    REQUIRE(desk.render("--passes 0:3 --crop 2,1,7,5 -o " + desk.file("p.pfm") + " --error-out " + desk.file("pe.pfm"))
+                .status == 0);
+    for (const auto &[whole_name, part_name] : {std::make_pair("w.pfm", "p.pfm"), std::make_pair("we.pfm", "pe.pfm")}) {
+        const Picture whole = read_pfm(desk.file(whole_name)), part = read_pfm(desk.file(part_name));
+        REQUIRE(part.width == 5);
+        REQUIRE(part.height == 4);
+        for (size_t y = 0; y < 4; ++y)
+            for (size_t x = 0; x < 15; ++x) CHECK(part.rgb[y * 15 + x] == whole.rgb[((y + 1) * 9 + 2) * 3 + x]);
+    }
+}
+
+TEST_CASE("command line: frames of a reference have their own outputs, and -v says what was written") {
+    const ReferenceDesk desk;
+    const Ran ran = desk.render("--passes 0:2 --frames 0:1 -v -o " + desk.file("f_%02d.passes") + " --error-out " +
+                                desk.file("e_%02d.pfm") + " --digest");
+    CHECK(ran.status == 0);
+    CHECK(ran.err == "wrote " + desk.file("f_00.passes") + "\nwrote " + desk.file("e_00.pfm") + "\nwrote " +
+                         desk.file("f_01.passes") + "\nwrote " + desk.file("e_01.pfm") + "\n");
+    CHECK(lines(ran.out) == 2);
+    CHECK(ran.out.substr(64, 4) == "  -\n");
+    CHECK(desk.same("f_00.passes", "f_01.passes")); // nothing moves
+}
+
+TEST_CASE("command line: merge refuses what does not belong together, and writes nothing then") {
+    ReferenceDesk desk;
+    const auto sums = [&](const std::string &name, const std::string &options) {
+        REQUIRE(desk.render(options + " -o " + desk.file(name)).status == 0);
+        return desk.file(name);
+    };
+    const std::string a = sums("a.passes", "--passes 0:2"), b = sums("b.passes", "--passes 1:3"),
+                      out = " -o " + desk.file("x.pfm") + " -o " + desk.file("x.passes") + " --error-out " +
+                            desk.file("e.pfm") + " --digest";
+    const auto refuses = [&](const std::string &arguments, int status, const std::string &line = "") {
+        CAPTURE(arguments);
+        desk.refuses(desk.merge(arguments + out), status, line);
+        for (const char *name : {"x.pfm", "x.passes", "e.pfm"}) CHECK(!desk.has(name));
+    };
+    refuses("", 2, "found no file to merge, expected some .passes");
+    refuses(a + " --spp 4", 2,
+            "option '--spp' is none of merge, expected --output, --error-out, --exposure or --digest");
+    refuses(a + " --bogus", 2);
+    refuses(a + " -o " + desk.file("x.jpg"), 2);
+    refuses(a + " --error-out " + desk.file("x.png"), 2);
+
+    refuses(desk.file("none.passes"), 3, desk.file("none.passes") + ": cannot be opened: No such file or directory");
+    refuses(a + " " + desk.file("none.passes"), 3);
+    refuses(a + " " + desk.s(), 3, desk.s() + ":1: not a file of passes, expected 'wisp passes 1'");
+    std::string text = text_of(a);
+    text.back() = static_cast<char>(text.back() ^ 1);
+    desk.write("damaged.passes", text);
+    refuses(desk.file("damaged.passes"), 3,
+            desk.file("damaged.passes") + ":2: the file is damaged: its SHA-256 is another, expected " +
+                text.substr(21, 64));
+    desk.write("cut.passes", text.substr(0, text.size() / 2));
+    refuses(a + " " + desk.file("cut.passes"), 3);
+
+    refuses(a + " " + b, 3, b + ": passes 1:3, expected none of 0:2, which are there already");
+    refuses(a + " " + a, 3, a + ": passes 0:2, expected none of 0:2, which are there already");
+    for (const std::string options : {"--seed 2", "--arith f64", "--crop 0,0,8,7", "--size 9x8", "--spp 2"}) {
+        const std::string other = sums("other.passes", "--passes 2:3 " + options);
+        CAPTURE(options);
+        refuses(a + " " + other, 3,
+                other + ": passes of another scene, size, seed, arithmetic or version, expected all of the same");
+    }
+    desk.write("r.aff", Desk::lit("box -1 -1 -1 1 1 1 1.5 { phase 0.31 emission 0.2 0.1 0 }"));
+    const std::string other = sums("other.passes", "--passes 2:3");
+    refuses(a + " " + other, 3,
+            other + ": passes of another scene, size, seed, arithmetic or version, expected all of the same");
+    // What samples do not depend on does not part them.
+    desk.write("r.aff", "# again\n" + Desk::lit("box -1 -1 -1 1 1 1 1.5 { emission 0.2 0.1 0 phase 0.3 }",
+                                                "render step 0.25\nrender exposure 1"));
+    CHECK(desk.merge(a + " " + sums("same.passes", "--passes 2:3 --photons 9") + out).status == 0);
+}
+
+TEST_CASE("command line: what cannot be written ends with 5 and leaves no part of it") {
+    const ReferenceDesk desk;
+    REQUIRE(desk.render("--passes 0:2 -o " + desk.file("a.passes")).status == 0);
+    std::filesystem::create_symlink("/dev/full", desk.file("full.pfm"));
+    const std::string none = desk.file("none/e.pfm"), full = desk.file("full.pfm");
+    for (const std::string &command :
+         {"render " + desk.file("r.aff") + " --reference --passes 0:2", "merge " + desk.file("a.passes")}) {
+        CAPTURE(command);
+        desk.refuses(desk.wisp(command + " --digest --error-out " + none), 5,
+                     none + ": could not be written: No such file or directory");
+        desk.refuses(desk.wisp(command + " --digest --error-out " + full), 5,
+                     full + ": could not be written: No space left on device");
+        desk.refuses(desk.wisp(command + " --error-out " + desk.file("e.pfm") + " -o " + desk.file("none/x.passes")),
+                     5);
+        CHECK(!desk.has("e.pfm"));
+    }
+    // An input that is refused leaves what was there.
+    std::ofstream(desk.file("e.pfm")) << "kept";
+    CHECK(desk.merge(desk.s() + " --error-out " + desk.file("e.pfm")).status == 3);
+    CHECK(text_of(desk.file("e.pfm")) == "kept");
+}
+
+TEST_CASE("command line: a grid of equal samples is the box that it fills") {
+    Desk desk;
+    // Cells as long as a twentieth of the box: the same steps and gather radius.
+    desk.write("g.vol", Desk::volume(20, 20, 30, 1, 1, 1.5f, std::vector<float>(20 * 20 * 30, 0.75f)));
+    const auto compare = [&](const std::string &more, const std::string &options) {
+        desk.write("g.aff", Desk::lit("g.vol { extinction 2 phase 0.3 " + more + "}"));
+        desk.write("b.aff", Desk::lit("box -1 -1 -1.5 1 1 1.5 0.75 { extinction 2 phase 0.3 " + more + "}"));
+        CAPTURE(more);
+        CAPTURE(options);
+        const Ran grid = desk.wisp("render " + desk.file("g.aff") + options + " -o " + desk.file("g.pfm"));
+        CHECK(grid.status == 0);
+        CHECK(grid.err.empty());
+        CHECK(desk.wisp("render " + desk.file("b.aff") + options + " -o " + desk.file("b.pfm")).status == 0);
+        CHECK(desk.wisp("compare " + desk.file("g.pfm") + " " + desk.file("b.pfm") + " --tolerance 1e-5").status == 0);
+    };
+    std::vector<Bytes> pictures;
+    for (const std::string place :
+         {"", "transform 0.5 0.5 0.5 1 2 2 50 0.25 0.5 -0.25 ", "emission 0.5 0.25 0 albedo 0.5 0.5 0.5 "}) {
+        for (const char *arithmetic : {"f32", "f64", "fixed"})
+            compare(place, std::string(" --photons 0 --arith ") + arithmetic);
+        pictures.push_back(read_file(desk.file("b.pfm")));
+        if (place.find("emission") != std::string::npos) continue; // a photon's birth is a sample's
+        compare(place, " --arith f64");                            // in which no photon's decision falls the other way
+        pictures.push_back(read_file(desk.file("b.pfm")));
+    }
+    // All those pictures differ.
+    std::sort(pictures.begin(), pictures.end());
+    CHECK(std::unique(pictures.begin(), pictures.end()) == pictures.end());
+}
+
+TEST_CASE("command line: a transform moves, turns and scales boxes, and keeps their extinction") {
+    Desk desk;
+    const struct {
+        const char *a, *b;
+    } pairs[] = {
+        {"box -1 -2 -0.5 1 2 0.5 1 { transform 0.5 0.5 0.5 0 0 1 0 0.25 0 0.5 }",
+         "box -0.25 -1 0.25 0.75 1 0.75 1 { }"},
+        {"box -0.25 -1 -0.5 0.5 1 0.5 1 { transform 1 1 1 0 0 1 90 0 0 0 }", "box -1 -0.25 -0.5 1 0.5 0.5 1 { }"},
+        {"box -0.25 -1 -0.5 0.5 1 0.5 1 { transform 2 2 2 1 1 1 120 0 0 1 extinction 0.5 }",
+         "box -1 -0.5 -1 1 1 3 0.5 { }"}, // x to y to z to x
+    };
+    for (const auto &pair : pairs) {
+        desk.write("a.aff", Desk::lit(pair.a));
+        desk.write("b.aff", Desk::lit(pair.b));
+        for (const char *name : {"a", "b"})
+            REQUIRE(desk.wisp("render " + desk.file(name) + ".aff --photons 0 -o " + desk.file(name) + ".pfm").status ==
+                    0);
+        CAPTURE(std::string(pair.a));
+        CHECK(desk.wisp("compare " + desk.file("a.pfm") + " " + desk.file("b.pfm") + " --tolerance 1e-5").status == 0);
+    }
+}
+
+TEST_CASE("command line: grids are known by what is in the file, and refuse what only particles have") {
+    Desk desk;
+    const std::string grid = Desk::volume(2, 1, 2, 1, 1, 1, {1, 0.5f, 0.25f, 2});
+    desk.write("g.vol", grid);
+    desk.write("box", grid);
+    desk.write("g_0003.vol", grid);
+    const auto render = [&](const std::string &smoke, const std::string &options = "") {
+        desk.write("g.aff", Desk::lit(smoke));
+        return desk.wisp("render " + desk.file("g.aff") + " --digest" + options);
+    };
+    const Ran ran = render("g.vol { extinction 2 }");
+    CHECK(ran.status == 0);
+    CHECK(render("box { extinction 2 }").out == ran.out); // a file of that name
+    CHECK(render("g_%04d.vol { extinction 2 }", " --frames 3").out == ran.out);
+    CHECK(render("g_%04d.vol { extinction 2 }", " --frames 2").status == 3);
+    for (const std::string line : {"kernel spline", "kernel poly6", "radius 0.1", "mass 1"}) {
+        const Ran refused = render("g.vol {\n extinction 2\n " + line + "\n}");
+        CAPTURE(line);
+        CHECK(refused.status == 3);
+        CHECK(refused.err == desk.file("g.aff") + ":7: found '" + line.substr(0, line.find(' ')) +
+                                 "', expected none for the density grid " + desk.file("g.vol") +
+                                 ": only particles have it\n");
+    }
+    desk.write("g.vol", grid.substr(0, 60));
+    CHECK(render("g.vol { }").err ==
+          desk.file("g.vol") + ": byte 48: 12 bytes of samples, expected 2 x 1 x 2 samples of 4 bytes\n");
+    // Nothing in it: the background, as without smoke.
+    desk.write("g.vol", Desk::volume(2, 1, 2, 1, 1, 1, {0, 0, 0, 0}));
+    const Ran nothing = render("g.vol { emission 1 1 1 }");
+    CHECK(nothing.status == 0);
+    CHECK(nothing.out == render("box -1 -1 -1 1 1 1 0 { }").out);
+}
+
+TEST_CASE("command line: a box's smoke between the camera and the background dims it by its extinction") {
+    Desk desk;
+    // Parallel to the axis through the middle of a single pixel: exp(-2 * 0.75) of the background.
+    desk.write("d.aff",
+               "v from 0 0 50 at 0 0 0 up 0 1 0 angle 1 hither 1 resolution 1 1\nb 1 2 4\nsmoke box -1 -1 -1 1 1 "
+               "1 0.25 { extinction 3 }\nrender spp 1");
+    for (const std::string options : {"--arith f32", "--arith f64", "--arith fixed", "--reference --arith f32",
+                                      "--reference --arith f64", "--reference --arith fixed"}) {
+        CAPTURE(options);
+        REQUIRE(desk.wisp("render " + desk.file("d.aff") + " " + options + " -o " + desk.file("d.pfm")).status == 0);
+        const Picture picture = read_pfm(desk.file("d.pfm"));
+        for (size_t c = 0; c < 3; ++c)
+            CHECK(static_cast<double>(picture.rgb[c]) ==
+                  doctest::Approx(std::ldexp(std::exp(-1.5), static_cast<int>(c))).epsilon(1e-5));
+    }
+}
+
+TEST_CASE("command line: plan counts boxes, grids and the stages of --reference") {
+    Desk desk;
+    desk.write("g.vol", Desk::volume(2, 3, 4, 1, 1, 1, std::vector<float>(24, 1)));
+    desk.write("b.aff", Desk::lit("box -1 -1 -1 1 1 1 1 { }"));
+    desk.write("g.aff", Desk::lit("g.vol { }"));
+    desk.write("all.aff", Desk::lit("g.vol { }\nsmoke box -1 -1 -1 1 1 1 1 { }\nsmoke puff.vtk { radius 0.2 mass 1 }"));
+    const auto plan = [&](const std::string &arguments) { return desk.wisp("plan " + desk.file(arguments)); };
+    CHECK(plan("b.aff").out.find(" bytes  1 samples of grids\n") != std::string::npos);
+    CHECK(plan("g.aff").out.find(" bytes  24 samples of grids\n") != std::string::npos);
+    CHECK(plan("all.aff").out.find(" bytes  40 particles, 25 samples of grids\n") != std::string::npos);
+    const Ran reference = plan("all.aff --reference --spp 3");
+    CHECK(reference.status == 0);
+    CHECK(reference.err.empty());
+    CHECK(lines(reference.out) == 4);
+    CHECK(reference.out.find("particle tree  yes") == 0);
+    CHECK(reference.out.find("\nmajorants      yes") != std::string::npos);
+    CHECK(reference.out.find("\npaths          yes               0 bytes  48 a pixel\n") != std::string::npos);
+    CHECK(reference.out.find("\narena          yes") != std::string::npos);
+    CHECK(reference.out.find("photons") == std::string::npos);
+    CHECK(plan("all.aff --reference --spp 3 --passes 4:6").out.find("  6 a pixel\n") != std::string::npos);
+    CHECK(plan("all.aff --reference --memory 10k").status == 4);
+    CHECK(plan("b.aff --memory 1G").status == 0);
+}
+
+TEST_CASE("command line: thin smoke of a strong extinction is as its product, in fixed point too") {
+    Desk desk;
+    desk.write("plain.vol", Desk::volume(2, 1, 1, 1, 1, 1, {1, 0.5f}));
+    desk.write("plain.aff", Desk::lit("plain.vol { extinction 2 }"));
+    REQUIRE(
+        desk.wisp("render " + desk.file("plain.aff") + " --arith fixed --photons 0 -o " + desk.file("p.pfm")).status ==
+        0);
+    // A power of two from one to the other, written in full.
+    const struct {
+        float density;
+        const char *extinction;
+    } cases[] = {{0x1p-20f, "2097152"}, {0x1p-36f, "137438953472"}, {0x1p33f, "2.3283064365386963e-10"}};
+    for (const auto &c : cases) {
+        desk.write("thin.vol", Desk::volume(2, 1, 1, 1, 1, 1, {c.density, c.density / 2}));
+        desk.write("thin.aff", Desk::lit("thin.vol { extinction " + std::string(c.extinction) + " }"));
+        CAPTURE(std::string(c.extinction));
+        const Ran ran =
+            desk.wisp("render " + desk.file("thin.aff") + " --arith fixed --photons 0 -o " + desk.file("t.pfm"));
+        CHECK(ran.status == 0);
+        CHECK(desk.wisp("compare " + desk.file("t.pfm") + " " + desk.file("p.pfm") + " --tolerance 1e-5").status == 0);
+    }
+}
+
+TEST_CASE("command line: smoke too thin for fixed point may glow") {
+    Desk desk;
+    desk.write("thin.vol", Desk::volume(2, 1, 1, 1, 1, 1, {1e-11f, 1e-11f}));
+    for (const std::string smoke : {"thin.vol { extinction 1e11 emission 1 1 1 }", "thin.vol { emission 1 1 1 }",
+                                    "puff.vtk { radius 1 mass 5e-11 emission 1 1 1 }"}) {
+        desk.write("thin.aff", Desk::lit(smoke));
+        CAPTURE(smoke);
+        CHECK(desk.wisp("render " + desk.file("thin.aff") + " --arith fixed").status == 0);
+        CHECK(desk.wisp("render " + desk.file("thin.aff") + " --arith fixed --reference --passes 0:1").status == 0);
+    }
 }

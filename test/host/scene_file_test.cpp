@@ -72,6 +72,37 @@ TEST_CASE("scene: lights of an .nff file without colour share the intensity that
     CHECK(parse_scene("a.aff", "l 1 1 1\nl 2 2 2").lights[0].color.x == 1);
 }
 
+TEST_CASE("scene: smoke may be a box, or a file of that name") {
+    const SceneFile s = parse_scene("dir/s.aff", "smoke box -1 -2 -3 1. +2 3e0 0.25 { extinction 3 albedo .9 .8 .7\n"
+                                                 "phase -.5 emission 1 0 0 transform 2 2 2 0 0 1 90 1 2 3 }\n"
+                                                 "smoke box { radius 1 kernel poly6 }\nsmoke ./box{}smoke box4{}\n"
+                                                 "smoke grid.vol { extinction 2 }");
+    REQUIRE(s.smokes.size() == 5);
+    REQUIRE(s.smokes[0].box);
+    CHECK(s.smokes[0].box->low.x == -1);
+    CHECK(s.smokes[0].box->low.y == -2);
+    CHECK(s.smokes[0].box->low.z == -3);
+    CHECK(s.smokes[0].box->high.x == 1);
+    CHECK(s.smokes[0].box->high.y == 2);
+    CHECK(s.smokes[0].box->high.z == 3);
+    CHECK(s.smokes[0].box->density == 0.25);
+    CHECK(s.smokes[0].file.empty());
+    CHECK(s.smokes[0].extinction == 3);
+    CHECK(s.smokes[0].albedo.z == 0.7);
+    CHECK(s.smokes[0].phase == -0.5);
+    CHECK(s.smokes[0].emission.x == 1);
+    CHECK(s.smokes[0].transform->degrees == 90);
+    CHECK(s.smokes[0].where == "dir/s.aff:1: ");
+    const char *files[] = {"", "dir/box", "dir/./box", "dir/box4", "dir/grid.vol"};
+    for (size_t i = 1; i < 5; ++i) {
+        CHECK(!s.smokes[i].box);
+        CHECK(s.smokes[i].file == files[i]);
+    }
+    // What only particles have is remembered, with its line, until the file is known to be a grid.
+    CHECK(s.smokes[1].of_particles == "dir/s.aff:3: found 'kernel'");
+    CHECK(s.smokes[4].of_particles.empty());
+}
+
 TEST_CASE("scene: comments may begin like a frame number") {
     CHECK(parse_scene("a", "%draw the view\n%04d frames\nb 1 0 0 %d").background.x == 1);
     CHECK(parse_scene("a", "smoke %04d.vtk {}").smokes[0].file == "%04d.vtk");
@@ -104,7 +135,7 @@ TEST_CASE("scene: errors name the file, the line, what is wrong and what was exp
          "s.aff:1: found angle 180, expected above 0 and below 180 degrees"},
         {"v from 0 0 5 at 0 0 0 up 0 1 0 angle 40 hither 1 resolution 0 4",
          "s.aff:1: found '0', expected a whole number from 1 to 65536: the picture's width"},
-        {"smoke", "s.aff:1: the file ends, expected a particle file"},
+        {"smoke", "s.aff:1: the file ends, expected a file of particles, a .vol or 'box'"},
         {"smoke a.vtk {\n radius 0 }", "s.aff:2: found 0, expected a smoothing length above 0"},
         {"smoke a.vtk {\n phase 1 }", "s.aff:2: found phase 1, expected above -1 and below 1"},
         {"smoke a.vtk {\n phase -1.5 }", "s.aff:2: found phase -1.5, expected above -1 and below 1"},
@@ -116,9 +147,24 @@ TEST_CASE("scene: errors name the file, the line, what is wrong and what was exp
          "s.aff:1: the scales are not equal and above 0, expected a uniform scale"},
         {"smoke a.vtk { transform 1 1 1 0 0 0 9 0 0 0 }", "s.aff:1: found axis 0 0 0, expected some length"},
         {"smoke a.vtk {", "s.aff:1: the file ends, expected '}'"},
-        {"smoke { }", "s.aff:1: found '{', expected a particle file"},
-        {"smoke box 0 0 0 1 1 1 1 {}",
-         "s.aff:1: 'smoke box' is not supported yet by this version, expected a particle file"},
+        {"smoke { }", "s.aff:1: found '{', expected a file of particles, a .vol or 'box'"},
+        {"smoke\nbox\n0 0 0 1 1", "s.aff:3: the file ends, expected z of the box's upper corner"},
+        {"smoke box 0 0 0\n1 1 {", "s.aff:2: found '{', expected a number: z of the box's upper corner"},
+        {"smoke box 0 0 0 1 1 1 {", "s.aff:1: found '{', expected a number: a density of 0 or more"},
+        {"smoke box 0 0 0 1 1 1\n-1 {}", "s.aff:2: found -1, expected a density of 0 or more"},
+        {"smoke box 0 0 0 1 1 1 inf {}", "s.aff:1: found 'inf', expected a number: a density of 0 or more"},
+        {"smoke box 0 0 0 1 1 1e31 1 {}",
+         "s.aff:1: found '1e31', expected a number within +-1e30: z of the box's upper corner"},
+        {"smoke box 0 0 0\n0 1 1 1 {}", "s.aff:2: the box has no volume, expected X0 < X1, Y0 < Y1 and Z0 < Z1"},
+        {"smoke box 0 0 0\n1 -1 1 1 {}", "s.aff:2: the box has no volume, expected X0 < X1, Y0 < Y1 and Z0 < Z1"},
+        {"smoke box 0 0 2\n1 1 1 1 {}", "s.aff:2: the box has no volume, expected X0 < X1, Y0 < Y1 and Z0 < Z1"},
+        {"smoke box 0 0 0 1 1 1 1 1 {}", "s.aff:1: found '1', expected '{'"},
+        {"smoke box 0 0 0 1 1 1 1 {\n albedo 0 0 0\n radius 1 }",
+         "s.aff:3: found 'radius', expected none in a box: only particles have it"},
+        {"smoke box 0 0 0 1 1 1 1 {\n mass 1 }",
+         "s.aff:2: found 'mass', expected none in a box: only particles have it"},
+        {"smoke box 0 0 0 1 1 1 1 {\n kernel spline }",
+         "s.aff:2: found 'kernel', expected none in a box: only particles have it"},
         {"render spp", "s.aff:1: the file ends, expected a value for 'spp'"},
     };
     for (const auto &c : cases) {
@@ -138,6 +184,15 @@ TEST_CASE("options: names, forms and ranges") {
     CHECK(options.exposure == -1);
     CHECK(options.quiet);
 
+    for (const auto &[name, value] : {std::make_pair("reference", "1"), std::make_pair("passes", "7:2147483647"),
+                                      std::make_pair("output", "a.passes"), std::make_pair("error-out", "e_%04d.pfm")})
+        set_option(options, name, value, "");
+    CHECK(options.reference);
+    CHECK(options.passes->first == 7);
+    CHECK(options.passes->last == 2147483647);
+    CHECK(options.outputs.back() == "a.passes");
+    CHECK(options.error_out == "e_%04d.pfm");
+
     const struct {
         const char *name, *value, *error;
     } wrong[] = {
@@ -152,9 +207,20 @@ TEST_CASE("options: names, forms and ranges") {
         {"arith", "f16", "option 'arith': found 'f16', expected f32, f64, fixed"},
         {"smoke", "map", "option 'smoke': found 'map', this version does not support it yet"},
         {"irradiance", "uniform", "option 'irradiance': found 'uniform', this version does not support it yet"},
-        {"output", "a.jpg", "option 'output': found 'a.jpg', expected a file name that ends in .png or .pfm"},
+        {"output", "a.jpg", "option 'output': found 'a.jpg', expected a file name that ends in .png, .pfm or .passes"},
+        {"output", ".passes",
+         "option 'output': found '.passes', expected a file name that ends in .png, .pfm or .passes"},
+        {"passes", "3", "option 'passes': found '3', expected A:B"},
+        {"passes", "1:2:3", "option 'passes': found '1:2:3', expected A:B"},
+        {"passes", "3:3", "option 'passes': found '3:3', expected a whole number from 4 to 2147483647"},
+        {"passes", "-1:3", "option 'passes': found '-1:3', expected a whole number from 0 to 2147483646"},
+        {"passes", "0:2147483648",
+         "option 'passes': found '0:2147483648', expected a whole number from 1 to 2147483647"},
+        {"passes", "0:", "option 'passes': found '0:', expected a whole number from 1 to 2147483647"},
+        {"error-out", "e.png", "option 'error-out': found 'e.png', expected a file name that ends in .pfm"},
+        {"error-out", "e.passes", "option 'error-out': found 'e.passes', expected a file name that ends in .pfm"},
         {"step", "nan", "option 'step': found 'nan', expected a number above 0, at most 1000.000000"},
-        {"reference", "", "option 'reference' is not supported yet by this version"},
+        {"reference", "", "option 'reference': found '', expected 1"},
         {"shadows", "trace", "option 'shadows' is not supported yet by this version"},
         {"digest", "no", "option 'digest': found 'no', expected 1"},
         {"bogus", "", "there is no option 'bogus'; 'wisp help' lists them"},

@@ -1,0 +1,144 @@
+// The name of a picture's samples changes with everything that they depend on, and with nothing else.
+#include "host/identity.h"
+#include <doctest/doctest.h>
+#include <functional>
+#include <set>
+#include <vector>
+
+using namespace wisp;
+
+namespace {
+
+// A scene of particles, a grid and a box under two lights, and the memory behind it.
+struct Whole {
+    std::vector<Particle> particles = {{{1, 2, 3}, 0.5, 0.25}, {{2, 2, 3}, 0.75, 0.125}};
+    std::vector<float> density = {0.5f, 1, 1.5f, 2};
+    LightSource lights[2] = {{LightKind::spot, {1, 2, 3}, {0, 0, 1}, 0.5, {4, 5, 6}},
+                             {LightKind::parallel, {0, 0, 0}, {0, 1, 0}, 2, {1, 1, 1}}};
+    SmokeSource smokes[3] = {};
+    Scene scene = {};
+    Settings settings = {};
+    std::string arithmetic = "f32";
+
+    Whole() {
+        for (SmokeSource &smoke : smokes) {
+            smoke.albedo = {0.5, 0.25, 0.125};
+            smoke.asymmetry = 0.5;
+            smoke.emission = {1, 2, 3};
+            smoke.total_area = 7;
+        }
+        for (SmokeSource *smoke : {&smokes[1], &smokes[2]})
+            smoke->grid = {1, 1, 1, nullptr, 2, {1, 2, 3}, {4, 5, 6}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+        smokes[1].grid.nx = smokes[1].grid.ny = 2;
+        scene.camera = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}, {10, 11, 12}};
+        scene.background = {1, 2, 3};
+        scene.light_count = 2;
+        scene.smoke_count = 3;
+        scene.radiance_exponent = 4;
+        settings.crop = {1, 2, 30, 40};
+        settings.samples = 4;
+        settings.seed = 5;
+        settings.reference = true;
+        settings.last_pass = 16;
+        settings.photons = 100;
+        settings.gather = 50;
+        settings.gather_radius = 2;
+        settings.step = 0.5;
+    }
+    std::string name() {
+        smokes[0].particles = particles.data();
+        smokes[0].count = static_cast<uint32_t>(particles.size());
+        smokes[1].grid.density = density.data();
+        scene.lights = lights;
+        scene.smokes = smokes;
+        return identity_of_samples(scene, settings, arithmetic);
+    }
+};
+
+using Change = std::function<void(Whole &)>;
+
+std::string name_after(const Change &change) {
+    Whole whole;
+    change(whole);
+    return whole.name();
+}
+
+void add_vector(std::vector<Change> &changes, const std::function<Double3 &(Whole &)> &vector) {
+    changes.push_back([=](Whole &w) { vector(w).x += 0x1p-40; });
+    changes.push_back([=](Whole &w) { vector(w).y += 0x1p-40; });
+    changes.push_back([=](Whole &w) { vector(w).z += 0x1p-40; });
+}
+
+} // namespace
+
+TEST_CASE("identity: it is a SHA-256, the same for the same scene wherever that lies") {
+    Whole a, b;
+    CHECK(a.name() == b.name());
+    CHECK(a.name().size() == 64);
+    CHECK(a.name().find_first_not_of("0123456789abcdef") == std::string::npos);
+}
+
+TEST_CASE("identity: it changes with every number that samples depend on") {
+    std::vector<Change> changes = {
+        [](Whole &w) { w.arithmetic = "f64"; },
+        [](Whole &w) { w.scene.radiance_exponent += 1; },
+        [](Whole &w) { w.scene.light_count = 1; },
+        [](Whole &w) { w.scene.smoke_count = 2; },
+        [](Whole &w) { w.settings.crop.x0 += 1; },
+        [](Whole &w) { w.settings.crop.y0 += 1; },
+        [](Whole &w) { w.settings.crop.x1 += 1; },
+        [](Whole &w) { w.settings.crop.y1 += 1; },
+        [](Whole &w) { w.settings.samples += 1; },
+        [](Whole &w) { w.settings.seed += uint64_t{1} << 40; },
+        [](Whole &w) { w.lights[0].kind = LightKind::point; },
+        [](Whole &w) { w.lights[0].one_minus_cosine += 0x1p-40; },
+        [](Whole &w) { std::swap(w.lights[0], w.lights[1]); },
+        [](Whole &w) { w.particles.pop_back(); },
+        [](Whole &w) { w.particles[1].h += 0x1p-40; },
+        [](Whole &w) { w.particles[1].area += 0x1p-40; },
+        [](Whole &w) { w.smokes[0].kernel = Kernel::poly6; },
+        [](Whole &w) { std::swap(w.smokes[0].albedo, w.smokes[2].emission); },
+        [](Whole &w) { w.density[3] += 0x1p-20f; },
+        [](Whole &w) { std::swap(w.density[0], w.density[3]); },
+        [](Whole &w) { std::swap(w.smokes[1].grid.nx, w.smokes[1].grid.nz); },
+        [](Whole &w) { std::swap(w.smokes[1].grid.ny, w.smokes[1].grid.nz); },
+    };
+    for (int i = 0; i < 3; ++i) {
+        changes.push_back([=](Whole &w) { w.smokes[i].asymmetry += 0x1p-40; });
+        changes.push_back([=](Whole &w) { w.smokes[i].total_area += 0x1p-40; });
+        add_vector(changes, [=](Whole &w) -> Double3 & { return w.smokes[i].albedo; });
+        add_vector(changes, [=](Whole &w) -> Double3 & { return w.smokes[i].emission; });
+        if (i == 0) continue;
+        changes.push_back([=](Whole &w) { w.smokes[i].grid.extinction += 0x1p-40; });
+        add_vector(changes, [=](Whole &w) -> Double3 & { return w.smokes[i].grid.center; });
+        add_vector(changes, [=](Whole &w) -> Double3 & { return w.smokes[i].grid.half; });
+        for (int k = 0; k < 3; ++k)
+            add_vector(changes, [=](Whole &w) -> Double3 & { return w.smokes[i].grid.axis[k]; });
+    }
+    for (int i = 0; i < 2; ++i) {
+        add_vector(changes, [=](Whole &w) -> Double3 & { return w.lights[i].position; });
+        add_vector(changes, [=](Whole &w) -> Double3 & { return w.lights[i].direction; });
+        add_vector(changes, [=](Whole &w) -> Double3 & { return w.lights[i].color; });
+    }
+    for (size_t i = 0; i < 2; ++i) add_vector(changes, [=](Whole &w) -> Double3 & { return w.particles[i].position; });
+    add_vector(changes, [](Whole &w) -> Double3 & { return w.scene.background; });
+    for (Double3 Camera::*field : {&Camera::origin, &Camera::corner, &Camera::right, &Camera::down})
+        add_vector(changes, [=](Whole &w) -> Double3 & { return w.scene.camera.*field; });
+
+    std::set<std::string> names = {Whole().name()};
+    for (size_t i = 0; i < changes.size(); ++i) {
+        CAPTURE(i);
+        CHECK(names.insert(name_after(changes[i])).second);
+    }
+    CHECK(changes.size() > 100);
+}
+
+TEST_CASE("identity: passes, and what only photons and marching use, leave it alone") {
+    const std::string name = Whole().name();
+    CHECK(name_after([](Whole &w) { w.settings.first_pass = 3; }) == name);
+    CHECK(name_after([](Whole &w) { w.settings.last_pass = 99; }) == name);
+    CHECK(name_after([](Whole &w) { w.settings.photons = 1; }) == name);
+    CHECK(name_after([](Whole &w) { w.settings.gather = 1; }) == name);
+    CHECK(name_after([](Whole &w) { w.settings.gather_radius = 1; }) == name);
+    CHECK(name_after([](Whole &w) { w.settings.step = 1; }) == name);
+}
