@@ -213,6 +213,38 @@ TEST_CASE(WISP_ARITH_NAME ": in a furnace the reference has the furnace's radian
     CHECK(std::fabs(mean.mean - 0.75) < 4 * mean.error);
 }
 
+TEST_CASE(WISP_ARITH_NAME ": a cloud that glows and scatters its own light is as bright by photons") { // B8, A > 0
+    const std::vector<Particle> particles = cloud(400, 2, 1, 0.1);
+    SmokeSource smoke = smoke_of(particles);
+    smoke.albedo = {0.7, 0.7, 0.7};
+    smoke.asymmetry = 0.3;
+    smoke.emission = {1, 1, 1};
+    Scene scene = {};
+    scene.camera = look_at_origin(12, 4, 3);
+    scene.smokes = &smoke;
+    scene.smoke_count = 1;
+    Settings settings = small_settings(3);
+    settings.photons = 40000;
+    settings.step = 0.25;
+    const Rendered picture = render_in_memory(scene, settings);
+    REQUIRE(picture.status == Status::done);
+    double photons = 0, paths = 0, variance = 0, scattered_alone = 0;
+    const Tracer tracer(smoke, {});
+    for (int y = 0; y < 3; ++y)
+        for (int x = 0; x < 3; ++x) {
+            const double step = 4.0 / 3 / 12;
+            const Ray ray = {vec(0, 0, 12), normalize(vec((x - 1) * step, (1 - y) * step, -1))};
+            const Score pixel = score(1500, [&](int i) { return tracer.sample(ray, uint64_t(9 * i + 3 * y + x)); });
+            paths += pixel.mean;
+            variance += pixel.error * pixel.error;
+            photons += static_cast<double>(picture.rgb[size_t(9 * y + 3 * x)]);
+            scattered_alone += 0.3 * (1 - std::exp(-at(optical_depth(tracer.built.medium, ray, path_end))));
+        }
+    // Within the noise and 2 % for the gather's blur; what is scattered is a third of it.
+    CHECK(scattered_alone < 0.75 * paths);
+    CHECK(std::fabs(photons - paths) < 4 * std::sqrt(variance) + 0.02 * paths);
+}
+
 TEST_CASE(WISP_ARITH_NAME
           ": a light inside the smoke is seen as its closed airlight says, with a finite variance") { // E10
     // A = int_0^L e^-(t + d) / d^2 dt for a light 0.1 beside the ray at t = 1, L = 2; nearly no second scattering.
