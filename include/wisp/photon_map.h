@@ -1,8 +1,7 @@
 // The photon map (S2): photons traced through the smoke in batches, stored at their collisions, and the estimate of
 // in-scattered radiance from the nearest of them.
 #pragma once
-#include "wisp/render.h"
-#include "wisp/smoke.h"
+#include "wisp/photon_trace.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -12,8 +11,7 @@ struct PhotonMap {
     const Vec3 *direction; // whither each travelled; nullptr where the smoke scatters evenly
     const Color *power;    // in photons; nullptr where all carry the same
     Color uniform_power;   // ... namely this
-    Real unit;             // one photon's largest channel is the power unit * 2^exponent, unit in [1, 2)
-    int32_t exponent;
+    PhotonUnit unit;       // of the power
 };
 
 struct PhotonMaps {

@@ -1,0 +1,93 @@
+// Tracing photons in batches (S2), whatever is made of their collisions: a photon map or a particle map.
+#pragma once
+#include "wisp/photon_walk.h"
+#include "wisp/render.h"
+#include "wisp/smoke.h"
+
+namespace wisp::WISP_ARITH {
+
+// All that sends photons: the lights, and the smokes that glow.
+struct Emitters {
+    Emitter *list; // nullptr: the arena was too small
+    uint32_t count;
+    Real power; // the sum of their largest channels
+};
+Emitters find_emitters(const Medium &medium, const Light *lights, uint32_t light_count, Arena &arena);
+
+// One photon's largest channel, power / emitted, as unit * 2^exponent with unit in [1, 2): in fixed point neither end
+// of the range is near.
+struct PhotonUnit {
+    Real unit;
+    int32_t exponent;
+};
+PhotonUnit photon_unit(Real power, uint64_t emitted);
+
+// Where a photon starts, and from what.
+struct Birth {
+    Photon photon;
+    const Emitter *emitter;
+};
+Birth emit_photon(const Medium &medium, const Emitters &emitters, uint64_t key);
+
+// Whether photons are needed, and what tells them apart.
+struct PhotonNeeds {
+    bool traced;     // some light is scattered more than once
+    bool directions; // ... and not evenly
+    bool powers;     // photons differ in power
+};
+PhotonNeeds photon_needs(const Scene &scene, const Settings &settings);
+
+// Traces one photon. collect(collision, photon as it arrives, its power) hears of the collisions after the first, as
+// single scattering is computed directly; of photons that the smoke itself emits from the first. The power is that
+// before the roulette, so readers multiply by the albedo.
+template <class Collect>
+void trace_photon(const Medium &medium, const Emitters &emitters, uint64_t key, Statistics &statistics,
+                  Collect &&collect) {
+    auto &counts = statistics.photons;
+    const Birth birth = emit_photon(medium, emitters, key);
+    const Emitter &emitter = *birth.emitter;
+    ++counts.emitted;
+    if (!birth.photon.leaves) {
+        ++counts.escaped;
+        return;
+    }
+    const bool constant = emitter.light && emitter.light->kind == LightKind::constant;
+    const uint32_t first_stored = emitter.light ? 1 : 0;
+    Real falloff = Real(1);
+    const Fate fate =
+        walk(medium, birth.photon, key, [&](const MediumCollision &at, uint32_t number, const Photon &arrived) {
+            ++counts.collisions;
+            if (constant && number == 0) { // irradiance without falloff: as many photons to the area everywhere
+                const Vec3 way = arrived.ray.origin - emitter.light->position;
+                falloff = dot(way, way) / emitter.reach_squared;
+            }
+            if (number >= first_stored) collect(at, arrived, arrived.power * falloff);
+        });
+    ++(fate == Fate::absorbed ? counts.absorbed : fate == Fate::escaped ? counts.escaped : counts.capped);
+}
+
+// Calls trace(key) for the photons of a batch; false as soon as that returns false.
+template <class Trace> bool for_each_photon(uint64_t seed, uint64_t batch, uint64_t photons, Trace &&trace) {
+    Mt19937 generator(static_cast<uint32_t>(seed), static_cast<uint32_t>(seed >> 32), static_cast<uint32_t>(batch),
+                      static_cast<uint32_t>(batch >> 32));
+    for (uint64_t i = 0; i < photons; ++i) {
+        const uint64_t high = generator();
+        const uint64_t low = generator();
+        if (!trace(high << 32 | low)) return false;
+    }
+    return true;
+}
+
+// Calls trace_batch(number, photons) for the batches of all photons, until it returns false.
+template <class TraceBatch>
+Status for_each_batch(uint64_t photons, const Observer &observer, TraceBatch &&trace_batch) {
+    const uint64_t batches = (photons + batch_photons - 1) / batch_photons;
+    for (uint64_t batch = 0; batch < batches; ++batch) {
+        if (!observer(Stage::photons, batch, batches)) return Status::stopped;
+        const uint64_t left = photons - batch * batch_photons;
+        if (!trace_batch(batch, left < batch_photons ? left : batch_photons)) break;
+    }
+    return Status::done;
+}
+
+} // namespace wisp::WISP_ARITH
