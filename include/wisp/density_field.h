@@ -28,7 +28,12 @@ inline DensityField make_density_field(const SmokeSource &source, uint32_t first
         field.particles = make_particle_field(source, first_dimension, arena);
     return field;
 }
-inline uint32_t dimensions_of(const SmokeSource &source) { return source.is_grid() ? 1 : source.count; }
+inline uint32_t dimensions_of(const SmokeSource &source) { return source.is_grid() ? 2 : source.count; }
+
+// What the density is made of: particles by slot, or samples.
+inline uint32_t elements_of(const SmokeSource &source) {
+    return source.is_grid() ? static_cast<uint32_t>(source.grid.count()) : source.count;
+}
 
 // sigma_t at x, per unit of length.
 inline Real extinction(const DensityField &field, const Vec3 &x) {
@@ -46,11 +51,9 @@ inline Real majorant(const DensityField &field, const Box &box) {
 }
 
 // Where a photon that starts along the ray collides first, if before `end`.
-inline bool first_collision(const DensityField &field, const Ray &ray, Real end, Event event, Real &distance) {
-    if (field.is_grid) return first_collision(field.grid, ray, end, event, distance);
-    const Collision collision = first_collision(field.particles, ray, end, event);
-    distance = collision.distance;
-    return collision.found;
+inline Collision first_collision(const DensityField &field, const Ray &ray, Real end, Event event) {
+    return field.is_grid ? first_collision(field.grid, ray, end, event)
+                         : first_collision(field.particles, ray, end, event);
 }
 
 } // namespace wisp::WISP_ARITH

@@ -66,6 +66,12 @@ constexpr float scale_pow2(float x, int k) { return detail::scale_float(x, k); }
 constexpr double scale_pow2(double x, int k) { return detail::scale_float(x, k); }
 constexpr Fixed scale_pow2(Fixed x, int k) { return Fixed::from_raw(detail::checked(detail::scale(x.raw(), k))); }
 
+// n 2^k: in float and double rounded to nearest.
+template <class T> constexpr T scaled_integer(int64_t n, int k) { return scale_pow2(static_cast<T>(n), k); }
+template <> constexpr Fixed scaled_integer(int64_t n, int k) {
+    return Fixed::from_raw(detail::checked(detail::scale(n, k + 32)));
+}
+
 // The nearest double, the nearest float (ties to even), and the float nearest to x 2^exponent (too large: infinite).
 constexpr double to_double(float x) { return x; }
 constexpr double to_double(double x) { return x; }

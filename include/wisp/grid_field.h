@@ -19,7 +19,7 @@ struct GridField {
     Box box;            // in that frame
     Lattice between;    // in that frame: cell (x, y, z) lies between the samples x - 1 and x, y - 1 and y, z - 1 and z
     Box bounds;         // of the turned box, in the scene
-    uint32_t dimension; // of a photon's draw for a free path
+    uint32_t dimension; // of a photon's draws: free path, sample
     bool ready;         // false: the arena was too small
 
     bool constant() const { return samples.x == 1 && samples.y == 1 && samples.z == 1; }
@@ -33,8 +33,14 @@ Real extinction(const GridField &field, const Vec3 &x);
 Real optical_depth(const GridField &field, const Ray &ray, Real end);
 Real majorant(const GridField &field, const Box &box);
 
-// Where a photon that starts along the ray collides, if before `end`: where the optical depth has grown to -ln xi.
-bool first_collision(const GridField &field, const Ray &ray, Real end, Event event, Real &distance);
+// Where a photon that starts along the ray collides, if before `end`: where the optical depth has grown to -ln xi. The
+// sample is drawn with its tent's share of the density there.
+Collision first_collision(const GridField &field, const Ray &ray, Real end, Event event);
+
+// sigma_t at x, and the sum of what each sample has in it times the sample's source function.
+Color radiated(const GridField &field, const Vec3 &x, const Color *source, Real &sigma);
+
+Vec3 position_of_sample(const GridField &field, uint32_t sample);
 
 // A point of the density around a sample: uniform draws become an offset with the density of the sample's tent.
 Vec3 point_of_sample(const GridField &field, uint32_t sample, const Vec3 &uniform);

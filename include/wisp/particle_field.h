@@ -25,12 +25,6 @@ struct ParticleField {
     bool ready;               // false: the arena was too small
 };
 
-struct Collision {
-    bool found;
-    Real distance;
-    uint32_t particle; // slot
-};
-
 // The field of `source`; everything is made from the arena.
 ParticleField make_particle_field(const SmokeSource &source, uint32_t first_dimension, Arena &arena);
 uint64_t particle_field_bytes(uint32_t particles);

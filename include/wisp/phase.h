@@ -9,6 +9,9 @@ class Phase {
     explicit Phase(Real g)
         : g_(g), a_(Real(1) - g), b_(Real(1) + g), peak_(inv_four_pi<Real> * ((Real(1) - g) * (Real(1) + g))) {}
 
+    // The same function with g times `share`.
+    Phase with_share(Real share) const { return Phase(g_ * share); }
+
     bool isotropic() const { return g_ == Real(0); }
 
     // p, per steradian, for light that travels along `in` and leaves along `out` (unit vectors): integral 1 over out.

@@ -10,6 +10,13 @@ struct Ray {
     Vec3 origin, direction; // a unit vector
 };
 
+// Where a photon collides, and with which part of the density: a particle's slot, or a sample of a grid.
+struct Collision {
+    bool found;
+    Real distance;
+    uint32_t element;
+};
+
 // a / b with its magnitude kept below 2^20, far outside any scene: the slabs of a ray along a wall need no more.
 inline Real bounded_quotient(Real a, Real b) {
     constexpr Real far = Real(0x1p20);

@@ -1,14 +1,21 @@
 // Ray marching (S1): the radiance that reaches the eye through smoke.
 #pragma once
+#include "wisp/light_depths.h"
 #include "wisp/photon_map.h"
 
 namespace wisp::WISP_ARITH {
 
+// The lights as a march asks them.
+struct SingleScatterer {
+    const Light *lights;
+    uint32_t light_count;
+    const LightDepths *depths; // kept depths, or nullptr: every depth is found exactly
+};
+
 // All that a ray asks of the scene; one for the whole picture.
 struct Marcher {
     const Medium *medium;
-    const Light *lights;
-    uint32_t light_count;
+    SingleScatterer lights;
     const PhotonMap *photon_maps; // one a smoke, or nullptr
     Color background;
     Real step;                 // length of a step
@@ -17,6 +24,39 @@ struct Marcher {
     Gather gather;
     Statistics *statistics;
 };
+
+// The march ends where less than 1.2e-7 of what lies behind comes through.
+constexpr Real opaque_depth = Real(16);
+
+// (1 - e^-s) / s for s >= 0: 1 at 0, by its series where the quotient would lose digits. (numerics E4)
+inline Real mean_transmittance(Real s) {
+    if (s < Real(0x1p-7)) return Real(1) - s * (Real(0.5) - s * (Real(1.0 / 6) - s * Real(1.0 / 24)));
+    return -expm1(-s) / s;
+}
+
+// The optical depth so far; `lost` is what rounding took from it, as after Kahan.
+struct Depth {
+    Real value = Real(0), lost = Real(0);
+
+    void add(Real s) {
+        const Real more = s - lost, sum = value + more;
+        lost = (sum - value) - more;
+        value = sum;
+    }
+};
+
+struct Step {
+    Vec3 middle, begin, end;
+};
+inline Step step_of(const Ray &ray, Real from, Real dx) {
+    return {ray.origin + ray.direction * (from + Real(0.5) * dx), ray.origin + ray.direction * from,
+            ray.origin + ray.direction * (from + dx)};
+}
+
+// What the lights send along `out` after one scattering at the step's middle, per unit of length; the smokes have
+// these extinctions there.
+Color single_scattering(const Medium &medium, const SingleScatterer &lights, const Step &step, const Vec3 &out,
+                        const Real *extinctions, Statistics &statistics);
 
 // Radiance along the ray from where it comes: emission, single scattering from every light, multiple scattering from
 // the photon maps, and the attenuated background. Extinction and the lights are sampled in the middle of each step,

@@ -30,7 +30,7 @@ struct Plan {
     bool photon_powers;     // ... and photons differ in power
     uint64_t photon_capacity;
     struct {
-        uint64_t particle_tree, photon_map, gather;
+        uint64_t particle_tree, photon_map, gather, particle_map, sources, light_depths;
         uint64_t arena; // everything, in one block
     } bytes;
 };

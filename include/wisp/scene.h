@@ -87,6 +87,8 @@ struct Scene {
     int32_t radiance_exponent;
 };
 
+enum class Method : uint8_t { direct, map }; // S4: photon map, or particle map
+
 struct Crop {
     int32_t x0, y0, x1, y1; // pixels, half-open, from the top left
 };
@@ -99,6 +101,8 @@ struct Settings {
     uint32_t gather;                // K, most photons in an estimate
     double gather_radius;           // the largest radius of an estimate, in units of H
     double step;                    // of the march, in units of H
+    double light_step;              // distance of the points whose depth to the lights is kept, in units of H; 0: none
+    Method method;                  // how smoke is rendered
     bool reference;                 // path tracing, ...
     uint32_t first_pass, last_pass; // ... passes first_pass <= i < last_pass <= 2^31 of `samples` rays a pixel each
 };

@@ -35,7 +35,8 @@ Real optical_depth(const Medium &medium, const Ray &ray, Real end);
 struct MediumCollision {
     bool found;
     Real distance;
-    uint32_t smoke; // index of the smoke that the photon collided with
+    uint32_t smoke;   // index of the smoke that the photon collided with
+    uint32_t element; // which of its particles (slot) or samples, drawn with its share of the density
 };
 
 MediumCollision first_collision(const Medium &medium, const Ray &ray, Real end, Event event);

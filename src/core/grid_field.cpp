@@ -10,6 +10,26 @@ Vec3 to_frame(const GridField &field, const Vec3 &d) {
     return Vec3(dot(field.axis[0], d), dot(field.axis[1], d), dot(field.axis[2], d));
 }
 
+// The samples around a point of a cell, and the tents' values there.
+struct Corners {
+    uint32_t sample[8];
+    Real weight[8];
+};
+void find_corners(const GridField &field, const Cell &cell, const Vec3 &p, Corners &corners) {
+    const Lattice &between = field.between;
+    const Vec3 u = (p - between.low) * between.inverse_edge;
+    const Vec3 t = u - Vec3(Real(cell.x), Real(cell.y), Real(cell.z));
+    const Cell &n = field.samples;
+    for (int i = 0; i < 8; ++i) {
+        const int dx = i & 1, dy = i >> 1 & 1, dz = i >> 2;
+        const int32_t x = min(max(cell.x - 1 + dx, 0), n.x - 1), y = min(max(cell.y - 1 + dy, 0), n.y - 1);
+        const int32_t z = min(max(cell.z - 1 + dz, 0), n.z - 1);
+        corners.sample[i] = static_cast<uint32_t>((int64_t{z} * n.y + y) * n.x + x);
+        const Real wx = max(Real(0), dx ? t.x : Real(1) - t.x), wy = max(Real(0), dy ? t.y : Real(1) - t.y);
+        corners.weight[i] = wx * wy * max(Real(0), dz ? t.z : Real(1) - t.z);
+    }
+}
+
 Real mix(Real a, Real b, Real t) { return a + t * (b - a); } // exact where a = b
 
 // The trilinear value at p, a point of the frame in or next to the cell `between` samples.
@@ -63,6 +83,19 @@ Real tent_offset(int32_t i, int32_t count, Real u) {
     return below ? -inward : inward;
 }
 
+Cell cell_of_sample(const GridField &field, uint32_t sample) {
+    const uint32_t nx = static_cast<uint32_t>(field.samples.x), ny = static_cast<uint32_t>(field.samples.y);
+    return {static_cast<int32_t>(sample % nx), static_cast<int32_t>(sample / nx % ny),
+            static_cast<int32_t>(sample / nx / ny)};
+}
+
+// The point of the scene that lies `offset` edges beside the middle of a cell.
+Vec3 place_of(const GridField &field, const Cell &cell, const Vec3 &offset) {
+    const Vec3 place = Vec3(Real(cell.x), Real(cell.y), Real(cell.z)) + offset + Vec3(Real(0.5));
+    const Vec3 p = field.box.low + place * field.between.edge;
+    return field.center + field.axis[0] * p.x + field.axis[1] * p.y + field.axis[2] * p.z;
+}
+
 } // namespace
 
 Real extinction(const GridField &field, const Vec3 &x) {
@@ -75,6 +108,26 @@ Real extinction(const GridField &field, const Vec3 &x) {
                           cell_of(p.y, b.low.y, b.inverse_edge.y, b.count.y),
                           cell_of(p.z, b.low.z, b.inverse_edge.z, b.count.z)},
                          p);
+}
+
+Color radiated(const GridField &field, const Vec3 &x, const Color *source, Real &sigma) {
+    const Vec3 p = to_frame(field, x - field.center);
+    sigma = Real(0);
+    Color sum(Real(0));
+    if (!contains(field.box, p)) return sum;
+    Corners corners;
+    const Lattice &b = field.between;
+    find_corners(field,
+                 {cell_of(p.x, b.low.x, b.inverse_edge.x, b.count.x),
+                  cell_of(p.y, b.low.y, b.inverse_edge.y, b.count.y),
+                  cell_of(p.z, b.low.z, b.inverse_edge.z, b.count.z)},
+                 p, corners);
+    for (int i = 0; i < 8; ++i) {
+        const Real here = corners.weight[i] * field.extinction[corners.sample[i]];
+        sigma += here;
+        sum += source[corners.sample[i]] * here;
+    }
+    return sum;
 }
 
 Real optical_depth(const GridField &field, const Ray &ray, Real end) {
@@ -122,17 +175,16 @@ Real majorant(const GridField &field, const Box &box) {
     return greatest;
 }
 
-bool first_collision(const GridField &field, const Ray &ray, Real end, Event event, Real &distance) {
+Collision first_collision(const GridField &field, const Ray &ray, Real end, Event event) {
+    Collision collision = {false, end, 0};
     Ray inside;
     Real entry;
-    if (!enter(field, ray, inside, entry, end)) return false;
+    if (!enter(field, ray, inside, entry, end)) return collision;
     Real rest = -log1p(-unit_open<Real>(draw(event, field.dimension))); // of the optical depth
-    bool found = false;
     if (field.constant()) {
         const Real sigma = field.extinction[0];
-        found = rest < end * sigma;
-        if (found) distance = entry + rest / sigma;
-        return found;
+        if (rest < end * sigma) collision = {true, entry + rest / sigma, 0};
+        return collision;
     }
     for_each_cell(field.between, inside, Real(0), end, [&](const Cell &cell, Real from, Real to) {
         const Real depth = depth_in_cell(field, cell, inside, from, to);
@@ -140,25 +192,36 @@ bool first_collision(const GridField &field, const Ray &ray, Real end, Event eve
             rest -= depth;
             return true;
         }
-        distance = entry + increasing_root(from, to, [&](Real t, Real &slope) {
-                       slope = value_in_cell(field, cell, inside.origin + inside.direction * t);
-                       return depth_in_cell(field, cell, inside, from, t) - rest;
-                   });
-        found = true;
+        const Real t = increasing_root(from, to, [&](Real at, Real &slope) {
+            slope = value_in_cell(field, cell, inside.origin + inside.direction * at);
+            return depth_in_cell(field, cell, inside, from, at) - rest;
+        });
+        Corners corners;
+        find_corners(field, cell, inside.origin + inside.direction * t, corners);
+        Real total = Real(0);
+        for (int i = 0; i < 8; ++i) total += corners.weight[i] * field.extinction[corners.sample[i]];
+        Real share = unit_half_open<Real>(draw(event, field.dimension + 1)) * total;
+        int chosen = 0;
+        for (; chosen < 7; ++chosen) {
+            const Real here = corners.weight[chosen] * field.extinction[corners.sample[chosen]];
+            if (share < here) break;
+            share -= here;
+        }
+        collision = {true, entry + t, corners.sample[chosen]};
         return false;
     });
-    return found;
+    return collision;
+}
+
+Vec3 position_of_sample(const GridField &field, uint32_t sample) {
+    return place_of(field, cell_of_sample(field, sample), Vec3(Real(0)));
 }
 
 Vec3 point_of_sample(const GridField &field, uint32_t sample, const Vec3 &uniform) {
-    const Cell &n = field.samples;
-    const uint32_t nx = static_cast<uint32_t>(n.x), ny = static_cast<uint32_t>(n.y);
-    const int32_t x = static_cast<int32_t>(sample % nx), y = static_cast<int32_t>(sample / nx % ny),
-                  z = static_cast<int32_t>(sample / nx / ny);
-    const Vec3 place(Real(x) + tent_offset(x, n.x, uniform.x), Real(y) + tent_offset(y, n.y, uniform.y),
-                     Real(z) + tent_offset(z, n.z, uniform.z));
-    const Vec3 p = field.box.low + (place + Vec3(Real(0.5))) * field.between.edge;
-    return field.center + field.axis[0] * p.x + field.axis[1] * p.y + field.axis[2] * p.z;
+    const Cell &n = field.samples, at = cell_of_sample(field, sample);
+    return place_of(
+        field, at,
+        Vec3(tent_offset(at.x, n.x, uniform.x), tent_offset(at.y, n.y, uniform.y), tent_offset(at.z, n.z, uniform.z)));
 }
 
 uint64_t grid_field_bytes(const GridSource &source) { return Arena::bytes<Real>(source.count()); }

@@ -5,38 +5,6 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-// The march ends where less than 1.2e-7 of what lies behind comes through.
-constexpr Real opaque_depth = Real(16);
-
-// (1 - e^-s) / s for s >= 0: 1 at 0, by its series where the quotient would lose digits. (numerics E4)
-Real mean_transmittance(Real s) {
-    if (s < Real(0x1p-7)) return Real(1) - s * (Real(0.5) - s * (Real(1.0 / 6) - s * Real(1.0 / 24)));
-    return -expm1(-s) / s;
-}
-
-struct Step {
-    Vec3 middle, begin, end;
-};
-
-// What the lights send along `out` after one scattering at the step's middle, per unit of length.
-Color single_scattering(Marcher &marcher, const Step &step, const Vec3 &out, const Real *extinctions) {
-    const Medium &medium = *marcher.medium;
-    Color sum(Real(0));
-    for (uint32_t l = 0; l < marcher.light_count; ++l) {
-        const Illumination light = illuminate(marcher.lights[l], step.middle, step.begin, step.end);
-        if (!(largest(light.irradiance) > Real(0))) continue;
-        Color scattered(Real(0)); // sum of sigma_s p
-        for (uint32_t i = 0; i < medium.count; ++i)
-            if (extinctions[i] > Real(0))
-                scattered += medium.smokes[i].albedo * (extinctions[i] * medium.smokes[i].phase(light.direction, out));
-        if (!(largest(scattered) > Real(0))) continue;
-        ++marcher.statistics->rays.shadow;
-        const Real depth = optical_depth(medium, {step.middle, -light.direction}, light.distance);
-        sum += scattered * light.irradiance * exp(-depth);
-    }
-    return sum;
-}
-
 // What was scattered at least once before and now along `out`, per unit of length. The ball of an estimate reaches
 // beyond the smoke; where there is none nothing scatters, whatever photons are near.
 Color multiple_scattering(Marcher &marcher, const Vec3 &x, const Vec3 &out, const Real *extinctions) {
@@ -53,22 +21,41 @@ Color multiple_scattering(Marcher &marcher, const Vec3 &x, const Vec3 &out, cons
 
 } // namespace
 
+Color single_scattering(const Medium &medium, const SingleScatterer &lights, const Step &step, const Vec3 &out,
+                        const Real *extinctions, Statistics &statistics) {
+    Color sum(Real(0));
+    for (uint32_t l = 0; l < lights.light_count; ++l) {
+        const Illumination light = illuminate(lights.lights[l], step.middle, step.begin, step.end);
+        if (!(largest(light.irradiance) > Real(0))) continue;
+        Color scattered(Real(0)); // sum of sigma_s p
+        for (uint32_t i = 0; i < medium.count; ++i)
+            if (extinctions[i] > Real(0))
+                scattered += medium.smokes[i].albedo * (extinctions[i] * medium.smokes[i].phase(light.direction, out));
+        if (!(largest(scattered) > Real(0))) continue;
+        if (!lights.depths) ++statistics.rays.shadow;
+        const Real depth = lights.depths ? light_depth(*lights.depths, l, step.middle)
+                                         : optical_depth(medium, {step.middle, -light.direction}, light.distance);
+        sum += scattered * light.irradiance * exp(-depth);
+    }
+    return sum;
+}
+
 Color march(Marcher &marcher, const Ray &ray) {
     const Medium &medium = *marcher.medium;
     Real begin = Real(0), end = path_end;
     if (medium.empty() || !clip(medium.bounds, ray, begin, end)) return marcher.background;
 
     // Distances count from where the ray enters: what a camera far away costs is one rounding of that point.
-    const Vec3 entry = ray.origin + ray.direction * begin, out = -ray.direction;
+    const Ray inside = {ray.origin + ray.direction * begin, ray.direction};
+    const Vec3 out = -ray.direction;
     const Real length = end - begin;
     const int32_t steps = floor_to_int(length / marcher.step) + 1;
     Color radiance(Real(0));
-    Real depth = Real(0), lost = Real(0); // what rounding took from the depth so far, as after Kahan
-    for (int32_t i = 0; i < steps && depth < opaque_depth; ++i) {
+    Depth depth;
+    for (int32_t i = 0; i < steps && depth.value < opaque_depth; ++i) {
         const Real from = Real(i) * marcher.step, dx = min(marcher.step, length - from);
         if (!(dx > Real(0))) break;
-        const Step step = {entry + ray.direction * (from + Real(0.5) * dx), entry + ray.direction * from,
-                           entry + ray.direction * (from + dx)};
+        const Step step = step_of(inside, from, dx);
         ++marcher.statistics->smoke.march_samples;
 
         Real sigma = Real(0), *extinctions = marcher.extinctions;
@@ -80,16 +67,15 @@ Color march(Marcher &marcher, const Ray &ray) {
             sigma += extinctions[s];
             source += (Color(Real(1)) - smoke.albedo) * smoke.emission * extinctions[s];
         }
-        if (sigma > Real(0)) source += single_scattering(marcher, step, out, extinctions);
+        if (sigma > Real(0))
+            source += single_scattering(medium, marcher.lights, step, out, extinctions, *marcher.statistics);
         source += multiple_scattering(marcher, step.middle, out, extinctions);
 
         const Real s = sigma * dx;
-        radiance += source * (exp(-depth) * mean_transmittance(s) * dx);
-        const Real more = s - lost, sum = depth + more;
-        lost = (sum - depth) - more;
-        depth = sum;
+        radiance += source * (exp(-depth.value) * mean_transmittance(s) * dx);
+        depth.add(s);
     }
-    return radiance + marcher.background * exp(-depth);
+    return radiance + marcher.background * exp(-depth.value);
 }
 
 } // namespace wisp::WISP_ARITH

@@ -131,7 +131,7 @@ Majorants make_majorants(const Medium &medium, Real edge, Arena &arena) {
 MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 &generator) {
     const Medium &medium = *tracer.medium;
     const Lattice &lattice = tracer.majorants.lattice;
-    MediumCollision collision = {false, end, 0};
+    MediumCollision collision = {false, end, 0, 0};
     Real rest = exponential(generator); // of the majorant's depth, up to the next tentative collision
     for_each_cell(lattice, ray, Real(0), end, [&](const Cell &cell, Real from, Real to) {
         const Real bound =
@@ -149,7 +149,7 @@ MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 
                 ++tracer.statistics->smoke.density_evaluations;
                 sigma -= extinction(medium.smokes[i].field, x);
                 if (!(sigma < Real(0))) continue;
-                collision = {true, t, i};
+                collision = {true, t, i, 0};
                 return false;
             }
             rest = exponential(generator);

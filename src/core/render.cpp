@@ -1,6 +1,6 @@
 // The stages of the papers, in order: trees, photons, picture.
 #include "wisp/camera.h"
-#include "wisp/ray_march.h"
+#include "wisp/particle_march.h"
 #include "wisp/reference.h"
 
 namespace wisp::WISP_ARITH {
@@ -11,47 +11,110 @@ uint64_t march_bytes(const Scene &scene) {
     return Arena::bytes<Light>(scene.light_count) + 2 * Arena::bytes<Real>(scene.smoke_count);
 }
 
-bool make_marcher(const Scene &scene, const Settings &settings, const Medium &medium, const Light *lights, Arena &arena,
-                  Marcher &marcher) {
-    marcher.medium = &medium;
-    marcher.lights = lights;
-    marcher.light_count = scene.light_count;
-    marcher.background = vec_of(scene.background);
-    Real *radius = arena.make<Real>(scene.smoke_count);
-    marcher.gather_radius = radius;
-    marcher.extinctions = arena.make<Real>(scene.smoke_count);
-    if (!marcher.gather_radius || !marcher.extinctions) return false;
+// So many smoothing lengths of the finest smoke.
+Real step_length(const Scene &scene, double lengths) {
+    Real finest = Real(0);
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        const SmokeSource &smoke = scene.smokes[i];
-        radius[i] = to_real<Real>(smoke.largest_h) * to_real<Real>(settings.gather_radius);
-        if (smoke.empty()) continue;
-        const Real step = to_real<Real>(smoke.smallest_h) * to_real<Real>(settings.step);
-        marcher.step = marcher.step == Real(0) ? step : min(marcher.step, step);
+        if (scene.smokes[i].empty()) continue;
+        const Real h = to_real<Real>(scene.smokes[i].smallest_h);
+        finest = finest == Real(0) ? h : min(finest, h);
     }
-    return true;
+    return finest * to_real<Real>(lengths);
 }
 
-Status render_frame(const Scene &scene, const Settings &settings, Marcher &marcher, const Observer &observer,
-                    float *rgb) {
-    const View view(scene.camera);
-    const Crop &crop = settings.crop;
-    const Pattern pattern(settings.samples);
+// All that the rays of one frame have in common.
+struct Frame {
+    const Scene &scene;
+    const Settings &settings;
+    const Medium &medium;
+    Light *lights;
+    const Observer &observer;
+    Arena &arena;
+    float *rgb;
+    Statistics &statistics;
+};
+
+template <class Marcher> Status render_frame(const Frame &frame, Marcher &marcher) {
+    const View view(frame.scene.camera);
+    const Crop &crop = frame.settings.crop;
+    const uint32_t samples = frame.settings.samples;
+    const Pattern pattern(samples);
+    float *rgb = frame.rgb;
     for (int32_t y = crop.y0; y < crop.y1; ++y) {
         const uint64_t row = static_cast<uint64_t>(y - crop.y0);
-        if (!observer(Stage::render, row, static_cast<uint64_t>(crop.y1 - crop.y0))) return Status::stopped;
+        if (!frame.observer(Stage::render, row, static_cast<uint64_t>(crop.y1 - crop.y0))) return Status::stopped;
         for (int32_t x = crop.x0; x < crop.x1; ++x) {
             Color sum(Real(0));
-            for (uint32_t i = 0; i < settings.samples; ++i) {
+            for (uint32_t i = 0; i < samples; ++i) {
                 sum += march(marcher, view.ray_through(Real(x) + pattern.u(i), Real(y) + pattern.v(i)));
-                ++marcher.statistics->rays.primary;
+                ++frame.statistics.rays.primary;
             }
-            const Color mean = sum / Real(static_cast<int32_t>(settings.samples));
-            *rgb++ = to_float_scaled(mean.x, scene.radiance_exponent);
-            *rgb++ = to_float_scaled(mean.y, scene.radiance_exponent);
-            *rgb++ = to_float_scaled(mean.z, scene.radiance_exponent);
+            const Color mean = sum / Real(static_cast<int32_t>(samples));
+            *rgb++ = to_float_scaled(mean.x, frame.scene.radiance_exponent);
+            *rgb++ = to_float_scaled(mean.y, frame.scene.radiance_exponent);
+            *rgb++ = to_float_scaled(mean.z, frame.scene.radiance_exponent);
         }
     }
     return Status::done;
+}
+
+// How the march asks the lights. False: the arena was too small.
+bool ask_lights(const Frame &frame, LightDepths &depths, SingleScatterer &lights) {
+    lights = {frame.lights, frame.scene.light_count, nullptr};
+    if (!(frame.settings.light_step > 0) || lights.light_count == 0 || frame.medium.empty()) return true;
+    lights.depths = &depths;
+    return make_light_depths(frame.medium, frame.lights, lights.light_count,
+                             step_length(frame.scene, frame.settings.light_step), frame.arena,
+                             &frame.statistics.rays.shadow, depths);
+}
+
+// S4-2: photons are kept in a photon map, from which every step of the march gathers the nearest.
+Status render_direct(const Frame &frame) {
+    const Scene &scene = frame.scene;
+    const Settings &settings = frame.settings;
+    Marcher marcher = {};
+    marcher.medium = &frame.medium;
+    marcher.background = vec_of(scene.background);
+    marcher.step = step_length(scene, settings.step);
+    marcher.statistics = &frame.statistics;
+    Real *radius = frame.arena.make<Real>(scene.smoke_count);
+    marcher.extinctions = frame.arena.make<Real>(scene.smoke_count);
+    if (!radius || !marcher.extinctions) return Status::out_of_memory;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i)
+        radius[i] = to_real<Real>(scene.smokes[i].largest_h) * to_real<Real>(settings.gather_radius);
+    marcher.gather_radius = radius;
+
+    const PhotonPlan photons = plan_photons(scene, settings);
+    if (photons.traced && !make_gather(settings.gather, frame.arena, marcher.gather)) return Status::out_of_memory;
+    LightDepths depths;
+    if (!ask_lights(frame, depths, marcher.lights)) return Status::out_of_memory;
+    const PhotonMaps maps = trace_photons(frame.medium, frame.lights, scene.light_count, settings, photons,
+                                          frame.observer, frame.arena, frame.statistics);
+    if (maps.status != Status::done) return maps.status;
+    marcher.photon_maps = maps.of_smoke;
+    return render_frame(frame, marcher);
+}
+
+// S4-3: photons are kept on the particles, which become sources that every ray adds up.
+Status render_map(const Frame &frame) {
+    const Scene &scene = frame.scene;
+    const ParticleMapPlan plan = plan_particle_map(scene, frame.settings);
+    ParticleMap map;
+    const Status status = trace_particle_map(scene, frame.medium, frame.lights, frame.settings, plan.needs,
+                                             frame.observer, frame.arena, frame.statistics, map);
+    if (status != Status::done) return status;
+
+    if (!frame.observer(Stage::render, 0, 1)) return Status::stopped;
+    ParticleMarcher marcher = {};
+    marcher.sources = make_sources(scene, frame.medium, map, vec_of(scene.camera.origin), frame.arena);
+    LightDepths depths;
+    if (!marcher.sources || !make_window(scene, frame.arena, marcher) || !ask_lights(frame, depths, marcher.lights))
+        return Status::out_of_memory;
+    marcher.medium = &frame.medium;
+    marcher.background = vec_of(scene.background);
+    marcher.step = step_length(scene, frame.settings.step);
+    marcher.statistics = &frame.statistics;
+    return render_frame(frame, marcher);
 }
 
 } // namespace
@@ -64,41 +127,43 @@ Plan plan(const Scene &scene, const Settings &settings) {
         plan.bytes.arena = reference_bytes(scene);
         return plan;
     }
+    plan.bytes.particle_tree = medium_bytes(scene);
+    plan.bytes.light_depths = light_depth_bytes(scene, settings.light_step);
+    plan.bytes.arena = plan.bytes.particle_tree + plan.bytes.light_depths + march_bytes(scene);
+    if (settings.method == Method::map) {
+        const ParticleMapPlan map = plan_particle_map(scene, settings);
+        plan.photons = map.needs.traced;
+        plan.photon_directions = map.needs.directions;
+        plan.photon_powers = map.needs.powers;
+        plan.bytes.particle_map = map.bytes;
+        plan.bytes.sources = source_bytes(scene);
+        plan.bytes.arena += map.bytes + plan.bytes.sources + window_bytes(scene);
+        return plan;
+    }
     const PhotonPlan photons = plan_photons(scene, settings);
     plan.photons = photons.traced;
     plan.photon_directions = photons.directions;
     plan.photon_powers = photons.powers;
     plan.photon_capacity = photons.capacity;
-    plan.bytes.particle_tree = medium_bytes(scene);
     plan.bytes.photon_map = photons.bytes;
     plan.bytes.gather = photons.traced ? gather_bytes(settings.gather) : 0;
-    plan.bytes.arena = plan.bytes.particle_tree + plan.bytes.photon_map + plan.bytes.gather + march_bytes(scene);
+    plan.bytes.arena += plan.bytes.photon_map + plan.bytes.gather;
     return plan;
 }
 
 Status render(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer, float *rgb,
               Statistics &statistics) {
-    Marcher marcher = {};
-    marcher.statistics = &statistics;
     statistics.bytes.arena_size = arena.size();
-
     if (!observer(Stage::trees, 0, 1)) return Status::stopped;
     const Medium medium = make_medium(scene, arena);
     Light *lights = arena.make<Light>(scene.light_count);
-    if (!medium.ready || !lights || !make_marcher(scene, settings, medium, lights, arena, marcher))
-        return Status::out_of_memory;
+    if (!medium.ready || !lights) return Status::out_of_memory;
     for (uint32_t i = 0; i < scene.light_count; ++i) lights[i] = make_light(scene.lights[i]);
     for (uint32_t i = 0; i < scene.smoke_count; ++i) statistics.smoke.particles += scene.smokes[i].count;
     statistics.bytes.particle_tree = arena.mark();
 
-    const PhotonPlan photons = plan_photons(scene, settings);
-    if (photons.traced && !make_gather(settings.gather, arena, marcher.gather)) return Status::out_of_memory;
-    const PhotonMaps maps =
-        trace_photons(medium, lights, scene.light_count, settings, photons, observer, arena, statistics);
-    if (maps.status != Status::done) return maps.status;
-    marcher.photon_maps = maps.of_smoke;
-
-    const Status status = render_frame(scene, settings, marcher, observer, rgb);
+    const Frame frame = {scene, settings, medium, lights, observer, arena, rgb, statistics};
+    const Status status = settings.method == Method::map ? render_map(frame) : render_direct(frame);
     statistics.bytes.arena_peak = arena.peak();
     return status;
 }

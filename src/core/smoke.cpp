@@ -7,15 +7,11 @@ namespace {
 
 bool any(const Color &c) { return largest(c) > Real(0); }
 
-uint32_t sources_of(const SmokeSource &source) {
-    return source.is_grid() ? static_cast<uint32_t>(source.grid.count()) : source.count;
-}
-
 // For each particle the share of the whole cross-section that lies before it, as a fraction of 2^32; for the samples of
 // a grid, whose tents all have the same volume, the share of the density. Summed in integers, so that the choice is the
 // same in every arithmetic.
 const uint32_t *shares_of_area(const SmokeSource &source, Arena &arena) {
-    const uint32_t count = sources_of(source);
+    const uint32_t count = elements_of(source);
     uint32_t *before = arena.make<uint32_t>(count);
     if (!before) return nullptr;
     const GridSource &grid = source.grid;
@@ -48,7 +44,7 @@ uint64_t medium_bytes(const Scene &scene) {
         const SmokeSource &source = scene.smokes[i];
         bytes += density_field_bytes(source);
         const bool glows = source.emission.x > 0 || source.emission.y > 0 || source.emission.z > 0;
-        if (glows) bytes += Arena::bytes<uint32_t>(sources_of(source));
+        if (glows) bytes += Arena::bytes<uint32_t>(elements_of(source));
     }
     return bytes;
 }
@@ -116,11 +112,10 @@ Real optical_depth(const Medium &medium, const Ray &ray, Real end) {
 }
 
 MediumCollision first_collision(const Medium &medium, const Ray &ray, Real end, Event event) {
-    MediumCollision nearest = {false, end, 0};
+    MediumCollision nearest = {false, end, 0, 0};
     for (uint32_t i = 0; i < medium.count; ++i) {
-        Real distance;
-        if (first_collision(medium.smokes[i].field, ray, nearest.distance, event, distance))
-            nearest = {true, distance, i};
+        const Collision collision = first_collision(medium.smokes[i].field, ray, nearest.distance, event);
+        if (collision.found) nearest = {true, collision.distance, i, collision.element};
     }
     return nearest;
 }
@@ -128,7 +123,7 @@ MediumCollision first_collision(const Medium &medium, const Ray &ray, Real end, 
 Photon emit_from_smoke(const Smoke &smoke, const Color &photon_color, Event event) {
     // The particle or sample, by its share of the density's integral; then a point of its kernel or tent.
     const uint32_t target = draw(event, dimension_position_1);
-    uint32_t low = 0, high = sources_of(*smoke.source);
+    uint32_t low = 0, high = elements_of(*smoke.source);
     while (high - low > 1) {
         const uint32_t middle = low + (high - low) / 2;
         (smoke.area_before[middle] <= target ? low : high) = middle;

@@ -66,6 +66,8 @@ Settings settings_of(const Options &options, int width, int height) {
     settings.gather = options.gather;
     settings.gather_radius = options.gather_radius;
     settings.step = options.step;
+    settings.method = options.method;
+    settings.light_step = options.light_step;
     settings.reference = options.reference;
     const Options::Passes passes = options.passes.value_or(Options::Passes{0, 16});
     settings.first_pass = passes.first;
@@ -224,7 +226,7 @@ FrameReport render_frame(const Request &request, int64_t frame, Sha256 &run_dige
     return report;
 }
 
-void check_outputs(const Options &options) {
+void check_options(const Options &options) {
     const auto &frames = options.frames;
     const bool several = frames.last - frames.first >= frames.step;
     for (const std::string &output : options.outputs) {
@@ -234,6 +236,11 @@ void check_outputs(const Options &options) {
         if (!options.reference && ends_in(output, ".passes"))
             throw Error(exit_usage, "option 'output': found '" + output + "', expected .passes only with --reference");
     }
+    const bool map = options.method == Method::map;
+    if (options.estimate == (map ? Options::Estimate::knn : Options::Estimate::kernel))
+        throw Error(exit_usage, std::string("option 'estimate': found '") + (map ? "knn" : "kernel") +
+                                    (map ? "', expected kernel with --smoke map: knn is not supported yet there"
+                                         : "', expected knn with --smoke direct"));
     if (several && !options.error_out.empty() && !has_number(options.error_out))
         throw Error(exit_usage, "option 'error-out': found '" + options.error_out +
                                     "' for several frames, expected a name with %04d");
@@ -260,7 +267,7 @@ void print_notes(const Options &options, const PreparedScene &prepared) {
 int render_command(const std::vector<std::string> &arguments) {
     const Request request = read_request(arguments);
     const Options &options = request.options;
-    check_outputs(options);
+    check_options(options);
     RunReport report;
     report.version = version;
     report.arithmetic = core(options.arithmetic).name;
@@ -297,7 +304,7 @@ int merge_command(const std::vector<std::string> &arguments) {
 
 int plan_command(const std::vector<std::string> &arguments) {
     const Request request = read_request(arguments);
-    check_outputs(request.options);
+    check_options(request.options);
     PreparedScene prepared;
     prepare_scene(request.name, request.file, request.options, request.options.frames.first, prepared);
     const Settings settings = settings_of(request.options, prepared.width, prepared.height);
@@ -328,15 +335,29 @@ int plan_command(const std::vector<std::string> &arguments) {
         print_notes(request.options, prepared);
         return exit_done;
     }
-    print_stage("photons", plan.photons, plan.bytes.photon_map,
-                !plan.photons ? why_no_photons
-                              : std::to_string(settings.photons) + " to emit, at most " +
-                                    std::to_string(plan.photon_capacity) + " stored: positions" +
-                                    (plan.photon_directions ? ", directions" : ", no directions (isotropic)") +
-                                    (plan.photon_powers ? ", powers" : ", no powers (all are equal)"));
-    print_stage("gather", plan.photons, plan.bytes.gather,
-                plan.photons ? "up to " + std::to_string(settings.gather) + " nearest photons"
-                             : "there are no photons");
+    if (settings.method == Method::map) {
+        print_stage("particle map", plan.photons, plan.bytes.particle_map,
+                    !plan.photons ? why_no_photons
+                                  : std::to_string(settings.photons) + " photons to emit, kept on the particles: " +
+                                        (plan.photon_powers ? "power in R G B" : "one power (all are equal)") +
+                                        (plan.photon_directions ? ", flux" : ", no flux (isotropic)"));
+        print_stage("sources", plan.smoke, plan.bytes.sources,
+                    plan.smoke ? "what each sends to the eye" : "there is no smoke");
+    } else {
+        print_stage("photons", plan.photons, plan.bytes.photon_map,
+                    !plan.photons ? why_no_photons
+                                  : std::to_string(settings.photons) + " to emit, at most " +
+                                        std::to_string(plan.photon_capacity) + " stored: positions" +
+                                        (plan.photon_directions ? ", directions" : ", no directions (isotropic)") +
+                                        (plan.photon_powers ? ", powers" : ", no powers (all are equal)"));
+        print_stage("gather", plan.photons, plan.bytes.gather,
+                    plan.photons ? "up to " + std::to_string(settings.gather) + " nearest photons"
+                                 : "there are no photons");
+    }
+    print_stage("light depths", plan.bytes.light_depths > 0, plan.bytes.light_depths,
+                plan.bytes.light_depths > 0 ? "at most; where rays meet smoke"
+                : settings.light_step > 0   ? "nothing lights any smoke"
+                                            : "--light-step 0: every depth is found exactly");
     print_stage("march", plan.smoke, 0, plan.smoke ? "camera rays through the smoke" : "rays see the background alone");
     print_stage("arena", true, plan.bytes.arena, std::string("all of it, in ") + core(request.options.arithmetic).name);
     print_notes(request.options, prepared);

@@ -121,17 +121,25 @@ const std::vector<Entry> &table() {
          [](Options &o, const std::string &v) { o.samples = static_cast<uint32_t>(integer_in(v, 1, 65536)); }},
         {"seed", "N", "of the photons (1)",
          [](Options &o, const std::string &v) { o.seed = static_cast<uint64_t>(integer_in(v, 0, INT64_MAX)); }},
-        {"smoke", "direct", "how smoke is rendered (direct)",
-         [](Options &, const std::string &v) {
-             one_of(v, {"direct", "volume", "map"}, 1);
+        {"smoke", "direct|map", "photon map, or particle map (direct)",
+         [](Options &o, const std::string &v) {
+             o.method = static_cast<Method>(one_of(v, {"direct", "map", "volume"}, 2));
          }},
         {"irradiance", "none", "irradiance map (none)",
          [](Options &, const std::string &v) {
              one_of(v, {"none", "uniform", "adaptive"}, 1);
          }},
-        {"estimate", "knn", "radiance from the nearest photons (knn)",
+        {"estimate", "knn|kernel", "radiance from the nearest photons (direct), or of the particles' kernels (map)",
+         [](Options &o, const std::string &v) {
+             o.estimate = static_cast<Options::Estimate>(1 + one_of(v, {"knn", "kernel"}, 2));
+         }},
+        {"deposit", "exact", "of a photon: all on the particle that it collided with (exact)",
          [](Options &, const std::string &v) {
-             one_of(v, {"knn", "kernel"}, 1);
+             one_of(v, {"exact", "kernel"}, 1);
+         }},
+        {"direction", "flux", "what is kept of the photons' directions (flux)",
+         [](Options &, const std::string &v) {
+             one_of(v, {"flux", "mean"}, 1);
          }},
         {"photons", "N", "photons emitted (1000000)",
          [](Options &o, const std::string &v) { o.photons = static_cast<uint64_t>(integer_in(v, 0, INT64_MAX)); }},
@@ -151,6 +159,13 @@ const std::vector<Entry> &table() {
          [](Options &o, const std::string &v) {
              if (!ends_in(v, ".pfm")) throw Fault{"expected a file name that ends in .pfm"};
              o.error_out = v;
+         }},
+        {"light-step", "S", "distance of points whose depth to the lights is kept, in smoothing lengths; 0: exact (0)",
+         [](Options &o, const std::string &v) {
+             const auto number = to_number(v);
+             if (!number || (*number != 0 && !(*number >= 0.01 && *number <= 1000)))
+                 throw Fault{"expected 0, or a number from 0.01 to 1000"};
+             o.light_step = *number;
          }},
         {"exposure", "EV", "of .png, in stops (0)",
          [](Options &o, const std::string &v) {
@@ -175,8 +190,6 @@ const std::vector<Entry> &table() {
              one_of(v, {"all", "cuts"}, 1);
          }},
         {"depth", "N", "", {}},
-        {"deposit", "kernel|exact", "", {}},
-        {"direction", "mean|flux", "", {}},
         {"shadows", "METHOD", "", {}},
         {"frame-count", "N", "", {}},
         {"map-out", "FILE", "", {}},

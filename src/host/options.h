@@ -1,6 +1,7 @@
 // Every long option of `wisp render` and `wisp plan` in one table: the command line and the scene's `render KEY VALUE`
 // statements both go through it.
 #pragma once
+#include "wisp/scene.h"
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -24,6 +25,9 @@ struct Options {
     struct {
         int64_t first = 0, last = 0, step = 1;
     } frames;
+    Method method = Method::direct;
+    enum class Estimate { of_method, knn, kernel } estimate = Estimate::of_method;
+    double light_step = 0;    // distance of kept depths to the lights, in units of the smoothing length
     bool reference = false;
     struct Passes {
         uint32_t first, last; // half-open

@@ -124,7 +124,7 @@ TEST_CASE(WISP_ARITH_NAME ": the particle hit has the share of its extinction") 
         if (!c.found) continue;
         const Vec3 x = ray.origin + ray.direction * c.distance;
         expected += at(extinction(alone.field, x)) / at(extinction(built.field, x));
-        hits += built.field.tree.id[c.particle] == 0 ? 1 : 0;
+        hits += built.field.tree.id[c.element] == 0 ? 1 : 0;
         found += 1;
     }
     REQUIRE(found > 1000);

@@ -178,6 +178,12 @@ double crossing_error(const Grid &grid, const Double3 &origin, const Double3 &di
 
 constexpr uint64_t keys = 6000;
 
+bool collides(const GridField &field, const Ray &ray, Real end, Event event, Real &distance) {
+    const Collision collision = first_collision(field, ray, end, event);
+    distance = collision.distance;
+    return collision.found;
+}
+
 } // namespace
 
 TEST_CASE(WISP_ARITH_NAME ": a grid's density is the sum of all samples' tents") {
@@ -437,6 +443,34 @@ TEST_CASE(WISP_ARITH_NAME ": no density in a box is above its majorant, and the 
     }
 }
 
+TEST_CASE(WISP_ARITH_NAME ": the sample of a collision is drawn with its tent's share of the density") {
+    for (const Grid &grid : grids()) {
+        const BuiltGrid built(grid.source());
+        Sequence next{9};
+        const Double3 way = random_unit(next);
+        const Ray ray = {vec(grid.center - way * 6), vec(way)};
+        std::vector<double> share(grid.density.empty() ? 1 : grid.density.size()), hits(share.size());
+        double found = 0;
+        for (uint64_t i = 0; i < 4000; ++i) {
+            const Collision c = first_collision(built.field, ray, Real(100), photon_event(i, 3));
+            if (!c.found) continue;
+            ++found;
+            REQUIRE(c.element < hits.size());
+            ++hits[c.element];
+            const Double3 u = grid.cells(doubles(ray.origin + ray.direction * c.distance));
+            const double all = grid.at_cells(u);
+            for (int z = 0, k = 0; z < grid.n[2]; ++z)
+                for (int y = 0; y < grid.n[1]; ++y)
+                    for (int x = 0; x < grid.n[0] && k < int(share.size()); ++x, ++k)
+                        share[size_t(k)] += grid.sigma * grid.sample(x, y, z) * tent(u.x, x, grid.n[0]) *
+                                            tent(u.y, y, grid.n[1]) * tent(u.z, z, grid.n[2]) / all;
+        }
+        REQUIRE(found > 500);
+        for (size_t k = 0; k < hits.size(); ++k) // a sum of Bernoulli draws
+            CHECK(std::fabs(hits[k] - share[k]) < 4.5 * std::sqrt(share[k]) + 1);
+    }
+}
+
 TEST_CASE(WISP_ARITH_NAME ": the optical depth up to a grid's collision is exponential") { // numerics E3
     for (const Grid &grid : grids()) {
         const BuiltGrid built(grid.source());
@@ -449,7 +483,7 @@ TEST_CASE(WISP_ARITH_NAME ": the optical depth up to a grid's collision is expon
             double worst = 0;
             for (uint64_t i = 0; i < keys; ++i) {
                 Real distance = Real(-1);
-                if (!first_collision(built.field, ray, Real(100), photon_event(i, 9), distance)) continue;
+                if (!collides(built.field, ray, Real(100), photon_event(i, 9), distance)) continue;
                 REQUIRE(distance >= Real(0));
                 depths.push_back(at(optical_depth(built.field, ray, distance)));
                 // The draw's own, but for the rounding of the distance and of the sum of the cells' depths.
@@ -463,10 +497,10 @@ TEST_CASE(WISP_ARITH_NAME ": the optical depth up to a grid's collision is expon
             // One that ends earlier is not reached, one that ends behind is the same.
             Real distance, again;
             for (uint64_t i = 0; i < 50; ++i) {
-                if (!first_collision(built.field, ray, Real(100), photon_event(i, 9), distance)) continue;
+                if (!collides(built.field, ray, Real(100), photon_event(i, 9), distance)) continue;
                 const double margin = 1e-3;
-                CHECK(!first_collision(built.field, ray, distance - real(margin), photon_event(i, 9), again));
-                REQUIRE(first_collision(built.field, ray, distance + real(margin), photon_event(i, 9), again));
+                CHECK(!collides(built.field, ray, distance - real(margin), photon_event(i, 9), again));
+                REQUIRE(collides(built.field, ray, distance + real(margin), photon_event(i, 9), again));
                 CHECK(std::fabs(at(again - distance)) < margin);
             }
         }
@@ -484,14 +518,14 @@ TEST_CASE(WISP_ARITH_NAME ": no draw gives a grid an endless path or one through
     const Ray ray = {vec(-5, -0.25, 0.125), vec(1, 0, 0)}, through = {vec(-5, 0.75, 0.75), vec(1, 0, 0)};
     for (uint64_t key = 0; key < 1000; ++key) {
         Real distance;
-        CHECK(!first_collision(nothing.field, ray, Real(20), photon_event(key, 1), distance));
-        CHECK(!first_collision(corner.field, ray, Real(20), photon_event(key, 1), distance));
+        CHECK(!collides(nothing.field, ray, Real(20), photon_event(key, 1), distance));
+        CHECK(!collides(corner.field, ray, Real(20), photon_event(key, 1), distance));
         for (const BuiltGrid *thick : {&wall, &solid}) {
-            REQUIRE(first_collision(thick->field, ray, Real(20), photon_event(key, 1), distance));
+            REQUIRE(collides(thick->field, ray, Real(20), photon_event(key, 1), distance));
             CHECK(std::fabs(at(distance) - 4) < 25.0 / 20000 + 10 * 5 * unit_error); // -ln xi is below 25
         }
         // The tent of the corner's sample begins at the middle one's centre.
-        REQUIRE(first_collision(corner.field, through, Real(20), photon_event(key, 1), distance));
+        REQUIRE(collides(corner.field, through, Real(20), photon_event(key, 1), distance));
         CHECK(at(distance) > 5 - 100 * unit_error);
         CHECK(at(distance) < 6);
     }

@@ -34,7 +34,7 @@ struct Photons {
           arena(memory.data(), memory.size()) {
         map.tree = build_point_tree(points.data(), static_cast<uint32_t>(points.size()), arena);
         map.uniform_power = Color(Real(1));
-        map.unit = Real(1);
+        map.unit.unit = Real(1);
         mark = arena.mark();
     }
     Real raw_estimate(const Vec3 &x, uint32_t k, Real radius) {
@@ -138,7 +138,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D1: fewer photons than K spread over the 
 
 TEST_CASE(WISP_ARITH_NAME ": hard case D2: photons at one point give the estimate of the least radius") {
     Photons photons(std::vector<Vec3>(20, vec(0.5, 0.5, 0.5)));
-    photons.map.exponent = -20;
+    photons.map.unit.exponent = -20;
     // The least radius is 1e-3 of the search radius, by default the support. In fixed 1e-3 has a relative error of
     // 2^-33 / 1e-3, and its cube three times that.
     const double expected = 9 / ball(2e-3) * 0x1p-20, relative = is_fixed ? 4e-7 : digits;
@@ -147,7 +147,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D2: photons at one point give the estimat
     const double farther = photons.estimate(vec(0.5, 0.5, 0.5625), 10, Real(2));
     CHECK(near(farther, 9 / ball(0.0625) * 0x1p-20));
     CHECK(near(photons.estimate(vec(0.5, 0.5, 0.5), 20, Real(2)), expected * 19 / 9, relative)); // all are tied
-    photons.map.exponent = 0;
+    photons.map.unit.exponent = 0;
     CHECK(near(photons.estimate(vec(0.5, 0.5, 0.5), 21, Real(2)), 20 / ball(2))); // not full
 }
 
@@ -256,8 +256,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D8: the power of many photons is their nu
     const uint32_t n = 120000;
     Sequence next;
     Photons photons(photons_in_box(static_cast<int>(n), 0x1p-4, 0x1p-4, 0x1p-4, next), n + 1);
-    photons.map.unit = Real(1.6777216);
-    photons.map.exponent = -24;
+    photons.map.unit.unit = Real(1.6777216);
+    photons.map.unit.exponent = -24;
     const double expected = n * 1e-7 / ball(0x1p-3);
     CHECK(near(photons.estimate(vec(0, 0, 0), n + 1, Real(0x1p-3)), expected));
     // With powers of their own, too: whole numbers of photons add exactly.
@@ -269,8 +269,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D8: the power of many photons is their nu
 TEST_CASE(WISP_ARITH_NAME ": hard case D9: a photon's power of 1e-10 keeps its digits") {
     // 1e-10 = 1.717986918 2^-34: below the resolution of fixed, were it not stored as mantissa and exponent.
     Photons photons(std::vector<Vec3>(10, vec(0.001, 0, 0)));
-    photons.map.unit = Real(1.7179869184);
-    photons.map.exponent = -34;
+    photons.map.unit.unit = Real(1.7179869184);
+    photons.map.unit.exponent = -34;
     // The estimate itself has 2e-5 / 2^-32 = 8e4 units in fixed.
     CHECK(
         near(photons.estimate(vec(0, 0, 0), 50, Real(0.0078125)), 10e-10 / ball(0.0078125), is_fixed ? 2e-5 : digits));
@@ -287,9 +287,9 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D9: a photon's power of 1e-10 keeps its d
             REQUIRE(traced.maps.status == Status::done);
             const PhotonMap &map = traced.maps.of_smoke[0];
             const double power = at(make_emitter(traced.lights[0], traced.medium.sphere).power.x);
-            CHECK(at(map.unit) >= 1);
-            CHECK(at(map.unit) < 2);
-            CHECK(near(std::ldexp(at(map.unit), map.exponent) * double(emitted), power));
+            CHECK(at(map.unit.unit) >= 1);
+            CHECK(at(map.unit.unit) < 2);
+            CHECK(near(std::ldexp(at(map.unit.unit), map.unit.exponent) * double(emitted), power));
         }
     }
 }
@@ -304,16 +304,16 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D10: balls of every radius have their vol
     const auto exponent_for = [](double r) { return static_cast<int32_t>(3 * std::floor(std::log2(r))); };
     for (double r : {1.5e-5, 1e-4, 3.8e-4, 1.4e-3, 0.03, 1.0, 799.0, 801.0, 16000.0}) {
         Photons photons({vec(0, 0, 0), vec(0, 0, 0), vec(0, 0, 0)});
-        photons.map.exponent = exponent_for(r);
-        const double expected = 3 / ball(at(real(r))) * std::ldexp(1.0, photons.map.exponent);
+        photons.map.unit.exponent = exponent_for(r);
+        const double expected = 3 / ball(at(real(r))) * std::ldexp(1.0, photons.map.unit.exponent);
         CAPTURE(r);
         CHECK(near(photons.estimate(vec(0, 0, 0), 50, real(r)), expected, resolution(3, r)));
     }
     // The ball of the K-th photon, from the least radius on.
     for (double r : {0.002, 0.0078125, 0.25, 40.0, 4000.0}) {
         Photons photons({vec(0, 0, 0), vec(r, 0, 0)});
-        photons.map.exponent = exponent_for(r);
-        const double expected = 1 / ball(at(real(r))) * std::ldexp(1.0, photons.map.exponent);
+        photons.map.unit.exponent = exponent_for(r);
+        const double expected = 1 / ball(at(real(r))) * std::ldexp(1.0, photons.map.unit.exponent);
         // In fixed r^2 has a resolution of 2^-33 / r^2, and its root and cube half and three times that.
         const double root = is_fixed ? 1.5 * 0x1p-33 / (r * r) : 0;
         CAPTURE(r);
@@ -482,14 +482,14 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D15: a full store ends tracing, and power
         CHECK(p.stored <= capacity);
         CHECK(map.tree.count == p.stored);
         // All directions from inside: 4 pi over what was emitted, neither stored nor asked for.
-        CHECK(near(std::ldexp(at(map.unit), map.exponent), 4 * pi_ / double(p.emitted)));
+        CHECK(near(std::ldexp(at(map.unit.unit), map.unit.exponent), 4 * pi_ / double(p.emitted)));
         if (!p.store_full) continue;
         // Nothing of the batch that did not fit remains.
         CHECK(p.collisions == two.statistics.photons.collisions);
         CHECK(p.absorbed == two.statistics.photons.absorbed);
         const PhotonMap &expected = two.maps.of_smoke[0];
-        CHECK(map.unit == expected.unit);
-        CHECK(map.exponent == expected.exponent);
+        CHECK(map.unit.unit == expected.unit.unit);
+        CHECK(map.unit.exponent == expected.unit.exponent);
         REQUIRE(map.tree.count == expected.tree.count);
         bool same = true;
         for (uint32_t slot = 0; slot < map.tree.count; ++slot)

@@ -156,7 +156,7 @@ TEST_CASE(WISP_ARITH_NAME ": directions are weighted with the phase function, po
     }
     map.direction = slot_directions;
     map.power = powers;
-    map.unit = Real(1);
+    map.unit.unit = Real(1);
     Gather gather;
     REQUIRE(make_gather(10, arena, gather));
     Statistics statistics;

@@ -1,0 +1,43 @@
+// The particle map (S4-3): the power of photons kept on the particles that they collided with, or on the samples of a
+// grid, instead of a photon map. It does not depend on the camera.
+//
+// A photon's collision is with one particle, drawn with the share that it has in the density (numerics X), and the
+// whole photon goes to it: no search, nothing lost, and what each particle receives is unbiased.
+#pragma once
+#include "wisp/photon_trace.h"
+
+namespace wisp::WISP_ARITH {
+
+// What one smoke's elements (particles by slot, or samples of the grid) received, in integers: the same sums whatever
+// the order.
+struct Deposits {
+    int64_t *power; // `channels` of each element, in units of 2^-24 of one photon's largest channel
+    int64_t *flux;  // three of each: the sum of direction times (R + G + B); nullptr where the smoke scatters evenly
+    uint32_t count, channels; // one channel where all photons are alike
+};
+
+struct ParticleMap {
+    const Deposits *of_smoke; // one a smoke; nullptr where nothing scatters twice
+    Color photon_color;       // of all photons, where they are alike
+    PhotonUnit unit;
+};
+
+// Whether photons are needed, and the bytes for what they leave.
+struct ParticleMapPlan {
+    PhotonNeeds needs;
+    uint64_t bytes;
+};
+ParticleMapPlan plan_particle_map(const Scene &scene, const Settings &settings);
+
+// Traces `settings.photons` photons onto `map`.
+Status trace_particle_map(const Scene &scene, const Medium &medium, const Light *lights, const Settings &settings,
+                          const PhotonNeeds &needs, const Observer &observer, Arena &arena, Statistics &statistics,
+                          ParticleMap &map);
+
+// The source function of every element towards the eye, per unit of sigma_t: what is scattered there for the second
+// time and more, and emission. One array a smoke; nullptr: the arena was too small.
+const Color *const *make_sources(const Scene &scene, const Medium &medium, const ParticleMap &map, const Vec3 &eye,
+                                 Arena &arena);
+uint64_t source_bytes(const Scene &scene);
+
+} // namespace wisp::WISP_ARITH

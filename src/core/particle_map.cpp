@@ -1,0 +1,172 @@
+// Deposits on particles, and the source functions that they make (S4-3).
+#include "wisp/particle_map.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+constexpr int32_t unit_bits = 24; // of a deposit
+
+int64_t to_units(Real x) { return round_to_int(scale_pow2(x, unit_bits)); } // |x| <= 3
+Real from_units(int64_t sum) { return scaled_integer<Real>(sum, -unit_bits); }
+
+void deposit(const Deposits &deposits, uint32_t element, const Color &power, const Vec3 &direction) {
+    int64_t *to = deposits.power + uint64_t{element} * deposits.channels;
+    if (deposits.channels == 1) {
+        *to += int64_t{1} << unit_bits;
+    } else {
+        to[0] += to_units(power.x);
+        to[1] += to_units(power.y);
+        to[2] += to_units(power.z);
+    }
+    if (!deposits.flux) return;
+    const Vec3 flux = direction * (power.x + power.y + power.z);
+    int64_t *sum = deposits.flux + uint64_t{element} * 3;
+    sum[0] += to_units(flux.x);
+    sum[1] += to_units(flux.y);
+    sum[2] += to_units(flux.z);
+}
+
+bool make_deposits(const Scene &scene, const PhotonNeeds &needs, Arena &arena, Deposits *deposits) {
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        Deposits &d = deposits[i];
+        d = {};
+        d.count = elements_of(scene.smokes[i]);
+        d.channels = needs.powers ? 3 : 1;
+        const uint64_t powers = uint64_t{d.count} * d.channels, fluxes = uint64_t{d.count} * 3;
+        d.power = arena.make<int64_t>(powers);
+        if (!d.power) return false;
+        for (uint64_t k = 0; k < powers; ++k) d.power[k] = 0;
+        if (scene.smokes[i].asymmetry == 0) continue;
+        d.flux = arena.make<int64_t>(fluxes);
+        if (!d.flux) return false;
+        for (uint64_t k = 0; k < fluxes; ++k) d.flux[k] = 0;
+    }
+    return true;
+}
+
+// What all photons put on an element, in photons.
+Color power_of(const Deposits &deposits, const Color &photon_color, uint32_t element) {
+    const int64_t *sum = deposits.power + uint64_t{element} * deposits.channels;
+    if (deposits.channels == 1) return photon_color * from_units(*sum);
+    return Color(from_units(sum[0]), from_units(sum[1]), from_units(sum[2]));
+}
+
+// p towards `out` of light that arrives with a flux: Henyey and Greenstein's about the flux's direction, with g times
+// the share of the power that flows that way. Positive, exact for even light, right in its first moment.
+Real phase_of_flux(const Phase &phase, const Deposits &deposits, const Color &power, uint32_t element,
+                   const Vec3 &out) {
+    const int64_t *sum = deposits.flux + uint64_t{element} * 3;
+    const Vec3 flux(from_units(sum[0]), from_units(sum[1]), from_units(sum[2]));
+    const Real all = power.x + power.y + power.z, along = length(flux);
+    if (!(along > all * Real(0x1p-16))) return inv_four_pi<Real>; // a direction out of rounding (D7)
+    return phase.with_share(min(along / all, Real(1)))(flux / along, out);
+}
+
+struct Element {
+    Vec3 position;
+    Real cross_section; // the integral of its part of sigma_t
+};
+Element element_of(const Smoke &smoke, uint32_t index) {
+    if (smoke.field.is_grid) {
+        const GridField &grid = smoke.field.grid;
+        const Vec3 &edge = grid.between.edge;
+        return {position_of_sample(grid, index), grid.extinction[index] * edge.x * edge.y * edge.z};
+    }
+    const PointTree &tree = smoke.field.particles.tree;
+    return {Vec3(tree.x[index], tree.y[index], tree.z[index]),
+            to_real<Real>(smoke.source->particles[tree.id[index]].area)};
+}
+
+// power / cross-section * 2^exponent * unit, half of the scaling before the division: in fixed point neither leaves the
+// range.
+Color per_cross_section(const Color &power, Real cross_section, const PhotonUnit &unit) {
+    const int32_t half = unit.exponent / 2;
+    return scale_pow2(scale_pow2(power, half) * unit.unit / cross_section, unit.exponent - half);
+}
+
+// Sum of p times the light that was scattered before, towards the eye, at an element.
+Color multiple_scattering(const ParticleMap &map, const Smoke &smoke, uint32_t index, uint32_t i,
+                          const Element &element, const Vec3 &eye) {
+    if (!map.of_smoke) return Color(Real(0));
+    const Deposits &deposits = map.of_smoke[index];
+    const Color power = power_of(deposits, map.photon_color, i);
+    if (!(largest(power) > Real(0))) return power;
+    Real p = inv_four_pi<Real>;
+    if (deposits.flux) {
+        const Vec3 way = eye - element.position;
+        const Real distance = length(way);
+        if (distance > Real(0)) p = phase_of_flux(smoke.phase, deposits, power, i, way / distance);
+    }
+    return per_cross_section(power * p, element.cross_section, map.unit);
+}
+
+} // namespace
+
+ParticleMapPlan plan_particle_map(const Scene &scene, const Settings &settings) {
+    ParticleMapPlan plan = {photon_needs(scene, settings), 0};
+    if (!plan.needs.traced) return plan;
+    plan.bytes = Arena::bytes<Deposits>(scene.smoke_count) +
+                 Arena::bytes<Emitter>(uint64_t{scene.light_count} + scene.smoke_count);
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        const uint64_t count = elements_of(scene.smokes[i]);
+        plan.bytes += Arena::bytes<int64_t>(count * (plan.needs.powers ? 3 : 1));
+        if (scene.smokes[i].asymmetry != 0) plan.bytes += Arena::bytes<int64_t>(count * 3);
+    }
+    return plan;
+}
+
+Status trace_particle_map(const Scene &scene, const Medium &medium, const Light *lights, const Settings &settings,
+                          const PhotonNeeds &needs, const Observer &observer, Arena &arena, Statistics &statistics,
+                          ParticleMap &map) {
+    map = {};
+    if (!needs.traced) return Status::done;
+    const size_t before = arena.mark();
+    Deposits *deposits = arena.make<Deposits>(medium.count);
+    if (!deposits || !make_deposits(scene, needs, arena, deposits)) return Status::out_of_memory;
+    statistics.bytes.particle_map = arena.mark() - before;
+    const Emitters emitters = find_emitters(medium, lights, scene.light_count, arena);
+    if (!emitters.list) return Status::out_of_memory;
+    if (emitters.count == 0) return Status::done;
+    const Status status = for_each_batch(settings.photons, observer, [&](uint64_t batch, uint64_t photons) {
+        return for_each_photon(settings.seed, batch, photons, [&](uint64_t key) {
+            trace_photon(medium, emitters, key, statistics,
+                         [&](const MediumCollision &at, const Photon &arrived, const Color &power) {
+                             deposit(deposits[at.smoke], at.element, power, arrived.ray.direction);
+                             ++statistics.photons.stored;
+                         });
+            return true;
+        });
+    });
+    map = {deposits, emitters.list[0].photon_color, photon_unit(emitters.power, statistics.photons.emitted)};
+    return status;
+}
+
+const Color *const *make_sources(const Scene &scene, const Medium &medium, const ParticleMap &map, const Vec3 &eye,
+                                 Arena &arena) {
+    const Color **sources = arena.make<const Color *>(medium.count);
+    if (!sources) return nullptr;
+    for (uint32_t s = 0; s < medium.count; ++s) {
+        const Smoke &smoke = medium.smokes[s];
+        const uint32_t count = elements_of(scene.smokes[s]);
+        Color *source = arena.make<Color>(count);
+        if (!source) return nullptr;
+        sources[s] = source;
+        const Color glow = (Color(Real(1)) - smoke.albedo) * smoke.emission;
+        for (uint32_t i = 0; i < count; ++i) {
+            const Element element = element_of(smoke, i);
+            source[i] = Color(Real(0));
+            if (element.cross_section > Real(0))
+                source[i] = smoke.albedo * multiple_scattering(map, smoke, s, i, element, eye) + glow;
+        }
+    }
+    return sources;
+}
+
+uint64_t source_bytes(const Scene &scene) {
+    uint64_t bytes = Arena::bytes<const Color *>(scene.smoke_count);
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) bytes += Arena::bytes<Color>(elements_of(scene.smokes[i]));
+    return bytes;
+}
+
+} // namespace wisp::WISP_ARITH
