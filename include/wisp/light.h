@@ -14,6 +14,7 @@ struct Light {
 };
 
 Light make_light(const LightSource &source);
+Light *make_lights(const Scene &scene, Arena &arena); // nullptr: the arena was too small
 
 struct Illumination {
     Vec3 direction; // unit vector along which the light travels

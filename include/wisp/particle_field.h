@@ -25,6 +25,19 @@ struct ParticleField {
     bool ready;               // false: the arena was too small
 };
 
+// How the ray's line passes the particle in a slot: its squared distance from the middle in units of h, and how far
+// along the ray that is.
+struct Passage {
+    Real b_squared, along;
+};
+WISP_VISITOR Passage passage(const ParticleField &field, uint32_t slot, const Ray &ray) {
+    const PointTree &tree = field.tree;
+    const Vec3 &o = ray.origin, &d = ray.direction;
+    const Real px = tree.x[slot] - o.x, py = tree.y[slot] - o.y, pz = tree.z[slot] - o.z, h = field.inverse_h[slot];
+    const Real cx = d.y * pz - py * d.z, cy = d.z * px - pz * d.x, cz = d.x * py - px * d.y;
+    return {sum_of_products(cx, cx, cy, cy, cz, cz) * (h * h), sum_of_products(px, d.x, py, d.y, pz, d.z)};
+}
+
 // The field of `source`; everything is made from the arena.
 ParticleField make_particle_field(const SmokeSource &source, uint32_t first_dimension, Arena &arena);
 uint64_t particle_field_bytes(uint32_t particles);

@@ -24,6 +24,8 @@ inline Vec3 lowest(const Vec3 &a, const Vec3 &b) { return Vec3(min(a.x, b.x), mi
 inline Vec3 highest(const Vec3 &a, const Vec3 &b) { return Vec3(max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)); }
 inline Real largest(const Color &c) { return max(c.x, max(c.y, c.z)); }
 
+inline Real mix(Real a, Real b, Real t) { return a + t * (b - a); } // exact where a = b
+
 using wisp::scale_pow2;
 inline Vec3 scale_pow2(const Vec3 &v, int k) {
     return Vec3(scale_pow2(v.x, k), scale_pow2(v.y, k), scale_pow2(v.z, k));

@@ -30,8 +30,6 @@ void find_corners(const GridField &field, const Cell &cell, const Vec3 &p, Corne
     }
 }
 
-Real mix(Real a, Real b, Real t) { return a + t * (b - a); } // exact where a = b
-
 // The trilinear value at p, a point of the frame in or next to the cell `between` samples.
 Real value_in_cell(const GridField &field, const Cell &cell, const Vec3 &p) {
     const Lattice &between = field.between;

@@ -42,6 +42,12 @@ Light make_light(const LightSource &source) {
             vec_of(source.color)};
 }
 
+Light *make_lights(const Scene &scene, Arena &arena) {
+    Light *lights = arena.make<Light>(scene.light_count);
+    for (uint32_t i = 0; lights && i < scene.light_count; ++i) lights[i] = make_light(scene.lights[i]);
+    return lights;
+}
+
 Illumination illuminate(const Light &light, const Vec3 &x, const Vec3 &a, const Vec3 &b) {
     if (light.kind == LightKind::parallel) return {light.direction, infinitely_far, light.color};
     const Vec3 from_light = x - light.position;

@@ -30,8 +30,6 @@ Real node_depth(const LightDepths &depths, uint32_t l, int32_t x, int32_t y, int
     return value;
 }
 
-Real mix(Real a, Real b, Real t) { return a + t * (b - a); }
-
 } // namespace
 
 bool make_light_depths(const Medium &medium, const Light *lights, uint32_t light_count, Real spacing, Arena &arena,
@@ -66,7 +64,7 @@ uint64_t light_depth_bytes(const Scene &scene, double lengths) {
     if (!(lengths > 0) || scene.light_count == 0) return 0;
     // As many bricks as the box around everything has; particles ask for no more than those around them.
     Vec3 low(Real(0)), high(Real(0));
-    Real finest = Real(0), widest = Real(0);
+    Real widest = Real(0);
     uint64_t particles = 0;
     bool grids = false, any = false;
     const auto add = [&](const Vec3 &x, const Vec3 &reach) {
@@ -77,8 +75,7 @@ uint64_t light_depth_bytes(const Scene &scene, double lengths) {
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const SmokeSource &smoke = scene.smokes[i];
         if (smoke.empty()) continue;
-        const Real h = to_real<Real>(smoke.smallest_h), reach = Real(2) * to_real<Real>(smoke.largest_h);
-        finest = finest == Real(0) ? h : min(finest, h);
+        const Real reach = Real(2) * to_real<Real>(smoke.largest_h);
         widest = max(widest, reach);
         particles += smoke.count;
         grids = grids || smoke.is_grid();
@@ -86,7 +83,7 @@ uint64_t light_depth_bytes(const Scene &scene, double lengths) {
         if (smoke.is_grid()) add(vec_of(smoke.grid.center), Vec3(length(vec_of(smoke.grid.half))));
     }
     if (!any) return 0;
-    const Real spacing = finest * to_real<Real>(lengths);
+    const Real spacing = finest_length(scene) * to_real<Real>(lengths);
     const auto bricks_along = [&](Real size) {
         return static_cast<uint64_t>(bricks_for(cells_for(size, spacing)) + 1); // + 1: another rounding
     };

@@ -45,19 +45,15 @@ template <class K> Real majorant_of(const ParticleField &field, const Box &box) 
 // All lanes do the same, so that each loop is a vector loop: a particle that the line misses adds 0. Whole chords are
 // cheaper than the difference of two line integrals, which only particles near an end of the segment need.
 template <class K> Real optical_depth_of(const ParticleField &field, const Ray &ray, Real end) {
-    const PointTree &tree = field.tree;
-    const Vec3 o = ray.origin, d = ray.direction;
     Real sum[lanes] = {};
-    for_each_leaf_on_segment(tree, o, d, Real(0), end, field.support, [&](uint32_t leaf) {
+    for_each_leaf_on_segment(field.tree, ray.origin, ray.direction, Real(0), end, field.support, [&](uint32_t leaf) {
         for (uint32_t first = leaf * leaf_points; first < (leaf + 1) * leaf_points; first += lanes) {
             Real b_squared[lanes], middle[lanes];
             uint32_t met = 0, cut = 0;
             for (uint32_t l = 0; l < lanes; ++l) {
-                const uint32_t i = first + l;
-                const Real px = tree.x[i] - o.x, py = tree.y[i] - o.y, pz = tree.z[i] - o.z, h = field.inverse_h[i];
-                const Real cx = d.y * pz - py * d.z, cy = d.z * px - pz * d.x, cz = d.x * py - px * d.y;
-                b_squared[l] = sum_of_products(cx, cx, cy, cy, cz, cz) * (h * h);
-                middle[l] = sum_of_products(px, d.x, py, d.y, pz, d.z);
+                const Passage passed = passage(field, first + l, ray);
+                b_squared[l] = passed.b_squared;
+                middle[l] = passed.along;
                 const uint32_t hit = b_squared[l] < K::support_squared ? 1u : 0u;
                 met |= hit;
                 cut |= middle[l] < field.support ? hit : 0u;
@@ -116,10 +112,9 @@ void collide(const ParticleField &field, const Ray &ray, uint32_t slot, Real xi,
 
 template <class K> Collision first_collision_of(const ParticleField &field, const Ray &ray, Real end, Event event) {
     const PointTree &tree = field.tree;
-    const Vec3 o = ray.origin, d = ray.direction;
     constexpr Real rounding = Real(0x1p-20);
     Collision nearest = {false, end, 0};
-    for_each_leaf_on_segment(tree, o, d, Real(0), end, field.support, [&](uint32_t leaf) {
+    for_each_leaf_on_segment(tree, ray.origin, ray.direction, Real(0), end, field.support, [&](uint32_t leaf) {
         for (uint32_t first = leaf * leaf_points; first < (leaf + 1) * leaf_points; first += lanes) {
             // Two sieves for whole vectors, as 1 - e^-x <= x: draws beyond the depth of any line through the particle,
             // then draws beyond that of a line that passes as far from its middle as this one.
@@ -132,11 +127,7 @@ template <class K> Collision first_collision_of(const ParticleField &field, cons
             Real xi[lanes], bound[lanes];
             uint32_t likely = 0;
             for (uint32_t l = 0; l < lanes; ++l) {
-                const uint32_t i = first + l;
-                const Real px = tree.x[i] - o.x, py = tree.y[i] - o.y, pz = tree.z[i] - o.z, h = field.inverse_h[i];
-                const Real cx = d.y * pz - py * d.z, cy = d.z * px - pz * d.x, cz = d.x * py - px * d.y;
-                bound[l] =
-                    field.scale[i] * chord_bound<K>(sum_of_products(cx, cx, cy, cy, cz, cz) * (h * h)) + rounding;
+                bound[l] = field.scale[first + l] * chord_bound<K>(passage(field, first + l, ray).b_squared) + rounding;
                 xi[l] = unit_open<Real>(bits[l]);
                 likely |= xi[l] <= bound[l] ? 1u : 0u;
             }

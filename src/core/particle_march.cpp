@@ -20,43 +20,40 @@ struct Window {
 
 template <class K>
 void gather_particles(const ParticleField &field, const Color *source, const Ray &ray, const Window &window) {
-    const PointTree &tree = field.tree;
-    const Vec3 o = ray.origin, d = ray.direction;
     const Real first_middle = window.middle[0], last_middle = window.middle[window.count - 1];
-    for_each_leaf_on_segment(tree, o, d, first_middle, last_middle, field.support, [&](uint32_t leaf) {
-        const uint32_t first = leaf * leaf_points;
-        Real b_squared[leaf_points], along[leaf_points];
-        for (uint32_t l = 0; l < leaf_points; ++l) {
-            const uint32_t i = first + l;
-            const Real px = tree.x[i] - o.x, py = tree.y[i] - o.y, pz = tree.z[i] - o.z, h = field.inverse_h[i];
-            const Real cx = d.y * pz - py * d.z, cy = d.z * px - pz * d.x, cz = d.x * py - px * d.y;
-            b_squared[l] = sum_of_products(cx, cx, cy, cy, cz, cz) * (h * h);
-            along[l] = sum_of_products(px, d.x, py, d.y, pz, d.z);
-        }
-        for (uint32_t l = 0; l < leaf_points; ++l) {
-            if (!(b_squared[l] < K::support_squared)) continue;
-            const uint32_t i = first + l;
-            const Real h = field.inverse_h[i], scale = field.scale[i] * h;
-            if (scale == Real(0)) continue;
-            // The steps whose middles the chord covers, one more on either side for rounding.
-            const Real half = sqrt(K::support_squared - b_squared[l]) / h, middle = along[l];
-            const int32_t low = max(floor_to_int((middle - half - window.start) * window.inverse_step), 0);
-            const int32_t high =
-                min(floor_to_int((middle + half - window.start) * window.inverse_step) + 1, window.count - 1);
-            const Color color = source[i];
-            for (int32_t step = low; step <= high; step += static_cast<int32_t>(lanes)) {
-                const size_t at = static_cast<size_t>(step);
-                for (size_t lane = 0; lane < lanes; ++lane) {
-                    const Real t = (window.middle[at + lane] - middle) * h;
-                    const Real w = scale * K::value(b_squared[l] + t * t);
-                    window.sigma[at + lane] += w;
-                    window.red[at + lane] += w * color.x;
-                    window.green[at + lane] += w * color.y;
-                    window.blue[at + lane] += w * color.z;
+    for_each_leaf_on_segment(
+        field.tree, ray.origin, ray.direction, first_middle, last_middle, field.support, [&](uint32_t leaf) {
+            const uint32_t first = leaf * leaf_points;
+            Real b_squared[leaf_points], along[leaf_points];
+            for (uint32_t l = 0; l < leaf_points; ++l) {
+                const Passage passed = passage(field, first + l, ray);
+                b_squared[l] = passed.b_squared;
+                along[l] = passed.along;
+            }
+            for (uint32_t l = 0; l < leaf_points; ++l) {
+                if (!(b_squared[l] < K::support_squared)) continue;
+                const uint32_t i = first + l;
+                const Real h = field.inverse_h[i], scale = field.scale[i] * h;
+                if (scale == Real(0)) continue;
+                // The steps whose middles the chord covers, one more on either side for rounding.
+                const Real half = sqrt(K::support_squared - b_squared[l]) / h, middle = along[l];
+                const int32_t low = max(floor_to_int((middle - half - window.start) * window.inverse_step), 0);
+                const int32_t high =
+                    min(floor_to_int((middle + half - window.start) * window.inverse_step) + 1, window.count - 1);
+                const Color color = source[i];
+                for (int32_t step = low; step <= high; step += static_cast<int32_t>(lanes)) {
+                    const size_t at = static_cast<size_t>(step);
+                    for (size_t lane = 0; lane < lanes; ++lane) {
+                        const Real t = (window.middle[at + lane] - middle) * h;
+                        const Real w = scale * K::value(b_squared[l] + t * t);
+                        window.sigma[at + lane] += w;
+                        window.red[at + lane] += w * color.x;
+                        window.green[at + lane] += w * color.y;
+                        window.blue[at + lane] += w * color.z;
+                    }
                 }
             }
-        }
-    });
+        });
 }
 
 WISP_WIDE void gather(const ParticleField &field, const Color *source, const Ray &ray, const Window &window) {

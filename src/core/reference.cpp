@@ -197,21 +197,13 @@ Status render_reference(const Scene &scene, const Settings &settings, Arena &are
     statistics.bytes.arena_size = arena.size();
     if (!observer(Stage::trees, 0, 1)) return Status::stopped;
     const Medium medium = make_medium(scene, arena);
-    Light *lights = arena.make<Light>(scene.light_count);
+    const Light *lights = make_lights(scene, arena);
     if (!medium.ready || !lights) return Status::out_of_memory;
-    for (uint32_t i = 0; i < scene.light_count; ++i) lights[i] = make_light(scene.lights[i]);
     PathTracer tracer = {&medium, lights, scene.light_count, vec_of(scene.background), {}, &statistics};
-    Real edge = Real(0);
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        const SmokeSource &smoke = scene.smokes[i];
-        statistics.smoke.particles += smoke.count;
-        if (smoke.empty()) continue;
-        const Real h = to_real<Real>(smoke.smallest_h);
-        edge = edge == Real(0) ? h : min(edge, h);
-    }
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) statistics.smoke.particles += scene.smokes[i].count;
     statistics.bytes.particle_tree = arena.mark();
     if (!medium.empty()) {
-        tracer.majorants = make_majorants(medium, edge, arena);
+        tracer.majorants = make_majorants(medium, finest_length(scene), arena);
         if (!tracer.majorants.sigma) return Status::out_of_memory;
     }
     statistics.bytes.arena_peak = arena.peak();

@@ -12,22 +12,14 @@ uint64_t march_bytes(const Scene &scene) {
 }
 
 // So many smoothing lengths of the finest smoke.
-Real step_length(const Scene &scene, double lengths) {
-    Real finest = Real(0);
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        if (scene.smokes[i].empty()) continue;
-        const Real h = to_real<Real>(scene.smokes[i].smallest_h);
-        finest = finest == Real(0) ? h : min(finest, h);
-    }
-    return finest * to_real<Real>(lengths);
-}
+Real step_length(const Scene &scene, double lengths) { return finest_length(scene) * to_real<Real>(lengths); }
 
 // All that the rays of one frame have in common.
 struct Frame {
     const Scene &scene;
     const Settings &settings;
     const Medium &medium;
-    Light *lights;
+    const Light *lights;
     const Observer &observer;
     Arena &arena;
     float *rgb;
@@ -156,9 +148,8 @@ Status render(const Scene &scene, const Settings &settings, Arena &arena, const 
     statistics.bytes.arena_size = arena.size();
     if (!observer(Stage::trees, 0, 1)) return Status::stopped;
     const Medium medium = make_medium(scene, arena);
-    Light *lights = arena.make<Light>(scene.light_count);
+    const Light *lights = make_lights(scene, arena);
     if (!medium.ready || !lights) return Status::out_of_memory;
-    for (uint32_t i = 0; i < scene.light_count; ++i) lights[i] = make_light(scene.lights[i]);
     for (uint32_t i = 0; i < scene.smoke_count; ++i) statistics.smoke.particles += scene.smokes[i].count;
     statistics.bytes.particle_tree = arena.mark();
 

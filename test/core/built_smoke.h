@@ -60,6 +60,22 @@ inline SmokeSource smoke_of(const std::vector<Particle> &particles, Kernel kerne
     return source;
 }
 
+// The density of all particles in double, from the definition (S3).
+inline double brute_density(const std::vector<Particle> &particles, Kernel kernel, double x, double y, double z) {
+    double sum = 0;
+    for (const Particle &p : particles) {
+        const double dx = p.position.x - x, dy = p.position.y - y, dz = p.position.z - z;
+        const double r = std::sqrt(dx * dx + dy * dy + dz * dz), h = p.h;
+        if (r >= 2 * h) continue;
+        if (kernel == Kernel::spline)
+            sum += p.area * 15 / (3.14159265358979323846 * std::pow(4 * h, 3)) * std::pow(2 - r / h, 3);
+        else
+            sum += p.area * 315 / (64 * 3.14159265358979323846 * std::pow(2 * h, 3)) *
+                   std::pow(1 - r * r / (4 * h * h), 3);
+    }
+    return sum;
+}
+
 struct BuiltField {
     explicit BuiltField(const SmokeSource &source)
         : memory(particle_field_bytes(source.count)), arena(memory.data(), memory.size()),

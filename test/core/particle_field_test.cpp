@@ -10,21 +10,6 @@ namespace {
 
 constexpr double pi_ = 3.14159265358979323846;
 
-// The density of all particles in double, from the definition (S3).
-double brute_density(const std::vector<Particle> &particles, Kernel kernel, double x, double y, double z) {
-    double sum = 0;
-    for (const Particle &p : particles) {
-        const double dx = p.position.x - x, dy = p.position.y - y, dz = p.position.z - z;
-        const double r = std::sqrt(dx * dx + dy * dy + dz * dz), h = p.h;
-        if (r >= 2 * h) continue;
-        if (kernel == Kernel::spline)
-            sum += p.area * 15 / (pi_ * std::pow(4 * h, 3)) * std::pow(2 - r / h, 3);
-        else
-            sum += p.area * 315 / (64 * pi_ * std::pow(2 * h, 3)) * std::pow(1 - r * r / (4 * h * h), 3);
-    }
-    return sum;
-}
-
 Ray ray_from(double x, double y, double z, double dx, double dy, double dz) {
     return {vec(x, y, z), normalize(vec(dx, dy, dz))};
 }
