@@ -17,17 +17,17 @@ Real node_depth(const LightDepths &depths, uint32_t l, int32_t x, int32_t y, int
     Real *&brick = depths.of_brick[index];
     if (!brick) {
         brick = depths.arena->make<Real>(brick_nodes * depths.light_count);
-        for (uint64_t i = 0; i < brick_nodes * depths.light_count; ++i) brick[i] = Real(-1);
+        for (uint64_t i = 0; brick && i < brick_nodes * depths.light_count; ++i) brick[i] = Real(-1);
     }
     const int32_t inside = (z % brick_edge * brick_edge + y % brick_edge) * brick_edge + x % brick_edge;
-    Real &value = brick[static_cast<uint64_t>(inside) * depths.light_count + l];
-    if (value < Real(0)) {
-        const Vec3 node = depths.lattice.low + Vec3(Real(x), Real(y), Real(z)) * depths.lattice.edge;
-        const Illumination way = illuminate(depths.lights[l], node, node, node);
-        value = max(Real(0), optical_depth(*depths.medium, {node, -way.direction}, way.distance));
-        ++*depths.shadow_rays;
-    }
-    return value;
+    Real *kept = brick ? brick + static_cast<uint64_t>(inside) * depths.light_count + l : nullptr;
+    if (kept && !(*kept < Real(0))) return *kept;
+    const Vec3 node = depths.lattice.low + Vec3(Real(x), Real(y), Real(z)) * depths.lattice.edge;
+    const Illumination way = illuminate(depths.lights[l], node, node, node);
+    const Real depth = max(Real(0), optical_depth(*depths.medium, {node, -way.direction}, way.distance));
+    ++*depths.shadow_rays;
+    if (kept) *kept = depth; // else the arena is full: the same value, found each time
+    return depth;
 }
 
 } // namespace

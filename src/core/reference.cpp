@@ -7,7 +7,8 @@ namespace wisp::WISP_ARITH {
 namespace {
 
 constexpr uint64_t most_majorants = uint64_t{1} << 22;
-constexpr uint32_t longest_path = 1u << 20; // collisions; longer paths end there and are counted as capped
+// Collisions of a path, and tentative ones of a flight: where there are more the path ends, and is counted as capped.
+constexpr uint32_t longest_path = 1u << 20, longest_flight = 1u << 16;
 
 Real uniform(Pcg32 &generator) { return unit_half_open<Real>(generator()); }
 Real exponential(Pcg32 &generator) { return -log(unit_open<Real>(generator())); }
@@ -133,6 +134,7 @@ MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 
     const Lattice &lattice = tracer.majorants.lattice;
     MediumCollision collision = {false, end, 0, 0};
     Real rest = exponential(generator); // of the majorant's depth, up to the next tentative collision
+    uint32_t tentative = 0;
     for_each_cell(lattice, ray, Real(0), end, [&](const Cell &cell, Real from, Real to) {
         const Real bound =
             tracer.majorants.sigma[(int64_t{cell.z} * lattice.count.y + cell.y) * lattice.count.x + cell.x];
@@ -141,6 +143,10 @@ MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 
             if (!(rest < depth)) {
                 rest -= depth;
                 return true;
+            }
+            if (++tentative == longest_flight) {
+                ++tracer.statistics->photons.capped;
+                return false;
             }
             t += rest / bound;
             const Vec3 x = ray.origin + ray.direction * t;

@@ -162,6 +162,12 @@ TEST_CASE(WISP_ARITH_NAME ": kept depths are exact at their nodes, and err with 
         Arena second(other.data(), other.size());
         REQUIRE(make_light_depths(built.medium, lights.data(), 2, real(spacing), second, &rays, backwards));
         for (size_t i = points.size(); i-- > 0;) CHECK(light_depth(backwards, 1, points[i]) == found[i]);
+
+        // Without room for a single brick too.
+        Arena full(other.data(), other.size());
+        REQUIRE(make_light_depths(built.medium, lights.data(), 2, real(spacing), full, &rays, backwards));
+        REQUIRE(full.make<unsigned char>(full.size() - full.mark() - 128));
+        for (size_t i = 0; i < 20; ++i) CHECK(light_depth(backwards, 1, points[i]) == found[i]);
     }
     CHECK(errors[1] < 0.45 * errors[0]);
     CHECK(errors[0] < 0.1);

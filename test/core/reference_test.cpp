@@ -259,6 +259,22 @@ TEST_CASE(WISP_ARITH_NAME
     CHECK(mean.error < 0.02 * expected); // without the second strategy 0.034
 }
 
+TEST_CASE(WISP_ARITH_NAME ": smoke of any density ends a path") { // B2
+    // Next to nothing at its rim and a wall within: majorants there are far above what a flight meets.
+    const double densest = std::is_same_v<Real, Fixed> ? 1e5 : 1e20;
+    for (double area : {1e3, densest}) {
+        const std::vector<Particle> particles = {{{0, 0, 0}, 1, area}};
+        SmokeSource smoke = smoke_of(particles);
+        smoke.albedo = {0.5, 0.5, 0.5};
+        const Tracer tracer(smoke, {{LightKind::parallel, {}, {0, 0, -1}, 2, {1, 1, 1}}}, {1, 1, 1});
+        for (uint64_t i = 0; i < 20; ++i) {
+            const double x = tracer.sample({vec(0.5, 0.25, 8), vec(0, 0, -1)}, i);
+            CHECK(x >= 0);
+            CHECK(x < 10);
+        }
+    }
+}
+
 TEST_CASE(WISP_ARITH_NAME ": passes add up to the same sums however they are divided, and crops are parts") {
     const std::vector<Particle> particles = cloud(100, 3, 1, 1);
     const SmokeSource smoke = smoke_of(particles);
