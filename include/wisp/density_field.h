@@ -45,6 +45,14 @@ inline Real optical_depth(const DensityField &field, const Ray &ray, Real end) {
     return field.is_grid ? optical_depth(field.grid, ray, end) : optical_depth(field.particles, ray, end);
 }
 
+// The optical depth element by element, in a fixed order: visit(element, its part), an element perhaps more than once.
+template <class Visit> void for_each_depth(const DensityField &field, const Ray &ray, Real end, Visit &&visit) {
+    if (field.is_grid)
+        for_each_depth(field.grid, ray, end, visit);
+    else
+        for_each_depth(field.particles, ray, end, visit);
+}
+
 // An upper bound of sigma_t in the box.
 inline Real majorant(const DensityField &field, const Box &box) {
     return field.is_grid ? majorant(field.grid, box) : majorant(field.particles, box);

@@ -37,6 +37,34 @@ Real majorant(const GridField &field, const Box &box);
 // sample is drawn with its tent's share of the density there.
 Collision first_collision(const GridField &field, const Ray &ray, Real end, Event event);
 
+// The optical depth sample by sample: visit(sample, its part of it), a sample more than once.
+struct Corners { // the samples around a point of a cell, and the tents' values there
+    uint32_t sample[8];
+    Real weight[8];
+};
+void find_corners(const GridField &field, const Cell &cell, const Vec3 &p, Corners &corners);
+bool enter(const GridField &field, const Ray &ray, Ray &inside, Real &entry, Real &end); // into the field's frame
+constexpr Real gauss_node = Real(0.57735026918962576451); // 1 / sqrt(3): two such points integrate a cubic
+
+template <class Visit> void for_each_depth(const GridField &field, const Ray &ray, Real end, Visit &&visit) {
+    Ray inside;
+    Real entry;
+    if (!enter(field, ray, inside, entry, end)) return;
+    for_each_cell(field.between, inside, Real(0), end, [&](const Cell &cell, Real from, Real to) {
+        const Real half = (to - from) * Real(0.5), middle = from + half;
+        for (int point = 0; point < 2; ++point) {
+            const Real t = middle + (point ? gauss_node : -gauss_node) * half;
+            Corners corners;
+            find_corners(field, cell, inside.origin + inside.direction * t, corners);
+            for (int i = 0; i < 8; ++i) {
+                const Real part = corners.weight[i] * field.extinction[corners.sample[i]] * half;
+                if (part > Real(0)) visit(corners.sample[i], part);
+            }
+        }
+        return true;
+    });
+}
+
 // sigma_t at x, and the sum of what each sample has in it times the sample's source function.
 Color radiated(const GridField &field, const Vec3 &x, const Color *source, Real &sigma);
 

@@ -48,6 +48,9 @@ Real extinction(const ParticleField &field, const Vec3 &x);
 // int sigma_t over the ray's distances 0 to `end`. It has no step, hence no step error.
 Real optical_depth(const ParticleField &field, const Ray &ray, Real end);
 
+// The same particle by particle, in a fixed order: visit(slot, its part of the integral) where the ray meets it.
+template <class Visit> void for_each_depth(const ParticleField &field, const Ray &ray, Real end, Visit &&visit);
+
 // An upper bound of sigma_t in the box: the sum of what each particle has at its nearest point.
 Real majorant(const ParticleField &field, const Box &box);
 
@@ -55,6 +58,38 @@ Real majorant(const ParticleField &field, const Box &box);
 // independent Poisson process with the rate of its own density, so draw each one's depth, invert its line integral,
 // and take the nearest. No majorant, no null collisions, no step. (numerics X)
 Collision first_collision(const ParticleField &field, const Ray &ray, Real end, Event event);
+
+// The part of the ray that can meet the field, measured from near it. False when there is none.
+bool enter(const ParticleField &field, Ray &ray, Real &entry, Real &end);
+
+template <class K, class Visit>
+void for_each_depth_of(const ParticleField &field, const Ray &ray, Real end, Visit &&visit) {
+    for_each_leaf_on_segment(field.tree, ray.origin, ray.direction, Real(0), end, field.support, [&](uint32_t leaf) {
+        Passage passed[leaf_points];
+        for (uint32_t l = 0; l < leaf_points; ++l) passed[l] = passage(field, leaf * leaf_points + l, ray);
+        for (uint32_t l = 0; l < leaf_points; ++l) {
+            const Real b_squared = passed[l].b_squared, along = passed[l].along;
+            if (!(b_squared < K::support_squared)) continue;
+            const uint32_t slot = leaf * leaf_points + l;
+            const Real h = field.inverse_h[slot], half = sqrt(K::support_squared - b_squared);
+            const Real from = max(-half, -along * h), to = min(half, (end - along) * h);
+            if (!(from < to)) continue;
+            const Real line =
+                from == -half && to == half ? K::chord(b_squared) : K::line(b_squared, to) - K::line(b_squared, from);
+            if (line > Real(0)) visit(slot, field.scale[slot] * line);
+        }
+    });
+}
+
+template <class Visit> void for_each_depth(const ParticleField &field, const Ray &ray, Real end, Visit &&visit) {
+    Ray near = ray;
+    Real entry;
+    if (!enter(field, near, entry, end)) return;
+    if (field.kernel == Kernel::spline)
+        for_each_depth_of<Spline>(field, near, end, visit);
+    else
+        for_each_depth_of<Poly6>(field, near, end, visit);
+}
 
 // A sum of lanes in the one order that every arithmetic and every width of hardware uses.
 inline Real sum_of_lanes(const Real (&sum)[lanes]) {

@@ -40,9 +40,10 @@ PhotonNeeds photon_needs(const Scene &scene, const Settings &settings);
 // Traces one photon. collect(collision, photon as it arrives, its power) hears of the collisions after the first, as
 // single scattering is computed directly; of photons that the smoke itself emits from the first. The power is that
 // before the roulette, so readers multiply by the albedo.
-template <class Collect>
+// fly(photon as it sets out, how far it flies, its power) hears of the flights to those collisions.
+template <class Collect, class Fly>
 void trace_photon(const Medium &medium, const Emitters &emitters, uint64_t key, Statistics &statistics,
-                  Collect &&collect) {
+                  Collect &&collect, Fly &&fly) {
     auto &counts = statistics.photons;
     const Birth birth = emit_photon(medium, emitters, key);
     const Emitter &emitter = *birth.emitter;
@@ -54,16 +55,26 @@ void trace_photon(const Medium &medium, const Emitters &emitters, uint64_t key, 
     const bool constant = emitter.light && emitter.light->kind == LightKind::constant;
     const uint32_t first_stored = emitter.light ? 1 : 0;
     Real falloff = Real(1);
-    const Fate fate =
-        walk(medium, birth.photon, key, [&](const MediumCollision &at, uint32_t number, const Photon &arrived) {
+    const Fate fate = walk(
+        medium, birth.photon, key,
+        [&](const MediumCollision &at, uint32_t number, const Photon &arrived) {
             ++counts.collisions;
             if (constant && number == 0) { // irradiance without falloff: as many photons to the area everywhere
                 const Vec3 way = arrived.ray.origin - emitter.light->position;
                 falloff = dot(way, way) / emitter.reach_squared;
             }
             if (number >= first_stored) collect(at, arrived, arrived.power * falloff);
+        },
+        [&](const Photon &photon, Real end, uint32_t number) {
+            if (number >= first_stored) fly(photon, end, photon.power * falloff);
         });
     ++(fate == Fate::absorbed ? counts.absorbed : fate == Fate::escaped ? counts.escaped : counts.capped);
+}
+
+template <class Collect>
+void trace_photon(const Medium &medium, const Emitters &emitters, uint64_t key, Statistics &statistics,
+                  Collect &&collect) {
+    trace_photon(medium, emitters, key, statistics, collect, [](const Photon &, Real, const Color &) {});
 }
 
 // Calls trace(key) for the photons of a batch; false as soon as that returns false.

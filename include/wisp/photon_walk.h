@@ -11,12 +11,21 @@ enum class Fate { absorbed, escaped, capped };
 
 constexpr uint32_t most_collisions = 1000000; // of one photon; more of them are counted as capped
 
+// A flight of a photon: the ray up to `end`, where it collides or which is beyond any smoke. None is watched by
+// default.
+struct NoFlight {
+    void operator()(const Photon &, Real, uint32_t) const {}
+};
+
 // `photon` flies on from where it is; `event` numbers its flights from 1. At each collision `visit(collision, number,
-// position, photon)` sees the photon as it arrives, before the roulette; number counts from 0.
-template <class Medium, class Visit> Fate walk(const Medium &medium, Photon photon, uint64_t key, Visit &&visit) {
+// position, photon)` sees the photon as it arrives, before the roulette; number counts from 0. `flight(photon, end,
+// number)` sees it at the start of the flight to that collision.
+template <class Medium, class Visit, class Flight = NoFlight>
+Fate walk(const Medium &medium, Photon photon, uint64_t key, Visit &&visit, Flight &&flight = {}) {
     for (uint32_t number = 0; number < most_collisions; ++number) {
         const Event event = photon_event(key, number + 1);
         const auto collision = first_collision(medium, photon.ray, path_end, event);
+        flight(photon, collision.found ? collision.distance : path_end, number);
         if (!collision.found) return Fate::escaped;
         photon.ray.origin += photon.ray.direction * collision.distance;
         visit(collision, number, photon);

@@ -89,6 +89,10 @@ struct Scene {
 
 enum class Method : uint8_t { direct, map }; // S4: photon map, or particle map
 
+// What a photon leaves on the particle map: all of it on the particle that it collides with, or on every particle of a
+// flight its expected collisions with that.
+enum class Deposit : uint8_t { exact, path };
+
 struct Crop {
     int32_t x0, y0, x1, y1; // pixels, half-open, from the top left
 };
@@ -98,9 +102,10 @@ struct Settings {
     uint32_t samples; // rays a pixel
     uint64_t photons; // to emit
     uint64_t seed;
-    uint32_t gather;                // K, most photons in an estimate
-    double gather_radius;           // the largest radius of an estimate, in units of H
-    double step;                    // of the march, in units of H
+    uint32_t gather;      // K, most photons in an estimate
+    double gather_radius; // the largest radius of an estimate, in units of H
+    double step;          // of the march, in units of H
+    Deposit deposit;
     double light_step;              // distance of the points whose depth to the lights is kept, in units of H; 0: none
     Method method;                  // how smoke is rendered
     bool reference;                 // path tracing, ...

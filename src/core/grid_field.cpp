@@ -10,26 +10,6 @@ Vec3 to_frame(const GridField &field, const Vec3 &d) {
     return Vec3(dot(field.axis[0], d), dot(field.axis[1], d), dot(field.axis[2], d));
 }
 
-// The samples around a point of a cell, and the tents' values there.
-struct Corners {
-    uint32_t sample[8];
-    Real weight[8];
-};
-void find_corners(const GridField &field, const Cell &cell, const Vec3 &p, Corners &corners) {
-    const Lattice &between = field.between;
-    const Vec3 u = (p - between.low) * between.inverse_edge;
-    const Vec3 t = u - Vec3(Real(cell.x), Real(cell.y), Real(cell.z));
-    const Cell &n = field.samples;
-    for (int i = 0; i < 8; ++i) {
-        const int dx = i & 1, dy = i >> 1 & 1, dz = i >> 2;
-        const int32_t x = min(max(cell.x - 1 + dx, 0), n.x - 1), y = min(max(cell.y - 1 + dy, 0), n.y - 1);
-        const int32_t z = min(max(cell.z - 1 + dz, 0), n.z - 1);
-        corners.sample[i] = static_cast<uint32_t>((int64_t{z} * n.y + y) * n.x + x);
-        const Real wx = max(Real(0), dx ? t.x : Real(1) - t.x), wy = max(Real(0), dy ? t.y : Real(1) - t.y);
-        corners.weight[i] = wx * wy * max(Real(0), dz ? t.z : Real(1) - t.z);
-    }
-}
-
 // The trilinear value at p, a point of the frame in or next to the cell `between` samples.
 Real value_in_cell(const GridField &field, const Cell &cell, const Vec3 &p) {
     const Lattice &between = field.between;
@@ -48,21 +28,10 @@ Real value_in_cell(const GridField &field, const Cell &cell, const Vec3 &p) {
 
 // int sigma_t over the distances from `from` to `to`, inside one cell: exact for the cubic polynomial.
 Real depth_in_cell(const GridField &field, const Cell &cell, const Ray &ray, Real from, Real to) {
-    constexpr Real node = Real(0.57735026918962576451); // 1 / sqrt(3)
     const Real half = (to - from) * Real(0.5), middle = from + half;
-    const Real a = value_in_cell(field, cell, ray.origin + ray.direction * (middle - node * half));
-    const Real b = value_in_cell(field, cell, ray.origin + ray.direction * (middle + node * half));
+    const Real a = value_in_cell(field, cell, ray.origin + ray.direction * (middle - gauss_node * half));
+    const Real b = value_in_cell(field, cell, ray.origin + ray.direction * (middle + gauss_node * half));
     return half * (a + b);
-}
-
-// The ray in the field's frame from where it enters the box, as for particles: `entry` was skipped, `end` is left.
-bool enter(const GridField &field, const Ray &ray, Ray &inside, Real &entry, Real &end) {
-    inside = {to_frame(field, ray.origin - field.center), to_frame(field, ray.direction)};
-    entry = Real(0);
-    if (!clip(field.box, inside, entry, end)) return false;
-    inside.origin += inside.direction * entry;
-    end -= entry;
-    return true;
 }
 
 bool contains(const Box &box, const Vec3 &p) {
@@ -95,6 +64,31 @@ Vec3 place_of(const GridField &field, const Cell &cell, const Vec3 &offset) {
 }
 
 } // namespace
+
+void find_corners(const GridField &field, const Cell &cell, const Vec3 &p, Corners &corners) {
+    const Lattice &between = field.between;
+    const Vec3 u = (p - between.low) * between.inverse_edge;
+    const Vec3 t = u - Vec3(Real(cell.x), Real(cell.y), Real(cell.z));
+    const Cell &n = field.samples;
+    for (int i = 0; i < 8; ++i) {
+        const int dx = i & 1, dy = i >> 1 & 1, dz = i >> 2;
+        const int32_t x = min(max(cell.x - 1 + dx, 0), n.x - 1), y = min(max(cell.y - 1 + dy, 0), n.y - 1);
+        const int32_t z = min(max(cell.z - 1 + dz, 0), n.z - 1);
+        corners.sample[i] = static_cast<uint32_t>((int64_t{z} * n.y + y) * n.x + x);
+        const Real wx = max(Real(0), dx ? t.x : Real(1) - t.x), wy = max(Real(0), dy ? t.y : Real(1) - t.y);
+        corners.weight[i] = wx * wy * max(Real(0), dz ? t.z : Real(1) - t.z);
+    }
+}
+
+// The ray in the field's frame from where it enters the box, as for particles: `entry` was skipped, `end` is left.
+bool enter(const GridField &field, const Ray &ray, Ray &inside, Real &entry, Real &end) {
+    inside = {to_frame(field, ray.origin - field.center), to_frame(field, ray.direction)};
+    entry = Real(0);
+    if (!clip(field.box, inside, entry, end)) return false;
+    inside.origin += inside.direction * entry;
+    end -= entry;
+    return true;
+}
 
 Real extinction(const GridField &field, const Vec3 &x) {
     const Vec3 p = to_frame(field, x - field.center);

@@ -139,16 +139,6 @@ template <class K> Collision first_collision_of(const ParticleField &field, cons
     return nearest;
 }
 
-// The ray from where it enters the field's bounds: kernels are measured from its origin, so that should be near.
-// `entry` is the distance that was skipped; `end` becomes the distance left. False when the ray misses.
-bool enter(const ParticleField &field, Ray &ray, Real &entry, Real &end) {
-    entry = Real(0);
-    if (field.tree.count == 0 || !clip(field.bounds, ray, entry, end)) return false;
-    if (entry > Real(0)) ray.origin += ray.direction * entry;
-    end -= entry;
-    return true;
-}
-
 // A depth as a fraction of 2^32, rounded up. A clock that has rung within the depth x drew at most 1 - e^-x <= x.
 template <class T> uint32_t fraction_above(T x) {
     if (x == T(0)) return 0; // no density: no draw is below
@@ -162,6 +152,16 @@ template <class T> uint32_t fraction_above(T x) {
 }
 
 } // namespace
+
+// The ray from where it enters the field's bounds: kernels are measured from its origin, so that should be near.
+// `entry` is the distance that was skipped; `end` becomes the distance left. False when the ray misses.
+bool enter(const ParticleField &field, Ray &ray, Real &entry, Real &end) {
+    entry = Real(0);
+    if (field.tree.count == 0 || !clip(field.bounds, ray, entry, end)) return false;
+    if (entry > Real(0)) ray.origin += ray.direction * entry;
+    end -= entry;
+    return true;
+}
 
 WISP_WIDE Real extinction(const ParticleField &field, const Vec3 &x) {
     if (field.tree.count == 0) return Real(0);

@@ -7,13 +7,14 @@ namespace {
 
 constexpr int32_t unit_bits = 24; // of a deposit
 
-int64_t to_units(Real x) { return round_to_int(scale_pow2(x, unit_bits)); } // |x| <= 3
+int64_t to_units(Real x) { return round_to_int(scale_pow2(min(x, Real(127)), unit_bits)); }
 Real from_units(int64_t sum) { return scaled_integer<Real>(sum, -unit_bits); }
 
-void deposit(const Deposits &deposits, uint32_t element, const Color &power, const Vec3 &direction) {
+void deposit(const Deposits &deposits, uint32_t element, const Color &photon, const Vec3 &direction, Real share) {
+    const Color power = photon * share;
     int64_t *to = deposits.power + uint64_t{element} * deposits.channels;
     if (deposits.channels == 1) {
-        *to += int64_t{1} << unit_bits;
+        *to += to_units(share);
     } else {
         to[0] += to_units(power.x);
         to[1] += to_units(power.y);
@@ -130,11 +131,20 @@ Status trace_particle_map(const Scene &scene, const Medium &medium, const Light 
     if (emitters.count == 0) return Status::done;
     const Status status = for_each_batch(settings.photons, observer, [&](uint64_t batch, uint64_t photons) {
         return for_each_photon(settings.seed, batch, photons, [&](uint64_t key) {
-            trace_photon(medium, emitters, key, statistics,
-                         [&](const MediumCollision &at, const Photon &arrived, const Color &power) {
-                             deposit(deposits[at.smoke], at.element, power, arrived.ray.direction);
-                             ++statistics.photons.stored;
-                         });
+            trace_photon(
+                medium, emitters, key, statistics,
+                [&](const MediumCollision &at, const Photon &arrived, const Color &power) {
+                    if (settings.deposit == Deposit::exact)
+                        deposit(deposits[at.smoke], at.element, power, arrived.ray.direction, Real(1));
+                    ++statistics.photons.stored;
+                },
+                [&](const Photon &photon, Real end, const Color &power) {
+                    if (settings.deposit != Deposit::path) return;
+                    for (uint32_t s = 0; s < medium.count; ++s)
+                        for_each_depth(medium.smokes[s].field, photon.ray, end, [&](uint32_t element, Real depth) {
+                            deposit(deposits[s], element, power, photon.ray.direction, depth);
+                        });
+                });
             return true;
         });
     });

@@ -68,6 +68,7 @@ Settings settings_of(const Options &options, int width, int height) {
     settings.step = options.step;
     settings.method = options.method;
     settings.light_step = options.light_step;
+    settings.deposit = options.deposit;
     settings.reference = options.reference;
     const Options::Passes passes = options.passes.value_or(Options::Passes{0, 16});
     settings.first_pass = passes.first;

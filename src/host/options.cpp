@@ -133,9 +133,9 @@ const std::vector<Entry> &table() {
          [](Options &o, const std::string &v) {
              o.estimate = static_cast<Options::Estimate>(1 + one_of(v, {"knn", "kernel"}, 2));
          }},
-        {"deposit", "exact", "of a photon: all on the particle that it collided with (exact)",
-         [](Options &, const std::string &v) {
-             one_of(v, {"exact", "kernel"}, 1);
+        {"deposit", "exact|path", "of a photon: on the particle that it collides with, or on all of its flight (exact)",
+         [](Options &o, const std::string &v) {
+             o.deposit = static_cast<Deposit>(one_of(v, {"exact", "path", "kernel"}, 2));
          }},
         {"direction", "flux", "what is kept of the photons' directions (flux)",
          [](Options &, const std::string &v) {

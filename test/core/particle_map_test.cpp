@@ -124,6 +124,67 @@ TEST_CASE(WISP_ARITH_NAME ": the particle map is as bright as the reference") {
     }
 }
 
+TEST_CASE(WISP_ARITH_NAME ": the parts of a flight's depth add up to the whole") {
+    const Mixture mixture;
+    const BuiltMedium built(mixture.smokes);
+    Sequence next{21};
+    for (int i = 0; i < 60; ++i) {
+        const Vec3 from = vec(8 * next() - 4, 8 * next() - 4, 8 * next() - 4);
+        const Ray ray = {from, normalize(vec(next() - 0.5, next() - 0.5, next() - 0.375))};
+        const Real end = real(i % 3 ? 6 * next() : 50);
+        for (uint32_t s = 0; s < 3; ++s) {
+            const DensityField &field = built.medium.smokes[s].field;
+            double sum = 0, elements = elements_of(mixture.smokes[s]);
+            for_each_depth(field, ray, end, [&](uint32_t element, Real depth) {
+                CHECK(element < elements);
+                CHECK(depth >= Real(0));
+                sum += at(depth);
+            });
+            CHECK(std::fabs(sum - at(optical_depth(field, ray, end))) <
+                  2e-5 * (1 + sum) * (unit_error < 1e-12 ? 1e-8 : 1));
+        }
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": flights leave what collisions leave, on average, and vary less") {
+    const Mixture mixture;
+    double power[2][3], spread[2];
+    for (int path = 0; path < 2; ++path) {
+        double sums[8][3];
+        for (int run = 0; run < 8; ++run) {
+            Settings settings = map_settings(1, 1500);
+            settings.deposit = path ? Deposit::path : Deposit::exact;
+            settings.seed = static_cast<uint64_t>(run);
+            const ParticleMapPlan plan = plan_particle_map(mixture.scene, settings);
+            std::vector<unsigned char> memory(medium_bytes(mixture.scene) + plan.bytes);
+            Arena arena(memory.data(), memory.size());
+            const Medium medium = make_medium(mixture.scene, arena);
+            const std::vector<Light> lights = {make_light(mixture.lights[0]), make_light(mixture.lights[1])};
+            ParticleMap map;
+            Statistics statistics;
+            REQUIRE(trace_particle_map(mixture.scene, medium, lights.data(), settings, plan.needs, Observer{}, arena,
+                                       statistics, map) == Status::done);
+            for (uint32_t s = 0; s < 3; ++s) {
+                sums[run][s] = 0;
+                for (uint32_t i = 0; i < 3 * map.of_smoke[s].count; i += 3)
+                    sums[run][s] += static_cast<double>(map.of_smoke[s].power[i]) * 0x1p-24;
+            }
+        }
+        spread[path] = 0;
+        for (uint32_t s = 0; s < 3; ++s) {
+            power[path][s] = 0;
+            for (const auto &run : sums) power[path][s] += run[s] / 8;
+            for (const auto &run : sums) spread[path] += std::pow(run[s] / power[path][s] - 1, 2);
+        }
+    }
+    for (uint32_t s = 0; s < 3; ++s) { // 12,000 photons' deposits; those of one photon vary about as their number
+        CAPTURE(s);
+        CHECK(power[0][s] > 100);
+        CHECK(std::fabs(power[1][s] / power[0][s] - 1) < 4 * std::sqrt(3 / (8 * power[0][s])));
+    }
+    CHECK(spread[1] < spread[0]);
+}
+
 TEST_CASE(WISP_ARITH_NAME ": kept depths are exact at their nodes, and err with the square of their distance") {
     const Mixture mixture;
     const BuiltMedium built(mixture.smokes);
