@@ -37,15 +37,19 @@ Real majorant(const GridField &field, const Box &box);
 // sample is drawn with its tent's share of the density there.
 Collision first_collision(const GridField &field, const Ray &ray, Real end, Event event);
 
-// The optical depth sample by sample: visit(sample, its part of it), a sample more than once.
-struct Corners { // the samples around a point of a cell, and the tents' values there
+// The samples around a point of a cell of the field's frame, and the tents' values there.
+struct Corners {
     uint32_t sample[8];
     Real weight[8];
 };
 void find_corners(const GridField &field, const Cell &cell, const Vec3 &p, Corners &corners);
-bool enter(const GridField &field, const Ray &ray, Ray &inside, Real &entry, Real &end); // into the field's frame
+
+// The ray in the field's frame from where it enters the box, as for particles: `entry` was skipped, `end` is left.
+bool enter(const GridField &field, const Ray &ray, Ray &inside, Real &entry, Real &end);
+
 constexpr Real gauss_node = Real(0.57735026918962576451); // 1 / sqrt(3): two such points integrate a cubic
 
+// The optical depth sample by sample: visit(sample, its part of it), a sample more than once.
 template <class Visit> void for_each_depth(const GridField &field, const Ray &ray, Real end, Visit &&visit) {
     Ray inside;
     Real entry;

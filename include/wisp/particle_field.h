@@ -59,7 +59,8 @@ Real majorant(const ParticleField &field, const Box &box);
 // and take the nearest. No majorant, no null collisions, no step. (numerics X)
 Collision first_collision(const ParticleField &field, const Ray &ray, Real end, Event event);
 
-// The part of the ray that can meet the field, measured from near it. False when there is none.
+// The ray from where it enters the field's bounds: kernels are measured from its origin, so that should be near.
+// `entry` is the distance that was skipped; `end` becomes the distance left. False when the ray misses.
 bool enter(const ParticleField &field, Ray &ray, Real &entry, Real &end);
 
 template <class K, class Visit>

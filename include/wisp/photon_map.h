@@ -20,8 +20,7 @@ struct PhotonMaps {
 };
 
 // Whether photons are needed, what they carry, and the bytes for them at most.
-struct PhotonPlan {
-    bool traced, directions, powers;
+struct PhotonPlan : PhotonNeeds {
     uint64_t capacity, bytes;
 };
 PhotonPlan plan_photons(const Scene &scene, const Settings &settings);

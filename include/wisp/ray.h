@@ -60,9 +60,33 @@ inline Lattice make_lattice(const Vec3 &low, const Vec3 &edge, const Cell &count
     return {low, edge, Vec3(Real(1) / edge.x, Real(1) / edge.y, Real(1) / edge.z), count};
 }
 
+constexpr uint64_t number_of(const Cell &count) {
+    return static_cast<uint64_t>(count.x) * static_cast<uint64_t>(count.y) * static_cast<uint64_t>(count.z);
+}
+constexpr int64_t index_of(const Cell &count, const Cell &cell) { // x fastest
+    return (int64_t{cell.z} * count.y + cell.y) * count.x + cell.x;
+}
+
 inline int32_t cell_of(Real x, Real low, Real inverse_edge, int32_t count) {
     const int32_t i = floor_to_int((x - low) * inverse_edge);
     return i < 0 ? 0 : i < count ? i : count - 1;
+}
+
+// The cell that holds x, or the nearest one; and where x lies in a cell, 0 to 1 along each edge.
+inline Cell cell_at(const Lattice &lattice, const Vec3 &x) {
+    const Vec3 &low = lattice.low, &inverse = lattice.inverse_edge;
+    const Cell &count = lattice.count;
+    return {cell_of(x.x, low.x, inverse.x, count.x), cell_of(x.y, low.y, inverse.y, count.y),
+            cell_of(x.z, low.z, inverse.z, count.z)};
+}
+inline Vec3 place_in(const Lattice &lattice, const Cell &cell, const Vec3 &x) {
+    return (x - lattice.low) * lattice.inverse_edge - Vec3(Real(cell.x), Real(cell.y), Real(cell.z));
+}
+
+// Between the eight values corner(dx, dy, dz) at the ends of a cell's edges, 0 or 1 each.
+template <class Corner> Real trilinear(const Vec3 &t, Corner &&corner) {
+    const auto row = [&](int32_t dy, int32_t dz) { return mix(corner(0, dy, dz), corner(1, dy, dz), t.x); };
+    return mix(mix(row(0, 0), row(1, 0), t.y), mix(row(0, 1), row(1, 1), t.y), t.z);
 }
 
 // One axis of a walk through a lattice: the cell, and where the ray leaves it.

@@ -14,7 +14,7 @@ namespace wisp::WISP_ARITH {
 // Upper bounds of the medium's sigma_t, one a cell.
 struct Majorants {
     Lattice lattice;
-    const Real *sigma; // of cell (x, y, z) at [(z * count.y + y) * count.x + x]; nullptr: the arena was too small
+    const Real *sigma; // of each cell, x fastest; nullptr: the arena was too small
 };
 // Cells of about the length `edge`, larger where there would be too many.
 Majorants make_majorants(const Medium &medium, Real edge, Arena &arena);

@@ -10,20 +10,18 @@ Vec3 to_frame(const GridField &field, const Vec3 &d) {
     return Vec3(dot(field.axis[0], d), dot(field.axis[1], d), dot(field.axis[2], d));
 }
 
+// The sample at a corner of a cell `between` samples; the outermost stand for what lies behind them.
+int64_t sample_beside(const GridField &field, const Cell &cell, int32_t dx, int32_t dy, int32_t dz) {
+    const Cell &n = field.samples;
+    return index_of(n, {min(max(cell.x - 1 + dx, 0), n.x - 1), min(max(cell.y - 1 + dy, 0), n.y - 1),
+                        min(max(cell.z - 1 + dz, 0), n.z - 1)});
+}
+
 // The trilinear value at p, a point of the frame in or next to the cell `between` samples.
 Real value_in_cell(const GridField &field, const Cell &cell, const Vec3 &p) {
-    const Lattice &between = field.between;
-    const Vec3 u = (p - between.low) * between.inverse_edge;
-    const Vec3 t = u - Vec3(Real(cell.x), Real(cell.y), Real(cell.z));
-    const Cell &n = field.samples;
-    const int32_t x0 = max(cell.x - 1, 0), x1 = min(cell.x, n.x - 1);
-    const int32_t y0 = max(cell.y - 1, 0), y1 = min(cell.y, n.y - 1);
-    const int32_t z0 = max(cell.z - 1, 0), z1 = min(cell.z, n.z - 1);
-    const auto row = [&](int32_t y, int32_t z) {
-        const Real *values = field.extinction + (int64_t{z} * n.y + y) * n.x;
-        return mix(values[x0], values[x1], t.x);
-    };
-    return max(Real(0), mix(mix(row(y0, z0), row(y1, z0), t.y), mix(row(y0, z1), row(y1, z1), t.y), t.z));
+    return max(Real(0), trilinear(place_in(field.between, cell, p), [&](int32_t dx, int32_t dy, int32_t dz) {
+                   return field.extinction[sample_beside(field, cell, dx, dy, dz)];
+               }));
 }
 
 // int sigma_t over the distances from `from` to `to`, inside one cell: exact for the cubic polynomial.
@@ -66,21 +64,15 @@ Vec3 place_of(const GridField &field, const Cell &cell, const Vec3 &offset) {
 } // namespace
 
 void find_corners(const GridField &field, const Cell &cell, const Vec3 &p, Corners &corners) {
-    const Lattice &between = field.between;
-    const Vec3 u = (p - between.low) * between.inverse_edge;
-    const Vec3 t = u - Vec3(Real(cell.x), Real(cell.y), Real(cell.z));
-    const Cell &n = field.samples;
+    const Vec3 t = place_in(field.between, cell, p);
     for (int i = 0; i < 8; ++i) {
         const int dx = i & 1, dy = i >> 1 & 1, dz = i >> 2;
-        const int32_t x = min(max(cell.x - 1 + dx, 0), n.x - 1), y = min(max(cell.y - 1 + dy, 0), n.y - 1);
-        const int32_t z = min(max(cell.z - 1 + dz, 0), n.z - 1);
-        corners.sample[i] = static_cast<uint32_t>((int64_t{z} * n.y + y) * n.x + x);
+        corners.sample[i] = static_cast<uint32_t>(sample_beside(field, cell, dx, dy, dz));
         const Real wx = max(Real(0), dx ? t.x : Real(1) - t.x), wy = max(Real(0), dy ? t.y : Real(1) - t.y);
         corners.weight[i] = wx * wy * max(Real(0), dz ? t.z : Real(1) - t.z);
     }
 }
 
-// The ray in the field's frame from where it enters the box, as for particles: `entry` was skipped, `end` is left.
 bool enter(const GridField &field, const Ray &ray, Ray &inside, Real &entry, Real &end) {
     inside = {to_frame(field, ray.origin - field.center), to_frame(field, ray.direction)};
     entry = Real(0);
@@ -94,12 +86,7 @@ Real extinction(const GridField &field, const Vec3 &x) {
     const Vec3 p = to_frame(field, x - field.center);
     if (!contains(field.box, p)) return Real(0);
     if (field.constant()) return field.extinction[0];
-    const Lattice &b = field.between;
-    return value_in_cell(field,
-                         {cell_of(p.x, b.low.x, b.inverse_edge.x, b.count.x),
-                          cell_of(p.y, b.low.y, b.inverse_edge.y, b.count.y),
-                          cell_of(p.z, b.low.z, b.inverse_edge.z, b.count.z)},
-                         p);
+    return value_in_cell(field, cell_at(field.between, p), p);
 }
 
 Color radiated(const GridField &field, const Vec3 &x, const Color *source, Real &sigma) {
@@ -108,12 +95,7 @@ Color radiated(const GridField &field, const Vec3 &x, const Color *source, Real 
     Color sum(Real(0));
     if (!contains(field.box, p)) return sum;
     Corners corners;
-    const Lattice &b = field.between;
-    find_corners(field,
-                 {cell_of(p.x, b.low.x, b.inverse_edge.x, b.count.x),
-                  cell_of(p.y, b.low.y, b.inverse_edge.y, b.count.y),
-                  cell_of(p.z, b.low.z, b.inverse_edge.z, b.count.z)},
-                 p, corners);
+    find_corners(field, cell_at(field.between, p), p, corners);
     for (int i = 0; i < 8; ++i) {
         const Real here = corners.weight[i] * field.extinction[corners.sample[i]];
         sigma += here;
@@ -137,33 +119,19 @@ Real optical_depth(const GridField &field, const Ray &ray, Real end) {
 Real majorant(const GridField &field, const Box &box) {
     const Vec3 middle = to_frame(field, (box.low + box.high) * Real(0.5) - field.center);
     const Vec3 reach = (box.high - box.low) * Real(0.5);
-    const Vec3 half(dot(absolute(Vec3(field.axis[0])), reach), dot(absolute(Vec3(field.axis[1])), reach),
-                    dot(absolute(Vec3(field.axis[2])), reach));
+    const Vec3 half(dot(absolute(field.axis[0]), reach), dot(absolute(field.axis[1]), reach),
+                    dot(absolute(field.axis[2]), reach));
     const Vec3 low = middle - half, high = middle + half;
     if (high.x < field.box.low.x || high.y < field.box.low.y || high.z < field.box.low.z || low.x > field.box.high.x ||
         low.y > field.box.high.y || low.z > field.box.high.z)
         return Real(0);
-    const Lattice &b = field.between;
-    const Cell &n = field.samples;
     // The samples on both sides of every cell between them that the box touches.
-    const auto first = [](Real x, Real low_, Real inverse, int32_t count) {
-        return max(cell_of(x, low_, inverse, count) - 1, 0);
-    };
-    const auto last = [](Real x, Real low_, Real inverse, int32_t count) {
-        return min(cell_of(x, low_, inverse, count), count - 2);
-    };
-    const int32_t x0 = first(low.x, b.low.x, b.inverse_edge.x, b.count.x),
-                  x1 = last(high.x, b.low.x, b.inverse_edge.x, b.count.x);
-    const int32_t y0 = first(low.y, b.low.y, b.inverse_edge.y, b.count.y),
-                  y1 = last(high.y, b.low.y, b.inverse_edge.y, b.count.y);
-    const int32_t z0 = first(low.z, b.low.z, b.inverse_edge.z, b.count.z),
-                  z1 = last(high.z, b.low.z, b.inverse_edge.z, b.count.z);
+    const Cell first = cell_at(field.between, low), last = cell_at(field.between, high), &n = field.samples;
     Real greatest = Real(0);
-    for (int32_t z = z0; z <= z1; ++z)
-        for (int32_t y = y0; y <= y1; ++y) {
-            const Real *values = field.extinction + (int64_t{z} * n.y + y) * n.x;
-            for (int32_t x = x0; x <= x1; ++x) greatest = max(greatest, values[x]);
-        }
+    for (int32_t z = max(first.z - 1, 0); z <= min(last.z, n.z - 1); ++z)
+        for (int32_t y = max(first.y - 1, 0); y <= min(last.y, n.y - 1); ++y)
+            for (int32_t x = max(first.x - 1, 0); x <= min(last.x, n.x - 1); ++x)
+                greatest = max(greatest, field.extinction[index_of(n, {x, y, z})]);
     return greatest;
 }
 

@@ -12,14 +12,13 @@ int32_t cells_for(Real size, Real spacing) { return floor_to_int(size / spacing)
 int32_t bricks_for(int32_t cells) { return cells / brick_edge + 1; }
 
 Real node_depth(const LightDepths &depths, uint32_t l, int32_t x, int32_t y, int32_t z) {
-    const Cell &n = depths.bricks;
-    const int64_t index = (int64_t{z / brick_edge} * n.y + y / brick_edge) * n.x + x / brick_edge;
-    Real *&brick = depths.of_brick[index];
+    Real *&brick = depths.of_brick[index_of(depths.bricks, {x / brick_edge, y / brick_edge, z / brick_edge})];
     if (!brick) {
         brick = depths.arena->make<Real>(brick_nodes * depths.light_count);
         for (uint64_t i = 0; brick && i < brick_nodes * depths.light_count; ++i) brick[i] = Real(-1);
     }
-    const int32_t inside = (z % brick_edge * brick_edge + y % brick_edge) * brick_edge + x % brick_edge;
+    const int64_t inside =
+        index_of({brick_edge, brick_edge, brick_edge}, {x % brick_edge, y % brick_edge, z % brick_edge});
     Real *kept = brick ? brick + static_cast<uint64_t>(inside) * depths.light_count + l : nullptr;
     if (kept && !(*kept < Real(0))) return *kept;
     const Vec3 node = depths.lattice.low + Vec3(Real(x), Real(y), Real(z)) * depths.lattice.edge;
@@ -39,8 +38,7 @@ bool make_light_depths(const Medium &medium, const Light *lights, uint32_t light
     const Cell cells = {cells_for(size.x, spacing), cells_for(size.y, spacing), cells_for(size.z, spacing)};
     depths.lattice = make_lattice(medium.bounds.low, Vec3(spacing), cells);
     depths.bricks = {bricks_for(cells.x), bricks_for(cells.y), bricks_for(cells.z)};
-    const uint64_t bricks = static_cast<uint64_t>(depths.bricks.x) * static_cast<uint64_t>(depths.bricks.y) *
-                            static_cast<uint64_t>(depths.bricks.z);
+    const uint64_t bricks = number_of(depths.bricks);
     depths.of_brick = arena.make<Real *>(bricks);
     if (!depths.of_brick) return false;
     for (uint64_t i = 0; i < bricks; ++i) depths.of_brick[i] = nullptr;
@@ -48,16 +46,10 @@ bool make_light_depths(const Medium &medium, const Light *lights, uint32_t light
 }
 
 Real light_depth(const LightDepths &depths, uint32_t l, const Vec3 &x) {
-    const Lattice &lattice = depths.lattice;
-    const Cell cell = {cell_of(x.x, lattice.low.x, lattice.inverse_edge.x, lattice.count.x),
-                       cell_of(x.y, lattice.low.y, lattice.inverse_edge.y, lattice.count.y),
-                       cell_of(x.z, lattice.low.z, lattice.inverse_edge.z, lattice.count.z)};
-    const Vec3 t = (x - lattice.low) * lattice.inverse_edge - Vec3(Real(cell.x), Real(cell.y), Real(cell.z));
-    const auto row = [&](int32_t dy, int32_t dz) {
-        return mix(node_depth(depths, l, cell.x, cell.y + dy, cell.z + dz),
-                   node_depth(depths, l, cell.x + 1, cell.y + dy, cell.z + dz), t.x);
-    };
-    return max(Real(0), mix(mix(row(0, 0), row(1, 0), t.y), mix(row(0, 1), row(1, 1), t.y), t.z));
+    const Cell cell = cell_at(depths.lattice, x);
+    return max(Real(0), trilinear(place_in(depths.lattice, cell, x), [&](int32_t dx, int32_t dy, int32_t dz) {
+                   return node_depth(depths, l, cell.x + dx, cell.y + dy, cell.z + dz);
+               }));
 }
 
 uint64_t light_depth_bytes(const Scene &scene, double lengths) {

@@ -153,8 +153,6 @@ template <class T> uint32_t fraction_above(T x) {
 
 } // namespace
 
-// The ray from where it enters the field's bounds: kernels are measured from its origin, so that should be near.
-// `entry` is the distance that was skipped; `end` becomes the distance left. False when the ray misses.
 bool enter(const ParticleField &field, Ray &ray, Real &entry, Real &end) {
     entry = Real(0);
     if (field.tree.count == 0 || !clip(field.bounds, ray, entry, end)) return false;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr uint32_t padded_steps = window_steps + lanes;
 
-// Steps `begin` <= i < `end` of the ray, whose middles are at window.middle[i - begin].
+// `count` steps of the ray, one behind the other, and their sums so far.
 struct Window {
     const Real *middle;
     Real *sigma, *red, *green, *blue;

@@ -91,7 +91,7 @@ bool make_map(const Store &store, uint32_t index, Arena &arena, PhotonMap &map) 
 PhotonPlan plan_photons(const Scene &scene, const Settings &settings) {
     const PhotonNeeds needs = photon_needs(scene, settings);
     if (!needs.traced) return {};
-    PhotonPlan plan = {true, needs.directions, needs.powers, 0, 0};
+    PhotonPlan plan = {needs, 0, 0};
     // Where more collisions are to be stored, tracing ends early and says so. A single batch has room for more.
     constexpr uint64_t per_photon = 4, per_photon_of_one_batch = 64, most = 0x7fffffff;
     const uint64_t of_one_batch = per_photon_of_one_batch * min(settings.photons, uint64_t{batch_photons});

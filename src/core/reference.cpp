@@ -105,13 +105,10 @@ Majorants make_majorants(const Medium &medium, Real edge, Arena &arena) {
     const auto cells = [&] {
         return Cell{floor_to_int(size.x / edge) + 1, floor_to_int(size.y / edge) + 1, floor_to_int(size.z / edge) + 1};
     };
-    const auto number = [](const Cell &c) {
-        return static_cast<uint64_t>(c.x) * static_cast<uint64_t>(c.y) * static_cast<uint64_t>(c.z);
-    };
-    while (number(cells()) > most_majorants) edge = edge * Real(1.25);
+    while (number_of(cells()) > most_majorants) edge = edge * Real(1.25);
     const Cell count = cells();
     majorants.lattice = make_lattice(medium.bounds.low, Vec3(edge), count);
-    Real *sigma = arena.make<Real>(number(count));
+    Real *sigma = arena.make<Real>(number_of(count));
     if (!sigma) return majorants;
 
     const Vec3 margin = Vec3(edge * Real(0x1p-7));
@@ -136,8 +133,7 @@ MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 
     Real rest = exponential(generator); // of the majorant's depth, up to the next tentative collision
     uint32_t tentative = 0;
     for_each_cell(lattice, ray, Real(0), end, [&](const Cell &cell, Real from, Real to) {
-        const Real bound =
-            tracer.majorants.sigma[(int64_t{cell.z} * lattice.count.y + cell.y) * lattice.count.x + cell.x];
+        const Real bound = tracer.majorants.sigma[index_of(lattice.count, cell)];
         for (Real t = from;;) {
             const Real depth = bound * (to - t);
             if (!(rest < depth)) {

@@ -114,28 +114,24 @@ Status render_map(const Frame &frame) {
 Plan plan(const Scene &scene, const Settings &settings) {
     Plan plan = {};
     for (uint32_t i = 0; i < scene.smoke_count; ++i) plan.smoke |= !scene.smokes[i].empty();
+    plan.bytes.particle_tree = medium_bytes(scene);
     if (settings.reference) {
-        plan.bytes.particle_tree = medium_bytes(scene);
         plan.bytes.arena = reference_bytes(scene);
         return plan;
     }
-    plan.bytes.particle_tree = medium_bytes(scene);
+    const PhotonNeeds needs = photon_needs(scene, settings);
+    plan.photons = needs.traced;
+    plan.photon_directions = needs.directions;
+    plan.photon_powers = needs.powers;
     plan.bytes.light_depths = light_depth_bytes(scene, settings.light_step);
     plan.bytes.arena = plan.bytes.particle_tree + plan.bytes.light_depths + march_bytes(scene);
     if (settings.method == Method::map) {
-        const ParticleMapPlan map = plan_particle_map(scene, settings);
-        plan.photons = map.needs.traced;
-        plan.photon_directions = map.needs.directions;
-        plan.photon_powers = map.needs.powers;
-        plan.bytes.particle_map = map.bytes;
+        plan.bytes.particle_map = plan_particle_map(scene, settings).bytes;
         plan.bytes.sources = source_bytes(scene);
-        plan.bytes.arena += map.bytes + plan.bytes.sources + window_bytes(scene);
+        plan.bytes.arena += plan.bytes.particle_map + plan.bytes.sources + window_bytes(scene);
         return plan;
     }
     const PhotonPlan photons = plan_photons(scene, settings);
-    plan.photons = photons.traced;
-    plan.photon_directions = photons.directions;
-    plan.photon_powers = photons.powers;
     plan.photon_capacity = photons.capacity;
     plan.bytes.photon_map = photons.bytes;
     plan.bytes.gather = photons.traced ? gather_bytes(settings.gather) : 0;

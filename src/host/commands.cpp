@@ -140,7 +140,14 @@ std::unique_ptr<unsigned char[]> make_block(const std::string &name, uint64_t by
     return block;
 }
 
-// `passes`: of --reference, else nullptr.
+// The name behind a digest: that of the .pfm that was written, so that `sha256sum -c` finds it.
+std::string digest_name(const Options &options, int64_t frame) {
+    for (const std::string &output : options.outputs)
+        if (ends_in(output, ".pfm")) return numbered(output, frame);
+    return "-";
+}
+
+// All that was asked for of a picture, the digest included. `passes`: of --reference, else nullptr.
 void write_outputs(const Options &options, const Picture &picture, const Bytes &pfm, const Passes *passes,
                    int64_t frame) {
     const auto write = [&options](const std::string &path, const Bytes &bytes) {
@@ -152,13 +159,8 @@ void write_outputs(const Options &options, const Picture &picture, const Bytes &
                                        : ends_in(output, ".passes") ? passes_bytes(*passes)
                                                                     : pfm);
     if (!options.error_out.empty()) write(numbered(options.error_out, frame), pfm_bytes(error_picture(*passes)));
-}
-
-// The name behind a digest: that of the .pfm that was written, so that `sha256sum -c` finds it.
-std::string digest_name(const Options &options, int64_t frame) {
-    for (const std::string &output : options.outputs)
-        if (ends_in(output, ".pfm")) return numbered(output, frame);
-    return "-";
+    if (options.digest)
+        std::printf("%s  %s\n", sha256(pfm.data(), pfm.size()).text, digest_name(options, frame).c_str());
 }
 
 // The sums of `--reference`, empty as yet.
@@ -218,8 +220,6 @@ FrameReport render_frame(const Request &request, int64_t frame, Sha256 &run_dige
     const Bytes pfm = pfm_bytes(picture);
     write_outputs(options, picture, pfm, settings.reference ? &passes : nullptr, frame);
     run_digest.update(pfm.data(), pfm.size());
-    if (options.digest)
-        std::printf("%s  %s\n", sha256(pfm.data(), pfm.size()).text, digest_name(options, frame).c_str());
     report.seconds.trees = watch.seconds(Stage::trees);
     report.seconds.photons = watch.seconds(Stage::photons);
     report.seconds.render = watch.seconds(Stage::render);
@@ -297,9 +297,7 @@ int merge_command(const std::vector<std::string> &arguments) {
     for (size_t i = 1; i < line.files.size(); ++i)
         add_passes(passes, parse_passes(read_file(line.files[i]), line.files[i]), line.files[i]);
     const Picture picture = mean_picture(passes);
-    const Bytes pfm = pfm_bytes(picture);
-    write_outputs(options, picture, pfm, &passes, 0);
-    if (options.digest) std::printf("%s  %s\n", sha256(pfm.data(), pfm.size()).text, digest_name(options, 0).c_str());
+    write_outputs(options, picture, pfm_bytes(picture), &passes, 0);
     return exit_done;
 }
 
@@ -331,12 +329,7 @@ int plan_command(const std::vector<std::string> &arguments) {
                     plan.smoke ? "bounds of the density, for free paths" : "there is no smoke");
         print_stage("paths", true, 0,
                     std::to_string(uint64_t{settings.last_pass - settings.first_pass} * settings.samples) + " a pixel");
-        print_stage("arena", true, plan.bytes.arena,
-                    std::string("all of it, in ") + core(request.options.arithmetic).name);
-        print_notes(request.options, prepared);
-        return exit_done;
-    }
-    if (settings.method == Method::map) {
+    } else if (settings.method == Method::map) {
         print_stage("particle map", plan.photons, plan.bytes.particle_map,
                     !plan.photons ? why_no_photons
                                   : std::to_string(settings.photons) + " photons to emit, kept on the particles: " +
@@ -355,11 +348,14 @@ int plan_command(const std::vector<std::string> &arguments) {
                     plan.photons ? "up to " + std::to_string(settings.gather) + " nearest photons"
                                  : "there are no photons");
     }
-    print_stage("light depths", plan.bytes.light_depths > 0, plan.bytes.light_depths,
-                plan.bytes.light_depths > 0 ? "at most; where rays meet smoke"
-                : settings.light_step > 0   ? "nothing lights any smoke"
-                                            : "--light-step 0: every depth is found exactly");
-    print_stage("march", plan.smoke, 0, plan.smoke ? "camera rays through the smoke" : "rays see the background alone");
+    if (!settings.reference) {
+        print_stage("light depths", plan.bytes.light_depths > 0, plan.bytes.light_depths,
+                    plan.bytes.light_depths > 0 ? "at most; where rays meet smoke"
+                    : settings.light_step > 0   ? "nothing lights any smoke"
+                                                : "--light-step 0: every depth is found exactly");
+        print_stage("march", plan.smoke, 0,
+                    plan.smoke ? "camera rays through the smoke" : "rays see the background alone");
+    }
     print_stage("arena", true, plan.bytes.arena, std::string("all of it, in ") + core(request.options.arithmetic).name);
     print_notes(request.options, prepared);
     return exit_done;

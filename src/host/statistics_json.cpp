@@ -43,7 +43,9 @@ std::string frame_json(const FrameReport &report) {
     photons.add("unclaimed", none).add("capped", s.photons.capped);
     smoke.add("particles", s.smoke.particles).add("density_evaluations", s.smoke.density_evaluations);
     smoke.add("march_samples", s.smoke.march_samples).add("gathers", s.smoke.gathers).add("gathered", s.smoke.gathered);
-    bytes.add("particle_tree", s.bytes.particle_tree).add("photon_map", s.bytes.photon_map).add("particle_map", s.bytes.particle_map);
+    bytes.add("particle_tree", s.bytes.particle_tree)
+        .add("photon_map", s.bytes.photon_map)
+        .add("particle_map", s.bytes.particle_map);
     bytes.add("irradiance", none).add("triangle_trees", none).add("mode_words", none);
     bytes.add("arena_peak", s.bytes.arena_peak).add("arena_size", s.bytes.arena_size);
     Object frame;

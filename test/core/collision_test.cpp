@@ -101,13 +101,7 @@ TEST_CASE(WISP_ARITH_NAME ": the optical depth up to the collision is exponentia
             }
             const double hit = 1 - std::exp(-whole);
             CHECK(std::fabs(double(depths.size()) / n - hit) < 4 * std::sqrt(hit * (1 - hit) / n));
-            std::sort(depths.begin(), depths.end());
-            double worst = 0;
-            for (size_t i = 0; i < depths.size(); ++i) {
-                const double expected = (1 - std::exp(-depths[i])) / hit;
-                worst = std::max(worst, std::fabs(expected - (double(i) + 0.5) / double(depths.size())));
-            }
-            CHECK(worst < 1.95 / std::sqrt(double(depths.size()))); // 0.1 %
+            CHECK(distance_from_exponential(depths, whole) < 1.95); // 0.1 %
         }
     }
 }

@@ -12,16 +12,9 @@ namespace {
 constexpr double pi_ = 3.14159265358979323846;
 
 SmokeSource box_of(double half_x, double half_y, double half_z, double sigma) {
-    SmokeSource source = {};
-    source.grid.nx = source.grid.ny = source.grid.nz = 1;
-    source.grid.extinction = sigma;
-    source.grid.half = {half_x, half_y, half_z};
-    source.grid.axis[0] = {1, 0, 0};
-    source.grid.axis[1] = {0, 1, 0};
-    source.grid.axis[2] = {0, 0, 1};
-    source.smallest_h = source.largest_h =
-        std::min({half_x, half_y, half_z}); // wide cells for majorants: all are equal
-    source.total_area = sigma * 8 * half_x * half_y * half_z;
+    SmokeSource source = grid_smoke_of(
+        {1, 1, 1, nullptr, sigma, {0, 0, 0}, {half_x, half_y, half_z}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}});
+    source.smallest_h = source.largest_h = std::min({half_x, half_y, half_z}); // wide majorants: all are equal
     return source;
 }
 

@@ -2,12 +2,14 @@
 // last place, does not count). Bounds are the largest errors that numerics M gives, less where these functions do
 // better; the arguments are the same in every run.
 #include "wisp/elementary.h"
+#include "random_input.h"
 #include <doctest/doctest.h>
 #include <mpfr.h>
 #include <utility>
 #include <vector>
 
 using wisp::Fixed;
+using wisp::Random;
 namespace detail = wisp::detail;
 
 namespace {
@@ -72,26 +74,6 @@ template <class T> T cosine_of_turns(T x) {
     wisp::sincos_turns(x, s, c);
     return c;
 }
-
-// splitmix64.
-class Random {
-  public:
-    uint64_t bits() {
-        uint64_t x = state_ += 0x9e3779b97f4a7c15u;
-        x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-        x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-        return x ^ (x >> 31);
-    }
-    double between(double low, double high) { return low + (high - low) * static_cast<double>(bits() >> 11) * 0x1p-53; }
-    // Of either sign and with an exponent in [low, high).
-    double with_exponent(int low, int high) {
-        const uint64_t exponent = static_cast<uint64_t>(low + 1023) + bits() % static_cast<uint64_t>(high - low);
-        return from_bits((bits() & 0x800fffffffffffff) | exponent << 52);
-    }
-
-  private:
-    uint64_t state_ = 7;
-};
 
 // Arguments in [low, high]: evenly spread, spread over the exponents from 2^-1074 up, and the ends with their
 // neighbourhood.

@@ -1,5 +1,6 @@
 // Hard cases F that know no arithmetic, or one: what the process must be like, the ends of fixed point, strange pixels.
 #include "host/picture.h"
+#include "random_input.h"
 #include "temporary_folder.h"
 #include "wisp/self_test.h"
 #include <cfenv>
@@ -45,26 +46,6 @@ Ran wisp_beside(const std::string &set_up, const TemporaryFolder &folder) {
     return run("LD_PRELOAD=" + folder.file("a.so") + " build/wisp plan fixtures/small.aff", folder);
 }
 const std::string refusal = "this process does not compute as wisp needs it: ";
-
-// splitmix64.
-class Random {
-  public:
-    uint64_t bits() {
-        uint64_t x = state_ += 0x9e3779b97f4a7c15u;
-        x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-        x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-        return x ^ (x >> 31);
-    }
-    double between(double low, double high) { return low + (high - low) * static_cast<double>(bits() >> 11) * 0x1p-53; }
-    // Of either sign and with an exponent in [low, high).
-    double with_exponent(int low, int high) {
-        const uint64_t exponent = static_cast<uint64_t>(low + 1023) + bits() % static_cast<uint64_t>(high - low);
-        return detail::from_bits<double>((bits() & 0x800fffffffffffff) | exponent << 52);
-    }
-
-  private:
-    uint64_t state_ = 7;
-};
 
 constexpr int64_t one = int64_t{1} << 32, largest = INT64_MAX, smallest = INT64_MIN;
 bool equal(detail::Saturated a, detail::Saturated b) { return a.raw == b.raw && a.overflow == b.overflow; }
