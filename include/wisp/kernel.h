@@ -34,6 +34,7 @@ struct Spline {
     static constexpr Real support = Real(2);
     static constexpr Real support_squared = Real(4);
     static constexpr Real line_maximum = Real(8); // the whole line through the middle
+    static constexpr double variance = 2.0 / 7;   // int x^2 W, along one axis
 
     // (2 - q)^3 where q < 2, else 0. Never negative: rounding may give q = 2 for q^2 < 4, hence the maximum (C7).
     static Real value(Real q_squared) {
@@ -82,6 +83,7 @@ struct Poly6 {
     static constexpr Real support = Real(1);
     static constexpr Real support_squared = Real(1);
     static constexpr Real line_maximum = Real(32.0 / 35);
+    static constexpr double variance = 1.0 / 11;
 
     // (1 - q^2)^3 where q < 1, else 0.
     static Real value(Real q_squared) {

@@ -7,7 +7,7 @@
 
 namespace wisp {
 
-enum class Stage : uint8_t { trees, photons, render };
+enum class Stage : uint8_t { trees, photons, irradiance, render };
 
 enum class Status : uint8_t { done, stopped, out_of_memory };
 
@@ -30,7 +30,7 @@ struct Plan {
     bool photon_powers;     // ... and photons differ in power
     uint64_t photon_capacity;
     struct {
-        uint64_t particle_tree, photon_map, gather, particle_map, sources, light_depths;
+        uint64_t particle_tree, photon_map, gather, particle_map, sources, light_depths, irradiance;
         uint64_t arena; // everything, in one block
     } bytes;
 };

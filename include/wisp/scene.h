@@ -87,7 +87,9 @@ struct Scene {
     int32_t radiance_exponent;
 };
 
-enum class Method : uint8_t { direct, map }; // S4: photon map, or particle map
+enum class Method : uint8_t { direct, map, volume }; // S4: photon map, particle map, photon map of resampled smoke
+
+enum class IrradianceMap : uint8_t { none, uniform, adaptive }; // S4-4
 
 // What a photon leaves on the particle map: all of it on the particle that it collides with, or on every particle of a
 // flight its expected collisions with that.
@@ -106,7 +108,10 @@ struct Settings {
     double gather_radius; // the largest radius of an estimate, in units of H
     double step;          // of the march, in units of H
     Deposit deposit;
+    double density_step;            // size of the cells to which smoke is resampled, in units of H; 0: exact densities
     double light_step;              // distance of the points whose depth to the lights is kept, in units of H; 0: none
+    IrradianceMap irradiance;
+    double irradiance_step;         // distance of its points at most, in units of H
     Method method;                  // how smoke is rendered
     bool reference;                 // path tracing, ...
     uint32_t first_pass, last_pass; // ... passes first_pass <= i < last_pass <= 2^31 of `samples` rays a pixel each

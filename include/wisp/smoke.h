@@ -19,15 +19,21 @@ struct Smoke {
 struct Medium {
     const Smoke *smokes;
     uint32_t count;
-    Box bounds;    // of all supports; empty without particles
-    Sphere sphere; // around them
-    bool ready;    // false: the arena was too small
+    const Bricks *bricks; // to which the densities are resampled; nullptr where they are exact
+    Box bounds;           // of all supports; empty without particles
+    Sphere sphere;        // around them
+    bool ready;           // false: the arena was too small
 
     bool empty() const { return !(bounds.low.x < bounds.high.x); }
 };
 
-Medium make_medium(const Scene &scene, Arena &arena);
-uint64_t medium_bytes(const Scene &scene);
+// Whether the scene's smoke can be resampled to bricks (S4-1): particles, or a single grid that is not turned.
+bool can_resample(const Scene &scene);
+
+// `density_step`: the size of the bricks' cells in smoothing lengths of the finest smoke; 0: exact densities, as of any
+// smoke that cannot be resampled.
+Medium make_medium(const Scene &scene, double density_step, Arena &arena);
+uint64_t medium_bytes(const Scene &scene, double density_step);
 
 // The smallest smoothing length of all smokes (or what stands for it in grids), 0 without smoke.
 Real finest_length(const Scene &scene);

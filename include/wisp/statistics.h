@@ -17,7 +17,7 @@ struct Statistics {
         uint64_t particles, density_evaluations, march_samples, gathers, gathered;
     } smoke = {};
     struct {
-        uint64_t particle_tree, photon_map, particle_map, arena_peak, arena_size;
+        uint64_t particle_tree, photon_map, particle_map, irradiance, arena_peak, arena_size;
     } bytes = {};
 };
 

@@ -191,14 +191,14 @@ Color sample_radiance(const PathTracer &tracer, Ray ray, Pcg32 &generator) {
 }
 
 uint64_t reference_bytes(const Scene &scene) {
-    return medium_bytes(scene) + Arena::bytes<Light>(scene.light_count) + Arena::bytes<Real>(most_majorants);
+    return medium_bytes(scene, 0) + Arena::bytes<Light>(scene.light_count) + Arena::bytes<Real>(most_majorants);
 }
 
 Status render_reference(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer,
                         PixelSums *sums, Statistics &statistics) {
     statistics.bytes.arena_size = arena.size();
     if (!observer(Stage::trees, 0, 1)) return Status::stopped;
-    const Medium medium = make_medium(scene, arena);
+    const Medium medium = make_medium(scene, 0, arena);
     const Light *lights = make_lights(scene, arena);
     if (!medium.ready || !lights) return Status::out_of_memory;
     PathTracer tracer = {&medium, lights, scene.light_count, vec_of(scene.background), {}, &statistics};

@@ -1,4 +1,5 @@
 // The stages of the papers, in order: trees, photons, picture.
+#include "wisp/brick_march.h"
 #include "wisp/camera.h"
 #include "wisp/particle_march.h"
 #include "wisp/reference.h"
@@ -50,13 +51,42 @@ template <class Marcher> Status render_frame(const Frame &frame, Marcher &marche
     return Status::done;
 }
 
+// The cells of the bricks in smoothing lengths, 0 where no bricks are needed, and how far apart the points of the
+// fields over them are, in cells.
+struct BrickSteps {
+    double cell;
+    int32_t light, irradiance;
+};
+int32_t stride_within(double cell, double step) {
+    int32_t stride = 1;
+    while (stride < brick_cells && cell * (2 * stride) <= step) stride *= 2;
+    return stride;
+}
+BrickSteps brick_steps(const Scene &scene, const Settings &settings) {
+    const double density = can_resample(scene) ? settings.density_step : 0;
+    const bool irradiance = settings.irradiance != IrradianceMap::none;
+    double cell = density;
+    if (!(density > 0)) {
+        cell = settings.light_step;
+        if (irradiance && !(cell > 0 && cell < settings.irradiance_step)) cell = settings.irradiance_step;
+    }
+    return {cell, stride_within(cell, settings.light_step), stride_within(cell, settings.irradiance_step)};
+}
+
 // How the march asks the lights. False: the arena was too small.
-bool ask_lights(const Frame &frame, LightDepths &depths, SingleScatterer &lights) {
+bool ask_lights(const Frame &frame, const Bricks *bricks, LightDepths &depths, SingleScatterer &lights) {
     lights = {frame.lights, frame.scene.light_count, nullptr};
     if (!(frame.settings.light_step > 0) || lights.light_count == 0 || frame.medium.empty()) return true;
+    const BrickSteps steps = brick_steps(frame.scene, frame.settings);
+    if (!bricks) {
+        Bricks *made = frame.arena.make<Bricks>(1);
+        if (!made) return false;
+        *made = make_bricks(frame.scene, steps.cell, frame.arena);
+        if (!made->ready) return false;
+        bricks = made;
+    }
     lights.depths = &depths;
-    return make_light_depths(frame.medium, frame.lights, lights.light_count,
-                             step_length(frame.scene, frame.settings.light_step), frame.arena,
+    return make_light_depths(frame.medium, frame.lights, lights.light_count, *bricks, steps.light, frame.arena,
                              &frame.statistics.rays.shadow, depths);
 }
 
@@ -79,7 +109,7 @@ Status render_direct(const Frame &frame) {
     const PhotonPlan photons = plan_photons(scene, settings);
     if (photons.traced && !make_gather(settings.gather, frame.arena, marcher.gather)) return Status::out_of_memory;
     LightDepths depths;
-    if (!ask_lights(frame, depths, marcher.lights)) return Status::out_of_memory;
+    if (!ask_lights(frame, frame.medium.bricks, depths, marcher.lights)) return Status::out_of_memory;
     const PhotonMaps maps = trace_photons(frame.medium, frame.lights, scene.light_count, settings, photons,
                                           frame.observer, frame.arena, frame.statistics);
     if (maps.status != Status::done) return maps.status;
@@ -100,7 +130,8 @@ Status render_map(const Frame &frame) {
     ParticleMarcher marcher = {};
     marcher.sources = make_sources(scene, frame.medium, map, vec_of(scene.camera.origin), frame.arena);
     LightDepths depths;
-    if (!marcher.sources || !make_window(scene, frame.arena, marcher) || !ask_lights(frame, depths, marcher.lights))
+    if (!marcher.sources || !make_window(scene, frame.arena, marcher) ||
+        !ask_lights(frame, frame.medium.bricks, depths, marcher.lights))
         return Status::out_of_memory;
     marcher.medium = &frame.medium;
     marcher.background = vec_of(scene.background);
@@ -109,12 +140,47 @@ Status render_map(const Frame &frame) {
     return render_frame(frame, marcher);
 }
 
+// S4-3 and S4-4 on resampled smoke: photons leave their power at the nodes of the bricks, from which the irradiance map
+// is made.
+Status render_bricks(const Frame &frame) {
+    const Scene &scene = frame.scene;
+    const Settings &settings = frame.settings;
+    const Medium &medium = frame.medium;
+    const BrickSteps steps = brick_steps(scene, settings);
+    LightDepths depths;
+    if (!make_light_depths(medium, frame.lights, scene.light_count, *medium.bricks, steps.light, frame.arena,
+                           &frame.statistics.rays.shadow, depths))
+        return Status::out_of_memory;
+    Irradiance irradiance = {};
+    const PhotonNeeds needs = photon_needs(scene, settings);
+    if (needs.traced) {
+        BrickDeposits deposits;
+        const Status status = trace_brick_photons(scene, medium, depths, settings, needs, steps.irradiance,
+                                                  frame.observer, frame.arena, frame.statistics, deposits);
+        if (status != Status::done) return status;
+        if (!frame.observer(Stage::irradiance, 0, 1)) return Status::stopped;
+        const Real tolerance = settings.irradiance == IrradianceMap::adaptive ? Real(0.01) : Real(0);
+        irradiance = make_irradiance(deposits, tolerance, frame.arena);
+        if (!irradiance.ready) return Status::out_of_memory;
+        frame.statistics.bytes.irradiance =
+            uint64_t{irradiance.points} * (irradiance.flux ? 8 : 4) + medium.bricks->count * 5;
+    }
+    BrickMarcher marcher = {&medium,
+                            &depths,
+                            needs.traced ? &irradiance : nullptr,
+                            vec_of(scene.background),
+                            step_length(scene, settings.step),
+                            &frame.statistics};
+    return render_frame(frame, marcher);
+}
+
 } // namespace
 
 Plan plan(const Scene &scene, const Settings &settings) {
     Plan plan = {};
     for (uint32_t i = 0; i < scene.smoke_count; ++i) plan.smoke |= !scene.smokes[i].empty();
-    plan.bytes.particle_tree = medium_bytes(scene);
+    const double density_step = settings.reference ? 0 : settings.density_step;
+    plan.bytes.particle_tree = medium_bytes(scene, density_step);
     if (settings.reference) {
         plan.bytes.arena = reference_bytes(scene);
         return plan;
@@ -123,8 +189,18 @@ Plan plan(const Scene &scene, const Settings &settings) {
     plan.photons = needs.traced;
     plan.photon_directions = needs.directions;
     plan.photon_powers = needs.powers;
-    plan.bytes.light_depths = light_depth_bytes(scene, settings.light_step);
+    const BrickSteps steps = brick_steps(scene, settings);
+    const BrickPlan bricks = steps.cell > 0 ? plan_bricks(scene, steps.cell) : BrickPlan{0, 0};
+    if (settings.light_step > 0 && plan.smoke && scene.light_count > 0)
+        plan.bytes.light_depths =
+            Arena::bytes<Bricks>(1) + bricks.bytes + light_depth_bytes(bricks.count, scene.light_count, steps.light);
     plan.bytes.arena = plan.bytes.particle_tree + plan.bytes.light_depths + march_bytes(scene);
+    if (settings.method == Method::map && settings.density_step > 0 && can_resample(scene)) {
+        plan.bytes.particle_map = plan_brick_photons(scene, settings, bricks.count, steps.irradiance).bytes;
+        plan.bytes.irradiance = needs.traced ? irradiance_bytes(bricks.count, steps.irradiance, needs.directions) : 0;
+        plan.bytes.arena += plan.bytes.particle_map + plan.bytes.irradiance;
+        return plan;
+    }
     if (settings.method == Method::map) {
         plan.bytes.particle_map = plan_particle_map(scene, settings).bytes;
         plan.bytes.sources = source_bytes(scene);
@@ -143,14 +219,16 @@ Status render(const Scene &scene, const Settings &settings, Arena &arena, const 
               Statistics &statistics) {
     statistics.bytes.arena_size = arena.size();
     if (!observer(Stage::trees, 0, 1)) return Status::stopped;
-    const Medium medium = make_medium(scene, arena);
+    const Medium medium = make_medium(scene, settings.density_step, arena);
     const Light *lights = make_lights(scene, arena);
     if (!medium.ready || !lights) return Status::out_of_memory;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) statistics.smoke.particles += scene.smokes[i].count;
     statistics.bytes.particle_tree = arena.mark();
 
     const Frame frame = {scene, settings, medium, lights, observer, arena, rgb, statistics};
-    const Status status = settings.method == Method::map ? render_map(frame) : render_direct(frame);
+    const Status status = settings.method != Method::map ? render_direct(frame)
+                          : medium.bricks                ? render_bricks(frame)
+                                                         : render_map(frame);
     statistics.bytes.arena_peak = arena.peak();
     return status;
 }

@@ -48,19 +48,38 @@ Real finest_length(const Scene &scene) {
     return finest;
 }
 
-uint64_t medium_bytes(const Scene &scene) {
+bool can_resample(const Scene &scene) {
+    bool particles = true, any = false;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        any = any || !scene.smokes[i].empty();
+        particles = particles && !scene.smokes[i].is_grid();
+    }
+    return any && (particles || bricks_follow_grid(scene));
+}
+
+uint64_t medium_bytes(const Scene &scene, double density_step) {
     uint64_t bytes = Arena::bytes<Smoke>(scene.smoke_count);
+    const bool resampled = density_step > 0 && can_resample(scene);
+    const BrickPlan bricks = resampled ? plan_bricks(scene, density_step) : BrickPlan{0, 0};
+    if (resampled) bytes += bricks.bytes + Arena::bytes<Bricks>(1);
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const SmokeSource &source = scene.smokes[i];
-        bytes += density_field_bytes(source);
+        bytes += resampled && !source.empty() ? brick_field_bytes(source, bricks.count) : density_field_bytes(source);
         const bool glows = source.emission.x > 0 || source.emission.y > 0 || source.emission.z > 0;
         if (glows) bytes += Arena::bytes<uint32_t>(elements_of(source));
     }
     return bytes;
 }
 
-Medium make_medium(const Scene &scene, Arena &arena) {
+Medium make_medium(const Scene &scene, double density_step, Arena &arena) {
     Medium medium = {};
+    if (density_step > 0 && can_resample(scene)) {
+        Bricks *bricks = arena.make<Bricks>(1);
+        if (!bricks) return medium;
+        *bricks = make_bricks(scene, density_step, arena);
+        if (!bricks->ready) return medium;
+        medium.bricks = bricks;
+    }
     Smoke *smokes = arena.make<Smoke>(scene.smoke_count);
     if (!smokes) return medium;
     medium.smokes = smokes;
@@ -73,7 +92,7 @@ Medium make_medium(const Scene &scene, Arena &arena) {
         smoke.albedo = vec_of(source.albedo);
         smoke.phase = Phase(to_real<Real>(source.asymmetry));
         smoke.emission = vec_of(source.emission);
-        smoke.field = make_density_field(source, dimensions, arena);
+        smoke.field = make_density_field(source, medium.bricks, dimensions, arena);
         if (!smoke.field.ready()) return medium;
         if (!source.empty() && any(smoke.emission * (Color(Real(1)) - smoke.albedo))) {
             smoke.emitted_power =
@@ -96,19 +115,19 @@ Medium make_medium(const Scene &scene, Arena &arena) {
         medium.sphere.center = (medium.bounds.low + medium.bounds.high) * Real(0.5);
         Real radius_squared = Real(0), support = Real(0);
         for (uint32_t i = 0; i < medium.count; ++i) {
-            const PointTree &tree = smokes[i].field.particles.tree;
-            for (uint32_t slot = 0; slot < tree.count; ++slot) {
-                const Vec3 d = Vec3(tree.x[slot], tree.y[slot], tree.z[slot]) - medium.sphere.center;
+            const SmokeSource &source = scene.smokes[i];
+            for (uint32_t k = 0; k < source.count; ++k) {
+                const Vec3 d = vec_of(source.particles[k].position) - medium.sphere.center;
                 radius_squared = max(radius_squared, dot(d, d));
             }
-            support = max(support, smokes[i].field.particles.support);
+            if (source.count > 0) support = max(support, Real(2) * to_real<Real>(source.largest_h));
         }
         medium.sphere.radius = sqrt(radius_squared) + support;
         for (uint32_t i = 0; i < medium.count; ++i) {
-            const GridField &grid = smokes[i].field.grid;
-            if (smokes[i].field.is_grid)
-                medium.sphere.radius =
-                    max(medium.sphere.radius, length(grid.center - medium.sphere.center) + length(grid.box.high));
+            const GridSource &grid = scene.smokes[i].grid;
+            if (scene.smokes[i].is_grid())
+                medium.sphere.radius = max(medium.sphere.radius, length(vec_of(grid.center) - medium.sphere.center) +
+                                                                     length(vec_of(grid.half)));
         }
     }
     medium.ready = true;

@@ -67,7 +67,10 @@ Settings settings_of(const Options &options, int width, int height) {
     settings.gather_radius = options.gather_radius;
     settings.step = options.step;
     settings.method = options.method;
+    settings.density_step = options.density_step;
     settings.light_step = options.light_step;
+    settings.irradiance = options.irradiance;
+    settings.irradiance_step = options.irradiance_step;
     settings.deposit = options.deposit;
     settings.reference = options.reference;
     const Options::Passes passes = options.passes.value_or(Options::Passes{0, 16});
@@ -107,7 +110,7 @@ class Watch {
 
   private:
     void hear(Stage stage, uint64_t done, uint64_t total) {
-        static const char *const names[] = {"trees", "photons", "render"};
+        static const char *const names[] = {"trees", "photons", "irradiance", "render"};
         const double time = now();
         if (done == 0) {
             close(time);
@@ -128,7 +131,7 @@ class Watch {
     int64_t frame_;
     bool shown_;
     int stage_ = -1;
-    double began_ = 0, next_ = 0, seconds_[3] = {};
+    double began_ = 0, next_ = 0, seconds_[4] = {};
 };
 
 // The arena's block is not touched until the core does, so what a plan reserves and a scene does not use costs nothing.
@@ -222,6 +225,7 @@ FrameReport render_frame(const Request &request, int64_t frame, Sha256 &run_dige
     run_digest.update(pfm.data(), pfm.size());
     report.seconds.trees = watch.seconds(Stage::trees);
     report.seconds.photons = watch.seconds(Stage::photons);
+    report.seconds.irradiance = watch.seconds(Stage::irradiance);
     report.seconds.render = watch.seconds(Stage::render);
     report.seconds.total = now() - start;
     return report;

@@ -27,6 +27,14 @@ double positive(const std::string &value, double high) {
     return *number;
 }
 
+// Of a field that is kept at points so many smoothing lengths apart; 0: none.
+double step_or_zero(const std::string &value) {
+    const auto number = to_number(value);
+    if (!number || (*number != 0 && !(*number >= 0.01 && *number <= 1000)))
+        throw Fault{"expected 0, or a number from 0.01 to 1000"};
+    return *number;
+}
+
 std::vector<std::string> split(const std::string &text, char separator) {
     std::vector<std::string> parts(1);
     for (char c : text)
@@ -121,14 +129,18 @@ const std::vector<Entry> &table() {
          [](Options &o, const std::string &v) { o.samples = static_cast<uint32_t>(integer_in(v, 1, 65536)); }},
         {"seed", "N", "of the photons (1)",
          [](Options &o, const std::string &v) { o.seed = static_cast<uint64_t>(integer_in(v, 0, INT64_MAX)); }},
-        {"smoke", "direct|map", "photon map, or particle map (direct)",
+        {"smoke", "direct|map|volume", "photon map, particle map, or photon map of resampled smoke (direct)",
          [](Options &o, const std::string &v) {
-             o.method = static_cast<Method>(one_of(v, {"direct", "map", "volume"}, 2));
+             o.method = static_cast<Method>(one_of(v, {"direct", "map", "volume"}, 3));
          }},
-        {"irradiance", "none", "irradiance map (none)",
-         [](Options &, const std::string &v) {
-             one_of(v, {"none", "uniform", "adaptive"}, 1);
+        {"irradiance", "none|uniform|adaptive", "irradiance map (none)",
+         [](Options &o, const std::string &v) {
+             o.irradiance = static_cast<IrradianceMap>(one_of(v, {"none", "uniform", "adaptive"}, 3));
          }},
+        {"irradiance-step", "S", "distance of its points at most, in smoothing lengths (1)",
+         [](Options &o, const std::string &v) { o.irradiance_step = step_or_zero(v); }},
+        {"density-step", "S", "cells to which smoke is resampled, in smoothing lengths; 0: exact (0)",
+         [](Options &o, const std::string &v) { o.density_step = step_or_zero(v); }},
         {"estimate", "knn|kernel", "radiance from the nearest photons (direct), or of the particles' kernels (map)",
          [](Options &o, const std::string &v) {
              o.estimate = static_cast<Options::Estimate>(1 + one_of(v, {"knn", "kernel"}, 2));
@@ -161,12 +173,7 @@ const std::vector<Entry> &table() {
              o.error_out = v;
          }},
         {"light-step", "S", "distance of points whose depth to the lights is kept, in smoothing lengths; 0: exact (0)",
-         [](Options &o, const std::string &v) {
-             const auto number = to_number(v);
-             if (!number || (*number != 0 && !(*number >= 0.01 && *number <= 1000)))
-                 throw Fault{"expected 0, or a number from 0.01 to 1000"};
-             o.light_step = *number;
-         }},
+         [](Options &o, const std::string &v) { o.light_step = step_or_zero(v); }},
         {"exposure", "EV", "of .png, in stops (0)",
          [](Options &o, const std::string &v) {
              const auto number = to_number(v);

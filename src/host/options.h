@@ -28,6 +28,9 @@ struct Options {
     Method method = Method::direct;
     enum class Estimate { of_method, knn, kernel } estimate = Estimate::of_method;
     Deposit deposit = Deposit::exact;
+    double density_step = 0;  // cells of resampled smoke, in units of the smoothing length; 0: exact
+    IrradianceMap irradiance = IrradianceMap::none;
+    double irradiance_step = 1;
     double light_step = 0;    // distance of kept depths to the lights, in units of the smoothing length
     bool reference = false;
     struct Passes {

@@ -33,7 +33,7 @@ std::string frame_json(const FrameReport &report) {
     const auto none = uint64_t{0};
     Object seconds, rays, shadow, photons, smoke, bytes;
     seconds.add("read", report.seconds.read).add("trees", report.seconds.trees).add("photons", report.seconds.photons);
-    seconds.add("irradiance", 0.0).add("render", report.seconds.render).add("total", report.seconds.total);
+    seconds.add("irradiance", report.seconds.irradiance).add("render", report.seconds.render).add("total", report.seconds.total);
     rays.add("primary", s.rays.primary).add("reflected", none).add("refracted", none).add("shadow", s.rays.shadow);
     rays.add("shadow_culled", none).add("shadow_dynamic_only", none);
     shadow.add("node_visits", none).add("triangle_tests", none).add("extra_tests", none);
@@ -46,7 +46,7 @@ std::string frame_json(const FrameReport &report) {
     bytes.add("particle_tree", s.bytes.particle_tree)
         .add("photon_map", s.bytes.photon_map)
         .add("particle_map", s.bytes.particle_map);
-    bytes.add("irradiance", none).add("triangle_trees", none).add("mode_words", none);
+    bytes.add("irradiance", s.bytes.irradiance).add("triangle_trees", none).add("mode_words", none);
     bytes.add("arena_peak", s.bytes.arena_peak).add("arena_size", s.bytes.arena_size);
     Object frame;
     frame.add("frame", static_cast<uint64_t>(report.frame)).add("seconds", seconds).add("rays", rays);

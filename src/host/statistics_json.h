@@ -9,7 +9,7 @@ namespace wisp {
 struct FrameReport {
     int64_t frame;
     struct {
-        double read, trees, photons, render, total;
+        double read, trees, photons, irradiance, render, total;
     } seconds;
     Statistics statistics;
 };

@@ -18,9 +18,9 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C13: no power is lost on its way to the p
     Settings settings = small_settings(6);
     settings.photons = 3000;
     const ParticleMapPlan plan = plan_particle_map(mixture.scene, settings);
-    std::vector<unsigned char> memory(medium_bytes(mixture.scene) + plan.bytes + 4096);
+    std::vector<unsigned char> memory(medium_bytes(mixture.scene, 0) + plan.bytes + 4096);
     Arena arena(memory.data(), memory.size());
-    const Medium medium = make_medium(mixture.scene, arena);
+    const Medium medium = make_medium(mixture.scene, 0, arena);
     std::vector<Light> lights;
     for (const LightSource &light : mixture.lights) lights.push_back(make_light(light));
     const Emitters emitters = find_emitters(medium, lights.data(), 2, arena);

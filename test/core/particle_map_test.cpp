@@ -156,9 +156,9 @@ TEST_CASE(WISP_ARITH_NAME ": flights leave what collisions leave, on average, an
             settings.deposit = path ? Deposit::path : Deposit::exact;
             settings.seed = static_cast<uint64_t>(run);
             const ParticleMapPlan plan = plan_particle_map(mixture.scene, settings);
-            std::vector<unsigned char> memory(medium_bytes(mixture.scene) + plan.bytes);
+            std::vector<unsigned char> memory(medium_bytes(mixture.scene, 0) + plan.bytes);
             Arena arena(memory.data(), memory.size());
-            const Medium medium = make_medium(mixture.scene, arena);
+            const Medium medium = make_medium(mixture.scene, 0, arena);
             const std::vector<Light> lights = {make_light(mixture.lights[0]), make_light(mixture.lights[1])};
             ParticleMap map;
             Statistics statistics;

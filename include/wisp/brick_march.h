@@ -1,0 +1,21 @@
+// Ray marching through resampled smoke: brick by brick, eight steps side by side (S1).
+#pragma once
+#include "wisp/irradiance.h"
+#include "wisp/ray_march.h"
+
+namespace wisp::WISP_ARITH {
+
+struct BrickMarcher {
+    const Medium *medium;         // resampled
+    const LightDepths *depths;    // to all lights, over the medium's bricks
+    const Irradiance *irradiance; // or nullptr: nothing scatters twice
+    Color background;
+    Real step;
+    Statistics *statistics;
+};
+
+// As the other `march`: steps lie at the same places along the ray, and those outside of bricks are passed over. Depths
+// are kept, and transmittances of steps multiplied in groups of eight.
+Color march(BrickMarcher &marcher, const Ray &ray);
+
+} // namespace wisp::WISP_ARITH

@@ -1,0 +1,43 @@
+// Photons through resampled smoke (S2), and what they leave at the nodes of the bricks (S4-3 with nodes for particles).
+//
+// Photons start where light first meets smoke, which resampled densities and kept depths tell for every node: none is
+// sent past the smoke, and they are spread evenly over that light. They fly by tracking against each brick's greatest
+// density (Woodcock). At every tentative collision, real or not, a photon leaves power / rate, an estimate of the
+// length that it flies there, at the corners of the cell around (trilinear): the sums are the fluence.
+#pragma once
+#include "wisp/light_depths.h"
+#include "wisp/photon_trace.h"
+
+namespace wisp::WISP_ARITH {
+
+// What the nodes received, in integers: the same sums whatever the order.
+struct BrickDeposits {
+    const Bricks *bricks;
+    int32_t stride;
+    int64_t *power;    // `channels` of each node, in 2^-24 of one photon's largest channel times a unit of length
+    int64_t *flux;     // three of each: the sum of direction times (R + G + B); nullptr where all smoke scatters evenly
+    uint32_t channels; // one where all photons are alike
+    Color photon_color; // of all photons, where they are alike
+    PhotonUnit unit;
+};
+
+// The bytes for the sums, and for what tracing needs beside them.
+struct BrickPhotonPlan {
+    PhotonNeeds needs;
+    uint64_t deposits, bytes;
+};
+BrickPhotonPlan plan_brick_photons(const Scene &scene, const Settings &settings, uint64_t bricks, int32_t stride);
+
+// Traces `settings.photons` photons. `depths`: to all lights, over the same bricks.
+Status trace_brick_photons(const Scene &scene, const Medium &medium, const LightDepths &depths,
+                           const Settings &settings, const PhotonNeeds &needs, int32_t stride, const Observer &observer,
+                           Arena &arena, Statistics &statistics, BrickDeposits &deposits);
+
+// What all bricks that hold a node received there: the mean radiance phi / (4 pi), and of the flux the part of it.
+struct NodeLight {
+    Color radiance;
+    Vec3 flux;
+};
+NodeLight light_at_node(const BrickDeposits &deposits, uint32_t brick, const Cell &node);
+
+} // namespace wisp::WISP_ARITH

@@ -1,0 +1,311 @@
+// Ray marching through bricks, `lanes` steps at a time.
+#include "wisp/brick_march.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+using Lanes = Real[lanes];
+
+// A group of steps of one ray. Lanes behind the last and outside of bricks have no length.
+struct Group {
+    int32_t step[lanes];
+    Lanes t, dx;          // middles, and lengths
+    int32_t brick[lanes]; // where each lies, ...
+    Lanes px, py, pz;     // ... and its place there, in cells
+};
+
+// Where the steps lie in a field over the bricks: the lowest corner of each one's cell, and the place in it.
+struct LanePlaces {
+    int32_t node[lanes];
+    int32_t row[lanes], layer[lanes]; // from a node to the next along y, and along z
+    Lanes x, y, z;
+};
+
+WISP_VISITOR void find_places(const Group &group, const int32_t (&first)[lanes], const int32_t (&stride)[lanes],
+                              LanePlaces &at) {
+    for (uint32_t l = 0; l < lanes; ++l) {
+        const int32_t cells = brick_cells / stride[l], n = cells + 1;
+        const Real inverse = Real(cells) * Real(1.0 / brick_cells);
+        const Real qx = group.px[l] * inverse, qy = group.py[l] * inverse, qz = group.pz[l] * inverse;
+        const int32_t x = min(whole_part(qx), cells - 1), y = min(whole_part(qy), cells - 1),
+                      z = min(whole_part(qz), cells - 1);
+        at.node[l] = first[l] + (z * n + y) * n + x;
+        at.row[l] = n;
+        at.layer[l] = n * n;
+        at.x[l] = qx - Real(x);
+        at.y[l] = qy - Real(y);
+        at.z[l] = qz - Real(z);
+    }
+}
+
+WISP_VISITOR void find_places(const Group &group, int32_t stride, LanePlaces &at) {
+    int32_t first[lanes], strides[lanes];
+    const int32_t nodes = static_cast<int32_t>(nodes_of(stride));
+    for (uint32_t l = 0; l < lanes; ++l) {
+        first[l] = group.brick[l] * nodes;
+        strides[l] = stride;
+    }
+    find_places(group, first, strides, at);
+}
+
+template <class Value> WISP_VISITOR void interpolate(const LanePlaces &at, Value &&value, Lanes &result) {
+    for (uint32_t l = 0; l < lanes; ++l) {
+        const int32_t i = at.node[l], j = i + at.row[l], k = i + at.layer[l], m = j + at.layer[l];
+        const Real x = at.x[l], y = at.y[l];
+        const Real low = mix(mix(value(i), value(i + 1), x), mix(value(j), value(j + 1), x), y);
+        const Real high = mix(mix(value(k), value(k + 1), x), mix(value(m), value(m + 1), x), y);
+        result[l] = mix(low, high, at.z[l]);
+    }
+}
+
+struct LaneColor {
+    Lanes red, green, blue;
+};
+WISP_VISITOR void set(LaneColor &color, const Color &value) {
+    for (uint32_t l = 0; l < lanes; ++l) color.red[l] = value.x, color.green[l] = value.y, color.blue[l] = value.z;
+}
+WISP_VISITOR void add(LaneColor &color, const Lanes &amount, const Color &value) {
+    for (uint32_t l = 0; l < lanes; ++l) {
+        color.red[l] += amount[l] * value.x;
+        color.green[l] += amount[l] * value.y;
+        color.blue[l] += amount[l] * value.z;
+    }
+}
+
+// What a light sends to each step in units of its colour, before any smoke, and whither.
+struct LaneLight {
+    Lanes irradiance, x, y, z;
+};
+
+WISP_VISITOR void illuminate_each(const Light &light, const Ray &ray, const Group &group, LaneLight &lit) {
+    Light unit = light;
+    unit.color = Color(Real(1));
+    for (uint32_t l = 0; l < lanes; ++l) {
+        const Step step = step_of(ray, group.t[l] - Real(0.5) * group.dx[l], group.dx[l]);
+        const Illumination here = illuminate(unit, step.middle, step.begin, step.end);
+        lit.irradiance[l] = here.irradiance.x;
+        lit.x[l] = here.direction.x;
+        lit.y[l] = here.direction.y;
+        lit.z[l] = here.direction.z;
+    }
+}
+
+// Of a point light 16 steps and more away the inverse square of the middle is its mean over the step, but for 1e-3.
+WISP_VISITOR void illuminate_group(const Light &light, const Ray &ray, const Group &group, Real step, LaneLight &lit) {
+    if (light.kind != LightKind::point) return illuminate_each(light, ray, group, lit);
+    const Vec3 from = ray.origin - light.position;
+    const Real near = Real(16) * step;
+    Real nearest = path_end;
+    for (uint32_t l = 0; l < lanes; ++l) {
+        const Real x = from.x + ray.direction.x * group.t[l], y = from.y + ray.direction.y * group.t[l],
+                   z = from.z + ray.direction.z * group.t[l];
+        const Real distance = sqrt(x * x + y * y + z * z), inverse = Real(1) / max(distance, near);
+        lit.irradiance[l] = inverse * inverse;
+        lit.x[l] = x * inverse;
+        lit.y[l] = y * inverse;
+        lit.z[l] = z * inverse;
+        nearest = min(nearest, distance);
+    }
+    if (nearest < near) illuminate_each(light, ray, group, lit);
+}
+
+// sum of p L from all sides: of the lights after the smoke before them, and of the irradiance map.
+WISP_VISITOR void gather_light(const BrickMarcher &marcher, const Smoke &smoke, const Ray &ray, const Group &group,
+                               LaneColor &scattered) {
+    const LightDepths &depths = *marcher.depths;
+    const Vec3 out = -ray.direction;
+    set(scattered, Color(Real(0)));
+    if (depths.light_count > 0) {
+        LanePlaces at;
+        find_places(group, depths.stride, at);
+        const int32_t nodes = static_cast<int32_t>(nodes_of(depths.stride)),
+                      lights = static_cast<int32_t>(depths.light_count);
+        for (uint32_t l = 0; l < lanes; ++l) at.node[l] += group.brick[l] * (lights - 1) * nodes;
+        for (uint32_t light = 0; light < depths.light_count; ++light) {
+            LaneLight lit;
+            illuminate_group(depths.lights[light], ray, group, marcher.step, lit);
+            Lanes tau, p;
+            const Real *depth = depths.depth;
+            interpolate(
+                at, [depth](int32_t node) { return depth[node]; }, tau);
+            if (smoke.phase.isotropic())
+                for (uint32_t l = 0; l < lanes; ++l) p[l] = inv_four_pi<Real>;
+            else
+                for (uint32_t l = 0; l < lanes; ++l) p[l] = smoke.phase(Vec3(lit.x[l], lit.y[l], lit.z[l]), out);
+            for (uint32_t l = 0; l < lanes; ++l) p[l] *= lit.irradiance[l] * exp(-max(Real(0), tau[l]));
+            add(scattered, p, depths.lights[light].color);
+            for (uint32_t l = 0; l < lanes; ++l) at.node[l] += nodes;
+        }
+    }
+    if (!marcher.irradiance) return;
+    const Irradiance &map = *marcher.irradiance;
+    int32_t first[lanes], stride[lanes];
+    for (uint32_t l = 0; l < lanes; ++l) {
+        first[l] = map.first[group.brick[l]];
+        stride[l] = map.stride[group.brick[l]];
+    }
+    LanePlaces at;
+    find_places(group, first, stride, at);
+    Lanes p;
+    for (uint32_t l = 0; l < lanes; ++l) p[l] = Real(1);
+    if (map.flux && !smoke.phase.isotropic()) {
+        Lanes flux[3];
+        for (int32_t c = 0; c < 3; ++c)
+            interpolate(
+                at, [&map, c](int32_t node) { return unpack_flux(map.flux[node])[c]; }, flux[c]);
+        for (uint32_t l = 0; l < lanes; ++l)
+            p[l] = phase_of_flux(smoke.phase, Vec3(flux[0][l], flux[1][l], flux[2][l]), out) * four_pi<Real>;
+    }
+    if (map.grey) {
+        Lanes value;
+        const uint32_t *values = map.value;
+        interpolate(
+            at, [values](int32_t node) { return Real(static_cast<int32_t>(values[node])); }, value);
+        const int32_t exponent = map.exponent - grey_bits;
+        for (uint32_t l = 0; l < lanes; ++l) p[l] *= scale_pow2(value[l], exponent);
+        add(scattered, p, map.color);
+        return;
+    }
+    Lanes channel[3];
+    for (int32_t c = 0; c < 3; ++c)
+        interpolate(
+            at, [&map, c](int32_t node) { return unpack_color(map.value[node], map.exponent)[c]; }, channel[c]);
+    for (uint32_t l = 0; l < lanes; ++l) {
+        scattered.red[l] += p[l] * channel[0][l];
+        scattered.green[l] += p[l] * channel[1][l];
+        scattered.blue[l] += p[l] * channel[2][l];
+    }
+}
+
+// The ray so far.
+struct Progress {
+    Color radiance = Color(Real(0));
+    Depth depth;
+};
+
+// (1 - e^-s) / s without a branch; `e` is e^-s. (numerics E4)
+inline Real mean_transmittance_of(Real s, Real e) {
+    const Real series =
+        Real(1) -
+        s * (Real(0.5) - s * (Real(1.0 / 6) - s * (Real(1.0 / 24) - s * (Real(1.0 / 120) - s * Real(1.0 / 720)))));
+    const Real quotient = (Real(1) - e) / max(s, Real(0.125));
+    return s < Real(0.125) ? series : quotient;
+}
+
+WISP_WIDE void march_group(const BrickMarcher &marcher, const Ray &ray, Real length, Group &group, Progress &so_far) {
+    const Medium &medium = *marcher.medium;
+    const Bricks &bricks = *medium.bricks;
+    const Vec3 start = (ray.origin - bricks.lattice.low) * bricks.inverse_cell,
+               way = ray.direction * bricks.inverse_cell;
+    const Real step_length = marcher.step;
+    const Cell count = bricks.lattice.count;
+    const Vec3 most = Vec3(Real(count.x), Real(count.y), Real(count.z)) * Real(brick_cells); // the end of the lattice
+    const uint32_t *index = bricks.index;
+    for (uint32_t l = 0; l < lanes; ++l) {
+        const Real from = Real(group.step[l]) * step_length;
+        group.dx[l] = max(Real(0), min(step_length, length - from));
+        group.t[l] = from + Real(0.5) * group.dx[l];
+        const Real x = min(max(start.x + way.x * group.t[l], Real(0)), most.x),
+                   y = min(max(start.y + way.y * group.t[l], Real(0)), most.y),
+                   z = min(max(start.z + way.z * group.t[l], Real(0)), most.z);
+        const int32_t bx = min(whole_part(x) >> log_brick_cells, count.x - 1),
+                      by = min(whole_part(y) >> log_brick_cells, count.y - 1),
+                      bz = min(whole_part(z) >> log_brick_cells, count.z - 1);
+        group.px[l] = x - Real(bx * brick_cells);
+        group.py[l] = y - Real(by * brick_cells);
+        group.pz[l] = z - Real(bz * brick_cells);
+        group.brick[l] = (bz * count.y + by) * count.x + bx;
+    }
+    for (uint32_t l = 0; l < lanes; ++l) {
+        const int32_t brick = static_cast<int32_t>(index[group.brick[l]]);
+        group.brick[l] = max(brick, 0);
+        group.dx[l] = brick < 0 ? Real(0) : group.dx[l];
+    }
+    LanePlaces at;
+    find_places(group, 1, at);
+    Lanes sigma;
+    LaneColor source;
+    for (uint32_t l = 0; l < lanes; ++l) sigma[l] = Real(0);
+    set(source, Color(Real(0)));
+    for (uint32_t s = 0; s < medium.count; ++s) {
+        const Smoke &smoke = medium.smokes[s];
+        if (!smoke.field.is_bricks) continue;
+        const Real *nodes = smoke.field.bricks.extinction;
+        Lanes here;
+        interpolate(
+            at, [nodes](int32_t node) { return nodes[node]; }, here);
+        Real any = Real(0);
+        for (uint32_t l = 0; l < lanes; ++l) {
+            here[l] = group.dx[l] > Real(0) ? here[l] : Real(0);
+            any = max(any, here[l]);
+        }
+        if (!(any > Real(0))) continue;
+        const Color glow = (Color(Real(1)) - smoke.albedo) * smoke.emission;
+        LaneColor scattered;
+        gather_light(marcher, smoke, ray, group, scattered);
+        for (uint32_t l = 0; l < lanes; ++l) {
+            sigma[l] += here[l];
+            source.red[l] += here[l] * (smoke.albedo.x * scattered.red[l] + glow.x);
+            source.green[l] += here[l] * (smoke.albedo.y * scattered.green[l] + glow.y);
+            source.blue[l] += here[l] * (smoke.albedo.z * scattered.blue[l] + glow.z);
+        }
+    }
+
+    // What of each step's source arrives: behind the depth before the group, and that of the steps before it.
+    Lanes depth, before, weight;
+    Real sum = Real(0);
+    for (uint32_t l = 0; l < lanes; ++l) depth[l] = sigma[l] * group.dx[l];
+    for (uint32_t l = 0; l < lanes; ++l) {
+        before[l] = sum;
+        sum += depth[l];
+    }
+    if (!(sum > Real(0))) return;
+    const Real so_deep = so_far.depth.value;
+    for (uint32_t l = 0; l < lanes; ++l)
+        weight[l] = exp(-(so_deep + before[l])) * mean_transmittance_of(depth[l], exp(-depth[l])) * group.dx[l];
+    for (uint32_t l = 0; l < lanes; ++l) {
+        source.red[l] *= weight[l];
+        source.green[l] *= weight[l];
+        source.blue[l] *= weight[l];
+    }
+    so_far.radiance += Color(sum_of_lanes(source.red), sum_of_lanes(source.green), sum_of_lanes(source.blue));
+    so_far.depth.add(sum);
+}
+
+} // namespace
+
+Color march(BrickMarcher &marcher, const Ray &ray) {
+    const Medium &medium = *marcher.medium;
+    Real begin = Real(0), end = path_end;
+    if (medium.empty() || !clip(medium.bounds, ray, begin, end)) return marcher.background;
+    const Ray inside = {ray.origin + ray.direction * begin, ray.direction};
+    const Real length = end - begin, inverse_step = Real(1) / marcher.step;
+    const int32_t steps = floor_to_int(length * inverse_step) + 1;
+    Progress so_far;
+    Group group;
+    uint32_t waiting = 0; // steps of the next group
+    int32_t next = 0;     // the first step that no brick has had
+    for_each_brick(*medium.bricks, inside, Real(0), length, [&](uint32_t, Real from, Real to) {
+        // Steps whose middles lie in the brick: the first lies at or behind `from`.
+        const int32_t first = max(next, floor_to_int(from * inverse_step + Real(0.5)));
+        const int32_t last = to < length ? min(floor_to_int(to * inverse_step + Real(0.5)), steps) : steps;
+        for (int32_t i = first; i < last; ++i) {
+            group.step[waiting++] = i;
+            if (waiting < lanes) continue;
+            march_group(marcher, inside, length, group, so_far);
+            waiting = 0;
+            if (!(so_far.depth.value < opaque_depth)) return false;
+        }
+        marcher.statistics->smoke.march_samples += static_cast<uint64_t>(max(0, last - first));
+        next = max(next, last);
+        return true;
+    });
+    if (waiting > 0 && so_far.depth.value < opaque_depth) {
+        for (uint32_t l = waiting; l < lanes; ++l) group.step[l] = steps; // of no length
+        march_group(marcher, inside, length, group, so_far);
+    }
+    return so_far.radiance + marcher.background * exp(-so_far.depth.value);
+}
+
+} // namespace wisp::WISP_ARITH

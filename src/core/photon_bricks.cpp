@@ -1,0 +1,449 @@
+// Where light first meets smoke, and the photons from there (S2).
+#include "wisp/photon_bricks.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+constexpr int32_t unit_bits = 24;   // of a deposit
+constexpr int32_t weight_bits = 24; // of a node's share in the first collisions
+constexpr int32_t along = nodes_along(1);
+// Tentative collisions along a brick's edge, at least: thin smoke is sampled too.
+constexpr Real least_per_brick = Real(0.5);
+constexpr uint32_t longest_flight = 1u << 16; // tentative collisions; a photon that has more is counted as capped
+
+int64_t to_units(Real x) { return round_to_int(scale_pow2(min(x, Real(127)), unit_bits)); }
+Real from_units(int64_t sum) { return scaled_integer<Real>(sum, -unit_bits); }
+
+// One thing that photons start from: a light's first collisions, or the glow of a smoke.
+struct Source {
+    uint32_t light; // or that many lights and more: a smoke
+    uint32_t smoke;
+    Color color;    // per unit of brightness
+    Real brightest; // its largest channel
+};
+
+Color glow_of(const Smoke &smoke) { return (Color(Real(1)) - smoke.albedo) * smoke.emission * four_pi<Real>; }
+
+// Which part of the tent around a node, of half-width `cell`, lies between low and high.
+Real share_of_tent(Real x, Real cell, Real low, Real high) {
+    const auto below = [](Real t) { // of the tent 1 - |t|
+        if (t < Real(0)) {
+            const Real u = max(Real(0), t + Real(1));
+            return Real(0.5) * u * u;
+        }
+        const Real u = max(Real(0), Real(1) - t);
+        return Real(1) - Real(0.5) * u * u;
+    };
+    return below((high - x) / cell) - below((low - x) / cell);
+}
+Real volume_share(const Box &box, const Vec3 &node, const Vec3 &cell) {
+    return share_of_tent(node.x, cell.x, box.low.x, box.high.x) * share_of_tent(node.y, cell.y, box.low.y, box.high.y) *
+           share_of_tent(node.z, cell.z, box.low.z, box.high.z);
+}
+
+// What a light gives to a node, per unit of its colour. The inverse square is taken as its mean over a ball where the
+// light is within a cell, so that the sum over nodes keeps its integral.
+Real irradiance_at(const Light &light, const Vec3 &x, Real cell) {
+    if (light.kind == LightKind::parallel || light.kind == LightKind::constant) return Real(1);
+    const Vec3 way = x - light.position;
+    const Real distance = length(way);
+    if (distance < cell) return Real(3) / (cell * cell);
+    if (light.kind == LightKind::spot) {
+        const Vec3 chord = way / distance - light.direction;
+        if (dot(chord, chord) > Real(2) * light.one_minus_cosine) return Real(0);
+    }
+    return Real(1) / distance / distance;
+}
+
+// All that tracing needs.
+struct Tracer {
+    const Medium &medium;
+    const Bricks &bricks;
+    const LightDepths &depths;
+    const Source *sources;
+    uint32_t source_count;
+    const Real *rate;       // by brick: tentative collisions per unit of length
+    Real greatest;          // of all nodes' brightness
+    const uint64_t *before; // by source and brick: the weights before; one more at the end
+    Statistics &statistics;
+};
+
+// What starts around a node, per unit of volume, in the largest channel.
+Real brightness_at(const Tracer &tracer, const Source &source, uint32_t brick, const Cell &node, const Real *depth) {
+    const Cell count = {along, along, along};
+    const size_t at = static_cast<size_t>(index_of(count, node));
+    const Medium &medium = tracer.medium;
+    Real sigma = Real(0);
+    if (source.light >= tracer.depths.light_count) {
+        sigma = medium.smokes[source.smoke].field.bricks.nodes(brick)[at];
+    } else {
+        for (uint32_t i = 0; i < medium.count; ++i)
+            if (medium.smokes[i].field.is_bricks) sigma += medium.smokes[i].field.bricks.nodes(brick)[at];
+    }
+    if (!(sigma > Real(0))) return Real(0);
+    const Vec3 x = node_of(tracer.bricks, brick, node), &cell = tracer.bricks.cell;
+    const Real here = sigma * source.brightest * volume_share(tracer.bricks.bounds, x, cell);
+    if (!depth) return here;
+    const Vec3 p(Real(node.x), Real(node.y), Real(node.z));
+    const Real tau = between_nodes(place_of(p, tracer.depths.stride), tracer.depths.stride,
+                                   [depth](uint32_t n) { return depth[n]; });
+    return here * irradiance_at(tracer.depths.lights[source.light], x, max(cell.x, max(cell.y, cell.z))) *
+           exp(-max(Real(0), tau));
+}
+
+// visit(node, its brightness) for those nodes of a brick that no later brick holds too.
+template <class Visit> void for_each_source_node(const Tracer &tracer, uint32_t s, uint32_t brick, Visit &&visit) {
+    const Source &source = tracer.sources[s];
+    const LightDepths &depths = tracer.depths;
+    const Real *depth = source.light < depths.light_count
+                            ? light_depths_of(depths, brick) + size_t{source.light} * nodes_of(depths.stride)
+                            : nullptr;
+    const Cell &at = tracer.bricks.place[brick], &count = tracer.bricks.lattice.count;
+    const auto last = [](int32_t i, int32_t n) { return i + 1 < n ? brick_cells : along; };
+    for (int32_t z = 0; z < last(at.z, count.z); ++z)
+        for (int32_t y = 0; y < last(at.y, count.y); ++y)
+            for (int32_t x = 0; x < last(at.x, count.x); ++x) {
+                const Cell node = {x, y, z};
+                const Real here = brightness_at(tracer, source, brick, node, depth);
+                if (here > Real(0)) visit(node, here);
+            }
+}
+
+uint32_t weight_of(const Tracer &tracer, Real brightness) {
+    return static_cast<uint32_t>(floor_to_int(scale_pow2(min(brightness / tracer.greatest, Real(1)), weight_bits)));
+}
+
+// The weights of one source and brick, node by node, for photons that come in ascending order.
+struct Cursor {
+    uint64_t entry = UINT64_MAX;
+    uint32_t count, next;
+    uint64_t end; // of the weights up to and with node `next`
+    Cell node[along * along * along];
+    uint32_t weight[along * along * along];
+};
+
+// Where photon `target` of all weights starts.
+void seek(const Tracer &tracer, uint64_t target, Cursor &cursor) {
+    const uint64_t entries = uint64_t{tracer.source_count} * tracer.bricks.count;
+    uint64_t entry = cursor.entry;
+    if (entry == UINT64_MAX || !(target < tracer.before[entry + 1]) || target < tracer.before[entry]) {
+        uint64_t low = 0, high = entries; // before[low] <= target < before[high]
+        while (high - low > 1) {
+            const uint64_t middle = low + (high - low) / 2;
+            (tracer.before[middle] <= target ? low : high) = middle;
+        }
+        entry = low;
+    }
+    if (entry != cursor.entry) {
+        cursor.entry = entry;
+        cursor.count = cursor.next = 0;
+        for_each_source_node(tracer, static_cast<uint32_t>(entry / tracer.bricks.count),
+                             static_cast<uint32_t>(entry % tracer.bricks.count), [&](const Cell &node, Real here) {
+                                 cursor.node[cursor.count] = node;
+                                 cursor.weight[cursor.count++] = weight_of(tracer, here);
+                             });
+        cursor.end = tracer.before[entry] + cursor.weight[0];
+    }
+    while (!(target < cursor.end) && cursor.next + 1 < cursor.count) cursor.end += cursor.weight[++cursor.next];
+}
+
+// A draw of the tent around a node, within the bounds.
+Real draw_tent(Real x, Real cell, Real low, Real high, Pcg32 &generator) {
+    for (int i = 0; i < 64; ++i) {
+        const Real a = unit_open<Real>(generator()), b = unit_open<Real>(generator());
+        const Real place = x + (a + b - Real(1)) * cell;
+        if (place > low && place < high) return place;
+    }
+    return min(max(x, low), high);
+}
+
+Real exponential(Pcg32 &generator) { return -log(unit_open<Real>(generator())); }
+
+struct Arrival {
+    bool found;
+    uint32_t smoke;
+    Vec3 position;
+};
+
+// Which smoke a photon collides with, where the densities are `sigma` in all.
+template <class Density> uint32_t smoke_at(const Medium &medium, Real sigma, Pcg32 &generator, Density &&density) {
+    if (medium.count == 1) return 0;
+    Real rest = unit_half_open<Real>(generator()) * sigma;
+    uint32_t chosen = 0;
+    for (uint32_t i = 0; i < medium.count; ++i) {
+        if (!medium.smokes[i].field.is_bricks) continue;
+        chosen = i;
+        rest -= density(i);
+        if (rest < Real(0)) break;
+    }
+    return chosen;
+}
+
+// One flight: pass(brick, place in it, 1 / rate) at every tentative collision.
+template <class Pass> Arrival fly(const Tracer &tracer, const Ray &ray, Pcg32 &generator, Pass &&pass) {
+    Arrival arrival = {false, 0, ray.origin};
+    const Bricks &bricks = tracer.bricks;
+    const Medium &medium = tracer.medium;
+    Real begin = Real(0), end = path_end;
+    if (!clip(bricks.bounds, ray, begin, end)) return arrival;
+    Real rest = exponential(generator);
+    uint32_t tentative = 0;
+    for_each_brick(bricks, ray, begin, end, [&](uint32_t brick, Real from, Real to) {
+        const Real rate = tracer.rate[brick], inverse_rate = Real(1) / rate;
+        const Vec3 start = place_in(bricks, brick, ray.origin), way = ray.direction * bricks.inverse_cell;
+        for (Real t = from;;) {
+            const Real depth = rate * (to - t);
+            if (!(rest < depth)) {
+                rest -= depth;
+                return true;
+            }
+            if (++tentative == longest_flight) {
+                ++tracer.statistics.photons.capped;
+                return false;
+            }
+            t += rest * inverse_rate;
+            rest = exponential(generator);
+            const Vec3 p = start + way * t;
+            pass(brick, p, inverse_rate);
+            const auto density = [&](uint32_t i) { return extinction(medium.smokes[i].field.bricks, brick, p); };
+            Real sigma = Real(0);
+            for (uint32_t i = 0; i < medium.count; ++i)
+                if (medium.smokes[i].field.is_bricks) sigma += density(i);
+            if (!(unit_half_open<Real>(generator()) * rate < sigma)) continue;
+            arrival = {true, smoke_at(medium, sigma, generator, density), ray.origin + ray.direction * t};
+            return false;
+        }
+    });
+    return arrival;
+}
+
+void deposit(const BrickDeposits &deposits, uint32_t brick, const Vec3 &p, const Color &power, const Vec3 &direction) {
+    const int32_t stride = deposits.stride;
+    const uint32_t n = static_cast<uint32_t>(nodes_along(stride));
+    const BrickPlace at = place_of(p, stride);
+    const size_t first = size_t{brick} * nodes_of(stride) + at.node;
+    const Vec3 flux = direction * (power.x + power.y + power.z);
+    for (uint32_t corner = 0; corner < 8; ++corner) {
+        const uint32_t dx = corner & 1, dy = corner >> 1 & 1, dz = corner >> 2;
+        const Real share =
+            (dx ? at.t.x : Real(1) - at.t.x) * (dy ? at.t.y : Real(1) - at.t.y) * (dz ? at.t.z : Real(1) - at.t.z);
+        const size_t node = first + dx + n * (dy + n * dz);
+        int64_t *to = deposits.power + node * deposits.channels;
+        if (deposits.channels == 1) {
+            *to += to_units(share * power.x);
+        } else {
+            to[0] += to_units(share * power.x);
+            to[1] += to_units(share * power.y);
+            to[2] += to_units(share * power.z);
+        }
+        if (!deposits.flux) continue;
+        int64_t *sum = deposits.flux + node * 3;
+        sum[0] += to_units(share * flux.x);
+        sum[1] += to_units(share * flux.y);
+        sum[2] += to_units(share * flux.z);
+    }
+}
+
+void trace_photon(const Tracer &tracer, const BrickDeposits &deposits, uint64_t target, Pcg32 &generator,
+                  Cursor &cursor) {
+    seek(tracer, target, cursor);
+    const Bricks &bricks = tracer.bricks;
+    const Medium &medium = tracer.medium;
+    const Source &source = tracer.sources[cursor.entry / bricks.count];
+    const uint32_t brick = static_cast<uint32_t>(cursor.entry % bricks.count);
+    const Vec3 node = node_of(bricks, brick, cursor.node[cursor.next]);
+    const Box &box = bricks.bounds;
+    Ray ray;
+    ray.origin = Vec3(draw_tent(node.x, bricks.cell.x, box.low.x, box.high.x, generator),
+                      draw_tent(node.y, bricks.cell.y, box.low.y, box.high.y, generator),
+                      draw_tent(node.z, bricks.cell.z, box.low.z, box.high.z, generator));
+    auto &counts = tracer.statistics.photons;
+    ++counts.emitted;
+    Color power = deposits.channels == 1 ? Color(Real(1)) : source.color / source.brightest;
+    const bool glows = source.light >= tracer.depths.light_count;
+    Arrival at = {!glows, 0, ray.origin};
+    if (glows) {
+        const Phase even = Phase(Real(0));
+        ray.direction = deflect(Vec3(Real(0), Real(0), Real(1)), even.sample(unit_open<Real>(generator())),
+                                unit_half_open<Real>(generator()));
+    } else {
+        ray.direction = illuminate(tracer.depths.lights[source.light], ray.origin, ray.origin, ray.origin).direction;
+        const auto density = [&](uint32_t i) { return extinction(medium.smokes[i].field.bricks, ray.origin); };
+        Real sigma = Real(0);
+        if (medium.count > 1)
+            for (uint32_t i = 0; i < medium.count; ++i)
+                if (medium.smokes[i].field.is_bricks) sigma += density(i);
+        at.smoke = smoke_at(medium, sigma, generator, density);
+        ++counts.collisions;
+    }
+    for (uint32_t number = 0;; ++number) {
+        if (at.found) {
+            // Survives when xi < q: strict, so that an albedo of 0 never does, and 1 always.
+            const Smoke &smoke = medium.smokes[at.smoke];
+            const Color scattered = power * smoke.albedo;
+            const Real q = largest(scattered) / largest(power);
+            if (!(unit_half_open<Real>(generator()) < q)) {
+                ++counts.absorbed;
+                return;
+            }
+            power = scattered / q;
+            ray.origin = at.position;
+            const Phase::Cosine angle = smoke.phase.sample(unit_open<Real>(generator()));
+            ray.direction = deflect(ray.direction, angle, unit_half_open<Real>(generator()));
+        }
+        const uint64_t capped = counts.capped;
+        at = fly(tracer, ray, generator, [&](uint32_t passed, const Vec3 &p, Real inverse_rate) {
+            deposit(deposits, passed, p, power * inverse_rate, ray.direction);
+        });
+        if (counts.capped != capped) return;
+        if (!at.found) {
+            ++counts.escaped;
+            return;
+        }
+        ++counts.collisions;
+        ++counts.stored;
+        if (number == most_collisions) {
+            ++counts.capped;
+            return;
+        }
+    }
+}
+
+uint32_t source_limit(const Scene &scene) { return scene.light_count + scene.smoke_count; }
+
+} // namespace
+
+BrickPhotonPlan plan_brick_photons(const Scene &scene, const Settings &settings, uint64_t bricks, int32_t stride) {
+    BrickPhotonPlan plan = {photon_needs(scene, settings), 0, 0};
+    if (!plan.needs.traced) return plan;
+    const uint64_t nodes = bricks * nodes_of(stride);
+    plan.deposits = Arena::bytes<int64_t>(nodes * (plan.needs.powers ? 3 : 1));
+    if (plan.needs.directions) plan.deposits += Arena::bytes<int64_t>(nodes * 3);
+    plan.bytes = plan.deposits + Arena::bytes<Source>(source_limit(scene)) + Arena::bytes<Real>(bricks) +
+                 Arena::bytes<uint64_t>(source_limit(scene) * bricks + 1) + Arena::bytes<Cursor>(1);
+    return plan;
+}
+
+Status trace_brick_photons(const Scene &scene, const Medium &medium, const LightDepths &depths,
+                           const Settings &settings, const PhotonNeeds &needs, int32_t stride, const Observer &observer,
+                           Arena &arena, Statistics &statistics, BrickDeposits &deposits) {
+    const Bricks &bricks = *medium.bricks;
+    const uint64_t nodes = uint64_t{bricks.count} * nodes_of(stride);
+    deposits = {&bricks, stride, nullptr, nullptr, needs.powers ? 3u : 1u, Color(Real(1)), {Real(1), 0}};
+    deposits.power = arena.make<int64_t>(nodes * deposits.channels);
+    if (needs.directions) deposits.flux = arena.make<int64_t>(nodes * 3);
+    if (!deposits.power || (needs.directions && !deposits.flux)) return Status::out_of_memory;
+    for (uint64_t i = 0; i < nodes * deposits.channels; ++i) deposits.power[i] = 0;
+    for (uint64_t i = 0; needs.directions && i < nodes * 3; ++i) deposits.flux[i] = 0;
+
+    const size_t mark = arena.mark();
+    Source *sources = arena.make<Source>(source_limit(scene));
+    Real *rate = arena.make<Real>(bricks.count);
+    uint64_t *before = arena.make<uint64_t>(uint64_t{source_limit(scene)} * bricks.count + 1);
+    Cursor *cursor = arena.make<Cursor>(1);
+    if (!sources || !rate || !before || !cursor) return Status::out_of_memory;
+    uint32_t count = 0;
+    const auto add = [&](uint32_t light, uint32_t smoke, const Color &color) {
+        if (largest(color) > Real(0)) sources[count++] = {light, smoke, color, largest(color)};
+    };
+    for (uint32_t l = 0; l < depths.light_count; ++l) add(l, 0, depths.lights[l].color);
+    for (uint32_t i = 0; i < medium.count; ++i)
+        if (medium.smokes[i].field.is_bricks) add(depths.light_count, i, glow_of(medium.smokes[i]));
+
+    const Vec3 &edge = bricks.lattice.edge;
+    const Real least = max(least_per_brick / max(edge.x, max(edge.y, edge.z)), Real(1.0 / 64));
+    for (uint32_t b = 0; b < bricks.count; ++b) {
+        Real greatest = Real(0);
+        for (uint32_t i = 0; i < medium.count; ++i)
+            if (medium.smokes[i].field.is_bricks) greatest += medium.smokes[i].field.bricks.greatest[b];
+        rate[b] = max(greatest, least);
+    }
+
+    Tracer tracer = {medium, bricks, depths, sources, count, rate, Real(0), before, statistics};
+    for (uint32_t s = 0; s < count; ++s)
+        for (uint32_t b = 0; b < bricks.count; ++b)
+            for_each_source_node(tracer, s, b,
+                                 [&](const Cell &, Real here) { tracer.greatest = max(tracer.greatest, here); });
+    uint64_t total = 0;
+    for (uint32_t s = 0; s < count; ++s)
+        for (uint32_t b = 0; b < bricks.count; ++b) {
+            before[uint64_t{s} * bricks.count + b] = total;
+            for_each_source_node(tracer, s, b, [&](const Cell &, Real here) { total += weight_of(tracer, here); });
+        }
+    before[uint64_t{count} * bricks.count] = total;
+    if (total == 0) {
+        arena.rewind(mark);
+        return Status::done;
+    }
+    deposits.photon_color = sources[0].color / sources[0].brightest;
+    const Real volume = bricks.cell.x * bricks.cell.y * bricks.cell.z;
+    const Real power = scaled_integer<Real>(static_cast<int64_t>(total), -weight_bits) * (tracer.greatest * volume);
+    deposits.unit = photon_unit(power, settings.photons);
+
+    cursor->entry = UINT64_MAX;
+    const auto share = [&](uint64_t photon) {
+        return static_cast<uint64_t>(static_cast<unsigned __int128>(photon) * total / settings.photons);
+    };
+    const Status status = for_each_batch(settings.photons, observer, [&](uint64_t batch, uint64_t photons) {
+        uint64_t photon = batch * batch_photons;
+        return for_each_photon(settings.seed, batch, photons, [&](uint64_t key) {
+            // Photon i takes the i-th of equal parts of all weights, at a place in it of its own.
+            Pcg32 generator(key);
+            const uint64_t from = share(photon), width = share(photon + 1) - from;
+            const uint64_t target =
+                from + static_cast<uint64_t>((static_cast<unsigned __int128>(width) * generator()) >> 32);
+            trace_photon(tracer, deposits, target, generator, *cursor);
+            ++photon;
+            return true;
+        });
+    });
+    arena.rewind(mark);
+    return status;
+}
+
+NodeLight light_at_node(const BrickDeposits &deposits, uint32_t brick, const Cell &node) {
+    const Bricks &bricks = *deposits.bricks;
+    const int32_t stride = deposits.stride, n = nodes_along(stride);
+    const Cell &at = bricks.place[brick], &lattice = bricks.lattice.count;
+    const Vec3 x = node_of(bricks, brick, {node.x * stride, node.y * stride, node.z * stride});
+    const Vec3 cell = bricks.cell * Real(stride);
+    int64_t power[3] = {0, 0, 0}, flux[3] = {0, 0, 0};
+    Real share = Real(0); // of the node's tent: where there are bricks
+    // The bricks that share the node: itself, and those beyond the faces that it lies on.
+    const auto first = [n](int32_t i) { return i == 0 ? -1 : 0; };
+    const auto last = [n](int32_t i) { return i == n - 1 ? 1 : 0; };
+    for (int32_t dz = first(node.z); dz <= last(node.z); ++dz)
+        for (int32_t dy = first(node.y); dy <= last(node.y); ++dy)
+            for (int32_t dx = first(node.x); dx <= last(node.x); ++dx) {
+                const Cell other = {at.x + dx, at.y + dy, at.z + dz};
+                if (other.x < 0 || other.y < 0 || other.z < 0 || other.x >= lattice.x || other.y >= lattice.y ||
+                    other.z >= lattice.z)
+                    continue;
+                const uint32_t b = brick_at(bricks, other);
+                if (b == no_brick) continue;
+                const auto there = [n](int32_t i, int32_t d) { return d == 0 ? i : d > 0 ? 0 : n - 1; };
+                const size_t k =
+                    size_t{b} * nodes_of(stride) +
+                    static_cast<size_t>((there(node.z, dz) * n + there(node.y, dy)) * n + there(node.x, dx));
+                const Vec3 low = low_of(bricks, b);
+                share += volume_share(
+                    {highest(low, bricks.bounds.low), lowest(low + bricks.lattice.edge, bricks.bounds.high)}, x, cell);
+                for (uint32_t c = 0; c < deposits.channels; ++c) power[c] += deposits.power[k * deposits.channels + c];
+                for (uint32_t c = 0; deposits.flux && c < 3; ++c) flux[c] += deposits.flux[k * 3 + c];
+            }
+    NodeLight light = {Color(Real(0)), Vec3(Real(0))};
+    if (!(share > Real(0))) return light;
+    const Color sum = deposits.channels == 1 ? deposits.photon_color * from_units(power[0])
+                                             : Color(from_units(power[0]), from_units(power[1]), from_units(power[2]));
+    const Real all = sum.x + sum.y + sum.z;
+    if (deposits.flux && all > Real(0))
+        light.flux = Vec3(from_units(flux[0]), from_units(flux[1]), from_units(flux[2])) / all;
+    // / volume * unit * 2^exponent, half of the scaling before the division.
+    const int32_t half = deposits.unit.exponent / 2;
+    const Color scaled = scale_pow2(sum * (inv_four_pi<Real> * deposits.unit.unit), half);
+    light.radiance = scale_pow2(scaled / (cell.x * cell.y * cell.z * share), deposits.unit.exponent - half);
+    return light;
+}
+
+} // namespace wisp::WISP_ARITH
