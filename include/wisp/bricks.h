@@ -18,6 +18,12 @@ constexpr uint32_t nodes_of(int32_t stride) {
     return static_cast<uint32_t>(nodes_along(stride) * nodes_along(stride) * nodes_along(stride));
 }
 
+// Of n x n x n nodes or samples, x fastest.
+inline Cell cell_of_index(int32_t n, uint32_t index) {
+    const int32_t i = static_cast<int32_t>(index);
+    return {i % n, i / n % n, i / n / n};
+}
+
 struct Bricks {
     Lattice lattice; // of the bricks that there may be
     Vec3 cell;       // the size of one
@@ -79,6 +85,31 @@ template <class Value> Real between_nodes(const BrickPlace &at, int32_t stride, 
         return value(at.node + static_cast<uint32_t>(dx) +
                      n * (static_cast<uint32_t>(dy) + n * static_cast<uint32_t>(dz)));
     });
+}
+
+// visit(brick, node) for every brick that holds a node of a field with n nodes along an edge: `node` of the brick at a
+// place of the lattice, which need not exist; it may also lie up to n - 1 nodes outside of that.
+template <class Visit>
+void for_each_holder(const Bricks &bricks, const Cell &place, const Cell &node, int32_t n, Visit &&visit) {
+    struct Axis {
+        int32_t place, node, lowest, highest; // the bricks that hold it: place + lowest to place + highest
+        Axis(int32_t place_, int32_t node_, int32_t n, int32_t count) : place(place_), node(node_) {
+            if (node < 0) --place, node += n - 1;
+            if (node >= n) ++place, node -= n - 1;
+            lowest = max(node == 0 ? -1 : 0, -place);
+            highest = min(node == n - 1 ? 1 : 0, count - 1 - place);
+        }
+        int32_t in(int32_t step, int32_t n) const { return step == 0 ? node : step > 0 ? 0 : n - 1; }
+    };
+    const Cell &count = bricks.lattice.count;
+    const Axis x(place.x, node.x, n, count.x), y(place.y, node.y, n, count.y), z(place.z, node.z, n, count.z);
+    for (int32_t dz = z.lowest; dz <= z.highest; ++dz)
+        for (int32_t dy = y.lowest; dy <= y.highest; ++dy)
+            for (int32_t dx = x.lowest; dx <= x.highest; ++dx) {
+                const uint32_t brick = brick_at(bricks, {x.place + dx, y.place + dy, z.place + dz});
+                if (brick != no_brick)
+                    visit(brick, static_cast<uint32_t>((z.in(dz, n) * n + y.in(dy, n)) * n + x.in(dx, n)));
+            }
 }
 
 // Visits the bricks that the ray passes between `begin` and `end`, in order: visit(brick, from, to) returns whether to

@@ -108,8 +108,8 @@ struct Settings {
     double gather_radius; // the largest radius of an estimate, in units of H
     double step;          // of the march, in units of H
     Deposit deposit;
-    double density_step;            // size of the cells to which smoke is resampled, in units of H; 0: exact densities
-    double light_step;              // distance of the points whose depth to the lights is kept, in units of H; 0: none
+    double density_step; // size of the cells to which smoke is resampled, in units of H; 0: exact densities
+    double light_step;   // distance of the points whose depth to the lights is kept, in units of H; 0: none
     IrradianceMap irradiance;
     double irradiance_step;         // distance of its points at most, in units of H
     Method method;                  // how smoke is rendered

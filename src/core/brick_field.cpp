@@ -1,5 +1,6 @@
 // Resampling, and what the march and photons ask of the result.
 #include "wisp/brick_field.h"
+#include "wisp/brick_lanes.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -131,23 +132,47 @@ Real extinction(const BrickField &field, const Vec3 &x) {
     return brick == no_brick ? Real(0) : extinction(field, brick, place_in(bricks, brick, x));
 }
 
+WISP_WIDE void add_depths(const BrickField &field, const BrickRay &ray, const Lanes &t, const Lanes &length,
+                          Lanes &sum) {
+    LanePoints points;
+    find_points(*field.bricks, ray, t, points);
+    LanePlaces at;
+    find_places(points, 1, 1, at);
+    const Real *nodes = field.extinction;
+    Lanes sigma;
+    interpolate(
+        at, [nodes](int32_t node) { return nodes[node]; }, sigma);
+    for (uint32_t l = 0; l < lanes; ++l) sum[l] += points.inside[l] ? sigma[l] * length[l] : Real(0);
+}
+
+// Parts are gathered until there is one for each lane.
 Real optical_depth(const BrickField &field, const Ray &ray, Real end) {
     const Bricks &bricks = *field.bricks;
     Ray inside;
-    Real entry, depth = Real(0);
+    Real entry;
     if (!enter(bricks, ray, inside, entry, end)) return Real(0);
-    const Real cell = min(bricks.cell.x, min(bricks.cell.y, bricks.cell.z));
+    const BrickRay in_bricks(bricks, inside);
+    const Real cell = min(bricks.cell.x, min(bricks.cell.y, bricks.cell.z)), inverse_cell = Real(1) / cell;
+    Lanes t, length, sum = {};
+    uint32_t waiting = 0;
     for_each_brick(bricks, inside, Real(0), end, [&](uint32_t brick, Real from, Real to) {
-        const int32_t parts = floor_to_int((to - from) / cell) + 1;
+        if (!(field.greatest[brick] > Real(0))) return true;
+        const int32_t parts = floor_to_int((to - from) * inverse_cell) + 1;
         const Real part = (to - from) / Real(parts);
-        const Vec3 step = inside.direction * part * bricks.inverse_cell;
-        Vec3 p = place_in(bricks, brick, inside.origin + inside.direction * (from + part * Real(0.5)));
-        Real sum = Real(0);
-        for (int32_t i = 0; i < parts; ++i, p += step) sum += extinction(field, brick, p);
-        depth += sum * part;
+        for (int32_t i = 0; i < parts; ++i) {
+            t[waiting] = from + (Real(i) + Real(0.5)) * part;
+            length[waiting++] = part;
+            if (waiting < lanes) continue;
+            add_depths(field, in_bricks, t, length, sum);
+            waiting = 0;
+        }
         return true;
     });
-    return depth;
+    if (waiting > 0) {
+        for (uint32_t l = waiting; l < lanes; ++l) t[l] = length[l] = Real(0);
+        add_depths(field, in_bricks, t, length, sum);
+    }
+    return sum_of_lanes(sum);
 }
 
 Real majorant(const BrickField &field, const Box &box) {

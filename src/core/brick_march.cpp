@@ -1,63 +1,17 @@
 // Ray marching through bricks, `lanes` steps at a time.
 #include "wisp/brick_march.h"
+#include "wisp/brick_lanes.h"
 
 namespace wisp::WISP_ARITH {
 
 namespace {
 
-using Lanes = Real[lanes];
-
 // A group of steps of one ray. Lanes behind the last and outside of bricks have no length.
 struct Group {
     int32_t step[lanes];
-    Lanes t, dx;          // middles, and lengths
-    int32_t brick[lanes]; // where each lies, ...
-    Lanes px, py, pz;     // ... and its place there, in cells
+    Lanes t, dx; // middles, and lengths
+    LanePoints points;
 };
-
-// Where the steps lie in a field over the bricks: the lowest corner of each one's cell, and the place in it.
-struct LanePlaces {
-    int32_t node[lanes];
-    int32_t row[lanes], layer[lanes]; // from a node to the next along y, and along z
-    Lanes x, y, z;
-};
-
-WISP_VISITOR void find_places(const Group &group, const int32_t (&first)[lanes], const int32_t (&stride)[lanes],
-                              LanePlaces &at) {
-    for (uint32_t l = 0; l < lanes; ++l) {
-        const int32_t cells = brick_cells / stride[l], n = cells + 1;
-        const Real inverse = Real(cells) * Real(1.0 / brick_cells);
-        const Real qx = group.px[l] * inverse, qy = group.py[l] * inverse, qz = group.pz[l] * inverse;
-        const int32_t x = min(whole_part(qx), cells - 1), y = min(whole_part(qy), cells - 1),
-                      z = min(whole_part(qz), cells - 1);
-        at.node[l] = first[l] + (z * n + y) * n + x;
-        at.row[l] = n;
-        at.layer[l] = n * n;
-        at.x[l] = qx - Real(x);
-        at.y[l] = qy - Real(y);
-        at.z[l] = qz - Real(z);
-    }
-}
-
-WISP_VISITOR void find_places(const Group &group, int32_t stride, LanePlaces &at) {
-    int32_t first[lanes], strides[lanes];
-    const int32_t nodes = static_cast<int32_t>(nodes_of(stride));
-    for (uint32_t l = 0; l < lanes; ++l) {
-        first[l] = group.brick[l] * nodes;
-        strides[l] = stride;
-    }
-    find_places(group, first, strides, at);
-}
-
-template <class Value> WISP_VISITOR void interpolate(const LanePlaces &at, Value &&value, Lanes &result) {
-    for (uint32_t l = 0; l < lanes; ++l) {
-        const int32_t i = at.node[l], j = i + at.row[l], k = i + at.layer[l], m = j + at.layer[l];
-        const Real x = at.x[l], y = at.y[l];
-        const Real low = mix(mix(value(i), value(i + 1), x), mix(value(j), value(j + 1), x), y);
-        const Real high = mix(mix(value(k), value(k + 1), x), mix(value(m), value(m + 1), x), y);
-        result[l] = mix(low, high, at.z[l]);
-    }
-}
 
 struct LaneColor {
     Lanes red, green, blue;
@@ -118,10 +72,8 @@ WISP_VISITOR void gather_light(const BrickMarcher &marcher, const Smoke &smoke, 
     set(scattered, Color(Real(0)));
     if (depths.light_count > 0) {
         LanePlaces at;
-        find_places(group, depths.stride, at);
-        const int32_t nodes = static_cast<int32_t>(nodes_of(depths.stride)),
-                      lights = static_cast<int32_t>(depths.light_count);
-        for (uint32_t l = 0; l < lanes; ++l) at.node[l] += group.brick[l] * (lights - 1) * nodes;
+        find_places(group.points, depths.stride, static_cast<int32_t>(depths.light_count), at);
+        const int32_t nodes = static_cast<int32_t>(nodes_of(depths.stride));
         for (uint32_t light = 0; light < depths.light_count; ++light) {
             LaneLight lit;
             illuminate_group(depths.lights[light], ray, group, marcher.step, lit);
@@ -142,11 +94,11 @@ WISP_VISITOR void gather_light(const BrickMarcher &marcher, const Smoke &smoke, 
     const Irradiance &map = *marcher.irradiance;
     int32_t first[lanes], stride[lanes];
     for (uint32_t l = 0; l < lanes; ++l) {
-        first[l] = map.first[group.brick[l]];
-        stride[l] = map.stride[group.brick[l]];
+        first[l] = map.first[group.points.brick[l]];
+        stride[l] = map.stride[group.points.brick[l]];
     }
     LanePlaces at;
-    find_places(group, first, stride, at);
+    find_places(group.points, first, stride, at);
     Lanes p;
     for (uint32_t l = 0; l < lanes; ++l) p[l] = Real(1);
     if (map.flux && !smoke.phase.isotropic()) {
@@ -193,37 +145,20 @@ inline Real mean_transmittance_of(Real s, Real e) {
     return s < Real(0.125) ? series : quotient;
 }
 
-WISP_WIDE void march_group(const BrickMarcher &marcher, const Ray &ray, Real length, Group &group, Progress &so_far) {
+WISP_WIDE void march_group(const BrickMarcher &marcher, const Ray &ray, const BrickRay &in_bricks, Real length,
+                           Group &group, Progress &so_far) {
     const Medium &medium = *marcher.medium;
     const Bricks &bricks = *medium.bricks;
-    const Vec3 start = (ray.origin - bricks.lattice.low) * bricks.inverse_cell,
-               way = ray.direction * bricks.inverse_cell;
     const Real step_length = marcher.step;
-    const Cell count = bricks.lattice.count;
-    const Vec3 most = Vec3(Real(count.x), Real(count.y), Real(count.z)) * Real(brick_cells); // the end of the lattice
-    const uint32_t *index = bricks.index;
     for (uint32_t l = 0; l < lanes; ++l) {
         const Real from = Real(group.step[l]) * step_length;
         group.dx[l] = max(Real(0), min(step_length, length - from));
         group.t[l] = from + Real(0.5) * group.dx[l];
-        const Real x = min(max(start.x + way.x * group.t[l], Real(0)), most.x),
-                   y = min(max(start.y + way.y * group.t[l], Real(0)), most.y),
-                   z = min(max(start.z + way.z * group.t[l], Real(0)), most.z);
-        const int32_t bx = min(whole_part(x) >> log_brick_cells, count.x - 1),
-                      by = min(whole_part(y) >> log_brick_cells, count.y - 1),
-                      bz = min(whole_part(z) >> log_brick_cells, count.z - 1);
-        group.px[l] = x - Real(bx * brick_cells);
-        group.py[l] = y - Real(by * brick_cells);
-        group.pz[l] = z - Real(bz * brick_cells);
-        group.brick[l] = (bz * count.y + by) * count.x + bx;
     }
-    for (uint32_t l = 0; l < lanes; ++l) {
-        const int32_t brick = static_cast<int32_t>(index[group.brick[l]]);
-        group.brick[l] = max(brick, 0);
-        group.dx[l] = brick < 0 ? Real(0) : group.dx[l];
-    }
+    find_points(bricks, in_bricks, group.t, group.points);
+    for (uint32_t l = 0; l < lanes; ++l) group.dx[l] = group.points.inside[l] ? group.dx[l] : Real(0);
     LanePlaces at;
-    find_places(group, 1, at);
+    find_places(group.points, 1, 1, at);
     Lanes sigma;
     LaneColor source;
     for (uint32_t l = 0; l < lanes; ++l) sigma[l] = Real(0);
@@ -282,6 +217,7 @@ Color march(BrickMarcher &marcher, const Ray &ray) {
     const Ray inside = {ray.origin + ray.direction * begin, ray.direction};
     const Real length = end - begin, inverse_step = Real(1) / marcher.step;
     const int32_t steps = floor_to_int(length * inverse_step) + 1;
+    const BrickRay in_bricks(*medium.bricks, inside);
     Progress so_far;
     Group group;
     uint32_t waiting = 0; // steps of the next group
@@ -293,7 +229,7 @@ Color march(BrickMarcher &marcher, const Ray &ray) {
         for (int32_t i = first; i < last; ++i) {
             group.step[waiting++] = i;
             if (waiting < lanes) continue;
-            march_group(marcher, inside, length, group, so_far);
+            march_group(marcher, inside, in_bricks, length, group, so_far);
             waiting = 0;
             if (!(so_far.depth.value < opaque_depth)) return false;
         }
@@ -303,7 +239,7 @@ Color march(BrickMarcher &marcher, const Ray &ray) {
     });
     if (waiting > 0 && so_far.depth.value < opaque_depth) {
         for (uint32_t l = waiting; l < lanes; ++l) group.step[l] = steps; // of no length
-        march_group(marcher, inside, length, group, so_far);
+        march_group(marcher, inside, in_bricks, length, group, so_far);
     }
     return so_far.radiance + marcher.background * exp(-so_far.depth.value);
 }

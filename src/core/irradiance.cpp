@@ -33,25 +33,18 @@ Color sharpened(const BrickDeposits &deposits, const Color *radiance, uint64_t i
     const Bricks &bricks = *deposits.bricks;
     const int32_t n = nodes_along(deposits.stride);
     const uint32_t nodes = nodes_of(deposits.stride), brick = static_cast<uint32_t>(i / nodes);
-    const int32_t k = static_cast<int32_t>(i % nodes);
+    const Cell node = cell_of_index(n, static_cast<uint32_t>(i % nodes));
     const Color here = radiance[i];
-    Color bend(Real(0));
-    const auto beside = [&](int axis, int32_t d) -> const Color * {
-        Cell node = {k % n, k / n % n, k / n / n}, at = bricks.place[brick];
-        int32_t &inside = axis == 0 ? node.x : axis == 1 ? node.y : node.z;
-        int32_t &place = axis == 0 ? at.x : axis == 1 ? at.y : at.z;
-        const int32_t last = axis == 0   ? bricks.lattice.count.x
-                             : axis == 1 ? bricks.lattice.count.y
-                                         : bricks.lattice.count.z;
-        inside += d;
-        if (inside < 0) --place, inside += n - 1;
-        if (inside >= n) ++place, inside -= n - 1;
-        if (place < 0 || place >= last) return nullptr;
-        const uint32_t other = brick_at(bricks, at);
-        if (other == no_brick) return nullptr;
-        return radiance + uint64_t{other} * nodes + static_cast<uint64_t>((node.z * n + node.y) * n + node.x);
+    const auto beside = [&](int32_t axis, int32_t step) {
+        const Color *found = nullptr;
+        const Cell at = {node.x + (axis == 0 ? step : 0), node.y + (axis == 1 ? step : 0),
+                         node.z + (axis == 2 ? step : 0)};
+        for_each_holder(bricks, bricks.place[brick], at, n,
+                        [&](uint32_t other, uint32_t there) { found = radiance + uint64_t{other} * nodes + there; });
+        return found;
     };
-    for (int axis = 0; axis < 3; ++axis) {
+    Color bend(Real(0));
+    for (int32_t axis = 0; axis < 3; ++axis) {
         const Color *before = beside(axis, -1), *behind = beside(axis, 1);
         if (before && behind) bend += (*before - here) + (*behind - here);
     }
@@ -82,9 +75,8 @@ Irradiance make_irradiance(const BrickDeposits &deposits, Real tolerance, Arena 
 
     Real brightest = Real(0);
     for (uint64_t i = 0; i < most; ++i) {
-        const int32_t k = static_cast<int32_t>(i % nodes);
-        const NodeLight light =
-            light_at_node(deposits, static_cast<uint32_t>(i / nodes), {k % n, k / n % n, k / n / n});
+        const NodeLight light = light_at_node(deposits, static_cast<uint32_t>(i / nodes),
+                                              cell_of_index(n, static_cast<uint32_t>(i % nodes)));
         radiance[i] = light.radiance;
         brightest = max(brightest, largest(light.radiance));
         if (flux) flux[i] = pack_flux(light.flux);

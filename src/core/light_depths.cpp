@@ -29,48 +29,46 @@ bool meets_smoke(const LightDepths &depths, uint32_t brick, const Cell &node) {
     return false;
 }
 
-// Behind every real depth: there is no smoke around such a node.
+// Below every real depth: there is no smoke around such a node.
 constexpr Real unknown = Real(-1);
 
-void find_depths(const LightDepths &depths, uint32_t brick, Real *depth, uint64_t &shadow_rays) {
+// The nodes of one brick; those that bricks before hold too are known already.
+void find_depths(const LightDepths &depths, uint32_t brick, Real *found, uint64_t &shadow_rays) {
+    const Bricks &bricks = *depths.bricks;
     const int32_t n = nodes_along(depths.stride), stride = depths.stride;
-    const uint32_t nodes = nodes_of(stride);
-    for (int32_t z = 0; z < n; ++z)
-        for (int32_t y = 0; y < n; ++y)
-            for (int32_t x = 0; x < n; ++x, ++depth) {
-                const Cell node = {x * stride, y * stride, z * stride};
-                const bool wanted = meets_smoke(depths, brick, node);
-                const Vec3 p = node_of(*depths.bricks, brick, node);
-                for (uint32_t l = 0; l < depths.light_count; ++l) {
-                    depth[size_t{l} * nodes] = unknown;
-                    if (!wanted) continue;
-                    const Illumination way = illuminate(depths.lights[l], p, p, p);
-                    depth[size_t{l} * nodes] =
-                        max(Real(0), optical_depth(*depths.medium, {p, -way.direction}, way.distance));
-                    ++shadow_rays;
-                }
+    const uint32_t nodes = nodes_of(stride), lights = depths.light_count;
+    for (uint32_t k = 0; k < nodes; ++k) {
+        const Cell at = cell_of_index(n, k), node = {at.x * stride, at.y * stride, at.z * stride};
+        Real *depth = found + size_t{brick} * lights * nodes + k;
+        for (uint32_t l = 0; l < lights; ++l) depth[size_t{l} * nodes] = unknown;
+        if (!meets_smoke(depths, brick, node)) continue;
+        const Real *known = nullptr;
+        for_each_holder(bricks, bricks.place[brick], at, n, [&](uint32_t other, uint32_t there) {
+            const Real *its = found + size_t{other} * lights * nodes + there;
+            if (other < brick && !(*its < Real(0))) known = its;
+        });
+        const Vec3 p = node_of(bricks, brick, node);
+        for (uint32_t l = 0; l < lights; ++l) {
+            if (known) {
+                depth[size_t{l} * nodes] = known[size_t{l} * nodes];
+                continue;
             }
+            const Illumination way = illuminate(depths.lights[l], p, p, p);
+            depth[size_t{l} * nodes] = max(Real(0), optical_depth(*depths.medium, {p, -way.direction}, way.distance));
+            ++shadow_rays;
+        }
+    }
 }
 
-// A node's depth, as any brick that holds it knows it. `node` may lie a node outside of the brick.
-Real depth_beside(const LightDepths &depths, const Real *found, uint32_t brick, uint32_t l, Cell node) {
-    const Bricks &bricks = *depths.bricks;
-    const int32_t n = nodes_along(depths.stride);
-    Cell at = bricks.place[brick];
-    const Cell &count = bricks.lattice.count;
-    const auto move = [n](int32_t &place, int32_t &inside) {
-        if (inside < 0) --place, inside += n - 1;
-        if (inside >= n) ++place, inside -= n - 1;
-    };
-    move(at.x, node.x);
-    move(at.y, node.y);
-    move(at.z, node.z);
-    if (at.x < 0 || at.y < 0 || at.z < 0 || at.x >= count.x || at.y >= count.y || at.z >= count.z) return unknown;
-    const uint32_t other = brick_at(bricks, at);
-    if (other == no_brick) return unknown;
+// A node's depth, as any brick that holds it found it. `node` may lie a node outside of the brick.
+Real depth_beside(const LightDepths &depths, const Real *found, uint32_t brick, uint32_t l, const Cell &node) {
     const uint32_t nodes = nodes_of(depths.stride);
-    return found[(size_t{other} * depths.light_count + l) * nodes +
-                 static_cast<size_t>((node.z * n + node.y) * n + node.x)];
+    Real depth = unknown;
+    for_each_holder(*depths.bricks, depths.bricks->place[brick], node, nodes_along(depths.stride),
+                    [&](uint32_t other, uint32_t there) {
+                        depth = max(depth, found[(size_t{other} * depths.light_count + l) * nodes + there]);
+                    });
+    return depth;
 }
 
 } // namespace
@@ -85,27 +83,21 @@ bool make_light_depths(const Medium &medium, const Light *lights, uint32_t light
     const size_t mark = arena.mark();
     Real *found = arena.make<Real>(values);
     if (!depth || !found) return false;
-    for (uint32_t b = 0; b < bricks.count; ++b)
-        find_depths(depths, b, found + size_t{b} * light_count * nodes, *shadow_rays);
+    for (uint32_t b = 0; b < bricks.count; ++b) find_depths(depths, b, found, *shadow_rays);
 
-    const int32_t n = nodes_along(stride);
     for (size_t i = 0; i < values; ++i) {
-        const int32_t k = static_cast<int32_t>(i % nodes);
         const uint32_t l = static_cast<uint32_t>(i / nodes % light_count),
                        b = static_cast<uint32_t>(i / nodes / light_count);
-        const Cell node = {k % n, k / n % n, k / n / n};
-        const auto beside = [&](int32_t dx, int32_t dy, int32_t dz) {
-            return depth_beside(depths, found, b, l, {node.x + dx, node.y + dy, node.z + dz});
-        };
+        const Cell node = cell_of_index(nodes_along(stride), static_cast<uint32_t>(i % nodes));
         const Real here = found[i];
         Real bend = Real(0);
-        const auto add = [&](Real before, Real behind) {
-            if (!(before < Real(0)) && !(behind < Real(0))) bend += before - here + (behind - here);
-        };
-        if (!(here < Real(0))) {
-            add(beside(-1, 0, 0), beside(1, 0, 0));
-            add(beside(0, -1, 0), beside(0, 1, 0));
-            add(beside(0, 0, -1), beside(0, 0, 1));
+        for (int32_t axis = 0; axis < 3 && !(here < Real(0)); ++axis) {
+            Cell low = node, high = node;
+            --(axis == 0 ? low.x : axis == 1 ? low.y : low.z);
+            ++(axis == 0 ? high.x : axis == 1 ? high.y : high.z);
+            const Real before = depth_beside(depths, found, b, l, low),
+                       behind = depth_beside(depths, found, b, l, high);
+            if (!(before < Real(0)) && !(behind < Real(0))) bend += (before - here) + (behind - here);
         }
         depth[i] = here < Real(0) ? Real(0) : max(Real(0), here - bend * Real(1.0 / 12));
     }

@@ -12,7 +12,6 @@ constexpr int32_t along = nodes_along(1);
 constexpr Real least_per_brick = Real(0.5);
 constexpr uint32_t longest_flight = 1u << 16; // tentative collisions; a photon that has more is counted as capped
 
-int64_t to_units(Real x) { return round_to_int(scale_pow2(min(x, Real(127)), unit_bits)); }
 Real from_units(int64_t sum) { return scaled_integer<Real>(sum, -unit_bits); }
 
 // One thing that photons start from: a light's first collisions, or the glow of a smoke.
@@ -218,31 +217,34 @@ template <class Pass> Arrival fly(const Tracer &tracer, const Ray &ray, Pcg32 &g
     return arrival;
 }
 
+// A share of a number of 2^-24, rounded to nearest.
+int64_t units_of(Real share, Real units) { return whole_part(share * units + Real(0.5)); }
+
 void deposit(const BrickDeposits &deposits, uint32_t brick, const Vec3 &p, const Color &power, const Vec3 &direction) {
     const int32_t stride = deposits.stride;
     const uint32_t n = static_cast<uint32_t>(nodes_along(stride));
     const BrickPlace at = place_of(p, stride);
     const size_t first = size_t{brick} * nodes_of(stride) + at.node;
-    const Vec3 flux = direction * (power.x + power.y + power.z);
-    for (uint32_t corner = 0; corner < 8; ++corner) {
-        const uint32_t dx = corner & 1, dy = corner >> 1 & 1, dz = corner >> 2;
-        const Real share =
-            (dx ? at.t.x : Real(1) - at.t.x) * (dy ? at.t.y : Real(1) - at.t.y) * (dz ? at.t.z : Real(1) - at.t.z);
-        const size_t node = first + dx + n * (dy + n * dz);
-        int64_t *to = deposits.power + node * deposits.channels;
-        if (deposits.channels == 1) {
-            *to += to_units(share * power.x);
-        } else {
-            to[0] += to_units(share * power.x);
-            to[1] += to_units(share * power.y);
-            to[2] += to_units(share * power.z);
-        }
-        if (!deposits.flux) continue;
-        int64_t *sum = deposits.flux + node * 3;
-        sum[0] += to_units(share * flux.x);
-        sum[1] += to_units(share * flux.y);
-        sum[2] += to_units(share * flux.z);
+    Real share[8];
+    for (uint32_t corner = 0; corner < 8; ++corner)
+        share[corner] = (corner & 1 ? at.t.x : Real(1) - at.t.x) * (corner & 2 ? at.t.y : Real(1) - at.t.y) *
+                        (corner & 4 ? at.t.z : Real(1) - at.t.z);
+    const auto node = [&](uint32_t corner) {
+        return first + (corner & 1) + n * ((corner >> 1 & 1) + n * (corner >> 2));
+    };
+    for (uint32_t c = 0; c < deposits.channels; ++c) {
+        const Real units = scale_pow2(power[static_cast<int>(c)], unit_bits);
+        for (uint32_t corner = 0; corner < 8; ++corner)
+            deposits.power[node(corner) * deposits.channels + c] += units_of(share[corner], units);
     }
+    if (!deposits.flux) return;
+    const Vec3 flux = direction * (power.x + power.y + power.z);
+    for (uint32_t corner = 0; corner < 8; ++corner)
+        for (uint32_t c = 0; c < 3; ++c) {
+            const Real units = scale_pow2(flux[static_cast<int>(c)], unit_bits);
+            const int64_t part = units_of(share[corner], abs(units));
+            deposits.flux[node(corner) * 3 + c] += units < Real(0) ? -part : part;
+        }
 }
 
 void trace_photon(const Tracer &tracer, const BrickDeposits &deposits, uint64_t target, Pcg32 &generator,
@@ -352,7 +354,7 @@ Status trace_brick_photons(const Scene &scene, const Medium &medium, const Light
         if (medium.smokes[i].field.is_bricks) add(depths.light_count, i, glow_of(medium.smokes[i]));
 
     const Vec3 &edge = bricks.lattice.edge;
-    const Real least = max(least_per_brick / max(edge.x, max(edge.y, edge.z)), Real(1.0 / 64));
+    const Real least = max(least_per_brick / max(edge.x, max(edge.y, edge.z)), Real(1.0 / 32));
     for (uint32_t b = 0; b < bricks.count; ++b) {
         Real greatest = Real(0);
         for (uint32_t i = 0; i < medium.count; ++i)
@@ -404,34 +406,18 @@ Status trace_brick_photons(const Scene &scene, const Medium &medium, const Light
 
 NodeLight light_at_node(const BrickDeposits &deposits, uint32_t brick, const Cell &node) {
     const Bricks &bricks = *deposits.bricks;
-    const int32_t stride = deposits.stride, n = nodes_along(stride);
-    const Cell &at = bricks.place[brick], &lattice = bricks.lattice.count;
+    const int32_t stride = deposits.stride;
     const Vec3 x = node_of(bricks, brick, {node.x * stride, node.y * stride, node.z * stride});
     const Vec3 cell = bricks.cell * Real(stride);
     int64_t power[3] = {0, 0, 0}, flux[3] = {0, 0, 0};
     Real share = Real(0); // of the node's tent: where there are bricks
-    // The bricks that share the node: itself, and those beyond the faces that it lies on.
-    const auto first = [n](int32_t i) { return i == 0 ? -1 : 0; };
-    const auto last = [n](int32_t i) { return i == n - 1 ? 1 : 0; };
-    for (int32_t dz = first(node.z); dz <= last(node.z); ++dz)
-        for (int32_t dy = first(node.y); dy <= last(node.y); ++dy)
-            for (int32_t dx = first(node.x); dx <= last(node.x); ++dx) {
-                const Cell other = {at.x + dx, at.y + dy, at.z + dz};
-                if (other.x < 0 || other.y < 0 || other.z < 0 || other.x >= lattice.x || other.y >= lattice.y ||
-                    other.z >= lattice.z)
-                    continue;
-                const uint32_t b = brick_at(bricks, other);
-                if (b == no_brick) continue;
-                const auto there = [n](int32_t i, int32_t d) { return d == 0 ? i : d > 0 ? 0 : n - 1; };
-                const size_t k =
-                    size_t{b} * nodes_of(stride) +
-                    static_cast<size_t>((there(node.z, dz) * n + there(node.y, dy)) * n + there(node.x, dx));
-                const Vec3 low = low_of(bricks, b);
-                share += volume_share(
-                    {highest(low, bricks.bounds.low), lowest(low + bricks.lattice.edge, bricks.bounds.high)}, x, cell);
-                for (uint32_t c = 0; c < deposits.channels; ++c) power[c] += deposits.power[k * deposits.channels + c];
-                for (uint32_t c = 0; deposits.flux && c < 3; ++c) flux[c] += deposits.flux[k * 3 + c];
-            }
+    for_each_holder(bricks, bricks.place[brick], node, nodes_along(stride), [&](uint32_t other, uint32_t there) {
+        const Vec3 low = low_of(bricks, other), high = low + bricks.lattice.edge;
+        share += volume_share({highest(low, bricks.bounds.low), lowest(high, bricks.bounds.high)}, x, cell);
+        const size_t k = size_t{other} * nodes_of(stride) + there;
+        for (uint32_t c = 0; c < deposits.channels; ++c) power[c] += deposits.power[k * deposits.channels + c];
+        for (uint32_t c = 0; deposits.flux && c < 3; ++c) flux[c] += deposits.flux[k * 3 + c];
+    });
     NodeLight light = {Color(Real(0)), Vec3(Real(0))};
     if (!(share > Real(0))) return light;
     const Color sum = deposits.channels == 1 ? deposits.photon_color * from_units(power[0])
