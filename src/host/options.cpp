@@ -167,6 +167,13 @@ const std::vector<Entry> &table() {
                  throw Fault{"expected 0, or a number from 0.01 to 1000"};
              o.light_step = *number;
          }},
+        {"thin", "EPS",
+         "render without the particles that take no more than this off any ray's opacity; 0: with all (0)",
+         [](Options &o, const std::string &v) {
+             const auto number = to_number(v);
+             if (!number || !(*number >= 0 && *number <= 0.99)) throw Fault{"expected a number from 0 to 0.99"};
+             o.thin = *number;
+         }},
         {"exposure", "EV", "of .png, in stops (0)",
          [](Options &o, const std::string &v) {
              const auto number = to_number(v);
@@ -196,7 +203,6 @@ const std::vector<Entry> &table() {
         {"map-in", "FILE", "", {}},
         {"batches", "A:B", "", {}},
         {"remap", nullptr, "", {}},
-        {"thin", "EPS", "", {}},
     };
     return entries;
 }

@@ -4,6 +4,7 @@
 #include "host/error.h"
 #include "host/files.h"
 #include "host/particles.h"
+#include "host/thin.h"
 #include "host/volume.h"
 #include "wisp/elementary.h"
 #include <algorithm>
@@ -127,6 +128,20 @@ void load(const SceneFile::Smoke &smoke, int64_t frame, SmokeSource &source, std
     source.grid.ny = static_cast<int32_t>(volume.ny);
     source.grid.nz = static_cast<int32_t>(volume.nz);
     density = std::move(volume.density);
+}
+
+// Takes the particles away that are noise (--thin). Before anything else: strays do not widen the smoke.
+void thin(const SceneFile &file, double epsilon, PreparedScene &prepared) {
+    std::vector<LightSource> lights;
+    for (const SceneFile::Light &l : file.lights) lights.push_back({l.kind, l.position, l.direction, 2, l.color});
+    const auto noise = find_noise(prepared.particles, prepared.smokes, file.view->from, lights, epsilon);
+    for (size_t i = 0; i < noise.size(); ++i) {
+        if (prepared.particles[i].empty()) continue;
+        prepared.notes.push_back("smoke " + std::to_string(i + 1) + ": --thin removes " +
+                                 std::to_string(noise[i].size()) + " of " +
+                                 std::to_string(prepared.particles[i].size()) + " particles");
+        remove_particles(prepared.particles[i], noise[i]);
+    }
 }
 
 // What --step multiplies for a grid: the shortest edge of a cell, of a box a twentieth of its own.
@@ -308,6 +323,7 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
         load(file.smokes[i], frame, prepared.smokes[i], prepared.particles[i], prepared.densities[i], prepared.notes);
         if (!prepared.densities[i].empty()) prepared.smokes[i].grid.density = prepared.densities[i].data();
     }
+    if (options.thin > 0) thin(file, options.thin, prepared);
     const Extent extent = extent_of(prepared);
     const Double3 center = extent.any ? (extent.low + extent.high) * 0.5 : file.view->from;
     const double scale = extent.any ? std::ldexp(1.0, -exponent_of(extent.smallest_h)) : 1;
