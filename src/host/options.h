@@ -22,14 +22,14 @@ struct Options {
     double gather_radius = 2; // in units of the smoothing length
     double step = 0.5;        // the same
     double exposure = 0;      // of .png, in stops
-    double thin = 0;          // most opacity that a ray may lose with the particles that go
+    double thin = 0;          // the most opacity that a ray may lose with particles that are left out
     struct {
         int64_t first = 0, last = 0, step = 1;
     } frames;
     Method method = Method::direct;
     enum class Estimate { of_method, knn, kernel } estimate = Estimate::of_method;
     Deposit deposit = Deposit::exact;
-    double light_step = 0; // distance of kept depths to the lights, in units of the smoothing length
+    double light_step = 0;    // distance of kept depths to the lights, in units of the smoothing length
     bool reference = false;
     struct Passes {
         uint32_t first, last; // half-open

@@ -74,7 +74,7 @@ double density_error(const SmokeSource &smoke, const std::vector<Neighbourhood> 
 std::vector<std::string> particle_report(const PreparedScene &prepared, const Core &core) {
     std::vector<std::string> lines;
     const double epsilons[] = {0.001, 0.01, 0.1};
-    std::vector<std::vector<uint32_t>> noise[3];
+    std::vector<std::vector<Removal>> noise[3];
     for (int e = 0; e < 3; ++e)
         noise[e] =
             find_noise(prepared.particles, prepared.smokes, prepared.scene.camera.origin, prepared.lights, epsilons[e]);

@@ -48,6 +48,13 @@ Double3 apply(const SceneFile::Transform &t, const Double3 &p) {
     return scaled * cosine + cross(k, scaled) * sine + k * (dot(k, scaled) * (1 - cosine)) + t.translation;
 }
 
+void sort_canonically(std::vector<Particle> &particles) {
+    std::sort(particles.begin(), particles.end(), [](const Particle &a, const Particle &b) {
+        return std::make_tuple(a.position.x, a.position.y, a.position.z, a.h, a.area) <
+               std::make_tuple(b.position.x, b.position.y, b.position.z, b.h, b.area);
+    });
+}
+
 // The particles of one block in the units of the scene, in canonical order.
 std::vector<Particle> load_particles(const SceneFile::Smoke &smoke, const std::string &path, const Bytes &bytes,
                                      std::vector<std::string> &notes) {
@@ -78,10 +85,7 @@ std::vector<Particle> load_particles(const SceneFile::Smoke &smoke, const std::s
     if (!particles.empty() && farthest * place.scale * 0x1p-24 > 0.01 * smallest_h)
         notes.push_back(path +
                         ": as 32-bit numbers its positions are coarser than a hundredth of the smoothing length");
-    std::sort(particles.begin(), particles.end(), [](const Particle &a, const Particle &b) {
-        return std::make_tuple(a.position.x, a.position.y, a.position.z, a.h, a.area) <
-               std::make_tuple(b.position.x, b.position.y, b.position.z, b.h, b.area);
-    });
+    sort_canonically(particles);
     return particles;
 }
 
@@ -137,10 +141,14 @@ void thin(const SceneFile &file, double epsilon, PreparedScene &prepared) {
     const auto noise = find_noise(prepared.particles, prepared.smokes, file.view->from, lights, epsilon);
     for (size_t i = 0; i < noise.size(); ++i) {
         if (prepared.particles[i].empty()) continue;
-        prepared.notes.push_back("smoke " + std::to_string(i + 1) + ": --thin removes " +
+        size_t given = 0;
+        for (const Removal &r : noise[i]) given += r.heir != r.index;
+        prepared.notes.push_back("smoke " + std::to_string(i + 1) + ": --thin leaves out " +
                                  std::to_string(noise[i].size()) + " of " +
-                                 std::to_string(prepared.particles[i].size()) + " particles");
+                                 std::to_string(prepared.particles[i].size()) + " particles; " + std::to_string(given) +
+                                 " give their mass to a neighbour");
         remove_particles(prepared.particles[i], noise[i]);
+        sort_canonically(prepared.particles[i]); // heirs have another mass
     }
 }
 
