@@ -3,6 +3,7 @@
 #include "host/error.h"
 #include "host/files.h"
 #include "host/identity.h"
+#include "host/particle_report.h"
 #include "host/passes.h"
 #include "host/picture.h"
 #include "host/prepare.h"
@@ -362,6 +363,9 @@ int plan_command(const std::vector<std::string> &arguments) {
     }
     print_stage("arena", true, plan.bytes.arena, std::string("all of it, in ") + core(request.options.arithmetic).name);
     print_notes(request.options, prepared);
+    if (request.options.verbose)
+        for (const std::string &line : particle_report(prepared, core(request.options.arithmetic)))
+            std::printf("%s\n", line.c_str());
     return exit_done;
 }
 

@@ -1,6 +1,7 @@
 // The core in the arithmetic that the user chose.
 #pragma once
 #include "host/options.h"
+#include "wisp/neighbourhood.h"
 #include "wisp/render.h"
 
 namespace wisp {
@@ -10,12 +11,18 @@ struct Core {
     Plan (*plan)(const Scene &, const Settings &);
     Status (*render)(const Scene &, const Settings &, Arena &, const Observer &, float *, Statistics &);
     Status (*render_reference)(const Scene &, const Settings &, Arena &, const Observer &, PixelSums *, Statistics &);
+    uint64_t (*neighbourhood_bytes)(uint32_t);
+    bool (*find_neighbourhoods)(const SmokeSource &, Arena &, Neighbourhood *);
 };
 
 inline const Core &core(Arithmetic arithmetic) {
-    static constexpr Core cores[] = {{"f32", f32::plan, f32::render, f32::render_reference},
-                                     {"f64", f64::plan, f64::render, f64::render_reference},
-                                     {"fixed", fixed::plan, fixed::render, fixed::render_reference}};
+#define WISP_CORE(arithmetic)                                                                                          \
+    {                                                                                                                  \
+#arithmetic, arithmetic::plan, arithmetic::render, arithmetic::render_reference,                               \
+            arithmetic::neighbourhood_bytes, arithmetic::find_neighbourhoods                                           \
+    }
+    static constexpr Core cores[] = {WISP_CORE(f32), WISP_CORE(f64), WISP_CORE(fixed)};
+#undef WISP_CORE
     return cores[static_cast<int>(arithmetic)];
 }
 

@@ -174,6 +174,13 @@ const std::vector<Entry> &table() {
          }},
         {"light-step", "S", "distance of points whose depth to the lights is kept, in smoothing lengths; 0: exact (0)",
          [](Options &o, const std::string &v) { o.light_step = step_or_zero(v); }},
+        {"thin", "EPS",
+         "render without the particles that take no more than this off any ray's opacity; 0: with all (0)",
+         [](Options &o, const std::string &v) {
+             const auto number = to_number(v);
+             if (!number || !(*number >= 0 && *number <= 0.99)) throw Fault{"expected a number from 0 to 0.99"};
+             o.thin = *number;
+         }},
         {"exposure", "EV", "of .png, in stops (0)",
          [](Options &o, const std::string &v) {
              const auto number = to_number(v);
@@ -203,7 +210,6 @@ const std::vector<Entry> &table() {
         {"map-in", "FILE", "", {}},
         {"batches", "A:B", "", {}},
         {"remap", nullptr, "", {}},
-        {"thin", "EPS", "", {}},
     };
     return entries;
 }

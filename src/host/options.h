@@ -22,6 +22,7 @@ struct Options {
     double gather_radius = 2; // in units of the smoothing length
     double step = 0.5;        // the same
     double exposure = 0;      // of .png, in stops
+    double thin = 0;          // the most opacity that a ray may lose with particles that are left out
     struct {
         int64_t first = 0, last = 0, step = 1;
     } frames;

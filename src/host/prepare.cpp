@@ -4,6 +4,7 @@
 #include "host/error.h"
 #include "host/files.h"
 #include "host/particles.h"
+#include "host/thin.h"
 #include "host/volume.h"
 #include "wisp/elementary.h"
 #include <algorithm>
@@ -47,6 +48,13 @@ Double3 apply(const SceneFile::Transform &t, const Double3 &p) {
     return scaled * cosine + cross(k, scaled) * sine + k * (dot(k, scaled) * (1 - cosine)) + t.translation;
 }
 
+void sort_canonically(std::vector<Particle> &particles) {
+    std::sort(particles.begin(), particles.end(), [](const Particle &a, const Particle &b) {
+        return std::make_tuple(a.position.x, a.position.y, a.position.z, a.h, a.area) <
+               std::make_tuple(b.position.x, b.position.y, b.position.z, b.h, b.area);
+    });
+}
+
 // The particles of one block in the units of the scene, in canonical order.
 std::vector<Particle> load_particles(const SceneFile::Smoke &smoke, const std::string &path, const Bytes &bytes,
                                      std::vector<std::string> &notes) {
@@ -77,10 +85,7 @@ std::vector<Particle> load_particles(const SceneFile::Smoke &smoke, const std::s
     if (!particles.empty() && farthest * place.scale * 0x1p-24 > 0.01 * smallest_h)
         notes.push_back(path +
                         ": as 32-bit numbers its positions are coarser than a hundredth of the smoothing length");
-    std::sort(particles.begin(), particles.end(), [](const Particle &a, const Particle &b) {
-        return std::make_tuple(a.position.x, a.position.y, a.position.z, a.h, a.area) <
-               std::make_tuple(b.position.x, b.position.y, b.position.z, b.h, b.area);
-    });
+    sort_canonically(particles);
     return particles;
 }
 
@@ -127,6 +132,24 @@ void load(const SceneFile::Smoke &smoke, int64_t frame, SmokeSource &source, std
     source.grid.ny = static_cast<int32_t>(volume.ny);
     source.grid.nz = static_cast<int32_t>(volume.nz);
     density = std::move(volume.density);
+}
+
+// Takes the particles away that are noise (--thin). Before anything else: strays do not widen the smoke.
+void thin(const SceneFile &file, double epsilon, PreparedScene &prepared) {
+    std::vector<LightSource> lights;
+    for (const SceneFile::Light &l : file.lights) lights.push_back({l.kind, l.position, l.direction, 2, l.color});
+    const auto noise = find_noise(prepared.particles, prepared.smokes, file.view->from, lights, epsilon);
+    for (size_t i = 0; i < noise.size(); ++i) {
+        if (prepared.particles[i].empty()) continue;
+        size_t given = 0;
+        for (const Removal &r : noise[i]) given += r.heir != r.index;
+        prepared.notes.push_back("smoke " + std::to_string(i + 1) + ": --thin leaves out " +
+                                 std::to_string(noise[i].size()) + " of " +
+                                 std::to_string(prepared.particles[i].size()) + " particles; " + std::to_string(given) +
+                                 " give their mass to a neighbour");
+        remove_particles(prepared.particles[i], noise[i]);
+        sort_canonically(prepared.particles[i]); // heirs have another mass
+    }
 }
 
 // What --step multiplies for a grid: the shortest edge of a cell, of a box a twentieth of its own.
@@ -308,6 +331,7 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
         load(file.smokes[i], frame, prepared.smokes[i], prepared.particles[i], prepared.densities[i], prepared.notes);
         if (!prepared.densities[i].empty()) prepared.smokes[i].grid.density = prepared.densities[i].data();
     }
+    if (options.thin > 0) thin(file, options.thin, prepared);
     const Extent extent = extent_of(prepared);
     const Double3 center = extent.any ? (extent.low + extent.high) * 0.5 : file.view->from;
     const double scale = extent.any ? std::ldexp(1.0, -exponent_of(extent.smallest_h)) : 1;

@@ -655,3 +655,69 @@ TEST_CASE("command line: smoke too thin for fixed point may glow") {
         CHECK(desk.wisp("render " + desk.file("thin.aff") + " --arith fixed --reference --passes 0:1").status == 0);
     }
 }
+
+TEST_CASE("command line: --thin leaves out strays, the same in every arithmetic") {
+    Desk desk;
+    // A ball, and three far away whose mass is small.
+    std::string ply = "ply\nformat ascii 1.0\nelement vertex 23\nproperty float x\nproperty float y\nproperty float z\n"
+                      "property float mass\nend_header\n";
+    for (int i = 0; i < 20; ++i)
+        ply += std::to_string(0.1 * (i % 3)) + " " + std::to_string(0.1 * (i % 4)) + " " +
+               std::to_string(0.1 * (i % 5)) + " 1\n";
+    desk.write("ball.ply", std::string(ply).replace(ply.find("vertex 23"), 9, "vertex 20"));
+    desk.write("strays.ply", ply + "5 0 0 0.01\n-3 4 1 0.01\n0 9 -8 0.01\n");
+    const auto scene = [](const std::string &particles, const std::string &more) {
+        return "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 16 12\nlp 3 3 3 40 40 40\nsmoke " +
+               particles + " { radius 0.2 extinction 0.02 }\nrender photons 3000\n" + more;
+    };
+    desk.write("b.aff", scene("ball.ply", ""));
+    desk.write("t.aff", scene("strays.ply", "render thin 0.01\n"));
+    for (const std::string arithmetic : {"f32", "f64", "fixed"}) {
+        const auto digest = [&](const std::string &arguments) {
+            const Ran ran = desk.wisp("render " + desk.file(arguments) + " --digest --arith " + arithmetic);
+            CHECK(ran.status == 0);
+            return ran.out;
+        };
+        const std::string ball = digest("b.aff"), strays = digest("t.aff --thin 0");
+        CHECK(ball != strays);
+        CHECK(digest("t.aff") == ball);
+        CHECK(digest("b.aff --thin 0") == ball);
+        // A mass of 0.01 takes 0.003 of a ray.
+        CHECK(digest("t.aff --thin 0.001") == strays);
+        CHECK(desk.wisp("render " + desk.file("t.aff") + " -v --arith " + arithmetic).err ==
+              "smoke 1: --thin leaves out 3 of 23 particles; 0 give their mass to a neighbour\n");
+    }
+    for (const std::string value : {"-0.1", "1", "x", "nan", ""})
+        CHECK(desk.wisp("render " + desk.file("b.aff") + " --thin " + (value.empty() ? "''" : value)).status == 2);
+}
+
+TEST_CASE("command line: plan -v says whether the particles suffice, and how many are noise") {
+    Desk desk;
+    std::string ply = "ply\nformat ascii 1.0\nelement vertex 1001\nproperty float x\nproperty float y\nproperty float "
+                      "z\nproperty float mass\nend_header\n20 0 0 0.001\n";
+    for (int i = 0; i < 1000; ++i)
+        ply += std::to_string(i % 10) + " " + std::to_string(i / 10 % 10) + " " + std::to_string(i / 100) + " 1\n";
+    desk.write("lattice.ply", ply);
+    desk.write("l.aff", "v from 4 4 40 at 4 4 4 up 0 1 0 angle 30 hither 1 resolution 4 4\nlp 9 9 90 1 1 1\n"
+                        "smoke box 0 0 0 1 1 1 1 { }\nsmoke lattice.ply { radius 0.6 }\n");
+    for (const std::string arithmetic : {"f32", "f64", "fixed"}) {
+        const Ran ran = desk.wisp("plan " + desk.file("l.aff") + " -v --arith " + arithmetic);
+        CHECK(ran.status == 0);
+        // 1.2 reach to the six nearest alone, 2,700 pairs of 10 x 10 x 10, two to a pair. The error, after Campbell:
+        // int W^2 = 25 / (56 pi) h^-3, rho = 5.4 * 15 / (64 pi) 3^-3 h^-3: the square is 9.5238.
+        CHECK(ran.out.find("smoke 2: a particle has 5.4 neighbours, one in twenty no more than 4; the density errs by "
+                           "308.6 %; for 5 % it takes 3810 times as many, for 1 % 95238 times\n") != std::string::npos);
+        // 15 / (8 pi) 0.001 / 0.36 = 0.00166.
+        CHECK(ran.out.find("smoke 2: no ray would miss 0 of them (--thin 0.001), 1 of them (--thin 0.01), 1 of them "
+                           "(--thin 0.1)\n") != std::string::npos);
+        CHECK(ran.out.find("smoke 1: ") == std::string::npos); // a box has no particles
+    }
+    CHECK(desk.wisp("plan " + desk.file("l.aff")).out.find("neighbours") == std::string::npos);
+    desk.write("far.aff",
+               "v from 4 4 40 at 4 4 4 up 0 1 0 angle 30 hither 1 resolution 4 4\nsmoke lattice.ply { radius "
+               "0.4 }\n");
+    CHECK(
+        desk.wisp("plan " + desk.file("far.aff") + " -v")
+            .out.find("a particle has 0.0 neighbours, one in twenty no more than 0; they are too few for a density") !=
+        std::string::npos);
+}
