@@ -88,12 +88,19 @@ Status render_direct(const Frame &frame) {
 }
 
 // S4-3: photons are kept on the particles, which become sources that every ray adds up.
-Status render_map(const Frame &frame) {
+Status render_map(const Frame &frame, MapSums *sums) {
     const Scene &scene = frame.scene;
     const ParticleMapPlan plan = plan_particle_map(scene, frame.settings);
+    MapSums own = {};
+    if (!sums) {
+        own = {frame.arena.make<int64_t>(plan.sums), plan.sums, 0};
+        if (!own.values) return Status::out_of_memory;
+        sums = &own;
+    }
+    const Batches batches = sums->count == 0 ? all_batches(frame.settings) : Batches{0, 0};
     ParticleMap map;
-    const Status status = trace_particle_map(scene, frame.medium, frame.lights, frame.settings, plan.needs,
-                                             frame.observer, frame.arena, frame.statistics, map);
+    const Status status = trace_particle_map(scene, frame.medium, frame.lights, frame.settings, plan.needs, batches,
+                                             frame.observer, frame.arena, *sums, frame.statistics, map);
     if (status != Status::done) return status;
 
     if (!frame.observer(Stage::render, 0, 1)) return Status::stopped;
@@ -107,6 +114,21 @@ Status render_map(const Frame &frame) {
     marcher.step = step_length(scene, frame.settings.step);
     marcher.statistics = &frame.statistics;
     return render_frame(frame, marcher);
+}
+
+// Builds what all methods begin with, and does the work.
+template <class Work>
+Status with_smoke(const Scene &scene, Arena &arena, const Observer &observer, Statistics &statistics, Work &&work) {
+    statistics.bytes.arena_size = arena.size();
+    if (!observer(Stage::trees, 0, 1)) return Status::stopped;
+    const Medium medium = make_medium(scene, arena);
+    const Light *lights = make_lights(scene, arena);
+    if (!medium.ready || !lights) return Status::out_of_memory;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) statistics.smoke.particles += scene.smokes[i].count;
+    statistics.bytes.particle_tree = arena.mark();
+    const Status status = work(medium, lights);
+    statistics.bytes.arena_peak = arena.peak();
+    return status;
 }
 
 } // namespace
@@ -126,7 +148,10 @@ Plan plan(const Scene &scene, const Settings &settings) {
     plan.bytes.light_depths = light_depth_bytes(scene, settings.light_step);
     plan.bytes.arena = plan.bytes.particle_tree + plan.bytes.light_depths + march_bytes(scene);
     if (settings.method == Method::map) {
-        plan.bytes.particle_map = plan_particle_map(scene, settings).bytes;
+        const ParticleMapPlan map = plan_particle_map(scene, settings);
+        plan.map_sums = map.sums;
+        plan.most_photons = most_deposits(settings);
+        plan.bytes.particle_map = map.bytes;
         plan.bytes.sources = source_bytes(scene);
         plan.bytes.arena += plan.bytes.particle_map + plan.bytes.sources + window_bytes(scene);
         return plan;
@@ -140,19 +165,20 @@ Plan plan(const Scene &scene, const Settings &settings) {
 }
 
 Status render(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer, float *rgb,
-              Statistics &statistics) {
-    statistics.bytes.arena_size = arena.size();
-    if (!observer(Stage::trees, 0, 1)) return Status::stopped;
-    const Medium medium = make_medium(scene, arena);
-    const Light *lights = make_lights(scene, arena);
-    if (!medium.ready || !lights) return Status::out_of_memory;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) statistics.smoke.particles += scene.smokes[i].count;
-    statistics.bytes.particle_tree = arena.mark();
+              Statistics &statistics, MapSums *sums) {
+    return with_smoke(scene, arena, observer, statistics, [&](const Medium &medium, const Light *lights) {
+        const Frame frame = {scene, settings, medium, lights, observer, arena, rgb, statistics};
+        return settings.method == Method::map ? render_map(frame, sums) : render_direct(frame);
+    });
+}
 
-    const Frame frame = {scene, settings, medium, lights, observer, arena, rgb, statistics};
-    const Status status = settings.method == Method::map ? render_map(frame) : render_direct(frame);
-    statistics.bytes.arena_peak = arena.peak();
-    return status;
+Status trace_map(const Scene &scene, const Settings &settings, const Batches &batches, Arena &arena,
+                 const Observer &observer, MapSums &sums, Statistics &statistics) {
+    return with_smoke(scene, arena, observer, statistics, [&](const Medium &medium, const Light *lights) {
+        ParticleMap map;
+        return trace_particle_map(scene, medium, lights, settings, photon_needs(scene, settings), batches, observer,
+                                  arena, sums, statistics, map);
+    });
 }
 
 } // namespace wisp::WISP_ARITH
