@@ -139,6 +139,12 @@ TEST_CASE("map file: a file with the right SHA-256 and wrong numbers is refused,
     for (const char *count : {"", " -1", " 1e4", " 9223372036854775808", " 8796093018113", " 10000 1", " x"})
         with(&About::photons, std::string("photons") + count);
     with(&About::photons, "pho 10000");
+    About most; // with a photon more, numbers of batches would not fit
+    most.counts = "counts 8192 9000 9000 8192 0 0 0";
+    most.photons = "photons 8796093018112";
+    CHECK(error_of(most) == "no error");
+    most.photons = "photons 8796093018113";
+    CHECK(error_of(most).rfind("m.map:4: ", 0) == 0);
     for (const char *batches : {"", "0", "0:", "0:0", "1:0", "-1:1", "0:4", "0:99999999999", "0:1 1:3", "2:3 0:1",
                                 "0:2 1:3", "0:1 0:1", "0:1,2:3", "a:b"})
         with(&About::batches, std::string("batches ") + batches);
