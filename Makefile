@@ -116,7 +116,8 @@ SOURCES_particles = $(addprefix src/host/,particles.cpp vtk.cpp bgeo.cpp ply.cpp
 SOURCES_pfm = $(addprefix src/host/,files.cpp picture.cpp flip.cpp compare.cpp stb_image_write.cpp)
 SOURCES_scene = $(addprefix src/host/,scene_file.cpp options.cpp files.cpp)
 SOURCES_volume = src/host/volume.cpp
-SOURCES_passes = $(addprefix src/host/,passes.cpp options.cpp sha256.cpp)
+SOURCES_passes = $(addprefix src/host/,passes.cpp sealed_file.cpp options.cpp sha256.cpp)
+SOURCES_map = $(addprefix src/host/,map_file.cpp sealed_file.cpp options.cpp sha256.cpp)
 fuzz: $(FUZZ:%=$B/fuzz/%)
 	for f in $(FUZZ); do mkdir -p $B/fuzz/corpus/$$f && $B/fuzz/$$f -max_total_time=$(SECONDS) -max_len=65536 \
 	    $B/fuzz/corpus/$$f test/corpus/$$f || exit 1; done

@@ -43,6 +43,7 @@ Bricks make_bricks(const Scene &scene, double lengths, Arena &arena);
 struct BrickPlan {
     uint64_t count; // of bricks, at most
     uint64_t bytes;
+    Real longest; // the diagonal of the smoke's bounds
 };
 BrickPlan plan_bricks(const Scene &scene, double lengths);
 

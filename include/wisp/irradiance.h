@@ -33,6 +33,10 @@ struct Irradiance {
 Irradiance make_irradiance(const BrickDeposits &deposits, Real tolerance, Arena &arena);
 uint64_t irradiance_bytes(uint64_t bricks, int32_t stride, bool flux);
 
+inline uint64_t bytes_of(const Irradiance &map) {
+    return uint64_t{map.points} * (map.flux ? 8 : 4) + uint64_t{map.bricks->count} * 2 * sizeof(int32_t);
+}
+
 // The mean radiance at p, a place in a brick in cells, and which part of it flows whither.
 NodeLight light_at(const Irradiance &irradiance, uint32_t brick, const Vec3 &p);
 

@@ -22,17 +22,21 @@ struct ParticleMap {
     PhotonUnit unit;
 };
 
-// Whether photons are needed, and the bytes for what they leave.
+// Whether photons are needed, how many numbers they leave at most, and the bytes for all.
 struct ParticleMapPlan {
     PhotonNeeds needs;
-    uint64_t bytes;
+    uint64_t sums, bytes;
 };
 ParticleMapPlan plan_particle_map(const Scene &scene, const Settings &settings);
 
-// Traces `settings.photons` photons onto `map`.
+// So many deposits fit in a sum, whatever they are: with a photon more it might overflow. No photon makes more deposits
+// on an element than it has flights.
+uint64_t most_deposits(const Settings &settings);
+
+// Adds what the photons of `batches` leave, none perhaps, to `sums`, and makes `map` of those as if all were there.
 Status trace_particle_map(const Scene &scene, const Medium &medium, const Light *lights, const Settings &settings,
-                          const PhotonNeeds &needs, const Observer &observer, Arena &arena, Statistics &statistics,
-                          ParticleMap &map);
+                          const PhotonNeeds &needs, const Batches &batches, const Observer &observer, Arena &arena,
+                          MapSums &sums, Statistics &statistics, ParticleMap &map);
 
 // The source function of every element towards the eye, per unit of sigma_t: what is scattered there for the second
 // time and more, and emission. One array a smoke; nullptr: the arena was too small.

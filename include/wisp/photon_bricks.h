@@ -21,17 +21,22 @@ struct BrickDeposits {
     PhotonUnit unit;
 };
 
-// The bytes for the sums, and for what tracing needs beside them.
+// How many numbers photons leave at most, and the bytes for them and for what tracing needs beside them.
 struct BrickPhotonPlan {
     PhotonNeeds needs;
-    uint64_t deposits, bytes;
+    uint64_t sums, bytes;
 };
 BrickPhotonPlan plan_brick_photons(const Scene &scene, const Settings &settings, uint64_t bricks, int32_t stride);
 
-// Traces `settings.photons` photons. `depths`: to all lights, over the same bricks.
+// Flights no longer than `longest` of which the sums hold any one's.
+uint64_t most_brick_flights(Real longest);
+
+// Adds what the photons of `batches` leave, none perhaps, to `sums`, and makes `deposits` of those as if all were
+// there. `depths`: to all lights, over the medium's bricks.
 Status trace_brick_photons(const Scene &scene, const Medium &medium, const LightDepths &depths,
-                           const Settings &settings, const PhotonNeeds &needs, int32_t stride, const Observer &observer,
-                           Arena &arena, Statistics &statistics, BrickDeposits &deposits);
+                           const Settings &settings, const PhotonNeeds &needs, int32_t stride, const Batches &batches,
+                           const Observer &observer, Arena &arena, MapSums &sums, Statistics &statistics,
+                           BrickDeposits &deposits);
 
 // What all bricks that hold a node received there: the mean radiance phi / (4 pi), and of the flux the part of it.
 struct NodeLight {

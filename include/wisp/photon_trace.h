@@ -89,12 +89,11 @@ template <class Trace> bool for_each_photon(uint64_t seed, uint64_t batch, uint6
     return true;
 }
 
-// Calls trace_batch(number, photons) for the batches of all photons, until it returns false.
+// Calls trace_batch(number, photons) for a part of the batches of all photons, until it returns false.
 template <class TraceBatch>
-Status for_each_batch(uint64_t photons, const Observer &observer, TraceBatch &&trace_batch) {
-    const uint64_t batches = (photons + batch_photons - 1) / batch_photons;
-    for (uint64_t batch = 0; batch < batches; ++batch) {
-        if (!observer(Stage::photons, batch, batches)) return Status::stopped;
+Status for_each_batch(uint64_t photons, const Batches &batches, const Observer &observer, TraceBatch &&trace_batch) {
+    for (uint64_t batch = batches.first; batch < batches.last; ++batch) {
+        if (!observer(Stage::photons, batch - batches.first, batches.last - batches.first)) return Status::stopped;
         const uint64_t left = photons - batch * batch_photons;
         if (!trace_batch(batch, left < batch_photons ? left : batch_photons)) break;
     }

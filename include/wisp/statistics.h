@@ -9,7 +9,7 @@ struct Statistics {
         uint64_t primary, shadow; // a shadow ray for each light that a step is lit by
     } rays = {};
     // emitted = absorbed + escaped + blocked + capped, photon by photon.
-    struct {
+    struct Photons {
         uint64_t emitted, collisions, stored, absorbed, escaped, blocked, capped;
         bool store_full; // tracing ended before a batch that might not have fitted
     } photons = {};

@@ -187,7 +187,7 @@ Bricks make_bricks(const Scene &scene, double lengths, Arena &arena) {
 }
 
 BrickPlan plan_bricks(const Scene &scene, double lengths) {
-    if (!any_smoke(scene)) return {0, 0};
+    if (!any_smoke(scene)) return {0, 0, Real(0)};
     const Layout layout = layout_of(scene, lengths);
     const uint64_t all = number_of(layout.bricks.count);
     uint64_t count = all;
@@ -202,7 +202,7 @@ BrickPlan plan_bricks(const Scene &scene, double lengths) {
             byte |= bit;
         });
     }
-    return {count, bytes_of(all, count)};
+    return {count, bytes_of(all, count), length(layout.bounds.high - layout.bounds.low)};
 }
 
 } // namespace wisp::WISP_ARITH

@@ -7,7 +7,7 @@ namespace {
 
 constexpr int32_t unit_bits = 24; // of a deposit
 
-int64_t to_units(Real x) { return round_to_int(scale_pow2(min(x, Real(127)), unit_bits)); }
+int64_t to_units(Real x) { return round_to_int(scale_pow2(max(Real(-127), min(x, Real(127))), unit_bits)); }
 Real from_units(int64_t sum) { return scaled_integer<Real>(sum, -unit_bits); }
 
 void deposit(const Deposits &deposits, uint32_t element, const Color &photon, const Vec3 &direction, Real share) {
@@ -28,22 +28,26 @@ void deposit(const Deposits &deposits, uint32_t element, const Color &photon, co
     sum[2] += to_units(flux.z);
 }
 
-bool make_deposits(const Scene &scene, const PhotonNeeds &needs, Arena &arena, Deposits *deposits) {
+// The sums of all smokes, one behind the other: powers, then fluxes. Made 0 where there are none yet.
+Status make_deposits(const Scene &scene, const PhotonNeeds &needs, MapSums &sums, Deposits *deposits) {
+    uint64_t count = 0;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         Deposits &d = deposits[i];
         d = {};
         d.count = elements_of(scene.smokes[i]);
         d.channels = needs.powers ? 3 : 1;
-        const uint64_t powers = uint64_t{d.count} * d.channels, fluxes = uint64_t{d.count} * 3;
-        d.power = arena.make<int64_t>(powers);
-        if (!d.power) return false;
-        for (uint64_t k = 0; k < powers; ++k) d.power[k] = 0;
-        if (scene.smokes[i].asymmetry == 0) continue;
-        d.flux = arena.make<int64_t>(fluxes);
-        if (!d.flux) return false;
-        for (uint64_t k = 0; k < fluxes; ++k) d.flux[k] = 0;
+        const auto take = [&](uint64_t numbers) {
+            count += numbers;
+            return count <= sums.capacity ? sums.values + (count - numbers) : nullptr;
+        };
+        d.power = take(uint64_t{d.count} * d.channels);
+        if (scene.smokes[i].asymmetry != 0) d.flux = take(uint64_t{d.count} * 3);
     }
-    return true;
+    if (sums.count != 0) return sums.count == count ? Status::done : Status::wrong_sums;
+    if (count > sums.capacity) return Status::out_of_memory;
+    sums.count = count;
+    for (uint64_t k = 0; k < count; ++k) sums.values[k] = 0;
+    return Status::done;
 }
 
 // What all photons put on an element, in photons.
@@ -105,31 +109,41 @@ Color multiple_scattering(const ParticleMap &map, const Smoke &smoke, uint32_t i
 } // namespace
 
 ParticleMapPlan plan_particle_map(const Scene &scene, const Settings &settings) {
-    ParticleMapPlan plan = {photon_needs(scene, settings), 0};
+    ParticleMapPlan plan = {photon_needs(scene, settings), 0, 0};
     if (!plan.needs.traced) return plan;
     plan.bytes = Arena::bytes<Deposits>(scene.smoke_count) +
                  Arena::bytes<Emitter>(uint64_t{scene.light_count} + scene.smoke_count);
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const uint64_t count = elements_of(scene.smokes[i]);
-        plan.bytes += Arena::bytes<int64_t>(count * (plan.needs.powers ? 3 : 1));
-        if (scene.smokes[i].asymmetry != 0) plan.bytes += Arena::bytes<int64_t>(count * 3);
+        plan.sums += count * ((plan.needs.powers ? 3 : 1) + (scene.smokes[i].asymmetry != 0 ? 3 : 0));
     }
+    plan.bytes += Arena::bytes<int64_t>(plan.sums);
     return plan;
 }
 
+uint64_t most_deposits(const Settings &settings) {
+    // The largest is a flux: R + G + B of a photon, at most 3; along a flight what to_units lets pass.
+    const int32_t bits = unit_bits + (settings.deposit == Deposit::path ? 7 : 2);
+    return (uint64_t{1} << (63 - bits)) - (most_collisions + 1);
+}
+
 Status trace_particle_map(const Scene &scene, const Medium &medium, const Light *lights, const Settings &settings,
-                          const PhotonNeeds &needs, const Observer &observer, Arena &arena, Statistics &statistics,
-                          ParticleMap &map) {
+                          const PhotonNeeds &needs, const Batches &batches, const Observer &observer, Arena &arena,
+                          MapSums &sums, Statistics &statistics, ParticleMap &map) {
     map = {};
-    if (!needs.traced) return Status::done;
-    const size_t before = arena.mark();
+    if (!needs.traced) return sums.count == 0 ? Status::done : Status::wrong_sums;
     Deposits *deposits = arena.make<Deposits>(medium.count);
-    if (!deposits || !make_deposits(scene, needs, arena, deposits)) return Status::out_of_memory;
-    statistics.bytes.particle_map = arena.mark() - before;
+    if (!deposits) return Status::out_of_memory;
+    const Status made = make_deposits(scene, needs, sums, deposits);
+    if (made != Status::done) return made;
+    statistics.bytes.particle_map = sums.count * sizeof(int64_t);
     const Emitters emitters = find_emitters(medium, lights, scene.light_count, arena);
     if (!emitters.list) return Status::out_of_memory;
     if (emitters.count == 0) return Status::done;
-    const Status status = for_each_batch(settings.photons, observer, [&](uint64_t batch, uint64_t photons) {
+    const auto &counts = statistics.photons;
+    const uint64_t most = most_deposits(settings);
+    bool fits = true;
+    const Status status = for_each_batch(settings.photons, batches, observer, [&](uint64_t batch, uint64_t photons) {
         return for_each_photon(settings.seed, batch, photons, [&](uint64_t key) {
             trace_photon(
                 medium, emitters, key, statistics,
@@ -145,11 +159,11 @@ Status trace_particle_map(const Scene &scene, const Medium &medium, const Light 
                             deposit(deposits[s], element, power, photon.ray.direction, depth);
                         });
                 });
-            return true;
+            return fits = counts.stored + counts.emitted <= most;
         });
     });
-    map = {deposits, emitters.list[0].photon_color, photon_unit(emitters.power, statistics.photons.emitted)};
-    return status;
+    map = {deposits, emitters.list[0].photon_color, photon_unit(emitters.power, settings.photons)};
+    return fits ? status : Status::overflow;
 }
 
 const Color *const *make_sources(const Scene &scene, const Medium &medium, const ParticleMap &map, const Vec3 &eye,

@@ -316,28 +316,35 @@ uint32_t source_limit(const Scene &scene) { return scene.light_count + scene.smo
 
 } // namespace
 
+uint64_t most_brick_flights(Real longest) {
+    // A flight leaves its length in all, in units of 2^-24, times R + G + B, at most 3, in a flux.
+    return (uint64_t{1} << (63 - unit_bits)) / (4 * (static_cast<uint64_t>(floor_to_int(longest)) + 1));
+}
+
 BrickPhotonPlan plan_brick_photons(const Scene &scene, const Settings &settings, uint64_t bricks, int32_t stride) {
     BrickPhotonPlan plan = {photon_needs(scene, settings), 0, 0};
     if (!plan.needs.traced) return plan;
-    const uint64_t nodes = bricks * nodes_of(stride);
-    plan.deposits = Arena::bytes<int64_t>(nodes * (plan.needs.powers ? 3 : 1));
-    if (plan.needs.directions) plan.deposits += Arena::bytes<int64_t>(nodes * 3);
-    plan.bytes = plan.deposits + Arena::bytes<Source>(source_limit(scene)) + Arena::bytes<Real>(bricks) +
-                 Arena::bytes<uint64_t>(source_limit(scene) * bricks + 1) + Arena::bytes<Cursor>(1);
+    plan.sums = bricks * nodes_of(stride) * ((plan.needs.powers ? 3 : 1) + (plan.needs.directions ? 3 : 0));
+    plan.bytes = Arena::bytes<int64_t>(plan.sums) + Arena::bytes<Source>(source_limit(scene)) +
+                 Arena::bytes<Real>(bricks) + Arena::bytes<uint64_t>(source_limit(scene) * bricks + 1) +
+                 Arena::bytes<Cursor>(1);
     return plan;
 }
 
 Status trace_brick_photons(const Scene &scene, const Medium &medium, const LightDepths &depths,
-                           const Settings &settings, const PhotonNeeds &needs, int32_t stride, const Observer &observer,
-                           Arena &arena, Statistics &statistics, BrickDeposits &deposits) {
+                           const Settings &settings, const PhotonNeeds &needs, int32_t stride, const Batches &batches,
+                           const Observer &observer, Arena &arena, MapSums &sums, Statistics &statistics,
+                           BrickDeposits &deposits) {
     const Bricks &bricks = *medium.bricks;
     const uint64_t nodes = uint64_t{bricks.count} * nodes_of(stride);
-    deposits = {&bricks, stride, nullptr, nullptr, needs.powers ? 3u : 1u, Color(Real(1)), {Real(1), 0}};
-    deposits.power = arena.make<int64_t>(nodes * deposits.channels);
-    if (needs.directions) deposits.flux = arena.make<int64_t>(nodes * 3);
-    if (!deposits.power || (needs.directions && !deposits.flux)) return Status::out_of_memory;
-    for (uint64_t i = 0; i < nodes * deposits.channels; ++i) deposits.power[i] = 0;
-    for (uint64_t i = 0; needs.directions && i < nodes * 3; ++i) deposits.flux[i] = 0;
+    deposits = {&bricks, stride, sums.values, nullptr, needs.powers ? 3u : 1u, Color(Real(1)), {Real(1), 0}};
+    const uint64_t powers = nodes * deposits.channels, numbers = powers + (needs.directions ? nodes * 3 : 0);
+    if (needs.directions) deposits.flux = sums.values + powers;
+    if (sums.count != 0 && sums.count != numbers) return Status::wrong_sums;
+    if (numbers > sums.capacity) return Status::out_of_memory;
+    for (uint64_t i = 0; sums.count == 0 && i < numbers; ++i) sums.values[i] = 0;
+    sums.count = numbers;
+    statistics.bytes.particle_map = numbers * sizeof(int64_t);
 
     const size_t mark = arena.mark();
     Source *sources = arena.make<Source>(source_limit(scene));
@@ -387,7 +394,10 @@ Status trace_brick_photons(const Scene &scene, const Medium &medium, const Light
     const auto share = [&](uint64_t photon) {
         return static_cast<uint64_t>(static_cast<unsigned __int128>(photon) * total / settings.photons);
     };
-    const Status status = for_each_batch(settings.photons, observer, [&](uint64_t batch, uint64_t photons) {
+    const auto &counts = statistics.photons;
+    const uint64_t most = most_brick_flights(length(bricks.bounds.high - bricks.bounds.low));
+    bool fits = true;
+    const Status status = for_each_batch(settings.photons, batches, observer, [&](uint64_t batch, uint64_t photons) {
         uint64_t photon = batch * batch_photons;
         return for_each_photon(settings.seed, batch, photons, [&](uint64_t key) {
             // Photon i takes the i-th of equal parts of all weights, at a place in it of its own.
@@ -397,11 +407,11 @@ Status trace_brick_photons(const Scene &scene, const Medium &medium, const Light
                 from + static_cast<uint64_t>((static_cast<unsigned __int128>(width) * generator()) >> 32);
             trace_photon(tracer, deposits, target, generator, *cursor);
             ++photon;
-            return true;
+            return fits = counts.stored + counts.emitted <= most;
         });
     });
     arena.rewind(mark);
-    return status;
+    return fits ? status : Status::overflow;
 }
 
 NodeLight light_at_node(const BrickDeposits &deposits, uint32_t brick, const Cell &node) {

@@ -121,11 +121,12 @@ PhotonMaps trace_photons(const Medium &medium, const Light *lights, uint32_t lig
     if (emitters.count == 0) return {nullptr, Status::done};
 
     bool any = false;
-    const Status status = for_each_batch(settings.photons, observer, [&](uint64_t batch, uint64_t photons) {
-        const bool done = trace_batch(medium, emitters, settings.seed, batch, photons, store, statistics);
-        any = any || done;
-        return done;
-    });
+    const Status status =
+        for_each_batch(settings.photons, all_batches(settings), observer, [&](uint64_t batch, uint64_t photons) {
+            const bool done = trace_batch(medium, emitters, settings.seed, batch, photons, store, statistics);
+            any = any || done;
+            return done;
+        });
     if (status != Status::done) return {nullptr, status};
     if (!any) return {nullptr, Status::out_of_memory};
 

@@ -118,12 +118,13 @@ Status render_direct(const Frame &frame) {
 }
 
 // S4-3: photons are kept on the particles, which become sources that every ray adds up.
-Status render_map(const Frame &frame) {
+Status render_map(const Frame &frame, MapSums &sums) {
     const Scene &scene = frame.scene;
     const ParticleMapPlan plan = plan_particle_map(scene, frame.settings);
+    const Batches batches = sums.count == 0 ? all_batches(frame.settings) : Batches{0, 0};
     ParticleMap map;
-    const Status status = trace_particle_map(scene, frame.medium, frame.lights, frame.settings, plan.needs,
-                                             frame.observer, frame.arena, frame.statistics, map);
+    const Status status = trace_particle_map(scene, frame.medium, frame.lights, frame.settings, plan.needs, batches,
+                                             frame.observer, frame.arena, sums, frame.statistics, map);
     if (status != Status::done) return status;
 
     if (!frame.observer(Stage::render, 0, 1)) return Status::stopped;
@@ -140,38 +141,71 @@ Status render_map(const Frame &frame) {
     return render_frame(frame, marcher);
 }
 
+// The depths that photons start by and steps are lit by, and what the photons of `batches` leave with what is in
+// `sums`.
+Status trace_bricks(const Scene &scene, const Medium &medium, const Light *lights, const Settings &settings,
+                    const Batches &batches, const Observer &observer, Arena &arena, MapSums &sums,
+                    Statistics &statistics, LightDepths &depths, BrickDeposits &deposits) {
+    const BrickSteps steps = brick_steps(scene, settings);
+    if (!make_light_depths(medium, lights, scene.light_count, *medium.bricks, steps.light, arena,
+                           &statistics.rays.shadow, depths))
+        return Status::out_of_memory;
+    const PhotonNeeds needs = photon_needs(scene, settings);
+    if (!needs.traced) return sums.count == 0 ? Status::done : Status::wrong_sums;
+    return trace_brick_photons(scene, medium, depths, settings, needs, steps.irradiance, batches, observer, arena, sums,
+                               statistics, deposits);
+}
+
 // S4-3 and S4-4 on resampled smoke: photons leave their power at the nodes of the bricks, from which the irradiance map
 // is made.
-Status render_bricks(const Frame &frame) {
+Status render_bricks(const Frame &frame, MapSums &sums) {
     const Scene &scene = frame.scene;
     const Settings &settings = frame.settings;
-    const Medium &medium = frame.medium;
-    const BrickSteps steps = brick_steps(scene, settings);
     LightDepths depths;
-    if (!make_light_depths(medium, frame.lights, scene.light_count, *medium.bricks, steps.light, frame.arena,
-                           &frame.statistics.rays.shadow, depths))
-        return Status::out_of_memory;
+    BrickDeposits deposits = {};
+    const Batches batches = sums.count == 0 ? all_batches(settings) : Batches{0, 0};
+    const Status status = trace_bricks(scene, frame.medium, frame.lights, settings, batches, frame.observer,
+                                       frame.arena, sums, frame.statistics, depths, deposits);
+    if (status != Status::done) return status;
     Irradiance irradiance = {};
-    const PhotonNeeds needs = photon_needs(scene, settings);
-    if (needs.traced) {
-        BrickDeposits deposits;
-        const Status status = trace_brick_photons(scene, medium, depths, settings, needs, steps.irradiance,
-                                                  frame.observer, frame.arena, frame.statistics, deposits);
-        if (status != Status::done) return status;
+    if (deposits.bricks) {
         if (!frame.observer(Stage::irradiance, 0, 1)) return Status::stopped;
-        const Real tolerance = settings.irradiance == IrradianceMap::adaptive ? Real(0.01) : Real(0);
-        irradiance = make_irradiance(deposits, tolerance, frame.arena);
+        const bool adaptive = settings.irradiance == IrradianceMap::adaptive;
+        irradiance = make_irradiance(deposits, adaptive ? Real(0.02) : Real(0), frame.arena);
         if (!irradiance.ready) return Status::out_of_memory;
-        frame.statistics.bytes.irradiance =
-            uint64_t{irradiance.points} * (irradiance.flux ? 8 : 4) + medium.bricks->count * 5;
+        frame.statistics.bytes.irradiance = bytes_of(irradiance);
     }
-    BrickMarcher marcher = {&medium,
+    BrickMarcher marcher = {&frame.medium,
                             &depths,
-                            needs.traced ? &irradiance : nullptr,
+                            deposits.bricks ? &irradiance : nullptr,
                             vec_of(scene.background),
                             step_length(scene, settings.step),
                             &frame.statistics};
     return render_frame(frame, marcher);
+}
+
+// Sums for one picture alone, where the caller has none. False: the arena was too small.
+bool own_sums(uint64_t count, Arena &arena, MapSums &own, MapSums *&sums) {
+    if (sums) return true;
+    own = {arena.make<int64_t>(count), count, 0};
+    sums = &own;
+    return own.values != nullptr;
+}
+
+// Builds what all methods begin with, and does the work.
+template <class Work>
+Status with_smoke(const Scene &scene, double density_step, Arena &arena, const Observer &observer,
+                  Statistics &statistics, Work &&work) {
+    statistics.bytes.arena_size = arena.size();
+    if (!observer(Stage::trees, 0, 1)) return Status::stopped;
+    const Medium medium = make_medium(scene, density_step, arena);
+    const Light *lights = make_lights(scene, arena);
+    if (!medium.ready || !lights) return Status::out_of_memory;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) statistics.smoke.particles += scene.smokes[i].count;
+    statistics.bytes.particle_tree = arena.mark();
+    const Status status = work(medium, lights);
+    statistics.bytes.arena_peak = arena.peak();
+    return status;
 }
 
 } // namespace
@@ -190,19 +224,25 @@ Plan plan(const Scene &scene, const Settings &settings) {
     plan.photon_directions = needs.directions;
     plan.photon_powers = needs.powers;
     const BrickSteps steps = brick_steps(scene, settings);
-    const BrickPlan bricks = steps.cell > 0 ? plan_bricks(scene, steps.cell) : BrickPlan{0, 0};
+    const BrickPlan bricks = steps.cell > 0 ? plan_bricks(scene, steps.cell) : BrickPlan{0, 0, Real(0)};
     if (settings.light_step > 0 && plan.smoke && scene.light_count > 0)
         plan.bytes.light_depths =
             Arena::bytes<Bricks>(1) + bricks.bytes + light_depth_bytes(bricks.count, scene.light_count, steps.light);
     plan.bytes.arena = plan.bytes.particle_tree + plan.bytes.light_depths + march_bytes(scene);
     if (settings.method == Method::map && settings.density_step > 0 && can_resample(scene)) {
-        plan.bytes.particle_map = plan_brick_photons(scene, settings, bricks.count, steps.irradiance).bytes;
+        const BrickPhotonPlan photons = plan_brick_photons(scene, settings, bricks.count, steps.irradiance);
+        plan.map_sums = photons.sums;
+        plan.most_photons = most_brick_flights(bricks.longest);
+        plan.bytes.particle_map = photons.bytes;
         plan.bytes.irradiance = needs.traced ? irradiance_bytes(bricks.count, steps.irradiance, needs.directions) : 0;
         plan.bytes.arena += plan.bytes.particle_map + plan.bytes.irradiance;
         return plan;
     }
     if (settings.method == Method::map) {
-        plan.bytes.particle_map = plan_particle_map(scene, settings).bytes;
+        const ParticleMapPlan map = plan_particle_map(scene, settings);
+        plan.map_sums = map.sums;
+        plan.most_photons = most_deposits(settings);
+        plan.bytes.particle_map = map.bytes;
         plan.bytes.sources = source_bytes(scene);
         plan.bytes.arena += plan.bytes.particle_map + plan.bytes.sources + window_bytes(scene);
         return plan;
@@ -216,21 +256,31 @@ Plan plan(const Scene &scene, const Settings &settings) {
 }
 
 Status render(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer, float *rgb,
-              Statistics &statistics) {
-    statistics.bytes.arena_size = arena.size();
-    if (!observer(Stage::trees, 0, 1)) return Status::stopped;
-    const Medium medium = make_medium(scene, settings.density_step, arena);
-    const Light *lights = make_lights(scene, arena);
-    if (!medium.ready || !lights) return Status::out_of_memory;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) statistics.smoke.particles += scene.smokes[i].count;
-    statistics.bytes.particle_tree = arena.mark();
+              Statistics &statistics, MapSums *sums) {
+    return with_smoke(scene, settings.density_step, arena, observer, statistics,
+                      [&](const Medium &medium, const Light *lights) {
+                          const Frame frame = {scene, settings, medium, lights, observer, arena, rgb, statistics};
+                          if (settings.method != Method::map) return render_direct(frame);
+                          MapSums own = {};
+                          if (!own_sums(plan(scene, settings).map_sums, arena, own, sums)) return Status::out_of_memory;
+                          return medium.bricks ? render_bricks(frame, *sums) : render_map(frame, *sums);
+                      });
+}
 
-    const Frame frame = {scene, settings, medium, lights, observer, arena, rgb, statistics};
-    const Status status = settings.method != Method::map ? render_direct(frame)
-                          : medium.bricks                ? render_bricks(frame)
-                                                         : render_map(frame);
-    statistics.bytes.arena_peak = arena.peak();
-    return status;
+Status trace_map(const Scene &scene, const Settings &settings, const Batches &batches, Arena &arena,
+                 const Observer &observer, MapSums &sums, Statistics &statistics) {
+    return with_smoke(scene, settings.density_step, arena, observer, statistics,
+                      [&](const Medium &medium, const Light *lights) {
+                          if (medium.bricks) {
+                              LightDepths depths;
+                              BrickDeposits deposits = {};
+                              return trace_bricks(scene, medium, lights, settings, batches, observer, arena, sums,
+                                                  statistics, depths, deposits);
+                          }
+                          ParticleMap map;
+                          return trace_particle_map(scene, medium, lights, settings, photon_needs(scene, settings),
+                                                    batches, observer, arena, sums, statistics, map);
+                      });
 }
 
 } // namespace wisp::WISP_ARITH

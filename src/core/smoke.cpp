@@ -60,7 +60,7 @@ bool can_resample(const Scene &scene) {
 uint64_t medium_bytes(const Scene &scene, double density_step) {
     uint64_t bytes = Arena::bytes<Smoke>(scene.smoke_count);
     const bool resampled = density_step > 0 && can_resample(scene);
-    const BrickPlan bricks = resampled ? plan_bricks(scene, density_step) : BrickPlan{0, 0};
+    const BrickPlan bricks = resampled ? plan_bricks(scene, density_step) : BrickPlan{0, 0, Real(0)};
     if (resampled) bytes += bricks.bytes + Arena::bytes<Bricks>(1);
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const SmokeSource &source = scene.smokes[i];

@@ -3,6 +3,7 @@
 #include "host/error.h"
 #include "host/files.h"
 #include "host/identity.h"
+#include "host/map_file.h"
 #include "host/particle_report.h"
 #include "host/passes.h"
 #include "host/picture.h"
@@ -40,7 +41,8 @@ Request read_request(const std::vector<std::string> &arguments) {
     request.file = read_scene(request.name);
     request.options = Options();
     for (const SceneFile::Default &setting : request.file.defaults) try {
-            if (setting.option == "output" || setting.option == "stats" || setting.option == "error-out")
+            if (setting.option == "output" || setting.option == "stats" || setting.option == "error-out" ||
+                setting.option == "map-out" || setting.option == "map-in")
                 throw InputError(setting.where + "option '" + setting.option +
                                  "' in a scene, expected it on the command line");
             set_option(request.options, setting.option, setting.value, setting.where);
@@ -74,11 +76,13 @@ Settings settings_of(const Options &options, int width, int height) {
     settings.irradiance_step = options.irradiance_step;
     settings.deposit = options.deposit;
     settings.reference = options.reference;
-    const Options::Passes passes = options.passes.value_or(Options::Passes{0, 16});
+    const Options::Range passes = options.passes.value_or(Options::Range{0, 16});
     settings.first_pass = passes.first;
     settings.last_pass = passes.last;
     return settings;
 }
+
+bool uses_map(const Settings &settings) { return !settings.reference && settings.method == Method::map; }
 
 Plan checked_plan(const Request &request, const Scene &scene, const Settings &settings) {
     const Plan plan = core(request.options.arithmetic).plan(scene, settings);
@@ -86,6 +90,9 @@ Plan checked_plan(const Request &request, const Scene &scene, const Settings &se
         throw Error(exit_memory, request.name + ": the plan needs " + std::to_string(plan.bytes.arena) +
                                      " bytes, expected at most the " + std::to_string(*request.options.memory) +
                                      " of --memory; fewer --photons need less");
+    if (uses_map(settings) && settings.photons > plan.most_photons)
+        throw Error(exit_usage, "option 'photons': found " + std::to_string(settings.photons) + ", expected at most " +
+                                    std::to_string(plan.most_photons) + " that the particle map's sums can hold");
     return plan;
 }
 
@@ -151,18 +158,21 @@ std::string digest_name(const Options &options, int64_t frame) {
     return "-";
 }
 
+void write_output(const Options &options, const std::string &path, const Bytes &bytes) {
+    write_file(path, bytes);
+    if (options.verbose) std::fprintf(stderr, "wrote %s\n", path.c_str());
+}
+
 // All that was asked for of a picture, the digest included. `passes`: of --reference, else nullptr.
 void write_outputs(const Options &options, const Picture &picture, const Bytes &pfm, const Passes *passes,
                    int64_t frame) {
-    const auto write = [&options](const std::string &path, const Bytes &bytes) {
-        write_file(path, bytes);
-        if (options.verbose) std::fprintf(stderr, "wrote %s\n", path.c_str());
-    };
     for (const std::string &output : options.outputs)
-        write(numbered(output, frame), ends_in(output, ".png")      ? png_bytes(picture, options.exposure)
-                                       : ends_in(output, ".passes") ? passes_bytes(*passes)
-                                                                    : pfm);
-    if (!options.error_out.empty()) write(numbered(options.error_out, frame), pfm_bytes(error_picture(*passes)));
+        write_output(options, numbered(output, frame),
+                     ends_in(output, ".png")      ? png_bytes(picture, options.exposure)
+                     : ends_in(output, ".passes") ? passes_bytes(*passes)
+                                                  : pfm);
+    if (!options.error_out.empty())
+        write_output(options, numbered(options.error_out, frame), pfm_bytes(error_picture(*passes)));
     if (options.digest)
         std::printf("%s  %s\n", sha256(pfm.data(), pfm.size()).text, digest_name(options, frame).c_str());
 }
@@ -180,7 +190,51 @@ Passes make_passes(const Request &request, const PreparedScene &prepared, const 
     return passes;
 }
 
-FrameReport render_frame(const Request &request, int64_t frame, Sha256 &run_digest) {
+bool several_frames(const Options &options) {
+    return options.frames.last - options.frames.first >= options.frames.step;
+}
+
+Batches batches_of(const Options &options, const Settings &settings) {
+    return options.batches ? Batches{options.batches->first, options.batches->last} : all_batches(settings);
+}
+
+// Makes `map`, which holds that of the frame before, this frame's: from the file of --map-in, the same where nothing
+// has changed, or an empty one. True when it is still to be traced.
+bool find_map(const Request &request, int64_t frame, const PreparedScene &prepared, const Settings &settings,
+              const Plan &plan, MapFile &map) {
+    const Options &options = request.options;
+    std::string scene; // hashing all particles takes a while: not for a map that nobody else will see
+    if (!options.map_in.empty() || !options.map_out.empty() || several_frames(options))
+        scene = identity_of_map(prepared.scene, settings, core(options.arithmetic).name);
+    if (!options.map_in.empty()) {
+        const std::string path = numbered(options.map_in, frame);
+        map = parse_map(read_file(path), path);
+        check_map(map, scene, plan.map_sums, path);
+        return false;
+    }
+    if (!options.remap && !scene.empty() && map.scene == scene) return false;
+    map = {};
+    map.scene = scene;
+    map.photons = settings.photons;
+    const Batches batches = batches_of(options, settings);
+    if (batches.first < batches.last)
+        map.batches = {{static_cast<uint32_t>(batches.first), static_cast<uint32_t>(batches.last)}};
+    map.sums.resize(plan.map_sums);
+    return true;
+}
+
+[[noreturn]] void fail(const Request &request, const Plan &plan, int64_t frame, Status status) {
+    if (status == Status::wrong_sums)
+        throw InputError(numbered(request.options.map_in, frame) + ": not as many sums as this scene's map has");
+    if (status == Status::overflow)
+        throw InputError(request.name + ": photons collide so often that the particle map's sums might overflow, "
+                                        "expected fewer --photons or thinner smoke");
+    throw Error(exit_memory,
+                request.name + ": the plan's " + std::to_string(plan.bytes.arena) + " bytes do not suffice");
+}
+
+// `map`: that of the frame before, if any; it becomes this frame's.
+FrameReport render_frame(const Request &request, int64_t frame, MapFile &map, Sha256 &run_digest) {
     FrameReport report = {};
     report.frame = frame;
     const double start = now();
@@ -191,6 +245,8 @@ FrameReport render_frame(const Request &request, int64_t frame, Sha256 &run_dige
         for (const std::string &note : prepared.notes) std::fprintf(stderr, "%s\n", note.c_str());
     const Settings settings = settings_of(options, prepared.width, prepared.height);
     const Plan plan = checked_plan(request, prepared.scene, settings);
+    const bool mapped = uses_map(settings);
+    const bool traced = mapped && find_map(request, frame, prepared, settings, plan, map);
     const auto block = make_block(request.name, plan.bytes.arena);
     report.seconds.read = now() - start;
 
@@ -198,8 +254,14 @@ FrameReport render_frame(const Request &request, int64_t frame, Sha256 &run_dige
     Passes passes;
     Arena arena(block.get(), plan.bytes.arena);
     Watch watch(options, frame);
-    Status status;
-    if (settings.reference) {
+    Status status = Status::done;
+    MapSums sums = {map.sums.data(), map.sums.size(), traced ? 0 : map.sums.size()};
+    if (options.batches) {
+        if (traced)
+            status = core(options.arithmetic)
+                         .trace_map(prepared.scene, settings, batches_of(options, settings), arena, watch.observer(),
+                                    sums, report.statistics);
+    } else if (settings.reference) {
         passes = make_passes(request, prepared, settings);
         status = core(options.arithmetic)
                      .render_reference(prepared.scene, settings, arena, watch.observer(), passes.pixels.data(),
@@ -210,20 +272,30 @@ FrameReport render_frame(const Request &request, int64_t frame, Sha256 &run_dige
         picture.height = settings.crop.y1 - settings.crop.y0;
         picture.rgb.resize(static_cast<size_t>(picture.width) * static_cast<size_t>(picture.height) * 3);
         status = core(options.arithmetic)
-                     .render(prepared.scene, settings, arena, watch.observer(), picture.rgb.data(), report.statistics);
+                     .render(prepared.scene, settings, arena, watch.observer(), picture.rgb.data(), report.statistics,
+                             mapped ? &sums : nullptr);
     }
     watch.finish();
-    if (status == Status::out_of_memory)
-        throw Error(exit_memory,
-                    request.name + ": the plan's " + std::to_string(plan.bytes.arena) + " bytes do not suffice");
+    if (status != Status::done) fail(request, plan, frame, status);
     if (report.statistics.photons.store_full && !options.quiet)
         std::fprintf(stderr, "%s: the photon store was full after %llu of %llu photons; power is divided by those\n",
                      request.name.c_str(), static_cast<unsigned long long>(report.statistics.photons.emitted),
                      static_cast<unsigned long long>(settings.photons));
 
-    const Bytes pfm = pfm_bytes(picture);
-    write_outputs(options, picture, pfm, settings.reference ? &passes : nullptr, frame);
-    run_digest.update(pfm.data(), pfm.size());
+    if (traced) {
+        map.sums.resize(sums.count);
+        map.counts = report.statistics.photons;
+    } else if (mapped) {
+        report.statistics.photons = map.counts;
+        if (options.verbose && options.map_in.empty())
+            std::fprintf(stderr, "the particle map is that of the frame before\n");
+    }
+    if (!options.map_out.empty()) write_output(options, numbered(options.map_out, frame), map_bytes(map));
+    if (!options.batches) {
+        const Bytes pfm = pfm_bytes(picture);
+        write_outputs(options, picture, pfm, settings.reference ? &passes : nullptr, frame);
+        run_digest.update(pfm.data(), pfm.size());
+    }
     report.seconds.trees = watch.seconds(Stage::trees);
     report.seconds.photons = watch.seconds(Stage::photons);
     report.seconds.irradiance = watch.seconds(Stage::irradiance);
@@ -232,13 +304,50 @@ FrameReport render_frame(const Request &request, int64_t frame, Sha256 &run_dige
     return report;
 }
 
+void check_map_options(const Options &options) {
+    const struct {
+        const char *name;
+        bool given;
+    } of_map[] = {{"map-out", !options.map_out.empty()},
+                  {"map-in", !options.map_in.empty()},
+                  {"batches", options.batches.has_value()},
+                  {"remap", options.remap}};
+    for (const auto &option : of_map)
+        if (option.given && (options.reference || options.method != Method::map))
+            throw Error(exit_usage, std::string("option '") + option.name + "' belongs to --smoke map");
+    for (size_t i : {0, 2, 3})
+        if (!options.map_in.empty() && of_map[i].given)
+            throw Error(exit_usage,
+                        std::string("option '") + of_map[i].name + "' does not go with --map-in: nothing is traced");
+    if (several_frames(options) && !options.map_out.empty() && !has_number(options.map_out))
+        throw Error(exit_usage,
+                    "option 'map-out': found '" + options.map_out + "' for several frames, expected a name with %04d");
+    for (const std::string &output : options.outputs)
+        if (output == options.map_out)
+            throw Error(exit_usage, "option 'map-out' is '" + output + "' like an output, expected another file");
+    if (!options.batches) return;
+    if (options.map_out.empty())
+        throw Error(exit_usage, "option 'batches' makes no picture, expected --map-out with it");
+    if (!options.outputs.empty() || options.digest)
+        throw Error(exit_usage, std::string("option '") + (options.digest ? "digest" : "output") +
+                                    "' does not go with --batches: they make no picture");
+    const uint64_t batches = batch_count(options.photons);
+    if (options.batches->last > batches)
+        throw Error(exit_usage, "option 'batches': found '" + std::to_string(options.batches->first) + ":" +
+                                    std::to_string(options.batches->last) + "', expected batches below " +
+                                    std::to_string(batches) + ": those of " + std::to_string(options.photons) +
+                                    " photons");
+}
+
 void check_options(const Options &options) {
-    const auto &frames = options.frames;
-    const bool several = frames.last - frames.first >= frames.step;
+    const bool several = several_frames(options);
+    check_map_options(options);
     for (const std::string &output : options.outputs) {
         if (several && !has_number(output))
             throw Error(exit_usage,
                         "option 'output': found '" + output + "' for several frames, expected a name with %04d");
+        if (ends_in(output, ".map"))
+            throw Error(exit_usage, "option 'output': found '" + output + "', expected --map-out for the particle map");
         if (!options.reference && ends_in(output, ".passes"))
             throw Error(exit_usage, "option 'output': found '" + output + "', expected .passes only with --reference");
     }
@@ -274,16 +383,30 @@ int render_command(const std::vector<std::string> &arguments) {
     const Request request = read_request(arguments);
     const Options &options = request.options;
     check_options(options);
+    MapFile map;
     RunReport report;
     report.version = version;
     report.arithmetic = core(options.arithmetic).name;
     Sha256 digest;
     for (int64_t frame = options.frames.first; frame <= options.frames.last; frame += options.frames.step)
-        report.frames.push_back(render_frame(request, frame, digest));
+        report.frames.push_back(render_frame(request, frame, map, digest));
     report.digest = digest.finish().text;
     if (!options.stats.empty()) write_file(options.stats, statistics_json(report));
     return exit_done;
 }
+
+namespace {
+
+int merge_maps(const std::vector<std::string> &files, const Options &options) {
+    if (options.outputs.size() > 1 || !options.error_out.empty() || options.digest || options.exposure != 0)
+        throw Error(exit_usage, "maps are merged to a map, expected one --output and no other option with it");
+    MapFile map = parse_map(read_file(files[0]), files[0]);
+    for (size_t i = 1; i < files.size(); ++i) add_map(map, parse_map(read_file(files[i]), files[i]), files[i]);
+    write_output(options, options.outputs[0], map_bytes(map));
+    return exit_done;
+}
+
+} // namespace
 
 int merge_command(const std::vector<std::string> &arguments) {
     const CommandLine line = parse_arguments(arguments);
@@ -295,7 +418,9 @@ int merge_command(const std::vector<std::string> &arguments) {
                                         "' is none of merge, expected --output, --error-out, --exposure or --digest");
         set_option(options, name, value, "");
     }
-    if (line.files.empty()) throw Error(exit_usage, "found no file to merge, expected some .passes");
+    if (line.files.empty()) throw Error(exit_usage, "found no file to merge, expected some .passes or .map");
+    for (const std::string &output : options.outputs)
+        if (ends_in(output, ".map")) return merge_maps(line.files, options);
     if (options.outputs.empty() && options.error_out.empty() && !options.digest)
         throw Error(exit_usage, "found nothing to make of the passes, expected --output, --error-out or --digest");
     Passes passes = parse_passes(read_file(line.files[0]), line.files[0]);
@@ -313,6 +438,9 @@ int plan_command(const std::vector<std::string> &arguments) {
     prepare_scene(request.name, request.file, request.options, request.options.frames.first, prepared);
     const Settings settings = settings_of(request.options, prepared.width, prepared.height);
     const Plan plan = checked_plan(request, prepared.scene, settings);
+    const Options &options = request.options;
+    MapFile map;
+    if (!options.map_in.empty()) find_map(request, options.frames.first, prepared, settings, plan, map);
 
     uint64_t particles = 0;
     for (const auto &smoke : prepared.particles) particles += smoke.size();
@@ -335,9 +463,15 @@ int plan_command(const std::vector<std::string> &arguments) {
         print_stage("paths", true, 0,
                     std::to_string(uint64_t{settings.last_pass - settings.first_pass} * settings.samples) + " a pixel");
     } else if (settings.method == Method::map) {
+        std::string origin = " photons to emit";
+        if (options.batches) {
+            const auto &[first, last] = *options.batches;
+            origin += ", of them batches " + std::to_string(first) + ":" + std::to_string(last);
+        }
+        if (!options.map_in.empty()) origin = " photons of " + numbered(options.map_in, options.frames.first);
         print_stage("particle map", plan.photons, plan.bytes.particle_map,
                     !plan.photons ? why_no_photons
-                                  : std::to_string(settings.photons) + " photons to emit, kept on the particles: " +
+                                  : std::to_string(settings.photons) + origin + ", kept on the particles: " +
                                         (plan.photon_powers ? "power in R G B" : "one power (all are equal)") +
                                         (plan.photon_directions ? ", flux" : ", no flux (isotropic)"));
         print_stage("sources", plan.smoke, plan.bytes.sources,

@@ -31,18 +31,31 @@ void add(Digest &digest, const SmokeSource &smoke) {
     if (grid.density) digest.add_array(grid.density, grid.count() * sizeof(float));
 }
 
+void add_lights_and_smokes(Digest &digest, const Scene &scene) {
+    for (uint32_t i = 0; i < scene.light_count; ++i) {
+        const LightSource &light = scene.lights[i];
+        digest.add(light.kind, light.position, light.direction, light.one_minus_cosine, light.color);
+    }
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) add(digest, scene.smokes[i]);
+}
+
 } // namespace
+
+std::string identity_of_map(const Scene &scene, const Settings &settings, const std::string &arithmetic) {
+    Digest digest;
+    digest.add(std::string(version), arithmetic, scene.radiance_exponent, scene.light_count, scene.smoke_count);
+    add_lights_and_smokes(digest, scene);
+    digest.add(settings.photons, settings.seed, settings.deposit, settings.density_step);
+    if (settings.density_step > 0) digest.add(settings.light_step, settings.irradiance_step);
+    return digest.finish();
+}
 
 std::string identity_of_samples(const Scene &scene, const Settings &settings, const std::string &arithmetic) {
     Digest digest;
     const Camera &camera = scene.camera;
     digest.add(std::string(version), arithmetic, camera.origin, camera.corner, camera.right, camera.down,
                scene.background, scene.radiance_exponent, scene.light_count, scene.smoke_count);
-    for (uint32_t i = 0; i < scene.light_count; ++i) {
-        const LightSource &light = scene.lights[i];
-        digest.add(light.kind, light.position, light.direction, light.one_minus_cosine, light.color);
-    }
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) add(digest, scene.smokes[i]);
+    add_lights_and_smokes(digest, scene);
     const Crop &crop = settings.crop;
     digest.add(crop.x0, crop.y0, crop.x1, crop.y1, settings.samples, settings.seed);
     return digest.finish();

@@ -9,4 +9,7 @@ namespace wisp {
 // depend on.
 std::string identity_of_samples(const Scene &scene, const Settings &settings, const std::string &arithmetic);
 
+// The same of the photons of a particle map: no camera, picture or background, and nothing that only marching uses.
+std::string identity_of_map(const Scene &scene, const Settings &settings, const std::string &arithmetic);
+
 } // namespace wisp

@@ -57,18 +57,18 @@ size_t one_of(const std::string &value, const std::vector<std::string> &words, s
 }
 
 void set_output(Options &options, const std::string &value) {
-    if (!ends_in(value, ".png") && !ends_in(value, ".pfm") && !ends_in(value, ".passes"))
-        throw Fault{"expected a file name that ends in .png, .pfm or .passes"};
+    if (!ends_in(value, ".png") && !ends_in(value, ".pfm") && !ends_in(value, ".passes") && !ends_in(value, ".map"))
+        throw Fault{"expected a file name that ends in .png, .pfm, .passes or .map"};
     options.outputs.push_back(value);
 }
 
-void set_passes(Options &options, const std::string &value) {
+Options::Range range_of(const std::string &value) {
     const auto parts = split(value, ':');
     if (parts.size() != 2) throw Fault{"expected A:B"};
-    Options::Passes passes;
-    passes.first = static_cast<uint32_t>(integer_in(parts[0], 0, INT32_MAX - 1));
-    passes.last = static_cast<uint32_t>(integer_in(parts[1], passes.first + int64_t{1}, INT32_MAX));
-    options.passes = passes;
+    Options::Range range;
+    range.first = static_cast<uint32_t>(integer_in(parts[0], 0, INT32_MAX - 1));
+    range.last = static_cast<uint32_t>(integer_in(parts[1], range.first + int64_t{1}, INT32_MAX));
+    return range;
 }
 
 void set_size(Options &options, const std::string &value) {
@@ -118,7 +118,7 @@ struct Entry {
 
 const std::vector<Entry> &table() {
     static const std::vector<Entry> entries = {
-        {"output", "FILE", ".png (8-bit sRGB), .pfm (linear float), .passes; repeatable; %04d = frame number",
+        {"output", "FILE", ".png (8-bit sRGB), .pfm (linear float), .passes, .map; repeatable; %04d = frame number",
          set_output},
         {"arith", "f32|f64|fixed", "number system (f32)",
          [](Options &o, const std::string &v) {
@@ -166,12 +166,21 @@ const std::vector<Entry> &table() {
          }},
         {"reference", nullptr, "unbiased path tracing instead: slow, for measuring error",
          [](Options &o, const std::string &) { o.reference = true; }},
-        {"passes", "A:B", "of --reference, half-open (0:16): so many times --spp rays a pixel", set_passes},
+        {"passes", "A:B", "of --reference, half-open (0:16): so many times --spp rays a pixel",
+         [](Options &o, const std::string &v) { o.passes = range_of(v); }},
         {"error-out", "FILE", "of --reference: the standard error of each value, as .pfm",
          [](Options &o, const std::string &v) {
              if (!ends_in(v, ".pfm")) throw Fault{"expected a file name that ends in .pfm"};
              o.error_out = v;
          }},
+        {"map-out", "FILE", "of --smoke map: saves the particle map",
+         [](Options &o, const std::string &v) { o.map_out = v; }},
+        {"map-in", "FILE", "a saved particle map, for other views without tracing again",
+         [](Options &o, const std::string &v) { o.map_in = v; }},
+        {"batches", "A:B", "with --map-out: traces only these of the batches of 4096 photons, half-open; no picture",
+         [](Options &o, const std::string &v) { o.batches = range_of(v); }},
+        {"remap", nullptr, "traces the particle map anew for every frame",
+         [](Options &o, const std::string &) { o.remap = true; }},
         {"light-step", "S", "distance of points whose depth to the lights is kept, in smoothing lengths; 0: exact (0)",
          [](Options &o, const std::string &v) { o.light_step = step_or_zero(v); }},
         {"thin", "EPS",
@@ -206,10 +215,6 @@ const std::vector<Entry> &table() {
         {"depth", "N", "", {}},
         {"shadows", "METHOD", "", {}},
         {"frame-count", "N", "", {}},
-        {"map-out", "FILE", "", {}},
-        {"map-in", "FILE", "", {}},
-        {"batches", "A:B", "", {}},
-        {"remap", nullptr, "", {}},
     };
     return entries;
 }
@@ -293,7 +298,7 @@ std::string help_text() {
     std::string text = "wisp render SCENE [options]     pictures, one per frame\n"
                        "wisp plan SCENE [options]       the stages that this scene needs, and the bytes of each\n"
                        "wisp compare A B [options]      how two .pfm pictures differ; exit 1 when they do\n"
-                       "wisp merge A B [...] -o FILE    the picture of several .passes together\n"
+                       "wisp merge A B [...] -o FILE    the picture of several .passes together, or .map as one .map\n"
                        "wisp help | version\n\n"
                        "Options, written --x V or --x=V; -o is --output, -q --quiet, -v --verbose:\n";
     for (const Entry &entry : table()) {

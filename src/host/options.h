@@ -12,7 +12,7 @@ namespace wisp {
 enum class Arithmetic { f32, f64, fixed };
 
 struct Options {
-    std::vector<std::string> outputs; // .png, .pfm or .passes, `%04d` = frame
+    std::vector<std::string> outputs; // .png, .pfm, .passes or .map, `%04d` = frame
     Arithmetic arithmetic = Arithmetic::f32;
     std::optional<int> width, height; // else the scene's resolution
     uint32_t samples = 4;
@@ -29,16 +29,19 @@ struct Options {
     Method method = Method::direct;
     enum class Estimate { of_method, knn, kernel } estimate = Estimate::of_method;
     Deposit deposit = Deposit::exact;
-    double density_step = 0;  // cells of resampled smoke, in units of the smoothing length; 0: exact
+    double density_step = 0; // cells of resampled smoke, in units of the smoothing length; 0: exact
     IrradianceMap irradiance = IrradianceMap::none;
     double irradiance_step = 1;
-    double light_step = 0;    // distance of kept depths to the lights, in units of the smoothing length
+    double light_step = 0; // distance of kept depths to the lights, in units of the smoothing length
     bool reference = false;
-    struct Passes {
+    struct Range {
         uint32_t first, last; // half-open
     };
-    std::optional<Passes> passes;
-    std::string error_out; // file, empty for none
+    std::optional<Range> passes;
+    std::string error_out;       // file, empty for none
+    std::string map_out, map_in; // the same
+    std::optional<Range> batches;
+    bool remap = false;
     struct Pixels {
         int x0, y0, x1, y1;
     };

@@ -2,20 +2,20 @@
 // pictures, and in `.passes` files from which later passes go on.
 #pragma once
 #include "host/picture.h"
+#include "host/sealed_file.h"
 #include "wisp/pixel_sums.h"
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace wisp {
 
 struct Passes {
-    std::string scene;                                 // SHA-256 of all that the samples depend on but the passes
-    int width = 0, height = 0;                         // pixels of the crop
-    uint32_t samples = 0;                              // a pixel and pass
-    int32_t exponent = 0;                              // a sample's unit is 2^exponent
-    std::vector<std::pair<uint32_t, uint32_t>> ranges; // of passes, half-open, ascending, apart
-    std::vector<PixelSums> pixels;                     // width * height, rows from the top
+    std::string scene;             // SHA-256 of all that the samples depend on but the passes
+    int width = 0, height = 0;     // pixels of the crop
+    uint32_t samples = 0;          // a pixel and pass
+    int32_t exponent = 0;          // a sample's unit is 2^exponent
+    Ranges ranges;                 // of passes
+    std::vector<PixelSums> pixels; // width * height, rows from the top
 };
 
 // The mean of the samples, and its standard error: the samples' deviation / sqrt(number), 0 for a single sample.

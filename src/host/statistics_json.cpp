@@ -33,7 +33,9 @@ std::string frame_json(const FrameReport &report) {
     const auto none = uint64_t{0};
     Object seconds, rays, shadow, photons, smoke, bytes;
     seconds.add("read", report.seconds.read).add("trees", report.seconds.trees).add("photons", report.seconds.photons);
-    seconds.add("irradiance", report.seconds.irradiance).add("render", report.seconds.render).add("total", report.seconds.total);
+    seconds.add("irradiance", report.seconds.irradiance)
+        .add("render", report.seconds.render)
+        .add("total", report.seconds.total);
     rays.add("primary", s.rays.primary).add("reflected", none).add("refracted", none).add("shadow", s.rays.shadow);
     rays.add("shadow_culled", none).add("shadow_dynamic_only", none);
     shadow.add("node_visits", none).add("triangle_tests", none).add("extra_tests", none);

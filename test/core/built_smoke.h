@@ -121,9 +121,9 @@ struct BuiltMedium {
     explicit BuiltMedium(const std::vector<SmokeSource> &sources_) : sources(sources_) {
         scene.smokes = sources.data();
         scene.smoke_count = static_cast<uint32_t>(sources.size());
-        memory.resize(medium_bytes(scene));
+        memory.resize(medium_bytes(scene, 0));
         Arena arena(memory.data(), memory.size());
-        medium = make_medium(scene, arena);
+        medium = make_medium(scene, 0, arena);
     }
     std::vector<SmokeSource> sources;
     Scene scene = {};
@@ -158,8 +158,8 @@ struct BuiltPhotons {
     BuiltPhotons(const Scene &scene, const Settings &settings)
         : BuiltPhotons(scene, settings, plan_photons(scene, settings)) {}
     BuiltPhotons(const Scene &scene, const Settings &settings, const PhotonPlan &plan, const Observer &observer = {})
-        : memory(medium_bytes(scene) + plan.bytes), arena(memory.data(), memory.size()),
-          medium(make_medium(scene, arena)) {
+        : memory(medium_bytes(scene, 0) + plan.bytes), arena(memory.data(), memory.size()),
+          medium(make_medium(scene, 0, arena)) {
         for (uint32_t i = 0; i < scene.light_count; ++i) lights.push_back(make_light(scene.lights[i]));
         maps = trace_photons(medium, lights.data(), scene.light_count, settings, plan, observer, arena, statistics);
     }

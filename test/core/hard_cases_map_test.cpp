@@ -20,6 +20,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C13: no power is lost on its way to the p
     const ParticleMapPlan plan = plan_particle_map(mixture.scene, settings);
     std::vector<unsigned char> memory(medium_bytes(mixture.scene, 0) + plan.bytes + 4096);
     Arena arena(memory.data(), memory.size());
+    MapSums sums = {arena.make<int64_t>(plan.sums), plan.sums, 0};
     const Medium medium = make_medium(mixture.scene, 0, arena);
     std::vector<Light> lights;
     for (const LightSource &light : mixture.lights) lights.push_back(make_light(light));
@@ -36,8 +37,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C13: no power is lost on its way to the p
         return true;
     });
     ParticleMap map;
-    REQUIRE(trace_particle_map(mixture.scene, medium, lights.data(), settings, plan.needs, Observer{}, arena,
-                               statistics, map) == Status::done);
+    REQUIRE(trace_particle_map(mixture.scene, medium, lights.data(), settings, plan.needs, all_batches(settings),
+                               Observer{}, arena, sums, statistics, map) == Status::done);
     int64_t found[3] = {};
     for (uint32_t s = 0; s < 3; ++s) {
         REQUIRE(map.of_smoke[s].channels == 3);

@@ -160,10 +160,12 @@ TEST_CASE(WISP_ARITH_NAME ": flights leave what collisions leave, on average, an
             Arena arena(memory.data(), memory.size());
             const Medium medium = make_medium(mixture.scene, 0, arena);
             const std::vector<Light> lights = {make_light(mixture.lights[0]), make_light(mixture.lights[1])};
+            MapSums values = {arena.make<int64_t>(plan.sums), plan.sums, 0};
             ParticleMap map;
             Statistics statistics;
-            REQUIRE(trace_particle_map(mixture.scene, medium, lights.data(), settings, plan.needs, Observer{}, arena,
-                                       statistics, map) == Status::done);
+            REQUIRE(trace_particle_map(mixture.scene, medium, lights.data(), settings, plan.needs,
+                                       all_batches(settings), Observer{}, arena, values, statistics,
+                                       map) == Status::done);
             for (uint32_t s = 0; s < 3; ++s) {
                 sums[run][s] = 0;
                 for (uint32_t i = 0; i < 3 * map.of_smoke[s].count; i += 3)

@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 #include <filesystem>
 
+extern "C" int fuzz_map(const uint8_t *data, size_t size);
 extern "C" int fuzz_particles(const uint8_t *data, size_t size);
 extern "C" int fuzz_passes(const uint8_t *data, size_t size);
 extern "C" int fuzz_pfm(const uint8_t *data, size_t size);
@@ -26,6 +27,7 @@ void replay(const std::string &folder, size_t least, int (*target)(const uint8_t
 
 } // namespace
 
+TEST_CASE("the fuzz corpus of particle maps does no harm") { replay("test/corpus/map", 30, fuzz_map); }
 TEST_CASE("the fuzz corpus of particle files does no harm") { replay("test/corpus/particles", 30, fuzz_particles); }
 TEST_CASE("the fuzz corpus of passes does no harm") { replay("test/corpus/passes", 20, fuzz_passes); }
 TEST_CASE("the fuzz corpus of pictures does no harm") { replay("test/corpus/pfm", 10, fuzz_pfm); }

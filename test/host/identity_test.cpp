@@ -1,4 +1,5 @@
-// The name of a picture's samples changes with everything that they depend on, and with nothing else.
+// The names of a picture's samples, and of a particle map, change with everything that they depend on, and with nothing
+// else.
 #include "host/identity.h"
 #include <doctest/doctest.h>
 #include <functional>
@@ -45,22 +46,23 @@ struct Whole {
         settings.gather_radius = 2;
         settings.step = 0.5;
     }
-    std::string name() {
+    using Identity = std::string (*)(const Scene &, const Settings &, const std::string &);
+    std::string name(Identity identity = identity_of_samples) {
         smokes[0].particles = particles.data();
         smokes[0].count = static_cast<uint32_t>(particles.size());
         smokes[1].grid.density = density.data();
         scene.lights = lights;
         scene.smokes = smokes;
-        return identity_of_samples(scene, settings, arithmetic);
+        return identity(scene, settings, arithmetic);
     }
 };
 
 using Change = std::function<void(Whole &)>;
 
-std::string name_after(const Change &change) {
+std::string name_after(const Change &change, Whole::Identity identity = identity_of_samples) {
     Whole whole;
     change(whole);
-    return whole.name();
+    return whole.name(identity);
 }
 
 void add_vector(std::vector<Change> &changes, const std::function<Double3 &(Whole &)> &vector) {
@@ -69,27 +71,13 @@ void add_vector(std::vector<Change> &changes, const std::function<Double3 &(Whol
     changes.push_back([=](Whole &w) { vector(w).z += 0x1p-40; });
 }
 
-} // namespace
-
-TEST_CASE("identity: it is a SHA-256, the same for the same scene wherever that lies") {
-    Whole a, b;
-    CHECK(a.name() == b.name());
-    CHECK(a.name().size() == 64);
-    CHECK(a.name().find_first_not_of("0123456789abcdef") == std::string::npos);
-}
-
-TEST_CASE("identity: it changes with every number that samples depend on") {
+// Of the arithmetic, the smokes and the lights.
+std::vector<Change> changes_of_contents() {
     std::vector<Change> changes = {
         [](Whole &w) { w.arithmetic = "f64"; },
         [](Whole &w) { w.scene.radiance_exponent += 1; },
         [](Whole &w) { w.scene.light_count = 1; },
         [](Whole &w) { w.scene.smoke_count = 2; },
-        [](Whole &w) { w.settings.crop.x0 += 1; },
-        [](Whole &w) { w.settings.crop.y0 += 1; },
-        [](Whole &w) { w.settings.crop.x1 += 1; },
-        [](Whole &w) { w.settings.crop.y1 += 1; },
-        [](Whole &w) { w.settings.samples += 1; },
-        [](Whole &w) { w.settings.seed += uint64_t{1} << 40; },
         [](Whole &w) { w.lights[0].kind = LightKind::point; },
         [](Whole &w) { w.lights[0].one_minus_cosine += 0x1p-40; },
         [](Whole &w) { std::swap(w.lights[0], w.lights[1]); },
@@ -121,15 +109,39 @@ TEST_CASE("identity: it changes with every number that samples depend on") {
         add_vector(changes, [=](Whole &w) -> Double3 & { return w.lights[i].color; });
     }
     for (size_t i = 0; i < 2; ++i) add_vector(changes, [=](Whole &w) -> Double3 & { return w.particles[i].position; });
+    return changes;
+}
+
+// Names before and after each change: all differ.
+void check_changes(const std::vector<Change> &changes, Whole::Identity identity) {
+    std::set<std::string> names = {Whole().name(identity)};
+    for (size_t i = 0; i < changes.size(); ++i) {
+        CAPTURE(i);
+        CHECK(names.insert(name_after(changes[i], identity)).second);
+    }
+}
+
+} // namespace
+
+TEST_CASE("identity: it is a SHA-256, the same for the same scene wherever that lies") {
+    Whole a, b;
+    CHECK(a.name() == b.name());
+    CHECK(a.name().size() == 64);
+    CHECK(a.name().find_first_not_of("0123456789abcdef") == std::string::npos);
+}
+
+TEST_CASE("identity: it changes with every number that samples depend on") {
+    std::vector<Change> changes = changes_of_contents();
+    const std::vector<Change> more = {
+        [](Whole &w) { w.settings.crop.x0 += 1; }, [](Whole &w) { w.settings.crop.y0 += 1; },
+        [](Whole &w) { w.settings.crop.x1 += 1; }, [](Whole &w) { w.settings.crop.y1 += 1; },
+        [](Whole &w) { w.settings.samples += 1; }, [](Whole &w) { w.settings.seed += uint64_t{1} << 40; },
+    };
+    changes.insert(changes.end(), more.begin(), more.end());
     add_vector(changes, [](Whole &w) -> Double3 & { return w.scene.background; });
     for (Double3 Camera::*field : {&Camera::origin, &Camera::corner, &Camera::right, &Camera::down})
         add_vector(changes, [=](Whole &w) -> Double3 & { return w.scene.camera.*field; });
-
-    std::set<std::string> names = {Whole().name()};
-    for (size_t i = 0; i < changes.size(); ++i) {
-        CAPTURE(i);
-        CHECK(names.insert(name_after(changes[i])).second);
-    }
+    check_changes(changes, identity_of_samples);
     CHECK(changes.size() > 100);
 }
 
@@ -141,4 +153,27 @@ TEST_CASE("identity: passes, and what only photons and marching use, leave it al
     CHECK(name_after([](Whole &w) { w.settings.gather = 1; }) == name);
     CHECK(name_after([](Whole &w) { w.settings.gather_radius = 1; }) == name);
     CHECK(name_after([](Whole &w) { w.settings.step = 1; }) == name);
+}
+
+TEST_CASE("identity: that of a map changes with every number that photons depend on") {
+    std::vector<Change> changes = changes_of_contents();
+    changes.push_back([](Whole &w) { w.settings.seed += uint64_t{1} << 40; });
+    changes.push_back([](Whole &w) { w.settings.photons += uint64_t{1} << 40; });
+    changes.push_back([](Whole &w) { w.settings.deposit = Deposit::path; });
+    check_changes(changes, identity_of_map);
+}
+
+TEST_CASE("identity: views, steps and pictures leave that of a map alone") {
+    const std::string name = Whole().name(identity_of_map);
+    std::vector<Change> changes = {
+        [](Whole &w) { w.settings.crop.x0 += 1; },     [](Whole &w) { w.settings.crop.y1 += 1; },
+        [](Whole &w) { w.settings.samples += 1; },     [](Whole &w) { w.settings.step = 1; },
+        [](Whole &w) { w.settings.gather = 1; },       [](Whole &w) { w.settings.gather_radius = 1; },
+        [](Whole &w) { w.settings.light_step = 0.5; }, [](Whole &w) { w.settings.last_pass = 99; },
+    };
+    add_vector(changes, [](Whole &w) -> Double3 & { return w.scene.background; });
+    for (Double3 Camera::*field : {&Camera::origin, &Camera::corner, &Camera::right, &Camera::down})
+        add_vector(changes, [=](Whole &w) -> Double3 & { return w.scene.camera.*field; });
+    for (const Change &change : changes) CHECK(name_after(change, identity_of_map) == name);
+    CHECK(name != Whole().name());
 }
