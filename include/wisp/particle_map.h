@@ -8,13 +8,18 @@
 
 namespace wisp::WISP_ARITH {
 
+constexpr int32_t deposit_bits = 24; // a unit is 2^-24 of one photon's largest channel
+
 // What one smoke's elements (particles by slot, or samples of the grid) received, in integers: the same sums whatever
 // the order.
 struct Deposits {
-    int64_t *power; // `channels` of each element, in units of 2^-24 of one photon's largest channel
+    int64_t *power; // `channels` of each element, in units
     int64_t *flux;  // three of each: the sum of direction times (R + G + B); nullptr where the smoke scatters evenly
     uint32_t count, channels; // one channel where all photons are alike
 };
+
+// A sum of deposits in photons.
+inline Real photons_of(int64_t sum) { return scaled_integer<Real>(sum, -deposit_bits); }
 
 struct ParticleMap {
     const Deposits *of_smoke; // one a smoke; nullptr where nothing scatters twice
@@ -33,11 +38,5 @@ ParticleMapPlan plan_particle_map(const Scene &scene, const Settings &settings);
 Status trace_particle_map(const Scene &scene, const Medium &medium, const Light *lights, const Settings &settings,
                           const PhotonNeeds &needs, const Observer &observer, Arena &arena, Statistics &statistics,
                           ParticleMap &map);
-
-// The source function of every element towards the eye, per unit of sigma_t: what is scattered there for the second
-// time and more, and emission. One array a smoke; nullptr: the arena was too small.
-const Color *const *make_sources(const Scene &scene, const Medium &medium, const ParticleMap &map, const Vec3 &eye,
-                                 Arena &arena);
-uint64_t source_bytes(const Scene &scene);
 
 } // namespace wisp::WISP_ARITH

@@ -1,14 +1,11 @@
-// Deposits on particles, and the source functions that they make (S4-3).
+// Deposits on particles (S4-3).
 #include "wisp/particle_map.h"
 
 namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr int32_t unit_bits = 24; // of a deposit
-
-int64_t to_units(Real x) { return round_to_int(scale_pow2(min(x, Real(127)), unit_bits)); }
-Real from_units(int64_t sum) { return scaled_integer<Real>(sum, -unit_bits); }
+int64_t to_units(Real x) { return round_to_int(scale_pow2(min(x, Real(127)), deposit_bits)); }
 
 void deposit(const Deposits &deposits, uint32_t element, const Color &photon, const Vec3 &direction, Real share) {
     const Color power = photon * share;
@@ -46,62 +43,6 @@ bool make_deposits(const Scene &scene, const PhotonNeeds &needs, Arena &arena, D
     return true;
 }
 
-// What all photons put on an element, in photons.
-Color power_of(const Deposits &deposits, const Color &photon_color, uint32_t element) {
-    const int64_t *sum = deposits.power + uint64_t{element} * deposits.channels;
-    if (deposits.channels == 1) return photon_color * from_units(*sum);
-    return Color(from_units(sum[0]), from_units(sum[1]), from_units(sum[2]));
-}
-
-// p towards `out` of light that arrives with a flux: Henyey and Greenstein's about the flux's direction, with g times
-// the share of the power that flows that way. Positive, exact for even light, right in its first moment.
-Real phase_of_flux(const Phase &phase, const Deposits &deposits, const Color &power, uint32_t element,
-                   const Vec3 &out) {
-    const int64_t *sum = deposits.flux + uint64_t{element} * 3;
-    const Vec3 flux(from_units(sum[0]), from_units(sum[1]), from_units(sum[2]));
-    const Real all = power.x + power.y + power.z, along = length(flux);
-    if (!(along > all * Real(0x1p-16))) return inv_four_pi<Real>; // a direction out of rounding (D7)
-    return phase.with_share(min(along / all, Real(1)))(flux / along, out);
-}
-
-struct Element {
-    Vec3 position;
-    Real cross_section; // the integral of its part of sigma_t
-};
-Element element_of(const Smoke &smoke, uint32_t index) {
-    if (smoke.field.is_grid) {
-        const GridField &grid = smoke.field.grid;
-        const Vec3 &edge = grid.between.edge;
-        return {position_of_sample(grid, index), grid.extinction[index] * edge.x * edge.y * edge.z};
-    }
-    const PointTree &tree = smoke.field.particles.tree;
-    return {Vec3(tree.x[index], tree.y[index], tree.z[index]),
-            to_real<Real>(smoke.source->particles[tree.id[index]].area)};
-}
-
-// power / cross-section * 2^exponent * unit, half of the scaling before the division: in fixed point neither leaves the
-// range.
-Color per_cross_section(const Color &power, Real cross_section, const PhotonUnit &unit) {
-    const int32_t half = unit.exponent / 2;
-    return scale_pow2(scale_pow2(power, half) * unit.unit / cross_section, unit.exponent - half);
-}
-
-// Sum of p times the light that was scattered before, towards the eye, at an element.
-Color multiple_scattering(const ParticleMap &map, const Smoke &smoke, uint32_t index, uint32_t i,
-                          const Element &element, const Vec3 &eye) {
-    if (!map.of_smoke) return Color(Real(0));
-    const Deposits &deposits = map.of_smoke[index];
-    const Color power = power_of(deposits, map.photon_color, i);
-    if (!(largest(power) > Real(0))) return power;
-    Real p = inv_four_pi<Real>;
-    if (deposits.flux) {
-        const Vec3 way = eye - element.position;
-        const Real distance = length(way);
-        if (distance > Real(0)) p = phase_of_flux(smoke.phase, deposits, power, i, way / distance);
-    }
-    return per_cross_section(power * p, element.cross_section, map.unit);
-}
-
 } // namespace
 
 ParticleMapPlan plan_particle_map(const Scene &scene, const Settings &settings) {
@@ -122,10 +63,8 @@ Status trace_particle_map(const Scene &scene, const Medium &medium, const Light 
                           ParticleMap &map) {
     map = {};
     if (!needs.traced) return Status::done;
-    const size_t before = arena.mark();
     Deposits *deposits = arena.make<Deposits>(medium.count);
     if (!deposits || !make_deposits(scene, needs, arena, deposits)) return Status::out_of_memory;
-    statistics.bytes.particle_map = arena.mark() - before;
     const Emitters emitters = find_emitters(medium, lights, scene.light_count, arena);
     if (!emitters.list) return Status::out_of_memory;
     if (emitters.count == 0) return Status::done;
@@ -150,33 +89,6 @@ Status trace_particle_map(const Scene &scene, const Medium &medium, const Light 
     });
     map = {deposits, emitters.list[0].photon_color, photon_unit(emitters.power, statistics.photons.emitted)};
     return status;
-}
-
-const Color *const *make_sources(const Scene &scene, const Medium &medium, const ParticleMap &map, const Vec3 &eye,
-                                 Arena &arena) {
-    const Color **sources = arena.make<const Color *>(medium.count);
-    if (!sources) return nullptr;
-    for (uint32_t s = 0; s < medium.count; ++s) {
-        const Smoke &smoke = medium.smokes[s];
-        const uint32_t count = elements_of(scene.smokes[s]);
-        Color *source = arena.make<Color>(count);
-        if (!source) return nullptr;
-        sources[s] = source;
-        const Color glow = (Color(Real(1)) - smoke.albedo) * smoke.emission;
-        for (uint32_t i = 0; i < count; ++i) {
-            const Element element = element_of(smoke, i);
-            source[i] = Color(Real(0));
-            if (element.cross_section > Real(0))
-                source[i] = smoke.albedo * multiple_scattering(map, smoke, s, i, element, eye) + glow;
-        }
-    }
-    return sources;
-}
-
-uint64_t source_bytes(const Scene &scene) {
-    uint64_t bytes = Arena::bytes<const Color *>(scene.smoke_count);
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) bytes += Arena::bytes<Color>(elements_of(scene.smokes[i]));
-    return bytes;
 }
 
 } // namespace wisp::WISP_ARITH

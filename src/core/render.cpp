@@ -91,14 +91,21 @@ Status render_direct(const Frame &frame) {
 Status render_map(const Frame &frame) {
     const Scene &scene = frame.scene;
     const ParticleMapPlan plan = plan_particle_map(scene, frame.settings);
+    PackedMap packed;
+    const size_t before = frame.arena.mark();
+    if (!make_packed_map(scene, plan.needs, frame.arena, packed)) return Status::out_of_memory;
+    const size_t after = frame.arena.mark();
+    frame.statistics.bytes.particle_map = after - before;
     ParticleMap map;
     const Status status = trace_particle_map(scene, frame.medium, frame.lights, frame.settings, plan.needs,
                                              frame.observer, frame.arena, frame.statistics, map);
     if (status != Status::done) return status;
+    pack_map(map, packed);
+    frame.arena.rewind(after);
 
     if (!frame.observer(Stage::render, 0, 1)) return Status::stopped;
     ParticleMarcher marcher = {};
-    marcher.sources = make_sources(scene, frame.medium, map, vec_of(scene.camera.origin), frame.arena);
+    marcher.sources = make_sources(scene, frame.medium, packed, vec_of(scene.camera.origin), frame.arena);
     LightDepths depths;
     if (!marcher.sources || !make_window(scene, frame.arena, marcher) || !ask_lights(frame, depths, marcher.lights))
         return Status::out_of_memory;
@@ -126,7 +133,7 @@ Plan plan(const Scene &scene, const Settings &settings) {
     plan.bytes.light_depths = light_depth_bytes(scene, settings.light_step);
     plan.bytes.arena = plan.bytes.particle_tree + plan.bytes.light_depths + march_bytes(scene);
     if (settings.method == Method::map) {
-        plan.bytes.particle_map = plan_particle_map(scene, settings).bytes;
+        plan.bytes.particle_map = plan_particle_map(scene, settings).bytes + packed_map_bytes(scene, needs);
         plan.bytes.sources = source_bytes(scene);
         plan.bytes.arena += plan.bytes.particle_map + plan.bytes.sources + window_bytes(scene);
         return plan;

@@ -334,7 +334,8 @@ int plan_command(const std::vector<std::string> &arguments) {
                     !plan.photons ? why_no_photons
                                   : std::to_string(settings.photons) + " photons to emit, kept on the particles: " +
                                         (plan.photon_powers ? "power in R G B" : "one power (all are equal)") +
-                                        (plan.photon_directions ? ", flux" : ", no flux (isotropic)"));
+                                        (plan.photon_directions ? ", flux: packed to 8 bytes each"
+                                                                : ", no flux (isotropic): packed to 4 bytes each"));
         print_stage("sources", plan.smoke, plan.bytes.sources,
                     plan.smoke ? "what each sends to the eye" : "there is no smoke");
     } else {

@@ -1,6 +1,6 @@
 // Hard cases of the particle map.
+#include "built_map.h"
 #include "mixture.h"
-#include "wisp/particle_map.h"
 #include <cmath>
 #include <doctest/doctest.h>
 
@@ -17,35 +17,30 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C13: no power is lost on its way to the p
     const Mixture mixture;
     Settings settings = small_settings(6);
     settings.photons = 3000;
-    const ParticleMapPlan plan = plan_particle_map(mixture.scene, settings);
-    std::vector<unsigned char> memory(medium_bytes(mixture.scene) + plan.bytes + 4096);
-    Arena arena(memory.data(), memory.size());
-    const Medium medium = make_medium(mixture.scene, arena);
-    std::vector<Light> lights;
-    for (const LightSource &light : mixture.lights) lights.push_back(make_light(light));
-    const Emitters emitters = find_emitters(medium, lights.data(), 2, arena);
+    const TracedMap traced(mixture.scene, settings);
+    std::vector<Emitter> room(8);
+    Arena arena(room.data(), room.size() * sizeof(Emitter));
+    const Emitters emitters = find_emitters(traced.medium, traced.lights.data(), 2, arena);
     int64_t expected[3] = {};
-    Statistics counted, statistics;
+    Statistics counted;
     for_each_photon(settings.seed, 0, settings.photons, [&](uint64_t key) {
-        trace_photon(medium, emitters, key, counted, [&](const MediumCollision &, const Photon &, const Color &power) {
-            expected[0] += std::llround(at(power.x) * 0x1p24);
-            expected[1] += std::llround(at(power.y) * 0x1p24);
-            expected[2] += std::llround(at(power.z) * 0x1p24);
-            ++counted.photons.stored;
-        });
+        trace_photon(traced.medium, emitters, key, counted,
+                     [&](const MediumCollision &, const Photon &, const Color &power) {
+                         expected[0] += std::llround(at(power.x) * 0x1p24);
+                         expected[1] += std::llround(at(power.y) * 0x1p24);
+                         expected[2] += std::llround(at(power.z) * 0x1p24);
+                         ++counted.photons.stored;
+                     });
         return true;
     });
-    ParticleMap map;
-    REQUIRE(trace_particle_map(mixture.scene, medium, lights.data(), settings, plan.needs, Observer{}, arena,
-                               statistics, map) == Status::done);
     int64_t found[3] = {};
     for (uint32_t s = 0; s < 3; ++s) {
-        REQUIRE(map.of_smoke[s].channels == 3);
-        for (uint32_t i = 0; i < map.of_smoke[s].count * 3; ++i) found[i % 3] += map.of_smoke[s].power[i];
-        CHECK((map.of_smoke[s].flux != nullptr) == (mixture.smokes[s].asymmetry != 0));
+        REQUIRE(traced.map.of_smoke[s].channels == 3);
+        for (uint32_t i = 0; i < traced.map.of_smoke[s].count * 3; ++i) found[i % 3] += traced.map.of_smoke[s].power[i];
+        CHECK((traced.map.of_smoke[s].flux != nullptr) == (mixture.smokes[s].asymmetry != 0));
     }
     CHECK(counted.photons.stored > 1000);
-    CHECK(statistics.photons.stored == counted.photons.stored);
+    CHECK(traced.statistics.photons.stored == counted.photons.stored);
     for (int c = 0; c < 3; ++c) CHECK(found[c] == expected[c]);
 }
 
@@ -60,11 +55,9 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D6: opposite photons have their power, an
         int64_t power = int64_t{2} << 24, flux[3] = {0, 0, 0};
         Deposits deposits = {&power, g == 0 ? nullptr : flux, 1, 1};
         const ParticleMap map = {&deposits, Color(Real(1)), {Real(1), 0}};
-        std::vector<unsigned char> memory(source_bytes(scene));
-        Arena arena(memory.data(), memory.size());
-        const Color *const *sources = make_sources(scene, built.medium, map, vec(0, 0, 12), arena);
-        REQUIRE(sources);
-        CHECK(at(sources[0][0].x) == doctest::Approx(2 / (4 * pi_) / 2).epsilon(1e-6));
+        PackedSums packed(scene, map);
+        CHECK(at(packed.source(scene, built.medium, vec(0, 0, 12)).x) ==
+              doctest::Approx(2 / (4 * pi_) / 2).epsilon(1e-6));
     }
 }
 
@@ -80,14 +73,26 @@ TEST_CASE(WISP_ARITH_NAME
         int64_t power = int64_t{2} << 24, flux[3] = {0, 0, along};
         Deposits deposits = {&power, flux, 1, 1};
         const ParticleMap map = {&deposits, Color(Real(1)), {Real(1), 0}};
-        std::vector<unsigned char> memory(source_bytes(scene));
-        Arena arena(memory.data(), memory.size());
-        return at(make_sources(scene, built.medium, map, vec(0, 0, 12), arena)[0][0].x);
+        return at(PackedSums(scene, map).source(scene, built.medium, vec(0, 0, 12)).x);
     };
     const auto p = [](double g) { return (1 + g) / (4 * pi_ * (1 - g) * (1 - g)); }; // forwards
     const int64_t all = int64_t{6} << 24; // |flux| of two photons of R + G + B = 3 in one direction
     CHECK(source(3) == doctest::Approx(1 / (4 * pi_)).epsilon(1e-6));
     CHECK(source(all) == doctest::Approx(p(0.7)).epsilon(1e-5));
-    CHECK(source(all / 2) == doctest::Approx(p(0.35)).epsilon(1e-5));
-    CHECK(source(all + 4) == doctest::Approx(p(0.7)).epsilon(1e-5)); // rounded up: no g above the medium's
+    CHECK(source(all / 2) == doctest::Approx(p(0.7 * 256 / 511)).epsilon(1e-5)); // half, in units of an entry
+    CHECK(source(all + 4) == doctest::Approx(p(0.7)).epsilon(1e-5));             // rounded up: no g above the medium's
+    // Nor when the rounding of an entry makes it longer, in any direction.
+    smoke.asymmetry = 0.9995;
+    const BuiltMedium peaked({smoke});
+    Sequence next{8};
+    for (int i = 0; i < 50; ++i) {
+        const Vec3 to = normalize(vec(next() - 0.5, next() - 0.5, next() - 0.5));
+        int64_t power = int64_t{2} << 24, flux[3];
+        for (int c = 0; c < 3; ++c) flux[c] = std::llround(at(to[c]) * static_cast<double>(all));
+        Deposits deposits = {&power, flux, 1, 1};
+        const ParticleMap map = {&deposits, Color(Real(1)), {Real(1), -20}};
+        const double s = at(PackedSums(scene, map).source(scene, peaked.medium, to * Real(12)).x);
+        CHECK(s > 0);
+        CHECK(s < 1.001 * p(0.9995) * 0x1p-20);
+    }
 }

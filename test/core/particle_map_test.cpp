@@ -1,4 +1,5 @@
 // The particle map against the reference, against `direct` where both must agree, and its deposits and kept depths.
+#include "built_map.h"
 #include "mixture.h"
 #include "wisp/particle_march.h"
 #include <cmath>
@@ -155,15 +156,8 @@ TEST_CASE(WISP_ARITH_NAME ": flights leave what collisions leave, on average, an
             Settings settings = map_settings(1, 1500);
             settings.deposit = path ? Deposit::path : Deposit::exact;
             settings.seed = static_cast<uint64_t>(run);
-            const ParticleMapPlan plan = plan_particle_map(mixture.scene, settings);
-            std::vector<unsigned char> memory(medium_bytes(mixture.scene) + plan.bytes);
-            Arena arena(memory.data(), memory.size());
-            const Medium medium = make_medium(mixture.scene, arena);
-            const std::vector<Light> lights = {make_light(mixture.lights[0]), make_light(mixture.lights[1])};
-            ParticleMap map;
-            Statistics statistics;
-            REQUIRE(trace_particle_map(mixture.scene, medium, lights.data(), settings, plan.needs, Observer{}, arena,
-                                       statistics, map) == Status::done);
+            const TracedMap traced(mixture.scene, settings);
+            const ParticleMap &map = traced.map;
             for (uint32_t s = 0; s < 3; ++s) {
                 sums[run][s] = 0;
                 for (uint32_t i = 0; i < 3 * map.of_smoke[s].count; i += 3)
@@ -183,6 +177,67 @@ TEST_CASE(WISP_ARITH_NAME ": flights leave what collisions leave, on average, an
         CHECK(std::fabs(power[1][s] / power[0][s] - 1) < 4 * std::sqrt(3 / (8 * power[0][s])));
     }
     CHECK(spread[1] < spread[0]);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": sources are what the sums make of them, within the rounding of an entry") {
+    // Powers that differ by 2^12, of up to four million photons on an element, with fluxes of every share of them.
+    std::vector<Particle> particles = cloud(40, 2, 1, 0.5);
+    const Vec3 eye = vec(0.5, -4, 3);
+    for (uint32_t channels : {1u, 3u})
+        for (double g : {0.0, 0.5, -0.3}) {
+            SmokeSource smoke = smoke_of(particles);
+            smoke.asymmetry = g;
+            smoke.albedo = {0.9, 0.75, 0.5};
+            const BuiltMedium built({smoke});
+            const Scene scene = scene_of(smoke, {});
+            Sequence next{channels};
+            std::vector<int64_t> power(40 * channels), flux(120);
+            const double color[3] = {1, channels == 1 ? 0.5 : 1, channels == 1 ? 0.25 : 1}; // of all photons
+            for (int64_t &p : power)
+                p = static_cast<int64_t>(std::ldexp(1 + next(), 34 + static_cast<int>(12 * next())));
+            std::vector<double> whole(40);
+            for (uint32_t i = 0; i < 40; ++i) {
+                for (uint32_t c = 0; c < 3; ++c)
+                    whole[i] += color[c] * static_cast<double>(power[i * channels + (channels == 3 ? c : 0)]);
+                const double share = next(), x = next() - 0.5, y = next() - 0.5, z = next() - 0.5;
+                const double scale = share * whole[i] / std::sqrt(x * x + y * y + z * z);
+                flux[3 * i] = std::llround(x * scale);
+                flux[3 * i + 1] = std::llround(y * scale);
+                flux[3 * i + 2] = std::llround(z * scale);
+            }
+            Deposits deposits = {power.data(), g == 0 ? nullptr : flux.data(), 40, channels};
+            const ParticleMap map = {&deposits, vec(color[0], color[1], color[2]), {real(1.25), -20}};
+            PackedSums packed(scene, map);
+            const PointTree &tree = built.medium.smokes[0].field.particles.tree;
+            for (uint32_t i = 0; i < 40; ++i) {
+                const double way[3] = {at(eye.x - tree.x[i]), at(eye.y - tree.y[i]), at(eye.z - tree.z[i])};
+                double along = 0, f = 0, r = 0;
+                for (uint32_t c = 0; c < 3; ++c) {
+                    const double d = static_cast<double>(flux[3 * i + c]);
+                    along += d * way[c];
+                    f += d * d;
+                    r += way[c] * way[c];
+                }
+                const double cosine = along / std::sqrt(f * r), share = g * std::sqrt(f) / whole[i];
+                const double p = (1 - share * share) /
+                                 (4 * 3.14159265358979323846 * std::pow(1 + share * share - 2 * share * cosine, 1.5));
+                const Color found = packed.source(scene, built.medium, eye, i);
+                double most = 0, powers[3];
+                for (uint32_t c = 0; c < 3; ++c) {
+                    powers[c] = color[c] * static_cast<double>(power[i * channels + (channels == 3 ? c : 0)]) * 0x1p-24;
+                    most = std::max(most, powers[c]);
+                }
+                const double values[3] = {at(found.x), at(found.y), at(found.z)};
+                const double albedo[3] = {0.9, 0.75, 0.5};
+                // Of a flux that is off by d <= sqrt(3) / 2 / 511: p by 3 |g| d / (1 - |g|)^2 of itself at most.
+                const double bar = 3 * std::fabs(g) * (0.866 / 511) / std::pow(1 - std::fabs(g), 2) +
+                                   (channels == 3 ? 1.0 / 512 : 2e-6);
+                for (int c = 0; c < 3; ++c) {
+                    const double expected = albedo[c] * p * powers[c] * 1.25 * 0x1p-20 / 0.5;
+                    CHECK(std::fabs(values[c] - expected) <= bar * expected * most / powers[c] + 10 * unit_error);
+                }
+            }
+        }
 }
 
 TEST_CASE(WISP_ARITH_NAME ": kept depths are exact at their nodes, and err with the square of their distance") {
