@@ -9,7 +9,9 @@ namespace wisp::WISP_ARITH {
 struct MapEntries {
     // In photons, relative to 2^exponent: a packed colour, or of equal photons their number as a fraction of 2^32.
     uint32_t *power;
-    uint32_t *direction; // a packed flux relative to the power; 0: from all sides; nullptr where it scatters evenly
+    // A packed flux relative to the power, or a unit vector; 0: from all sides; nullptr where the smoke scatters
+    // evenly.
+    uint32_t *direction;
     uint32_t count;
     int32_t exponent;
 };
@@ -20,11 +22,12 @@ struct PackedMap {
     bool one_channel;     // all photons are alike
     Color photon_color;   // ... and of this colour
     PhotonUnit unit;
+    Direction kept;
 };
 
 // Room for the entries, made before what tracing leaves behind, which `pack_map` needs no longer. False: the arena was
 // too small.
-bool make_packed_map(const Scene &scene, const PhotonNeeds &needs, Arena &arena, PackedMap &packed);
+bool make_packed_map(const Scene &scene, const PhotonNeeds &needs, Direction kept, Arena &arena, PackedMap &packed);
 uint64_t packed_map_bytes(const Scene &scene, const PhotonNeeds &needs);
 void pack_map(const ParticleMap &map, PackedMap &packed);
 

@@ -2,7 +2,8 @@
 // grid, instead of a photon map. It does not depend on the camera.
 //
 // A photon's collision is with one particle, drawn with the share that it has in the density (numerics X), and the
-// whole photon goes to it: no search, nothing lost, and what each particle receives is unbiased.
+// whole photon goes to it: no search, nothing lost, and what each particle receives is unbiased. The paper's way is
+// Deposit::kernel.
 #pragma once
 #include "wisp/photon_trace.h"
 
@@ -14,8 +15,11 @@ constexpr int32_t deposit_bits = 24; // a unit is 2^-24 of one photon's largest 
 // the order.
 struct Deposits {
     int64_t *power; // `channels` of each element, in units
-    int64_t *flux;  // three of each: the sum of direction times (R + G + B); nullptr where the smoke scatters evenly
+    // Three of each: the sum of direction times (R + G + B), or of directions alone; nullptr where the smoke scatters
+    // evenly.
+    int64_t *flux;
     uint32_t count, channels; // one channel where all photons are alike
+    Direction kept;
 };
 
 // A sum of deposits in photons.
@@ -26,6 +30,11 @@ struct ParticleMap {
     Color photon_color;       // of all photons, where they are alike
     PhotonUnit unit;
 };
+
+// Shares a photon that collided at x among all elements there, by their parts in the density (S4-3, with the mass of a
+// particle and its whole support). False: there is none, and nothing is deposited.
+bool deposit_by_kernel(const Deposits &deposits, const DensityField &field, const Vec3 &x, const Color &photon,
+                       const Vec3 &direction);
 
 // Whether photons are needed, and the bytes for what they leave.
 struct ParticleMapPlan {

@@ -90,8 +90,11 @@ struct Scene {
 enum class Method : uint8_t { direct, map }; // S4: photon map, or particle map
 
 // What a photon leaves on the particle map: all of it on the particle that it collides with, or on every particle of a
-// flight its expected collisions with that.
-enum class Deposit : uint8_t { exact, path };
+// flight its expected collisions with that, or on all particles around the collision by their shares in the density.
+enum class Deposit : uint8_t { exact, path, kernel };
+
+// What the map keeps of where light goes: the flux, or the mean of the photons' directions whatever they carry.
+enum class Direction : uint8_t { flux, mean };
 
 struct Crop {
     int32_t x0, y0, x1, y1; // pixels, half-open, from the top left
@@ -106,6 +109,7 @@ struct Settings {
     double gather_radius; // the largest radius of an estimate, in units of H
     double step;          // of the march, in units of H
     Deposit deposit;
+    Direction direction;
     double light_step;              // distance of the points whose depth to the lights is kept, in units of H; 0: none
     Method method;                  // how smoke is rendered
     bool reference;                 // path tracing, ...

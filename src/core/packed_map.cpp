@@ -14,15 +14,21 @@ uint32_t shifted(int64_t n, int32_t shift) {
     return static_cast<uint32_t>(min(((n >> (shift - 1)) + 1) >> 1, int64_t{0xffffffff}));
 }
 
-// Where light goes on an element, with the share of its power that flows that way for a length.
+// Where light goes on an element: the flux relative to the power, or the mean direction, of length 1.
 uint32_t direction_of(const Deposits &deposits, const Color &photon_color, uint32_t element) {
     const int64_t *sum = deposits.power + uint64_t{element} * deposits.channels;
     const int64_t *flux = deposits.flux + uint64_t{element} * 3;
     const bool one = deposits.channels == 1;
     const int64_t power = one ? *sum : sum[0] + sum[1] + sum[2];
     if (power <= 0) return 0;
+    const Vec3 sum_of_directions(photons_of(flux[0]), photons_of(flux[1]), photons_of(flux[2]));
+    if (deposits.kept == Direction::mean) {
+        const Real most = largest(highest(sum_of_directions, -sum_of_directions));
+        if (!(most > photons_of(power) * Real(0x1p-16))) return 0; // a direction out of rounding (D7)
+        return pack_flux(normalize(sum_of_directions / most));
+    }
     const Real all = photons_of(power) * (one ? photon_color.x + photon_color.y + photon_color.z : Real(1));
-    return pack_flux(Vec3(photons_of(flux[0]), photons_of(flux[1]), photons_of(flux[2])) / all);
+    return pack_flux(sum_of_directions / all);
 }
 
 void pack_entries(const Deposits &deposits, const Color &photon_color, MapEntries &entries) {
@@ -48,11 +54,12 @@ Color power_of(const PackedMap &map, const MapEntries &entries, uint32_t element
 }
 
 // p towards `out` of light that arrives with a flux: Henyey and Greenstein's about the flux's direction, with g times
-// the share of the power that flows that way. Positive, exact for even light, right in its first moment.
-Real phase_of_flux(const Phase &phase, const Vec3 &flux, const Vec3 &out) {
+// the share of the power that flows that way. Positive, exact for even light, right in its first moment. About a mean
+// direction, as in the paper, with all of g.
+Real phase_of(Direction kept, const Phase &phase, const Vec3 &flux, const Vec3 &out) {
     const Real share = length(flux);
     if (!(share > Real(0))) return inv_four_pi<Real>;
-    return phase.with_share(min(share, Real(1)))(flux / share, out);
+    return phase.with_share(kept == Direction::mean ? Real(1) : min(share, Real(1)))(flux / share, out);
 }
 
 struct Element {
@@ -88,20 +95,21 @@ Color multiple_scattering(const PackedMap &map, const Smoke &smoke, uint32_t ind
     if (entries.direction) {
         const Vec3 way = eye - element.position;
         const Real distance = length(way);
-        if (distance > Real(0)) p = phase_of_flux(smoke.phase, unpack_flux(entries.direction[i]), way / distance);
+        if (distance > Real(0)) p = phase_of(map.kept, smoke.phase, unpack_flux(entries.direction[i]), way / distance);
     }
     return per_cross_section(power * p, element.cross_section, map.unit);
 }
 
 } // namespace
 
-bool make_packed_map(const Scene &scene, const PhotonNeeds &needs, Arena &arena, PackedMap &packed) {
+bool make_packed_map(const Scene &scene, const PhotonNeeds &needs, Direction kept, Arena &arena, PackedMap &packed) {
     packed = {};
     if (!needs.traced) return true;
     packed.of_smoke = arena.make<MapEntries>(scene.smoke_count);
     if (!packed.of_smoke) return false;
     packed.count = scene.smoke_count;
     packed.one_channel = !needs.powers;
+    packed.kept = kept;
     for (uint32_t i = 0; i < packed.count; ++i) {
         const bool directions = scene.smokes[i].asymmetry != 0;
         MapEntries &entries = packed.of_smoke[i];

@@ -7,30 +7,41 @@ namespace {
 
 int64_t to_units(Real x) { return round_to_int(scale_pow2(min(x, Real(127)), deposit_bits)); }
 
-void deposit(const Deposits &deposits, uint32_t element, const Color &photon, const Vec3 &direction, Real share) {
+// A share of a photon in units.
+struct Units {
+    int64_t power[3], flux[3];
+};
+Units units_of(const Deposits &deposits, const Color &photon, const Vec3 &direction, Real share) {
     const Color power = photon * share;
-    int64_t *to = deposits.power + uint64_t{element} * deposits.channels;
-    if (deposits.channels == 1) {
-        *to += to_units(share);
-    } else {
-        to[0] += to_units(power.x);
-        to[1] += to_units(power.y);
-        to[2] += to_units(power.z);
-    }
-    if (!deposits.flux) return;
-    const Vec3 flux = direction * (power.x + power.y + power.z);
-    int64_t *sum = deposits.flux + uint64_t{element} * 3;
-    sum[0] += to_units(flux.x);
-    sum[1] += to_units(flux.y);
-    sum[2] += to_units(flux.z);
+    const Vec3 flux = direction * (deposits.kept == Direction::mean ? share : power.x + power.y + power.z);
+    return {{to_units(deposits.channels == 1 ? share : power.x), to_units(power.y), to_units(power.z)},
+            {to_units(flux.x), to_units(flux.y), to_units(flux.z)}};
 }
 
-bool make_deposits(const Scene &scene, const PhotonNeeds &needs, Arena &arena, Deposits *deposits) {
+void add_power(const Deposits &deposits, uint32_t element, const Units &more, const Units &less) {
+    int64_t *sum = deposits.power + uint64_t{element} * deposits.channels;
+    for (uint32_t c = 0; c < deposits.channels; ++c) sum[c] += more.power[c] - less.power[c];
+}
+
+void add_flux(const Deposits &deposits, uint32_t element, const Units &more, const Units &less) {
+    if (!deposits.flux) return;
+    int64_t *sum = deposits.flux + uint64_t{element} * 3;
+    for (uint32_t c = 0; c < 3; ++c) sum[c] += more.flux[c] - less.flux[c];
+}
+
+void deposit(const Deposits &deposits, uint32_t element, const Color &photon, const Vec3 &direction, Real share) {
+    const Units units = units_of(deposits, photon, direction, share);
+    add_power(deposits, element, units, {});
+    add_flux(deposits, element, units, {});
+}
+
+bool make_deposits(const Scene &scene, const PhotonNeeds &needs, Direction kept, Arena &arena, Deposits *deposits) {
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         Deposits &d = deposits[i];
         d = {};
         d.count = elements_of(scene.smokes[i]);
         d.channels = needs.powers ? 3 : 1;
+        d.kept = kept;
         const uint64_t powers = uint64_t{d.count} * d.channels, fluxes = uint64_t{d.count} * 3;
         d.power = arena.make<int64_t>(powers);
         if (!d.power) return false;
@@ -44,6 +55,27 @@ bool make_deposits(const Scene &scene, const PhotonNeeds &needs, Arena &arena, D
 }
 
 } // namespace
+
+bool deposit_by_kernel(const Deposits &deposits, const DensityField &field, const Vec3 &x, const Color &photon,
+                       const Vec3 &direction) {
+    Real total = Real(0), so_far = Real(0);
+    for_each_extinction(field, x, [&](uint32_t, Real part) { total += part; });
+    if (!(total > Real(0))) return false;
+    // Differences of what the shares so far come to: the last of these is the whole photon, to the unit.
+    const Units whole = units_of(deposits, photon, direction, Real(1));
+    Units before = {};
+    for_each_extinction(field, x, [&](uint32_t element, Real part) {
+        so_far += part;
+        const Units after = units_of(deposits, photon, direction, so_far / total);
+        add_power(deposits, element, after, before);
+        if (deposits.kept == Direction::mean)
+            add_flux(deposits, element, whole, {}); // w_t' += w_p; a sample at a border as often as it is a corner
+        else
+            add_flux(deposits, element, after, before);
+        before = after;
+    });
+    return true;
+}
 
 ParticleMapPlan plan_particle_map(const Scene &scene, const Settings &settings) {
     ParticleMapPlan plan = {photon_needs(scene, settings), 0};
@@ -64,7 +96,7 @@ Status trace_particle_map(const Scene &scene, const Medium &medium, const Light 
     map = {};
     if (!needs.traced) return Status::done;
     Deposits *deposits = arena.make<Deposits>(medium.count);
-    if (!deposits || !make_deposits(scene, needs, arena, deposits)) return Status::out_of_memory;
+    if (!deposits || !make_deposits(scene, needs, settings.direction, arena, deposits)) return Status::out_of_memory;
     const Emitters emitters = find_emitters(medium, lights, scene.light_count, arena);
     if (!emitters.list) return Status::out_of_memory;
     if (emitters.count == 0) return Status::done;
@@ -73,9 +105,13 @@ Status trace_particle_map(const Scene &scene, const Medium &medium, const Light 
             trace_photon(
                 medium, emitters, key, statistics,
                 [&](const MediumCollision &at, const Photon &arrived, const Color &power) {
-                    if (settings.deposit == Deposit::exact)
-                        deposit(deposits[at.smoke], at.element, power, arrived.ray.direction, Real(1));
-                    ++statistics.photons.stored;
+                    const Deposits &to = deposits[at.smoke];
+                    const Ray &ray = arrived.ray;
+                    if (settings.deposit == Deposit::exact) deposit(to, at.element, power, ray.direction, Real(1));
+                    const bool claimed =
+                        settings.deposit != Deposit::kernel ||
+                        deposit_by_kernel(to, medium.smokes[at.smoke].field, ray.origin, power, ray.direction);
+                    ++(claimed ? statistics.photons.stored : statistics.photons.unclaimed);
                 },
                 [&](const Photon &photon, Real end, const Color &power) {
                     if (settings.deposit != Deposit::path) return;

@@ -93,7 +93,8 @@ Status render_map(const Frame &frame) {
     const ParticleMapPlan plan = plan_particle_map(scene, frame.settings);
     PackedMap packed;
     const size_t before = frame.arena.mark();
-    if (!make_packed_map(scene, plan.needs, frame.arena, packed)) return Status::out_of_memory;
+    if (!make_packed_map(scene, plan.needs, frame.settings.direction, frame.arena, packed))
+        return Status::out_of_memory;
     const size_t after = frame.arena.mark();
     frame.statistics.bytes.particle_map = after - before;
     ParticleMap map;

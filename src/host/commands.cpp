@@ -69,6 +69,7 @@ Settings settings_of(const Options &options, int width, int height) {
     settings.method = options.method;
     settings.light_step = options.light_step;
     settings.deposit = options.deposit;
+    settings.direction = options.direction;
     settings.reference = options.reference;
     const Options::Passes passes = options.passes.value_or(Options::Passes{0, 16});
     settings.first_pass = passes.first;
@@ -331,11 +332,13 @@ int plan_command(const std::vector<std::string> &arguments) {
                     std::to_string(uint64_t{settings.last_pass - settings.first_pass} * settings.samples) + " a pixel");
     } else if (settings.method == Method::map) {
         print_stage("particle map", plan.photons, plan.bytes.particle_map,
-                    !plan.photons ? why_no_photons
-                                  : std::to_string(settings.photons) + " photons to emit, kept on the particles: " +
-                                        (plan.photon_powers ? "power in R G B" : "one power (all are equal)") +
-                                        (plan.photon_directions ? ", flux: packed to 8 bytes each"
-                                                                : ", no flux (isotropic): packed to 4 bytes each"));
+                    !plan.photons
+                        ? why_no_photons
+                        : std::to_string(settings.photons) + " photons to emit, kept on the particles: " +
+                              (plan.photon_powers ? "power in R G B" : "one power (all are equal)") +
+                              (!plan.photon_directions                 ? ", no flux (isotropic): packed to 4 bytes each"
+                               : settings.direction == Direction::mean ? ", mean direction: packed to 8 bytes each"
+                                                                       : ", flux: packed to 8 bytes each"));
         print_stage("sources", plan.smoke, plan.bytes.sources,
                     plan.smoke ? "what each sends to the eye" : "there is no smoke");
     } else {

@@ -133,13 +133,14 @@ const std::vector<Entry> &table() {
          [](Options &o, const std::string &v) {
              o.estimate = static_cast<Options::Estimate>(1 + one_of(v, {"knn", "kernel"}, 2));
          }},
-        {"deposit", "exact|path", "of a photon: on the particle that it collides with, or on all of its flight (exact)",
+        {"deposit", "exact|path|kernel",
+         "of a photon: on the particle that it collides with, on all of its flight, or on all around (exact)",
          [](Options &o, const std::string &v) {
-             o.deposit = static_cast<Deposit>(one_of(v, {"exact", "path", "kernel"}, 2));
+             o.deposit = static_cast<Deposit>(one_of(v, {"exact", "path", "kernel"}, 3));
          }},
-        {"direction", "flux", "what is kept of the photons' directions (flux)",
-         [](Options &, const std::string &v) {
-             one_of(v, {"flux", "mean"}, 1);
+        {"direction", "flux|mean", "what is kept of the photons' directions: their flux, or their mean (flux)",
+         [](Options &o, const std::string &v) {
+             o.direction = static_cast<Direction>(one_of(v, {"flux", "mean"}, 2));
          }},
         {"photons", "N", "photons emitted (1000000)",
          [](Options &o, const std::string &v) { o.photons = static_cast<uint64_t>(integer_in(v, 0, INT64_MAX)); }},

@@ -28,7 +28,8 @@ struct Options {
     Method method = Method::direct;
     enum class Estimate { of_method, knn, kernel } estimate = Estimate::of_method;
     Deposit deposit = Deposit::exact;
-    double light_step = 0;    // distance of kept depths to the lights, in units of the smoothing length
+    Direction direction = Direction::flux;
+    double light_step = 0; // distance of kept depths to the lights, in units of the smoothing length
     bool reference = false;
     struct Passes {
         uint32_t first, last; // half-open

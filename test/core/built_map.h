@@ -28,7 +28,7 @@ struct TracedMap {
 struct PackedSums {
     PackedSums(const Scene &scene, const ParticleMap &map)
         : memory(packed_map_bytes(scene, needs_of(map)) + source_bytes(scene)), arena(memory.data(), memory.size()) {
-        REQUIRE(make_packed_map(scene, needs_of(map), arena, packed));
+        REQUIRE(make_packed_map(scene, needs_of(map), map.of_smoke[0].kept, arena, packed));
         pack_map(map, packed);
     }
     static PhotonNeeds needs_of(const ParticleMap &map) { return {true, true, map.of_smoke[0].channels == 3}; }

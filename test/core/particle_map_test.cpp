@@ -179,12 +179,150 @@ TEST_CASE(WISP_ARITH_NAME ": flights leave what collisions leave, on average, an
     CHECK(spread[1] < spread[0]);
 }
 
+TEST_CASE(WISP_ARITH_NAME ": a kernel deposit is shared by the parts in the density, and adds up to the photon") {
+    // Against the density's definition, for every element.
+    const Mixture mixture;
+    const BuiltMedium built(mixture.smokes);
+    Sequence next{17};
+    uint32_t claimed = 0;
+    for (int round = 0; round < 90; ++round) {
+        const uint32_t s = static_cast<uint32_t>(round) % 3;
+        const SmokeSource &smoke = mixture.smokes[s];
+        const DensityField &field = built.medium.smokes[s].field;
+        const uint32_t count = elements_of(smoke);
+        const uint32_t channels = round % 2 ? 3 : 1;
+        const Direction kept = round % 4 < 2 ? Direction::flux : Direction::mean;
+        const double x[3] = {4 * next() - 2, 4 * next() - 2, 4 * next() - 2};
+        const Vec3 at_x = vec(x[0], x[1], x[2]), way = normalize(vec(next() - 0.5, next() - 0.5, next() - 0.5));
+        const double color[3] = {1, next(), next()};
+        std::vector<int64_t> power(count * channels), flux(count * 3);
+        const Deposits deposits = {power.data(), flux.data(), count, channels, kept};
+        const bool done = deposit_by_kernel(deposits, field, at_x, vec(color[0], color[1], color[2]), way);
+        CHECK(done == (at(extinction(field, at_x)) > 0));
+        if (!done) continue;
+        ++claimed;
+
+        std::vector<double> part(count);
+        double total = 0;
+        for (uint32_t i = 0; i < count; ++i) {
+            if (smoke.is_grid()) {
+                const GridSource &grid = smoke.grid;
+                double product = static_cast<double>(grid.density[i]);
+                // The tent's value: of the distance in cells, flat over the outer half of the border cells.
+                const int n[3] = {grid.nx, grid.ny, grid.nz},
+                          half_steps[3] = {2 * static_cast<int>(i) % (2 * n[0]) + 1,
+                                           2 * (static_cast<int>(i) / n[0] % n[1]) + 1,
+                                           2 * (static_cast<int>(i) / n[0] / n[1]) + 1};
+                const double d[3] = {x[0] - grid.center.x, x[1] - grid.center.y, x[2] - grid.center.z};
+                const double half[3] = {grid.half.x, grid.half.y, grid.half.z};
+                for (int k = 0; k < 3; ++k) {
+                    const double along = d[0] * grid.axis[k].x + d[1] * grid.axis[k].y + d[2] * grid.axis[k].z;
+                    const double place = std::clamp((along / half[k] + 1) * n[k] / 2, 0.5, n[k] - 0.5);
+                    product *= std::max(0.0, 1 - std::fabs(place - 0.5 * half_steps[k]));
+                }
+                part[i] = product;
+            } else {
+                const uint32_t id = field.particles.tree.id[i];
+                part[i] = brute_density({smoke.particles[id]}, smoke.kernel, x[0], x[1], x[2]);
+            }
+            total += part[i];
+        }
+        // In units: rounding of the sum, and of two results; in fixed the parts of thin places have few digits.
+        const double bar = 2 + 0x1p24 * 500 * unit_error * std::max(1.0, std::is_same_v<Real, Fixed> ? 1 / total : 0);
+        const double v[3] = {at(way.x), at(way.y), at(way.z)};
+        int64_t power_sum[3] = {}, flux_sum[3] = {};
+        for (uint32_t i = 0; i < count; ++i) {
+            const double share = part[i] / total;
+            for (uint32_t c = 0; c < channels; ++c) {
+                const int64_t found = power[i * channels + c];
+                power_sum[c] += found;
+                CHECK(std::fabs(static_cast<double>(found) - color[c] * share * 0x1p24) <= bar);
+            }
+            for (uint32_t c = 0; c < 3; ++c) {
+                const int64_t found = flux[3 * i + c];
+                flux_sum[c] += found;
+                if (kept == Direction::flux)
+                    CHECK(std::fabs(static_cast<double>(found) -
+                                    (color[0] + color[1] + color[2]) * share * v[c] * 0x1p24) <= 3 * bar);
+                else if (share > 1e-3 && !smoke.is_grid()) // a sample may be met in several cells' corners
+                    CHECK(std::fabs(static_cast<double>(found) - v[c] * 0x1p24) <= bar);
+                else if (share == 0 && total > 1e-3)
+                    CHECK(found == 0);
+            }
+        }
+        for (uint32_t c = 0; c < channels; ++c) CHECK(power_sum[c] == std::llround(color[c] * 0x1p24));
+        const double all = at(real(color[0]) + real(color[1]) + real(color[2]));
+        for (uint32_t c = 0; c < 3 && kept == Direction::flux; ++c)
+            CHECK(std::fabs(static_cast<double>(flux_sum[c]) - v[c] * all * 0x1p24) <= 1 + 0x1p24 * 8 * unit_error);
+    }
+    CHECK(claimed > 50);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": with a single particle a kernel deposit is the exact one") {
+    const std::vector<Particle> particles = {{{0.25, 0, 0}, 1.5, 12}};
+    SmokeSource smoke = smoke_of(particles);
+    smoke.asymmetry = 0.5;
+    smoke.albedo = {0.9, 0.5, 0.25};
+    const std::vector<LightSource> lights = {{LightKind::point, {6, 5, 4}, {0, 0, 1}, 2, {40, 20, 10}}};
+    const Scene scene = scene_of(smoke, lights);
+    for (Direction kept : {Direction::flux, Direction::mean}) {
+        Settings settings = map_settings(1, 3000);
+        settings.direction = kept;
+        const TracedMap exact(scene, settings);
+        settings.deposit = Deposit::kernel;
+        const TracedMap kernel(scene, settings);
+        CHECK(exact.statistics.photons.stored > 300);
+        CHECK(kernel.statistics.photons.stored == exact.statistics.photons.stored);
+        for (int c = 0; c < 3; ++c) {
+            CHECK(kernel.map.of_smoke[0].power[c] == exact.map.of_smoke[0].power[c]);
+            CHECK(kernel.map.of_smoke[0].flux[c] == exact.map.of_smoke[0].flux[c]);
+        }
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": fluxes are sums of direction times power, mean directions of directions alone") {
+    const Mixture mixture;
+    for (Direction kept : {Direction::flux, Direction::mean}) {
+        Settings settings = map_settings(1, 2000);
+        settings.direction = kept;
+        const TracedMap traced(mixture.scene, settings);
+        std::vector<Emitter> room(8);
+        Arena arena(room.data(), room.size() * sizeof(Emitter));
+        const Emitters emitters = find_emitters(traced.medium, traced.lights.data(), 2, arena);
+        std::vector<double> expected(3 * elements_of(mixture.smokes[1])), most(expected.size());
+        Statistics counted;
+        for_each_photon(settings.seed, 0, settings.photons, [&](uint64_t key) {
+            trace_photon(traced.medium, emitters, key, counted,
+                         [&](const MediumCollision &to, const Photon &photon, const Color &power) {
+                             if (to.smoke != 1) return;
+                             const double d[3] = {at(photon.ray.direction.x), at(photon.ray.direction.y),
+                                                  at(photon.ray.direction.z)};
+                             const double weight =
+                                 kept == Direction::mean ? 1 : at(power.x) + at(power.y) + at(power.z);
+                             for (uint32_t c = 0; c < 3; ++c) {
+                                 expected[3 * to.element + c] += d[c] * weight;
+                                 most[3 * to.element + c] += 1;
+                             }
+                         });
+            return true;
+        });
+        double sum = 0;
+        for (size_t i = 0; i < expected.size(); ++i) {
+            const double found = static_cast<double>(traced.map.of_smoke[1].flux[i]) * 0x1p-24;
+            CHECK(std::fabs(found - expected[i]) <= most[i] * (0x1p-24 + 10 * unit_error));
+            sum += std::fabs(expected[i]);
+        }
+        CHECK(sum > 100);
+    }
+}
+
 TEST_CASE(WISP_ARITH_NAME ": sources are what the sums make of them, within the rounding of an entry") {
     // Powers that differ by 2^12, of up to four million photons on an element, with fluxes of every share of them.
     std::vector<Particle> particles = cloud(40, 2, 1, 0.5);
     const Vec3 eye = vec(0.5, -4, 3);
     for (uint32_t channels : {1u, 3u})
-        for (double g : {0.0, 0.5, -0.3}) {
+        for (const auto &[g, kept] : {std::pair(0.0, Direction::flux), std::pair(0.5, Direction::flux),
+                                      std::pair(-0.3, Direction::flux), std::pair(0.5, Direction::mean)}) {
             SmokeSource smoke = smoke_of(particles);
             smoke.asymmetry = g;
             smoke.albedo = {0.9, 0.75, 0.5};
@@ -205,7 +343,7 @@ TEST_CASE(WISP_ARITH_NAME ": sources are what the sums make of them, within the 
                 flux[3 * i + 1] = std::llround(y * scale);
                 flux[3 * i + 2] = std::llround(z * scale);
             }
-            Deposits deposits = {power.data(), g == 0 ? nullptr : flux.data(), 40, channels};
+            Deposits deposits = {power.data(), g == 0 ? nullptr : flux.data(), 40, channels, kept};
             const ParticleMap map = {&deposits, vec(color[0], color[1], color[2]), {real(1.25), -20}};
             PackedSums packed(scene, map);
             const PointTree &tree = built.medium.smokes[0].field.particles.tree;
@@ -218,7 +356,8 @@ TEST_CASE(WISP_ARITH_NAME ": sources are what the sums make of them, within the 
                     f += d * d;
                     r += way[c] * way[c];
                 }
-                const double cosine = along / std::sqrt(f * r), share = g * std::sqrt(f) / whole[i];
+                const double cosine = along / std::sqrt(f * r),
+                             share = kept == Direction::mean ? g : g * std::sqrt(f) / whole[i];
                 const double p = (1 - share * share) /
                                  (4 * 3.14159265358979323846 * std::pow(1 + share * share - 2 * share * cosine, 1.5));
                 const Color found = packed.source(scene, built.medium, eye, i);
