@@ -1,6 +1,7 @@
 // The particle map as it is read: after tracing, one packed entry an element, and what is made of them for the march.
 #pragma once
 #include "wisp/particle_map.h"
+#include "wisp/photon_map.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -36,5 +37,10 @@ void pack_map(const ParticleMap &map, PackedMap &packed);
 const Color *const *make_sources(const Scene &scene, const Medium &medium, const PackedMap &map, const Vec3 &eye,
                                  Arena &arena);
 uint64_t source_bytes(const Scene &scene);
+
+// The paper's own gather instead: the elements that carry power as photon maps, one a smoke (nullptr where nothing
+// scatters twice), of which an estimate takes the nearest. False: the arena was too small.
+bool make_element_maps(const Medium &medium, const PackedMap &map, Arena &arena, const PhotonMap *&maps);
+uint64_t element_map_bytes(const Scene &scene);
 
 } // namespace wisp::WISP_ARITH

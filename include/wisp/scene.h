@@ -96,6 +96,10 @@ enum class Deposit : uint8_t { exact, path, kernel };
 // What the map keeps of where light goes: the flux, or the mean of the photons' directions whatever they carry.
 enum class Direction : uint8_t { flux, mean };
 
+// Of the particle map: every particle by its own kernel, or the nearest of them over their ball's volume, as of
+// photons.
+enum class Estimate : uint8_t { kernel, knn };
+
 struct Crop {
     int32_t x0, y0, x1, y1; // pixels, half-open, from the top left
 };
@@ -105,11 +109,12 @@ struct Settings {
     uint32_t samples; // rays a pixel
     uint64_t photons; // to emit
     uint64_t seed;
-    uint32_t gather;      // K, most photons in an estimate
+    uint32_t gather;      // K, most photons in an estimate, or particles
     double gather_radius; // the largest radius of an estimate, in units of H
     double step;          // of the march, in units of H
     Deposit deposit;
     Direction direction;
+    Estimate estimate;              // of the particle map
     double light_step;              // distance of the points whose depth to the lights is kept, in units of H; 0: none
     Method method;                  // how smoke is rendered
     bool reference;                 // path tracing, ...

@@ -46,20 +46,17 @@ void pack_entries(const Deposits &deposits, const Color &photon_color, MapEntrie
     }
 }
 
-// What all photons put on an element, in photons.
-Color power_of(const PackedMap &map, const MapEntries &entries, uint32_t element) {
+// What all photons put on an element, in 2^exponent photons.
+Color power_of(const PackedMap &map, const MapEntries &entries, uint32_t element, int32_t exponent) {
     const uint32_t power = entries.power[element];
-    if (map.one_channel) return map.photon_color * scaled_integer<Real>(power, entries.exponent - 32);
-    return unpack_color(power, entries.exponent);
+    if (map.one_channel) return map.photon_color * scaled_integer<Real>(power, entries.exponent - exponent - 32);
+    return unpack_color(power, entries.exponent - exponent);
 }
 
-// p towards `out` of light that arrives with a flux: Henyey and Greenstein's about the flux's direction, with g times
-// the share of the power that flows that way. Positive, exact for even light, right in its first moment. About a mean
-// direction, as in the paper, with all of g.
-Real phase_of(Direction kept, const Phase &phase, const Vec3 &flux, const Vec3 &out) {
-    const Real share = length(flux);
-    if (!(share > Real(0))) return inv_four_pi<Real>;
-    return phase.with_share(kept == Direction::mean ? Real(1) : min(share, Real(1)))(flux / share, out);
+// The flux that an element scatters, relative to its power: a mean direction counts as all of it, as in the paper.
+Vec3 flux_of(const PackedMap &map, const MapEntries &entries, uint32_t element) {
+    const Vec3 flux = unpack_flux(entries.direction[element]);
+    return map.kept == Direction::mean && entries.direction[element] != 0 ? normalize(flux) : flux;
 }
 
 struct Element {
@@ -89,15 +86,47 @@ Color multiple_scattering(const PackedMap &map, const Smoke &smoke, uint32_t ind
                           const Vec3 &eye) {
     if (!map.of_smoke) return Color(Real(0));
     const MapEntries &entries = map.of_smoke[index];
-    const Color power = power_of(map, entries, i);
+    const Color power = power_of(map, entries, i, 0);
     if (!(largest(power) > Real(0))) return power;
     Real p = inv_four_pi<Real>;
     if (entries.direction) {
         const Vec3 way = eye - element.position;
         const Real distance = length(way);
-        if (distance > Real(0)) p = phase_of(map.kept, smoke.phase, unpack_flux(entries.direction[i]), way / distance);
+        if (distance > Real(0)) p = phase_of_flux(smoke.phase, flux_of(map, entries, i), way / distance);
     }
     return per_cross_section(power * p, element.cross_section, map.unit);
+}
+
+// The elements of one smoke that carry power, as photons.
+bool make_element_map(const PackedMap &map, const Smoke &smoke, const MapEntries &entries, Arena &arena,
+                      PhotonMap &elements) {
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < entries.count; ++i) count += entries.power[i] != 0 ? 1 : 0;
+    const uint32_t slots = point_tree_slots(count);
+    Color *power = arena.make<Color>(slots);
+    Vec3 *flux = entries.direction ? arena.make<Vec3>(slots) : nullptr;
+    Vec3 *points = arena.make<Vec3>(count);
+    uint32_t *origin = arena.make<uint32_t>(count);
+    if (!power || (entries.direction && !flux) || !points || !origin) return false;
+    uint32_t next = 0;
+    for (uint32_t i = 0; i < entries.count; ++i) {
+        if (entries.power[i] == 0) continue;
+        origin[next] = i;
+        points[next++] = element_of(smoke, i).position;
+    }
+    elements = {};
+    elements.tree = build_point_tree(points, count, arena);
+    if (!elements.tree.ready) return false;
+    for (uint32_t slot = 0; slot < count; ++slot) {
+        const uint32_t i = origin[elements.tree.id[slot]];
+        power[slot] = power_of(map, entries, i, entries.exponent);
+        if (flux) flux[slot] = flux_of(map, entries, i);
+    }
+    elements.power = power;
+    elements.direction = flux;
+    elements.fluxes = true;
+    elements.unit = {map.unit.unit, map.unit.exponent + entries.exponent};
+    return true;
 }
 
 } // namespace
@@ -157,6 +186,27 @@ const Color *const *make_sources(const Scene &scene, const Medium &medium, const
         }
     }
     return sources;
+}
+
+bool make_element_maps(const Medium &medium, const PackedMap &map, Arena &arena, const PhotonMap *&maps) {
+    maps = nullptr;
+    if (!map.of_smoke) return true;
+    PhotonMap *of_smoke = arena.make<PhotonMap>(medium.count);
+    if (!of_smoke) return false;
+    for (uint32_t i = 0; i < medium.count; ++i)
+        if (!make_element_map(map, medium.smokes[i], map.of_smoke[i], arena, of_smoke[i])) return false;
+    maps = of_smoke;
+    return true;
+}
+
+uint64_t element_map_bytes(const Scene &scene) {
+    uint64_t bytes = Arena::bytes<PhotonMap>(scene.smoke_count);
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        const uint32_t count = elements_of(scene.smokes[i]), slots = point_tree_slots(count);
+        bytes += 2 * Arena::bytes<Vec3>(slots) + Arena::bytes<Vec3>(count) + Arena::bytes<uint32_t>(count) +
+                 point_tree_bytes(count);
+    }
+    return bytes;
 }
 
 uint64_t source_bytes(const Scene &scene) {

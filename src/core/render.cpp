@@ -60,22 +60,29 @@ bool ask_lights(const Frame &frame, LightDepths &depths, SingleScatterer &lights
                              &frame.statistics.rays.shadow, depths);
 }
 
+// All of a march but its lights and its photons. False: the arena was too small.
+bool make_marcher(const Frame &frame, Marcher &marcher) {
+    const Scene &scene = frame.scene;
+    marcher = {};
+    marcher.medium = &frame.medium;
+    marcher.background = vec_of(scene.background);
+    marcher.step = step_length(scene, frame.settings.step);
+    marcher.statistics = &frame.statistics;
+    Real *radius = frame.arena.make<Real>(scene.smoke_count);
+    marcher.extinctions = frame.arena.make<Real>(scene.smoke_count);
+    if (!radius || !marcher.extinctions) return false;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i)
+        radius[i] = to_real<Real>(scene.smokes[i].largest_h) * to_real<Real>(frame.settings.gather_radius);
+    marcher.gather_radius = radius;
+    return true;
+}
+
 // S4-2: photons are kept in a photon map, from which every step of the march gathers the nearest.
 Status render_direct(const Frame &frame) {
     const Scene &scene = frame.scene;
     const Settings &settings = frame.settings;
-    Marcher marcher = {};
-    marcher.medium = &frame.medium;
-    marcher.background = vec_of(scene.background);
-    marcher.step = step_length(scene, settings.step);
-    marcher.statistics = &frame.statistics;
-    Real *radius = frame.arena.make<Real>(scene.smoke_count);
-    marcher.extinctions = frame.arena.make<Real>(scene.smoke_count);
-    if (!radius || !marcher.extinctions) return Status::out_of_memory;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i)
-        radius[i] = to_real<Real>(scene.smokes[i].largest_h) * to_real<Real>(settings.gather_radius);
-    marcher.gather_radius = radius;
-
+    Marcher marcher;
+    if (!make_marcher(frame, marcher)) return Status::out_of_memory;
     const PhotonPlan photons = plan_photons(scene, settings);
     if (photons.traced && !make_gather(settings.gather, frame.arena, marcher.gather)) return Status::out_of_memory;
     LightDepths depths;
@@ -84,6 +91,16 @@ Status render_direct(const Frame &frame) {
                                           frame.observer, frame.arena, frame.statistics);
     if (maps.status != Status::done) return maps.status;
     marcher.photon_maps = maps.of_smoke;
+    return render_frame(frame, marcher);
+}
+
+// The paper's way to read the particle map: the nearest particles at every step.
+Status render_nearest_elements(const Frame &frame, const PackedMap &map) {
+    Marcher marcher;
+    LightDepths depths;
+    if (!make_marcher(frame, marcher) || !make_element_maps(frame.medium, map, frame.arena, marcher.photon_maps) ||
+        !make_gather(frame.settings.gather, frame.arena, marcher.gather) || !ask_lights(frame, depths, marcher.lights))
+        return Status::out_of_memory;
     return render_frame(frame, marcher);
 }
 
@@ -105,6 +122,7 @@ Status render_map(const Frame &frame) {
     frame.arena.rewind(after);
 
     if (!frame.observer(Stage::render, 0, 1)) return Status::stopped;
+    if (frame.settings.estimate == Estimate::knn) return render_nearest_elements(frame, packed);
     ParticleMarcher marcher = {};
     marcher.sources = make_sources(scene, frame.medium, packed, vec_of(scene.camera.origin), frame.arena);
     LightDepths depths;
@@ -135,8 +153,10 @@ Plan plan(const Scene &scene, const Settings &settings) {
     plan.bytes.arena = plan.bytes.particle_tree + plan.bytes.light_depths + march_bytes(scene);
     if (settings.method == Method::map) {
         plan.bytes.particle_map = plan_particle_map(scene, settings).bytes + packed_map_bytes(scene, needs);
-        plan.bytes.sources = source_bytes(scene);
-        plan.bytes.arena += plan.bytes.particle_map + plan.bytes.sources + window_bytes(scene);
+        const bool nearest = settings.estimate == Estimate::knn;
+        plan.bytes.sources = nearest ? 0 : source_bytes(scene);
+        plan.bytes.gather = nearest ? element_map_bytes(scene) + gather_bytes(settings.gather) : 0;
+        plan.bytes.arena += plan.bytes.particle_map + plan.bytes.sources + plan.bytes.gather + window_bytes(scene);
         return plan;
     }
     const PhotonPlan photons = plan_photons(scene, settings);

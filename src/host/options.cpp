@@ -129,9 +129,10 @@ const std::vector<Entry> &table() {
          [](Options &, const std::string &v) {
              one_of(v, {"none", "uniform", "adaptive"}, 1);
          }},
-        {"estimate", "knn|kernel", "radiance from the nearest photons (direct), or of the particles' kernels (map)",
+        {"estimate", "knn|kernel",
+         "radiance from the nearest photons or particles (direct), or of the particles' kernels (map)",
          [](Options &o, const std::string &v) {
-             o.estimate = static_cast<Options::Estimate>(1 + one_of(v, {"knn", "kernel"}, 2));
+             o.estimate = static_cast<Estimate>(one_of(v, {"kernel", "knn"}, 2));
          }},
         {"deposit", "exact|path|kernel",
          "of a photon: on the particle that it collides with, on all of its flight, or on all around (exact)",
@@ -144,7 +145,7 @@ const std::vector<Entry> &table() {
          }},
         {"photons", "N", "photons emitted (1000000)",
          [](Options &o, const std::string &v) { o.photons = static_cast<uint64_t>(integer_in(v, 0, INT64_MAX)); }},
-        {"gather", "K", "most photons in an estimate (500)",
+        {"gather", "K", "most photons or particles in an estimate by knn (500)",
          [](Options &o, const std::string &v) { o.gather = static_cast<uint32_t>(integer_in(v, 2, 1000000)); }},
         {"gather-radius", "R", "largest radius of an estimate, in smoothing lengths (2)",
          [](Options &o, const std::string &v) { o.gather_radius = positive(v, 1000); }},

@@ -26,7 +26,7 @@ struct Options {
         int64_t first = 0, last = 0, step = 1;
     } frames;
     Method method = Method::direct;
-    enum class Estimate { of_method, knn, kernel } estimate = Estimate::of_method;
+    std::optional<Estimate> estimate; // else that of the method
     Deposit deposit = Deposit::exact;
     Direction direction = Direction::flux;
     double light_step = 0; // distance of kept depths to the lights, in units of the smoothing length
