@@ -62,6 +62,14 @@ template <class Visit> void for_each_depth(const DensityField &field, const Ray 
         for_each_depth(field.particles, ray, end, visit);
 }
 
+// sigma_t at x element by element, in a fixed order: visit(element, its part), an element perhaps more than once.
+template <class Visit> void for_each_extinction(const DensityField &field, const Vec3 &x, Visit &&visit) {
+    if (field.is_grid)
+        for_each_extinction(field.grid, x, visit);
+    else
+        for_each_extinction(field.particles, x, visit);
+}
+
 // An upper bound of sigma_t in the box.
 inline Real majorant(const DensityField &field, const Box &box) {
     if (field.is_bricks) return majorant(field.bricks, box);

@@ -43,6 +43,7 @@ struct Corners {
     Real weight[8];
 };
 void find_corners(const GridField &field, const Cell &cell, const Vec3 &p, Corners &corners);
+bool find_corners(const GridField &field, const Vec3 &x, Corners &corners); // of a point of the scene; false: outside
 
 // The ray in the field's frame from where it enters the box, as for particles: `entry` was skipped, `end` is left.
 bool enter(const GridField &field, const Ray &ray, Ray &inside, Real &entry, Real &end);
@@ -67,6 +68,16 @@ template <class Visit> void for_each_depth(const GridField &field, const Ray &ra
         }
         return true;
     });
+}
+
+// sigma_t at x sample by sample: visit(sample, its part of it) where that is not 0, a sample more than once.
+template <class Visit> void for_each_extinction(const GridField &field, const Vec3 &x, Visit &&visit) {
+    Corners corners;
+    if (!find_corners(field, x, corners)) return;
+    for (int i = 0; i < 8; ++i) {
+        const Real part = corners.weight[i] * field.extinction[corners.sample[i]];
+        if (part > Real(0)) visit(corners.sample[i], part);
+    }
 }
 
 // sigma_t at x, and the sum of what each sample has in it times the sample's source function.

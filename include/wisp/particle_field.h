@@ -51,6 +51,9 @@ Real optical_depth(const ParticleField &field, const Ray &ray, Real end);
 // The same particle by particle, in a fixed order: visit(slot, its part of the integral) where the ray meets it.
 template <class Visit> void for_each_depth(const ParticleField &field, const Ray &ray, Real end, Visit &&visit);
 
+// sigma_t at x particle by particle, in a fixed order: visit(slot, its part of it) where that is not 0.
+template <class Visit> void for_each_extinction(const ParticleField &field, const Vec3 &x, Visit &&visit);
+
 // An upper bound of sigma_t in the box: the sum of what each particle has at its nearest point.
 Real majorant(const ParticleField &field, const Box &box);
 
@@ -90,6 +93,27 @@ template <class Visit> void for_each_depth(const ParticleField &field, const Ray
         for_each_depth_of<Spline>(field, near, end, visit);
     else
         for_each_depth_of<Poly6>(field, near, end, visit);
+}
+
+template <class K, class Visit> void for_each_extinction_of(const ParticleField &field, const Vec3 &x, Visit &&visit) {
+    const PointTree &tree = field.tree;
+    for_each_leaf_near(tree, x, field.support, [&](uint32_t leaf) {
+        for (uint32_t slot = leaf * leaf_points; slot < (leaf + 1) * leaf_points; ++slot) {
+            const Real dx = tree.x[slot] - x.x, dy = tree.y[slot] - x.y, dz = tree.z[slot] - x.z;
+            const Real h = field.inverse_h[slot];
+            const Real part =
+                (field.scale[slot] * h) * K::value(sum_of_products(dx, dx, dy, dy, dz, dz) * (h * h)); // S3
+            if (part > Real(0)) visit(slot, part);
+        }
+    });
+}
+
+template <class Visit> void for_each_extinction(const ParticleField &field, const Vec3 &x, Visit &&visit) {
+    if (field.tree.count == 0) return;
+    if (field.kernel == Kernel::spline)
+        for_each_extinction_of<Spline>(field, x, visit);
+    else
+        for_each_extinction_of<Poly6>(field, x, visit);
 }
 
 // A sum of lanes in the one order that every arithmetic and every width of hardware uses.

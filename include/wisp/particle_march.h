@@ -1,6 +1,6 @@
 // Ray marching over a particle map: what a ray meets is gathered once for many steps (S4-3).
 #pragma once
-#include "wisp/particle_map.h"
+#include "wisp/packed_map.h"
 #include "wisp/ray_march.h"
 
 namespace wisp::WISP_ARITH {

@@ -41,6 +41,15 @@ class Phase {
     Real g_, a_, b_, peak_;
 };
 
+// p towards `out` of light that arrives with a flux, relative to its power: Henyey and Greenstein's about the flux's
+// direction, with g times the share of the power that flows that way. Positive, exact for even light, right in its
+// first moment.
+inline Real phase_of_flux(const Phase &phase, const Vec3 &flux, const Vec3 &out) {
+    const Real share = length(flux);
+    if (!(share > Real(0))) return inv_four_pi<Real>;
+    return phase.with_share(min(share, Real(1)))(flux / share, out);
+}
+
 // A unit vector at the given angle to the unit vector d, turned about it by `turns` in [0, 1[.
 // The frame is Duff et al.'s: no division by zero for any d (hard case A8).
 inline Vec3 deflect(const Vec3 &d, Phase::Cosine angle, Real turns) {

@@ -12,6 +12,7 @@ struct PhotonMap {
     const Color *power;    // in photons; nullptr where all carry the same
     Color uniform_power;   // ... namely this
     PhotonUnit unit;       // of the power
+    bool fluxes;           // directions are those of many photons together: fluxes relative to the power
 };
 
 struct PhotonMaps {

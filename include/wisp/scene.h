@@ -92,8 +92,15 @@ enum class Method : uint8_t { direct, map, volume }; // S4: photon map, particle
 enum class IrradianceMap : uint8_t { none, uniform, adaptive }; // S4-4
 
 // What a photon leaves on the particle map: all of it on the particle that it collides with, or on every particle of a
-// flight its expected collisions with that.
-enum class Deposit : uint8_t { exact, path };
+// flight its expected collisions with that, or on all particles around the collision by their shares in the density.
+enum class Deposit : uint8_t { exact, path, kernel };
+
+// What the map keeps of where light goes: the flux, or the mean of the photons' directions whatever they carry.
+enum class Direction : uint8_t { flux, mean };
+
+// Of the particle map: every particle by its own kernel, or the nearest of them over their ball's volume, as of
+// photons.
+enum class Estimate : uint8_t { kernel, knn };
 
 struct Crop {
     int32_t x0, y0, x1, y1; // pixels, half-open, from the top left
@@ -104,10 +111,12 @@ struct Settings {
     uint32_t samples; // rays a pixel
     uint64_t photons; // to emit
     uint64_t seed;
-    uint32_t gather;      // K, most photons in an estimate
+    uint32_t gather;      // K, most photons in an estimate, or particles
     double gather_radius; // the largest radius of an estimate, in units of H
     double step;          // of the march, in units of H
     Deposit deposit;
+    Direction direction;
+    Estimate estimate;   // of the particle map
     double density_step; // size of the cells to which smoke is resampled, in units of H; 0: exact densities
     double light_step;   // distance of the points whose depth to the lights is kept, in units of H; 0: none
     IrradianceMap irradiance;

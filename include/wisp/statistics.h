@@ -11,7 +11,8 @@ struct Statistics {
     // emitted = absorbed + escaped + blocked + capped, photon by photon.
     struct Photons {
         uint64_t emitted, collisions, stored, absorbed, escaped, blocked, capped;
-        bool store_full; // tracing ended before a batch that might not have fitted
+        uint64_t unclaimed; // collisions that no particle's kernel reached: their power is lost
+        bool store_full;    // tracing ended before a batch that might not have fitted
     } photons = {};
     struct {
         uint64_t particles, density_evaluations, march_samples, gathers, gathered;

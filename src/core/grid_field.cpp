@@ -73,6 +73,13 @@ void find_corners(const GridField &field, const Cell &cell, const Vec3 &p, Corne
     }
 }
 
+bool find_corners(const GridField &field, const Vec3 &x, Corners &corners) {
+    const Vec3 p = to_frame(field, x - field.center);
+    if (!contains(field.box, p)) return false;
+    find_corners(field, cell_at(field.between, p), p, corners);
+    return true;
+}
+
 bool enter(const GridField &field, const Ray &ray, Ray &inside, Real &entry, Real &end) {
     inside = {to_frame(field, ray.origin - field.center), to_frame(field, ray.direction)};
     entry = Real(0);
@@ -90,17 +97,12 @@ Real extinction(const GridField &field, const Vec3 &x) {
 }
 
 Color radiated(const GridField &field, const Vec3 &x, const Color *source, Real &sigma) {
-    const Vec3 p = to_frame(field, x - field.center);
     sigma = Real(0);
     Color sum(Real(0));
-    if (!contains(field.box, p)) return sum;
-    Corners corners;
-    find_corners(field, cell_at(field.between, p), p, corners);
-    for (int i = 0; i < 8; ++i) {
-        const Real here = corners.weight[i] * field.extinction[corners.sample[i]];
+    for_each_extinction(field, x, [&](uint32_t sample, Real here) {
         sigma += here;
-        sum += source[corners.sample[i]] * here;
-    }
+        sum += source[sample] * here;
+    });
     return sum;
 }
 

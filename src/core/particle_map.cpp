@@ -1,41 +1,49 @@
-// Deposits on particles, and the source functions that they make (S4-3).
+// Deposits on particles (S4-3).
 #include "wisp/particle_map.h"
 
 namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr int32_t unit_bits = 24; // of a deposit
+int64_t to_units(Real x) { return round_to_int(scale_pow2(max(Real(-127), min(x, Real(127))), deposit_bits)); }
 
-int64_t to_units(Real x) { return round_to_int(scale_pow2(max(Real(-127), min(x, Real(127))), unit_bits)); }
-Real from_units(int64_t sum) { return scaled_integer<Real>(sum, -unit_bits); }
+// A share of a photon in units.
+struct Units {
+    int64_t power[3], flux[3];
+};
+Units units_of(const Deposits &deposits, const Color &photon, const Vec3 &direction, Real share) {
+    const Color power = photon * share;
+    const Vec3 flux = direction * (deposits.kept == Direction::mean ? share : power.x + power.y + power.z);
+    return {{to_units(deposits.channels == 1 ? share : power.x), to_units(power.y), to_units(power.z)},
+            {to_units(flux.x), to_units(flux.y), to_units(flux.z)}};
+}
+
+void add_power(const Deposits &deposits, uint32_t element, const Units &more, const Units &less) {
+    int64_t *sum = deposits.power + uint64_t{element} * deposits.channels;
+    for (uint32_t c = 0; c < deposits.channels; ++c) sum[c] += more.power[c] - less.power[c];
+}
+
+void add_flux(const Deposits &deposits, uint32_t element, const Units &more, const Units &less) {
+    if (!deposits.flux) return;
+    int64_t *sum = deposits.flux + uint64_t{element} * 3;
+    for (uint32_t c = 0; c < 3; ++c) sum[c] += more.flux[c] - less.flux[c];
+}
 
 void deposit(const Deposits &deposits, uint32_t element, const Color &photon, const Vec3 &direction, Real share) {
-    const Color power = photon * share;
-    int64_t *to = deposits.power + uint64_t{element} * deposits.channels;
-    if (deposits.channels == 1) {
-        *to += to_units(share);
-    } else {
-        to[0] += to_units(power.x);
-        to[1] += to_units(power.y);
-        to[2] += to_units(power.z);
-    }
-    if (!deposits.flux) return;
-    const Vec3 flux = direction * (power.x + power.y + power.z);
-    int64_t *sum = deposits.flux + uint64_t{element} * 3;
-    sum[0] += to_units(flux.x);
-    sum[1] += to_units(flux.y);
-    sum[2] += to_units(flux.z);
+    const Units units = units_of(deposits, photon, direction, share);
+    add_power(deposits, element, units, {});
+    add_flux(deposits, element, units, {});
 }
 
 // The sums of all smokes, one behind the other: powers, then fluxes. Made 0 where there are none yet.
-Status make_deposits(const Scene &scene, const PhotonNeeds &needs, MapSums &sums, Deposits *deposits) {
+Status make_deposits(const Scene &scene, const PhotonNeeds &needs, Direction kept, MapSums &sums, Deposits *deposits) {
     uint64_t count = 0;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         Deposits &d = deposits[i];
         d = {};
         d.count = elements_of(scene.smokes[i]);
         d.channels = needs.powers ? 3 : 1;
+        d.kept = kept;
         const auto take = [&](uint64_t numbers) {
             count += numbers;
             return count <= sums.capacity ? sums.values + (count - numbers) : nullptr;
@@ -50,63 +58,28 @@ Status make_deposits(const Scene &scene, const PhotonNeeds &needs, MapSums &sums
     return Status::done;
 }
 
-// What all photons put on an element, in photons.
-Color power_of(const Deposits &deposits, const Color &photon_color, uint32_t element) {
-    const int64_t *sum = deposits.power + uint64_t{element} * deposits.channels;
-    if (deposits.channels == 1) return photon_color * from_units(*sum);
-    return Color(from_units(sum[0]), from_units(sum[1]), from_units(sum[2]));
-}
-
-// p towards `out` of light that arrives with a flux: Henyey and Greenstein's about the flux's direction, with g times
-// the share of the power that flows that way. Positive, exact for even light, right in its first moment.
-Real phase_of_flux(const Phase &phase, const Deposits &deposits, const Color &power, uint32_t element,
-                   const Vec3 &out) {
-    const int64_t *sum = deposits.flux + uint64_t{element} * 3;
-    const Vec3 flux(from_units(sum[0]), from_units(sum[1]), from_units(sum[2]));
-    const Real all = power.x + power.y + power.z, along = length(flux);
-    if (!(along > all * Real(0x1p-16))) return inv_four_pi<Real>; // a direction out of rounding (D7)
-    return phase.with_share(min(along / all, Real(1)))(flux / along, out);
-}
-
-struct Element {
-    Vec3 position;
-    Real cross_section; // the integral of its part of sigma_t
-};
-Element element_of(const Smoke &smoke, uint32_t index) {
-    if (smoke.field.is_grid) {
-        const GridField &grid = smoke.field.grid;
-        const Vec3 &edge = grid.between.edge;
-        return {position_of_sample(grid, index), grid.extinction[index] * edge.x * edge.y * edge.z};
-    }
-    const PointTree &tree = smoke.field.particles.tree;
-    return {Vec3(tree.x[index], tree.y[index], tree.z[index]),
-            to_real<Real>(smoke.source->particles[tree.id[index]].area)};
-}
-
-// power / cross-section * 2^exponent * unit, half of the scaling before the division: in fixed point neither leaves the
-// range.
-Color per_cross_section(const Color &power, Real cross_section, const PhotonUnit &unit) {
-    const int32_t half = unit.exponent / 2;
-    return scale_pow2(scale_pow2(power, half) * unit.unit / cross_section, unit.exponent - half);
-}
-
-// Sum of p times the light that was scattered before, towards the eye, at an element.
-Color multiple_scattering(const ParticleMap &map, const Smoke &smoke, uint32_t index, uint32_t i,
-                          const Element &element, const Vec3 &eye) {
-    if (!map.of_smoke) return Color(Real(0));
-    const Deposits &deposits = map.of_smoke[index];
-    const Color power = power_of(deposits, map.photon_color, i);
-    if (!(largest(power) > Real(0))) return power;
-    Real p = inv_four_pi<Real>;
-    if (deposits.flux) {
-        const Vec3 way = eye - element.position;
-        const Real distance = length(way);
-        if (distance > Real(0)) p = phase_of_flux(smoke.phase, deposits, power, i, way / distance);
-    }
-    return per_cross_section(power * p, element.cross_section, map.unit);
-}
-
 } // namespace
+
+bool deposit_by_kernel(const Deposits &deposits, const DensityField &field, const Vec3 &x, const Color &photon,
+                       const Vec3 &direction) {
+    Real total = Real(0), so_far = Real(0);
+    for_each_extinction(field, x, [&](uint32_t, Real part) { total += part; });
+    if (!(total > Real(0))) return false;
+    // Differences of what the shares so far come to: the last of these is the whole photon, to the unit.
+    const Units whole = units_of(deposits, photon, direction, Real(1));
+    Units before = {};
+    for_each_extinction(field, x, [&](uint32_t element, Real part) {
+        so_far += part;
+        const Units after = units_of(deposits, photon, direction, so_far / total);
+        add_power(deposits, element, after, before);
+        if (deposits.kept == Direction::mean)
+            add_flux(deposits, element, whole, {}); // w_t' += w_p; a sample at a border as often as it is a corner
+        else
+            add_flux(deposits, element, after, before);
+        before = after;
+    });
+    return true;
+}
 
 ParticleMapPlan plan_particle_map(const Scene &scene, const Settings &settings) {
     ParticleMapPlan plan = {photon_needs(scene, settings), 0, 0};
@@ -122,8 +95,9 @@ ParticleMapPlan plan_particle_map(const Scene &scene, const Settings &settings) 
 }
 
 uint64_t most_deposits(const Settings &settings) {
-    // The largest is a flux: R + G + B of a photon, at most 3; along a flight what to_units lets pass.
-    const int32_t bits = unit_bits + (settings.deposit == Deposit::path ? 7 : 2);
+    // The largest is a flux: R + G + B of a photon, at most 3, or eight directions of a grid's corners; along a flight
+    // what to_units lets pass.
+    const int32_t bits = deposit_bits + (settings.deposit == Deposit::path ? 7 : 3);
     return (uint64_t{1} << (63 - bits)) - (most_collisions + 1);
 }
 
@@ -134,9 +108,8 @@ Status trace_particle_map(const Scene &scene, const Medium &medium, const Light 
     if (!needs.traced) return sums.count == 0 ? Status::done : Status::wrong_sums;
     Deposits *deposits = arena.make<Deposits>(medium.count);
     if (!deposits) return Status::out_of_memory;
-    const Status made = make_deposits(scene, needs, sums, deposits);
+    const Status made = make_deposits(scene, needs, settings.direction, sums, deposits);
     if (made != Status::done) return made;
-    statistics.bytes.particle_map = sums.count * sizeof(int64_t);
     const Emitters emitters = find_emitters(medium, lights, scene.light_count, arena);
     if (!emitters.list) return Status::out_of_memory;
     if (emitters.count == 0) return Status::done;
@@ -148,9 +121,13 @@ Status trace_particle_map(const Scene &scene, const Medium &medium, const Light 
             trace_photon(
                 medium, emitters, key, statistics,
                 [&](const MediumCollision &at, const Photon &arrived, const Color &power) {
-                    if (settings.deposit == Deposit::exact)
-                        deposit(deposits[at.smoke], at.element, power, arrived.ray.direction, Real(1));
-                    ++statistics.photons.stored;
+                    const Deposits &to = deposits[at.smoke];
+                    const Ray &ray = arrived.ray;
+                    if (settings.deposit == Deposit::exact) deposit(to, at.element, power, ray.direction, Real(1));
+                    const bool claimed =
+                        settings.deposit != Deposit::kernel ||
+                        deposit_by_kernel(to, medium.smokes[at.smoke].field, ray.origin, power, ray.direction);
+                    ++(claimed ? statistics.photons.stored : statistics.photons.unclaimed);
                 },
                 [&](const Photon &photon, Real end, const Color &power) {
                     if (settings.deposit != Deposit::path) return;
@@ -164,33 +141,6 @@ Status trace_particle_map(const Scene &scene, const Medium &medium, const Light 
     });
     map = {deposits, emitters.list[0].photon_color, photon_unit(emitters.power, settings.photons)};
     return fits ? status : Status::overflow;
-}
-
-const Color *const *make_sources(const Scene &scene, const Medium &medium, const ParticleMap &map, const Vec3 &eye,
-                                 Arena &arena) {
-    const Color **sources = arena.make<const Color *>(medium.count);
-    if (!sources) return nullptr;
-    for (uint32_t s = 0; s < medium.count; ++s) {
-        const Smoke &smoke = medium.smokes[s];
-        const uint32_t count = elements_of(scene.smokes[s]);
-        Color *source = arena.make<Color>(count);
-        if (!source) return nullptr;
-        sources[s] = source;
-        const Color glow = (Color(Real(1)) - smoke.albedo) * smoke.emission;
-        for (uint32_t i = 0; i < count; ++i) {
-            const Element element = element_of(smoke, i);
-            source[i] = Color(Real(0));
-            if (element.cross_section > Real(0))
-                source[i] = smoke.albedo * multiple_scattering(map, smoke, s, i, element, eye) + glow;
-        }
-    }
-    return sources;
-}
-
-uint64_t source_bytes(const Scene &scene) {
-    uint64_t bytes = Arena::bytes<const Color *>(scene.smoke_count);
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) bytes += Arena::bytes<Color>(elements_of(scene.smokes[i]));
-    return bytes;
 }
 
 } // namespace wisp::WISP_ARITH

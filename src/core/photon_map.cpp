@@ -174,7 +174,12 @@ Color in_scattered(const PhotonMap &map, const Phase &phase, const Vec3 &x, cons
             if (i == left_out) continue;
             const uint32_t photon = gather.slot[i];
             const Color &power = map.power ? map.power[photon] : map.uniform_power;
-            sum += map.direction ? power * phase(map.direction[photon], out) : power;
+            if (!map.direction)
+                sum += power;
+            else if (map.fluxes)
+                sum += power * phase_of_flux(phase, map.direction[photon], out);
+            else
+                sum += power * phase(map.direction[photon], out);
         }
     }
     if (!map.direction) sum = sum * inv_four_pi<Real>;

@@ -90,22 +90,29 @@ bool ask_lights(const Frame &frame, const Bricks *bricks, LightDepths &depths, S
                              &frame.statistics.rays.shadow, depths);
 }
 
+// All of a march but its lights and its photons. False: the arena was too small.
+bool make_marcher(const Frame &frame, Marcher &marcher) {
+    const Scene &scene = frame.scene;
+    marcher = {};
+    marcher.medium = &frame.medium;
+    marcher.background = vec_of(scene.background);
+    marcher.step = step_length(scene, frame.settings.step);
+    marcher.statistics = &frame.statistics;
+    Real *radius = frame.arena.make<Real>(scene.smoke_count);
+    marcher.extinctions = frame.arena.make<Real>(scene.smoke_count);
+    if (!radius || !marcher.extinctions) return false;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i)
+        radius[i] = to_real<Real>(scene.smokes[i].largest_h) * to_real<Real>(frame.settings.gather_radius);
+    marcher.gather_radius = radius;
+    return true;
+}
+
 // S4-2: photons are kept in a photon map, from which every step of the march gathers the nearest.
 Status render_direct(const Frame &frame) {
     const Scene &scene = frame.scene;
     const Settings &settings = frame.settings;
-    Marcher marcher = {};
-    marcher.medium = &frame.medium;
-    marcher.background = vec_of(scene.background);
-    marcher.step = step_length(scene, settings.step);
-    marcher.statistics = &frame.statistics;
-    Real *radius = frame.arena.make<Real>(scene.smoke_count);
-    marcher.extinctions = frame.arena.make<Real>(scene.smoke_count);
-    if (!radius || !marcher.extinctions) return Status::out_of_memory;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i)
-        radius[i] = to_real<Real>(scene.smokes[i].largest_h) * to_real<Real>(settings.gather_radius);
-    marcher.gather_radius = radius;
-
+    Marcher marcher;
+    if (!make_marcher(frame, marcher)) return Status::out_of_memory;
     const PhotonPlan photons = plan_photons(scene, settings);
     if (photons.traced && !make_gather(settings.gather, frame.arena, marcher.gather)) return Status::out_of_memory;
     LightDepths depths;
@@ -117,19 +124,39 @@ Status render_direct(const Frame &frame) {
     return render_frame(frame, marcher);
 }
 
+// The paper's way to read the particle map: the nearest particles at every step.
+Status render_nearest_elements(const Frame &frame, const PackedMap &map) {
+    Marcher marcher;
+    LightDepths depths;
+    if (!make_marcher(frame, marcher) || !make_element_maps(frame.medium, map, frame.arena, marcher.photon_maps) ||
+        !make_gather(frame.settings.gather, frame.arena, marcher.gather) ||
+        !ask_lights(frame, frame.medium.bricks, depths, marcher.lights))
+        return Status::out_of_memory;
+    return render_frame(frame, marcher);
+}
+
 // S4-3: photons are kept on the particles, which become sources that every ray adds up.
 Status render_map(const Frame &frame, MapSums &sums) {
     const Scene &scene = frame.scene;
     const ParticleMapPlan plan = plan_particle_map(scene, frame.settings);
+    PackedMap packed;
+    const size_t before = frame.arena.mark();
+    if (!make_packed_map(scene, plan.needs, frame.settings.direction, frame.arena, packed))
+        return Status::out_of_memory;
+    const size_t after = frame.arena.mark();
+    frame.statistics.bytes.particle_map = after - before;
     const Batches batches = sums.count == 0 ? all_batches(frame.settings) : Batches{0, 0};
     ParticleMap map;
     const Status status = trace_particle_map(scene, frame.medium, frame.lights, frame.settings, plan.needs, batches,
                                              frame.observer, frame.arena, sums, frame.statistics, map);
     if (status != Status::done) return status;
+    pack_map(map, packed);
+    frame.arena.rewind(after);
 
     if (!frame.observer(Stage::render, 0, 1)) return Status::stopped;
+    if (frame.settings.estimate == Estimate::knn) return render_nearest_elements(frame, packed);
     ParticleMarcher marcher = {};
-    marcher.sources = make_sources(scene, frame.medium, map, vec_of(scene.camera.origin), frame.arena);
+    marcher.sources = make_sources(scene, frame.medium, packed, vec_of(scene.camera.origin), frame.arena);
     LightDepths depths;
     if (!marcher.sources || !make_window(scene, frame.arena, marcher) ||
         !ask_lights(frame, frame.medium.bricks, depths, marcher.lights))
@@ -242,9 +269,11 @@ Plan plan(const Scene &scene, const Settings &settings) {
         const ParticleMapPlan map = plan_particle_map(scene, settings);
         plan.map_sums = map.sums;
         plan.most_photons = most_deposits(settings);
-        plan.bytes.particle_map = map.bytes;
-        plan.bytes.sources = source_bytes(scene);
-        plan.bytes.arena += plan.bytes.particle_map + plan.bytes.sources + window_bytes(scene);
+        plan.bytes.particle_map = map.bytes + packed_map_bytes(scene, needs);
+        const bool nearest = settings.estimate == Estimate::knn;
+        plan.bytes.sources = nearest ? 0 : source_bytes(scene);
+        plan.bytes.gather = nearest ? element_map_bytes(scene) + gather_bytes(settings.gather) : 0;
+        plan.bytes.arena += plan.bytes.particle_map + plan.bytes.sources + plan.bytes.gather + window_bytes(scene);
         return plan;
     }
     const PhotonPlan photons = plan_photons(scene, settings);

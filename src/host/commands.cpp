@@ -75,6 +75,8 @@ Settings settings_of(const Options &options, int width, int height) {
     settings.irradiance = options.irradiance;
     settings.irradiance_step = options.irradiance_step;
     settings.deposit = options.deposit;
+    settings.direction = options.direction;
+    settings.estimate = options.estimate.value_or(Estimate::kernel);
     settings.reference = options.reference;
     const Options::Range passes = options.passes.value_or(Options::Range{0, 16});
     settings.first_pass = passes.first;
@@ -85,6 +87,10 @@ Settings settings_of(const Options &options, int width, int height) {
 bool uses_map(const Settings &settings) { return !settings.reference && settings.method == Method::map; }
 
 Plan checked_plan(const Request &request, const Scene &scene, const Settings &settings) {
+    for (uint32_t i = 0; i < scene.smoke_count; ++i)
+        if (scene.smokes[i].is_grid() && settings.method == Method::map && settings.estimate == Estimate::knn)
+            throw Error(exit_usage, request.name + ": option 'estimate': found 'knn' with --smoke map for a grid or a "
+                                                   "box, expected kernel, or particles alone");
     const Plan plan = core(request.options.arithmetic).plan(scene, settings);
     if (request.options.memory && plan.bytes.arena > *request.options.memory)
         throw Error(exit_memory, request.name + ": the plan needs " + std::to_string(plan.bytes.arena) +
@@ -351,11 +357,8 @@ void check_options(const Options &options) {
         if (!options.reference && ends_in(output, ".passes"))
             throw Error(exit_usage, "option 'output': found '" + output + "', expected .passes only with --reference");
     }
-    const bool map = options.method == Method::map;
-    if (options.estimate == (map ? Options::Estimate::knn : Options::Estimate::kernel))
-        throw Error(exit_usage, std::string("option 'estimate': found '") + (map ? "knn" : "kernel") +
-                                    (map ? "', expected kernel with --smoke map: knn is not supported yet there"
-                                         : "', expected knn with --smoke direct"));
+    if (options.method == Method::direct && options.estimate == Estimate::kernel)
+        throw Error(exit_usage, "option 'estimate': found 'kernel', expected knn with --smoke direct");
     if (several && !options.error_out.empty() && !has_number(options.error_out))
         throw Error(exit_usage, "option 'error-out': found '" + options.error_out +
                                     "' for several frames, expected a name with %04d");
@@ -470,12 +473,20 @@ int plan_command(const std::vector<std::string> &arguments) {
         }
         if (!options.map_in.empty()) origin = " photons of " + numbered(options.map_in, options.frames.first);
         print_stage("particle map", plan.photons, plan.bytes.particle_map,
-                    !plan.photons ? why_no_photons
-                                  : std::to_string(settings.photons) + origin + ", kept on the particles: " +
-                                        (plan.photon_powers ? "power in R G B" : "one power (all are equal)") +
-                                        (plan.photon_directions ? ", flux" : ", no flux (isotropic)"));
-        print_stage("sources", plan.smoke, plan.bytes.sources,
-                    plan.smoke ? "what each sends to the eye" : "there is no smoke");
+                    !plan.photons
+                        ? why_no_photons
+                        : std::to_string(settings.photons) + origin + ", kept on the particles: " +
+                              (plan.photon_powers ? "power in R G B" : "one power (all are equal)") +
+                              (!plan.photon_directions                 ? ", no flux (isotropic): packed to 4 bytes each"
+                               : settings.direction == Direction::mean ? ", mean direction: packed to 8 bytes each"
+                                                                       : ", flux: packed to 8 bytes each"));
+        if (settings.estimate == Estimate::knn)
+            print_stage("gather", plan.photons, plan.bytes.gather,
+                        plan.photons ? "up to " + std::to_string(settings.gather) + " nearest particles"
+                                     : "there are no photons");
+        else
+            print_stage("sources", plan.smoke, plan.bytes.sources,
+                        plan.smoke ? "what each sends to the eye" : "there is no smoke");
     } else {
         print_stage("photons", plan.photons, plan.bytes.photon_map,
                     !plan.photons ? why_no_photons

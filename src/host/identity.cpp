@@ -45,7 +45,7 @@ std::string identity_of_map(const Scene &scene, const Settings &settings, const 
     Digest digest;
     digest.add(std::string(version), arithmetic, scene.radiance_exponent, scene.light_count, scene.smoke_count);
     add_lights_and_smokes(digest, scene);
-    digest.add(settings.photons, settings.seed, settings.deposit, settings.density_step);
+    digest.add(settings.photons, settings.seed, settings.deposit, settings.direction, settings.density_step);
     if (settings.density_step > 0) digest.add(settings.light_step, settings.irradiance_step);
     return digest.finish();
 }

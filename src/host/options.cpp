@@ -141,21 +141,23 @@ const std::vector<Entry> &table() {
          [](Options &o, const std::string &v) { o.irradiance_step = step_or_zero(v); }},
         {"density-step", "S", "cells to which smoke is resampled, in smoothing lengths; 0: exact (0)",
          [](Options &o, const std::string &v) { o.density_step = step_or_zero(v); }},
-        {"estimate", "knn|kernel", "radiance from the nearest photons (direct), or of the particles' kernels (map)",
+        {"estimate", "knn|kernel",
+         "radiance from the nearest photons or particles (direct), or of the particles' kernels (map)",
          [](Options &o, const std::string &v) {
-             o.estimate = static_cast<Options::Estimate>(1 + one_of(v, {"knn", "kernel"}, 2));
+             o.estimate = static_cast<Estimate>(one_of(v, {"kernel", "knn"}, 2));
          }},
-        {"deposit", "exact|path", "of a photon: on the particle that it collides with, or on all of its flight (exact)",
+        {"deposit", "exact|path|kernel",
+         "of a photon: on the particle that it collides with, on all of its flight, or on all around (exact)",
          [](Options &o, const std::string &v) {
-             o.deposit = static_cast<Deposit>(one_of(v, {"exact", "path", "kernel"}, 2));
+             o.deposit = static_cast<Deposit>(one_of(v, {"exact", "path", "kernel"}, 3));
          }},
-        {"direction", "flux", "what is kept of the photons' directions (flux)",
-         [](Options &, const std::string &v) {
-             one_of(v, {"flux", "mean"}, 1);
+        {"direction", "flux|mean", "what is kept of the photons' directions: their flux, or their mean (flux)",
+         [](Options &o, const std::string &v) {
+             o.direction = static_cast<Direction>(one_of(v, {"flux", "mean"}, 2));
          }},
         {"photons", "N", "photons emitted (1000000)",
          [](Options &o, const std::string &v) { o.photons = static_cast<uint64_t>(integer_in(v, 0, INT64_MAX)); }},
-        {"gather", "K", "most photons in an estimate (500)",
+        {"gather", "K", "most photons or particles in an estimate by knn (500)",
          [](Options &o, const std::string &v) { o.gather = static_cast<uint32_t>(integer_in(v, 2, 1000000)); }},
         {"gather-radius", "R", "largest radius of an estimate, in smoothing lengths (2)",
          [](Options &o, const std::string &v) { o.gather_radius = positive(v, 1000); }},

@@ -27,8 +27,9 @@ struct Options {
         int64_t first = 0, last = 0, step = 1;
     } frames;
     Method method = Method::direct;
-    enum class Estimate { of_method, knn, kernel } estimate = Estimate::of_method;
+    std::optional<Estimate> estimate; // else that of the method
     Deposit deposit = Deposit::exact;
+    Direction direction = Direction::flux;
     double density_step = 0; // cells of resampled smoke, in units of the smoothing length; 0: exact
     IrradianceMap irradiance = IrradianceMap::none;
     double irradiance_step = 1;
