@@ -40,8 +40,4 @@ inline uint64_t bytes_of(const Irradiance &map) {
 // The mean radiance at p, a place in a brick in cells, and which part of it flows whither.
 NodeLight light_at(const Irradiance &irradiance, uint32_t brick, const Vec3 &p);
 
-// p(in -> out) averaged over light that arrives with that flux: Henyey and Greenstein's about the flux's direction,
-// with g times the part that flows that way. Positive, exact for even light, right in its first moment.
-Real phase_of_flux(const Phase &phase, const Vec3 &flux, const Vec3 &out);
-
 } // namespace wisp::WISP_ARITH

@@ -139,10 +139,4 @@ NodeLight light_at(const Irradiance &irradiance, uint32_t brick, const Vec3 &p) 
     return light;
 }
 
-Real phase_of_flux(const Phase &phase, const Vec3 &flux, const Vec3 &out) {
-    const Real along = length(flux);
-    if (!(along > Real(0x1p-16))) return inv_four_pi<Real>; // a direction out of rounding (D7)
-    return phase.with_share(min(along, Real(1)))(flux / along, out);
-}
-
 } // namespace wisp::WISP_ARITH
