@@ -37,7 +37,6 @@ struct Bricks {
 
 // Bricks around the smoke of `scene`, their cells `lengths` smoothing lengths of the finest smoke wide. Where all smoke
 // is a single grid that is not turned, the cells are those between the grid's samples; of a box they fit the box.
-bool bricks_follow_grid(const Scene &scene);
 Bricks make_bricks(const Scene &scene, double lengths, Arena &arena);
 
 struct BrickPlan {

@@ -32,6 +32,9 @@ bool make_packed_map(const Scene &scene, const PhotonNeeds &needs, Direction kep
 uint64_t packed_map_bytes(const Scene &scene, const PhotonNeeds &needs);
 void pack_map(const ParticleMap &map, PackedMap &packed);
 
+// The light of an element, phi / (4 pi) and flux.
+MeanLight light_of_element(const PackedMap &map, const Smoke &smoke, uint32_t index, uint32_t element);
+
 // The source function of every element towards the eye, per unit of sigma_t: what is scattered there for the second
 // time and more, and emission. One array a smoke; nullptr: the arena was too small.
 const Color *const *make_sources(const Scene &scene, const Medium &medium, const PackedMap &map, const Vec3 &eye,

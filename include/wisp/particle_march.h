@@ -10,7 +10,8 @@ constexpr uint32_t window_steps = 64;
 
 struct ParticleMarcher {
     const Medium *medium;
-    const Color *const *sources; // one array a smoke
+    const Color *const *sources;  // one array a smoke
+    const Irradiance *irradiance; // of what `sources` leave out, or nullptr
     SingleScatterer lights;
     Color background;
     Real step;

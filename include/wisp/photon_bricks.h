@@ -38,11 +38,7 @@ Status trace_brick_photons(const Scene &scene, const Medium &medium, const Light
                            const Observer &observer, Arena &arena, MapSums &sums, Statistics &statistics,
                            BrickDeposits &deposits);
 
-// What all bricks that hold a node received there: the mean radiance phi / (4 pi), and of the flux the part of it.
-struct NodeLight {
-    Color radiance;
-    Vec3 flux;
-};
-NodeLight light_at_node(const BrickDeposits &deposits, uint32_t brick, const Cell &node);
+// What all bricks that hold a node received there.
+MeanLight light_at_node(const BrickDeposits &deposits, uint32_t brick, const Cell &node);
 
 } // namespace wisp::WISP_ARITH

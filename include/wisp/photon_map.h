@@ -48,4 +48,8 @@ uint64_t gather_bytes(uint32_t most);
 Color in_scattered(const PhotonMap &map, const Phase &phase, const Vec3 &x, const Vec3 &out, Real largest_radius,
                    Gather &gather, Statistics &statistics);
 
+// The same as if scattered evenly, and the photons' flux, for any direction to be asked later.
+MeanLight scattered_evenly(const PhotonMap &map, const Vec3 &x, Real largest_radius, Gather &gather,
+                           Statistics &statistics);
+
 } // namespace wisp::WISP_ARITH

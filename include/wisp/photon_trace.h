@@ -22,6 +22,12 @@ struct PhotonUnit {
 };
 PhotonUnit photon_unit(Real power, uint64_t emitted);
 
+// Light from all directions: its mean radiance phi / (4 pi), and the flux relative to phi.
+struct MeanLight {
+    Color radiance;
+    Vec3 flux;
+};
+
 // Where a photon starts, and from what.
 struct Birth {
     Photon photon;

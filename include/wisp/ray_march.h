@@ -1,7 +1,7 @@
 // Ray marching (S1): the radiance that reaches the eye through smoke.
 #pragma once
+#include "wisp/irradiance.h"
 #include "wisp/light_depths.h"
-#include "wisp/photon_map.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -17,6 +17,7 @@ struct Marcher {
     const Medium *medium;
     SingleScatterer lights;
     const PhotonMap *photon_maps; // one a smoke, or nullptr
+    const Irradiance *irradiance; // instead of those, or nullptr
     Color background;
     Real step;                 // length of a step
     const Real *gather_radius; // one a smoke

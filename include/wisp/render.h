@@ -50,6 +50,7 @@ struct Plan {
     bool photon_directions; // ... and not evenly
     bool photon_powers;     // ... and photons differ in power
     uint64_t photon_capacity;
+    uint64_t bricks;       // of resampled smoke; 0: densities are exact
     uint64_t map_sums;     // numbers of a particle map, at most
     uint64_t most_photons; // that they can hold
     struct {

@@ -87,6 +87,28 @@ struct Scene {
     int32_t radiance_exponent;
 };
 
+// Whether all smoke is a single grid whose edges are those of space.
+inline bool is_aligned_grid(const Scene &scene) {
+    uint32_t smokes = 0;
+    const GridSource *grid = nullptr;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        if (scene.smokes[i].empty()) continue;
+        ++smokes;
+        if (scene.smokes[i].is_grid()) grid = &scene.smokes[i].grid;
+    }
+    return smokes == 1 && grid && grid->axis[0].x == 1 && grid->axis[1].y == 1 && grid->axis[2].z == 1;
+}
+
+// Whether the scene's smoke can be resampled to a lattice along the axes (S4-1): particles, or such a grid.
+inline bool can_resample(const Scene &scene) {
+    bool particles = true, any = false;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        any = any || !scene.smokes[i].empty();
+        particles = particles && !scene.smokes[i].is_grid();
+    }
+    return any && (particles || is_aligned_grid(scene));
+}
+
 enum class Method : uint8_t { direct, map, volume }; // S4: photon map, particle map, photon map of resampled smoke
 
 enum class IrradianceMap : uint8_t { none, uniform, adaptive }; // S4-4

@@ -27,9 +27,6 @@ struct Medium {
     bool empty() const { return !(bounds.low.x < bounds.high.x); }
 };
 
-// Whether the scene's smoke can be resampled to bricks (S4-1): particles, or a single grid that is not turned.
-bool can_resample(const Scene &scene);
-
 // `density_step`: the size of the bricks' cells in smoothing lengths of the finest smoke; 0: exact densities, as of any
 // smoke that cannot be resampled.
 Medium make_medium(const Scene &scene, double density_step, Arena &arena);
@@ -40,6 +37,10 @@ Real finest_length(const Scene &scene);
 
 // int sigma_t of all smokes over the ray's distances 0 to `end`.
 Real optical_depth(const Medium &medium, const Ray &ray, Real end);
+
+// Whether there is smoke in the cells of the brick around a node of a field, given in cells. `bricks` are the medium's
+// own where it has been resampled.
+bool meets_smoke(const Medium &medium, const Bricks &bricks, uint32_t brick, const Cell &node, int32_t stride);
 
 struct MediumCollision {
     bool found;

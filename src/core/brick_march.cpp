@@ -92,10 +92,11 @@ WISP_VISITOR void gather_light(const BrickMarcher &marcher, const Smoke &smoke, 
     }
     if (!marcher.irradiance) return;
     const Irradiance &map = *marcher.irradiance;
-    int32_t first[lanes], stride[lanes];
+    int32_t first[lanes], stride[lanes], exponent[lanes];
     for (uint32_t l = 0; l < lanes; ++l) {
         first[l] = map.first[group.points.brick[l]];
         stride[l] = map.stride[group.points.brick[l]];
+        exponent[l] = map.exponent[group.points.brick[l]];
     }
     LanePlaces at;
     find_places(group.points, first, stride, at);
@@ -114,15 +115,16 @@ WISP_VISITOR void gather_light(const BrickMarcher &marcher, const Smoke &smoke, 
         const uint32_t *values = map.value;
         interpolate(
             at, [values](int32_t node) { return Real(static_cast<int32_t>(values[node])); }, value);
-        const int32_t exponent = map.exponent - grey_bits;
-        for (uint32_t l = 0; l < lanes; ++l) p[l] *= scale_pow2(value[l], exponent);
+        for (uint32_t l = 0; l < lanes; ++l) p[l] *= scale_pow2(value[l], exponent[l] - grey_bits);
         add(scattered, p, map.color);
         return;
     }
     Lanes channel[3];
-    for (int32_t c = 0; c < 3; ++c)
+    for (int32_t c = 0; c < 3; ++c) {
         interpolate(
-            at, [&map, c](int32_t node) { return unpack_color(map.value[node], map.exponent)[c]; }, channel[c]);
+            at, [&map, c](int32_t node) { return unpack_color(map.value[node], 0)[c]; }, channel[c]);
+        for (uint32_t l = 0; l < lanes; ++l) channel[c][l] = scale_pow2(channel[c][l], exponent[l]);
+    }
     for (uint32_t l = 0; l < lanes; ++l) {
         scattered.red[l] += p[l] * channel[0][l];
         scattered.green[l] += p[l] * channel[1][l];

@@ -76,7 +76,7 @@ Layout layout_of(const Scene &scene, double lengths) {
         if (smoke.is_grid()) grid = &smoke.grid;
     }
     const Real cell = finest * to_real<Real>(lengths);
-    return grid && bricks_follow_grid(scene) ? around_grid(*grid, cell) : around_all(scene, cell);
+    return grid && is_aligned_grid(scene) ? around_grid(*grid, cell) : around_all(scene, cell);
 }
 
 // How far x is from the stretch of an axis from `low` to `low` + `edge`.
@@ -110,7 +110,7 @@ template <class Visit> void for_each_touched(const Scene &scene, const Layout &l
             visit_range({0, 0, 0}, {lattice.count.x - 1, lattice.count.y - 1, lattice.count.z - 1}, always);
             continue;
         }
-        if (!bricks_follow_grid(scene)) {
+        if (!is_aligned_grid(scene)) {
             const Vec3 center = vec_of(grid.center), reach = reach_of(grid);
             visit_range(cell_at(lattice, center - reach), cell_at(lattice, center + reach), always);
             continue;
@@ -140,17 +140,6 @@ bool any_smoke(const Scene &scene) {
 }
 
 } // namespace
-
-bool bricks_follow_grid(const Scene &scene) {
-    uint32_t smokes = 0;
-    const GridSource *grid = nullptr;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        if (scene.smokes[i].empty()) continue;
-        ++smokes;
-        if (scene.smokes[i].is_grid()) grid = &scene.smokes[i].grid;
-    }
-    return smokes == 1 && grid && grid->axis[0].x == 1 && grid->axis[1].y == 1 && grid->axis[2].z == 1;
-}
 
 Bricks make_bricks(const Scene &scene, double lengths, Arena &arena) {
     Bricks bricks = {};

@@ -5,30 +5,6 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-// Whether there is smoke in the cells of the brick around a node.
-bool meets_smoke(const LightDepths &depths, uint32_t brick, const Cell &node) {
-    const int32_t s = depths.stride;
-    const Cell low = {max(node.x - s, 0), max(node.y - s, 0), max(node.z - s, 0)};
-    const Cell high = {min(node.x + s, brick_cells), min(node.y + s, brick_cells), min(node.z + s, brick_cells)};
-    const Medium &medium = *depths.medium;
-    if (!medium.bricks) {
-        const Box box = {node_of(*depths.bricks, brick, low), node_of(*depths.bricks, brick, high)};
-        for (uint32_t i = 0; i < medium.count; ++i)
-            if (majorant(medium.smokes[i].field, box) > Real(0)) return true;
-        return false;
-    }
-    const Cell count = {nodes_along(1), nodes_along(1), nodes_along(1)};
-    for (uint32_t i = 0; i < medium.count; ++i) {
-        if (!medium.smokes[i].field.is_bricks) continue;
-        const Real *sigma = medium.smokes[i].field.bricks.nodes(brick);
-        for (int32_t z = low.z; z <= high.z; ++z)
-            for (int32_t y = low.y; y <= high.y; ++y)
-                for (int32_t x = low.x; x <= high.x; ++x)
-                    if (sigma[index_of(count, {x, y, z})] > Real(0)) return true;
-    }
-    return false;
-}
-
 // Below every real depth: there is no smoke around such a node.
 constexpr Real unknown = Real(-1);
 
@@ -41,7 +17,7 @@ void find_depths(const LightDepths &depths, uint32_t brick, Real *found, uint64_
         const Cell at = cell_of_index(n, k), node = {at.x * stride, at.y * stride, at.z * stride};
         Real *depth = found + size_t{brick} * lights * nodes + k;
         for (uint32_t l = 0; l < lights; ++l) depth[size_t{l} * nodes] = unknown;
-        if (!meets_smoke(depths, brick, node)) continue;
+        if (!meets_smoke(*depths.medium, bricks, brick, node, stride)) continue;
         const Real *known = nullptr;
         for_each_holder(bricks, bricks.place[brick], at, n, [&](uint32_t other, uint32_t there) {
             const Real *its = found + size_t{other} * lights * nodes + there;

@@ -131,6 +131,15 @@ bool make_element_map(const PackedMap &map, const Smoke &smoke, const MapEntries
 
 } // namespace
 
+MeanLight light_of_element(const PackedMap &map, const Smoke &smoke, uint32_t index, uint32_t element) {
+    const MapEntries &entries = map.of_smoke[index];
+    const Real cross_section = element_of(smoke, element).cross_section;
+    if (!(cross_section > Real(0))) return {Color(Real(0)), Vec3(Real(0))};
+    const Color power = power_of(map, entries, element, 0) * inv_four_pi<Real>;
+    return {per_cross_section(power, cross_section, map.unit),
+            entries.direction ? flux_of(map, entries, element) : Vec3(Real(0))};
+}
+
 bool make_packed_map(const Scene &scene, const PhotonNeeds &needs, Direction kept, Arena &arena, PackedMap &packed) {
     packed = {};
     if (!needs.traced) return true;

@@ -132,9 +132,13 @@ Color march(ParticleMarcher &marcher, const Ray &ray) {
             }
             const Real from = Real(first + i) * step, dx = min(step, length - from);
             if (!(sigma > Real(0)) || !(dx > Real(0))) continue;
-            const Color source = Color(marcher.red[at], marcher.green[at], marcher.blue[at]) +
-                                 single_scattering(medium, marcher.lights, step_of(inside, from, dx), -ray.direction,
-                                                   marcher.extinctions, *marcher.statistics);
+            const Step step_here = step_of(inside, from, dx);
+            Color source = Color(marcher.red[at], marcher.green[at], marcher.blue[at]) +
+                           single_scattering(medium, marcher.lights, step_here, -ray.direction, marcher.extinctions,
+                                             *marcher.statistics);
+            if (marcher.irradiance)
+                source +=
+                    scattered_light(*marcher.irradiance, medium, step_here.middle, -ray.direction, marcher.extinctions);
             const Real s = sigma * dx;
             radiance += source * (exp(-depth.value) * mean_transmittance(s) * dx);
             depth.add(s);

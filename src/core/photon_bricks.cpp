@@ -6,7 +6,7 @@ namespace wisp::WISP_ARITH {
 namespace {
 
 constexpr int32_t unit_bits = 24;   // of a deposit
-constexpr int32_t weight_bits = 24; // of a node's share in the first collisions
+constexpr int32_t weight_bits = 30; // of a node's share in the first collisions
 constexpr int32_t along = nodes_along(1);
 // Tentative collisions along a brick's edge, at least: thin smoke is sampled too.
 constexpr Real least_per_brick = Real(0.5);
@@ -63,7 +63,7 @@ struct Tracer {
     const Source *sources;
     uint32_t source_count;
     const Real *rate;       // by brick: tentative collisions per unit of length
-    Real greatest;          // of all nodes' brightness
+    Real greatest;          // an upper bound of all nodes' brightness
     const uint64_t *before; // by source and brick: the weights before; one more at the end
     Statistics &statistics;
 };
@@ -87,8 +87,24 @@ Real brightness_at(const Tracer &tracer, const Source &source, uint32_t brick, c
     const Vec3 p(Real(node.x), Real(node.y), Real(node.z));
     const Real tau = between_nodes(place_of(p, tracer.depths.stride), tracer.depths.stride,
                                    [depth](uint32_t n) { return depth[n]; });
-    return here * irradiance_at(tracer.depths.lights[source.light], x, max(cell.x, max(cell.y, cell.z))) *
-           exp(-max(Real(0), tau));
+    return here * irradiance_at(tracer.depths.lights[source.light], x, largest(cell)) * exp(-max(Real(0), tau));
+}
+
+// An upper bound of those of a brick.
+Real greatest_brightness(const Tracer &tracer, const Source &source, uint32_t brick) {
+    const Medium &medium = tracer.medium;
+    Real sigma = Real(0);
+    for (uint32_t i = 0; i < medium.count; ++i)
+        if (medium.smokes[i].field.is_bricks) sigma += medium.smokes[i].field.bricks.greatest[brick];
+    const Real here = sigma * source.brightest;
+    if (source.light >= tracer.depths.light_count) return here;
+    const Light &light = tracer.depths.lights[source.light];
+    if (light.kind == LightKind::parallel || light.kind == LightKind::constant) return here;
+    const Vec3 &cell = tracer.bricks.cell;
+    const Vec3 low = low_of(tracer.bricks, brick), high = low + tracer.bricks.lattice.edge;
+    const Real near = length(light.position - highest(low, lowest(high, light.position)));
+    const Real closest = largest(cell);
+    return near < closest ? here * (Real(3) / (closest * closest)) : here / near / near;
 }
 
 // visit(node, its brightness) for those nodes of a brick that no later brick holds too.
@@ -150,7 +166,8 @@ void seek(const Tracer &tracer, uint64_t target, Cursor &cursor) {
 // A draw of the tent around a node, within the bounds.
 Real draw_tent(Real x, Real cell, Real low, Real high, Pcg32 &generator) {
     for (int i = 0; i < 64; ++i) {
-        const Real a = unit_open<Real>(generator()), b = unit_open<Real>(generator());
+        const Real a = unit_open<Real>(generator());
+        const Real b = unit_open<Real>(generator());
         const Real place = x + (a + b - Real(1)) * cell;
         if (place > low && place < high) return place;
     }
@@ -361,7 +378,7 @@ Status trace_brick_photons(const Scene &scene, const Medium &medium, const Light
         if (medium.smokes[i].field.is_bricks) add(depths.light_count, i, glow_of(medium.smokes[i]));
 
     const Vec3 &edge = bricks.lattice.edge;
-    const Real least = max(least_per_brick / max(edge.x, max(edge.y, edge.z)), Real(1.0 / 32));
+    const Real least = max(least_per_brick / largest(edge), Real(1.0 / 32));
     for (uint32_t b = 0; b < bricks.count; ++b) {
         Real greatest = Real(0);
         for (uint32_t i = 0; i < medium.count; ++i)
@@ -372,8 +389,7 @@ Status trace_brick_photons(const Scene &scene, const Medium &medium, const Light
     Tracer tracer = {medium, bricks, depths, sources, count, rate, Real(0), before, statistics};
     for (uint32_t s = 0; s < count; ++s)
         for (uint32_t b = 0; b < bricks.count; ++b)
-            for_each_source_node(tracer, s, b,
-                                 [&](const Cell &, Real here) { tracer.greatest = max(tracer.greatest, here); });
+            tracer.greatest = max(tracer.greatest, greatest_brightness(tracer, sources[s], b));
     uint64_t total = 0;
     for (uint32_t s = 0; s < count; ++s)
         for (uint32_t b = 0; b < bricks.count; ++b) {
@@ -414,7 +430,7 @@ Status trace_brick_photons(const Scene &scene, const Medium &medium, const Light
     return fits ? status : Status::overflow;
 }
 
-NodeLight light_at_node(const BrickDeposits &deposits, uint32_t brick, const Cell &node) {
+MeanLight light_at_node(const BrickDeposits &deposits, uint32_t brick, const Cell &node) {
     const Bricks &bricks = *deposits.bricks;
     const int32_t stride = deposits.stride;
     const Vec3 x = node_of(bricks, brick, {node.x * stride, node.y * stride, node.z * stride});
@@ -428,7 +444,7 @@ NodeLight light_at_node(const BrickDeposits &deposits, uint32_t brick, const Cel
         for (uint32_t c = 0; c < deposits.channels; ++c) power[c] += deposits.power[k * deposits.channels + c];
         for (uint32_t c = 0; deposits.flux && c < 3; ++c) flux[c] += deposits.flux[k * 3 + c];
     });
-    NodeLight light = {Color(Real(0)), Vec3(Real(0))};
+    MeanLight light = {Color(Real(0)), Vec3(Real(0))};
     if (!(share > Real(0))) return light;
     const Color sum = deposits.channels == 1 ? deposits.photon_color * from_units(power[0])
                                              : Color(from_units(power[0]), from_units(power[1]), from_units(power[2]));

@@ -152,44 +152,73 @@ uint64_t gather_bytes(uint32_t most) {
     return Arena::bytes<uint32_t>(most) + Arena::bytes<Real>(most) + nearest_scratch_bytes(most);
 }
 
-Color in_scattered(const PhotonMap &map, const Phase &phase, const Vec3 &x, const Vec3 &out, Real largest_radius,
-                   Gather &gather, Statistics &statistics) {
-    if (map.tree.count == 0) return Color(Real(0));
+namespace {
+
+// The photons of an estimate: add(photon) for each but the one on the ball's surface. Returns the ball's radius, 0
+// where there is no photon.
+template <class Add>
+Real for_each_near(const PhotonMap &map, const Vec3 &x, Real largest_radius, Gather &gather, Statistics &statistics,
+                   Add &&add) {
+    if (map.tree.count == 0) return Real(0);
     const Nearest found =
         nearest(map.tree, x, gather.most, largest_radius, gather.scratch, gather.slot, gather.distance_squared);
     ++statistics.smoke.gathers;
     statistics.smoke.gathered += found.count;
-    if (found.count == 0) return Color(Real(0));
-
-    // The ball, and the photon on its surface, which is left out.
+    if (found.count == 0) return Real(0);
     const bool full = found.count == gather.most;
-    const Real radius = full ? max(sqrt(found.radius_squared), largest_radius * Real(0.001)) : largest_radius;
     const uint32_t left_out = full ? found.farthest : found.count;
+    for (uint32_t i = 0; i < found.count; ++i)
+        if (i != left_out) add(gather.slot[i]);
+    return full ? max(sqrt(found.radius_squared), largest_radius * Real(0.001)) : largest_radius;
+}
 
+const Color &power_of(const PhotonMap &map, uint32_t photon) {
+    return map.power ? map.power[photon] : map.uniform_power;
+}
+
+// / (4/3 pi r^3) * unit * 2^exponent, a third of the scaling after each division.
+Color per_volume(Color sum, Real radius, const PhotonUnit &unit) {
+    sum = sum * (unit.unit * (Real(3) * inv_four_pi<Real>));
+    const int32_t third = unit.exponent / 3;
+    sum = scale_pow2(sum / radius, third);
+    sum = scale_pow2(sum / radius, third);
+    return scale_pow2(sum / radius, unit.exponent - 2 * third);
+}
+
+} // namespace
+
+Color in_scattered(const PhotonMap &map, const Phase &phase, const Vec3 &x, const Vec3 &out, Real largest_radius,
+                   Gather &gather, Statistics &statistics) {
     Color sum(Real(0));
-    if (!map.direction && !map.power) {
-        sum = map.uniform_power * Real(static_cast<int32_t>(found.count - (full ? 1 : 0)));
-    } else {
-        for (uint32_t i = 0; i < found.count; ++i) {
-            if (i == left_out) continue;
-            const uint32_t photon = gather.slot[i];
-            const Color &power = map.power ? map.power[photon] : map.uniform_power;
-            if (!map.direction)
-                sum += power;
-            else if (map.fluxes)
-                sum += power * phase_of_flux(phase, map.direction[photon], out);
-            else
-                sum += power * phase(map.direction[photon], out);
-        }
-    }
+    const Real radius = for_each_near(map, x, largest_radius, gather, statistics, [&](uint32_t photon) {
+        const Color &power = power_of(map, photon);
+        if (!map.direction)
+            sum += power;
+        else if (map.fluxes)
+            sum += power * phase_of_flux(phase, map.direction[photon], out);
+        else
+            sum += power * phase(map.direction[photon], out);
+    });
+    if (!(radius > Real(0))) return sum;
     if (!map.direction) sum = sum * inv_four_pi<Real>;
+    return per_volume(sum, radius, map.unit);
+}
 
-    // / (4/3 pi r^3) * unit * 2^exponent, a third of the scaling after each division.
-    sum = sum * (map.unit.unit * (Real(3) * inv_four_pi<Real>));
-    const int32_t third = map.unit.exponent / 3;
-    sum = scale_pow2(sum / radius, third);
-    sum = scale_pow2(sum / radius, third);
-    return scale_pow2(sum / radius, map.unit.exponent - 2 * third);
+MeanLight scattered_evenly(const PhotonMap &map, const Vec3 &x, Real largest_radius, Gather &gather,
+                           Statistics &statistics) {
+    Color sum(Real(0));
+    Vec3 flux(Real(0));
+    const Real radius = for_each_near(map, x, largest_radius, gather, statistics, [&](uint32_t photon) {
+        const Color &power = power_of(map, photon);
+        sum += power;
+        if (map.direction) flux += map.direction[photon] * (power.x + power.y + power.z);
+    });
+    MeanLight light = {Color(Real(0)), Vec3(Real(0))};
+    if (!(radius > Real(0))) return light;
+    const Real all = sum.x + sum.y + sum.z;
+    if (all > Real(0)) light.flux = flux / all;
+    light.radiance = per_volume(sum * inv_four_pi<Real>, radius, map.unit);
+    return light;
 }
 
 } // namespace wisp::WISP_ARITH

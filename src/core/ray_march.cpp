@@ -9,6 +9,7 @@ namespace {
 // beyond the smoke; where there is none nothing scatters, whatever photons are near.
 Color multiple_scattering(Marcher &marcher, const Vec3 &x, const Vec3 &out, const Real *extinctions) {
     Color sum(Real(0));
+    if (marcher.irradiance) return scattered_light(*marcher.irradiance, *marcher.medium, x, out, extinctions);
     if (!marcher.photon_maps) return sum;
     for (uint32_t i = 0; i < marcher.medium->count; ++i) {
         if (!(extinctions[i] > Real(0))) continue;

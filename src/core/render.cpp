@@ -57,13 +57,17 @@ struct BrickSteps {
     double cell;
     int32_t light, irradiance;
 };
+// `volume` is of resampled smoke always.
+double density_step_of(const Settings &settings) {
+    return settings.method == Method::volume && !(settings.density_step > 0) ? 0.5 : settings.density_step;
+}
 int32_t stride_within(double cell, double step) {
     int32_t stride = 1;
     while (stride < brick_cells && cell * (2 * stride) <= step) stride *= 2;
     return stride;
 }
 BrickSteps brick_steps(const Scene &scene, const Settings &settings) {
-    const double density = can_resample(scene) ? settings.density_step : 0;
+    const double density = can_resample(scene) ? density_step_of(settings) : 0;
     const bool irradiance = settings.irradiance != IrradianceMap::none;
     double cell = density;
     if (!(density > 0)) {
@@ -73,21 +77,39 @@ BrickSteps brick_steps(const Scene &scene, const Settings &settings) {
     return {cell, stride_within(cell, settings.light_step), stride_within(cell, settings.irradiance_step)};
 }
 
+// The bricks of a frame: the medium's, or made for what is kept over them. False: the arena was too small.
+bool find_bricks(const Frame &frame, Bricks &made, const Bricks *&bricks) {
+    bricks = frame.medium.bricks;
+    const BrickSteps steps = brick_steps(frame.scene, frame.settings);
+    if (bricks || !(steps.cell > 0)) return true;
+    made = make_bricks(frame.scene, steps.cell, frame.arena);
+    bricks = &made;
+    return made.ready;
+}
+
 // How the march asks the lights. False: the arena was too small.
 bool ask_lights(const Frame &frame, const Bricks *bricks, LightDepths &depths, SingleScatterer &lights) {
     lights = {frame.lights, frame.scene.light_count, nullptr};
     if (!(frame.settings.light_step > 0) || lights.light_count == 0 || frame.medium.empty()) return true;
-    const BrickSteps steps = brick_steps(frame.scene, frame.settings);
-    if (!bricks) {
-        Bricks *made = frame.arena.make<Bricks>(1);
-        if (!made) return false;
-        *made = make_bricks(frame.scene, steps.cell, frame.arena);
-        if (!made->ready) return false;
-        bricks = made;
-    }
     lights.depths = &depths;
-    return make_light_depths(frame.medium, frame.lights, lights.light_count, *bricks, steps.light, frame.arena,
-                             &frame.statistics.rays.shadow, depths);
+    return make_light_depths(frame.medium, frame.lights, lights.light_count, *bricks,
+                             brick_steps(frame.scene, frame.settings).light, frame.arena, &frame.statistics.rays.shadow,
+                             depths);
+}
+
+// Adaptive bricks are given as many points as keep what lies between them within this part of the brick's brightest.
+Real irradiance_tolerance(const Settings &settings) {
+    return settings.irradiance == IrradianceMap::adaptive ? Real(0.02) : Real(0);
+}
+
+IrradianceRequest request_irradiance(const Frame &frame, const Bricks *bricks) {
+    const BrickSteps steps = brick_steps(frame.scene, frame.settings);
+    return {&frame.medium,
+            bricks,
+            steps.irradiance,
+            irradiance_tolerance(frame.settings),
+            photon_needs(frame.scene, frame.settings).directions,
+            ViewBounds(View(frame.scene.camera), frame.settings.crop)};
 }
 
 // All of a march but its lights and its photons. False: the arena was too small.
@@ -116,26 +138,38 @@ Status render_direct(const Frame &frame) {
     const PhotonPlan photons = plan_photons(scene, settings);
     if (photons.traced && !make_gather(settings.gather, frame.arena, marcher.gather)) return Status::out_of_memory;
     LightDepths depths;
-    if (!ask_lights(frame, frame.medium.bricks, depths, marcher.lights)) return Status::out_of_memory;
+    Bricks made;
+    const Bricks *bricks;
+    if (!find_bricks(frame, made, bricks) || !ask_lights(frame, bricks, depths, marcher.lights))
+        return Status::out_of_memory;
     const PhotonMaps maps = trace_photons(frame.medium, frame.lights, scene.light_count, settings, photons,
                                           frame.observer, frame.arena, frame.statistics);
     if (maps.status != Status::done) return maps.status;
     marcher.photon_maps = maps.of_smoke;
+    Irradiance irradiance;
+    if (settings.irradiance != IrradianceMap::none && maps.of_smoke) {
+        if (!frame.observer(Stage::irradiance, 0, 1)) return Status::stopped;
+        irradiance = make_irradiance(request_irradiance(frame, bricks), maps.of_smoke, marcher.gather_radius,
+                                     marcher.gather, frame.arena, frame.statistics);
+        if (!irradiance.ready) return Status::out_of_memory;
+        frame.statistics.bytes.irradiance = bytes_of(irradiance);
+        marcher.irradiance = &irradiance;
+    }
     return render_frame(frame, marcher);
 }
 
 // The paper's way to read the particle map: the nearest particles at every step.
-Status render_nearest_elements(const Frame &frame, const PackedMap &map) {
+Status render_nearest_elements(const Frame &frame, const Bricks *bricks, const PackedMap &map) {
     Marcher marcher;
     LightDepths depths;
     if (!make_marcher(frame, marcher) || !make_element_maps(frame.medium, map, frame.arena, marcher.photon_maps) ||
         !make_gather(frame.settings.gather, frame.arena, marcher.gather) ||
-        !ask_lights(frame, frame.medium.bricks, depths, marcher.lights))
+        !ask_lights(frame, bricks, depths, marcher.lights))
         return Status::out_of_memory;
     return render_frame(frame, marcher);
 }
 
-// S4-3: photons are kept on the particles, which become sources that every ray adds up.
+// S4-3: photons are kept on the particles, which become sources that every ray adds up, or an irradiance map.
 Status render_map(const Frame &frame, MapSums &sums) {
     const Scene &scene = frame.scene;
     const ParticleMapPlan plan = plan_particle_map(scene, frame.settings);
@@ -153,13 +187,25 @@ Status render_map(const Frame &frame, MapSums &sums) {
     pack_map(map, packed);
     frame.arena.rewind(after);
 
-    if (!frame.observer(Stage::render, 0, 1)) return Status::stopped;
-    if (frame.settings.estimate == Estimate::knn) return render_nearest_elements(frame, packed);
+    Bricks made;
+    const Bricks *bricks;
+    if (!find_bricks(frame, made, bricks)) return Status::out_of_memory;
     ParticleMarcher marcher = {};
+    Irradiance irradiance;
+    if (frame.settings.irradiance != IrradianceMap::none && packed.of_smoke) {
+        if (!frame.observer(Stage::irradiance, 0, 1)) return Status::stopped;
+        irradiance = make_irradiance(request_irradiance(frame, bricks), packed, frame.arena);
+        if (!irradiance.ready) return Status::out_of_memory;
+        frame.statistics.bytes.irradiance = bytes_of(irradiance);
+        marcher.irradiance = &irradiance;
+        packed.of_smoke = nullptr; // the sources hold emission alone
+    }
+    if (!frame.observer(Stage::render, 0, 1)) return Status::stopped;
+    if (frame.settings.estimate == Estimate::knn) return render_nearest_elements(frame, bricks, packed);
     marcher.sources = make_sources(scene, frame.medium, packed, vec_of(scene.camera.origin), frame.arena);
     LightDepths depths;
     if (!marcher.sources || !make_window(scene, frame.arena, marcher) ||
-        !ask_lights(frame, frame.medium.bricks, depths, marcher.lights))
+        !ask_lights(frame, bricks, depths, marcher.lights))
         return Status::out_of_memory;
     marcher.medium = &frame.medium;
     marcher.background = vec_of(scene.background);
@@ -197,8 +243,7 @@ Status render_bricks(const Frame &frame, MapSums &sums) {
     Irradiance irradiance = {};
     if (deposits.bricks) {
         if (!frame.observer(Stage::irradiance, 0, 1)) return Status::stopped;
-        const bool adaptive = settings.irradiance == IrradianceMap::adaptive;
-        irradiance = make_irradiance(deposits, adaptive ? Real(0.02) : Real(0), frame.arena);
+        irradiance = make_irradiance(frame.medium, deposits, irradiance_tolerance(settings), frame.arena);
         if (!irradiance.ready) return Status::out_of_memory;
         frame.statistics.bytes.irradiance = bytes_of(irradiance);
     }
@@ -240,7 +285,7 @@ Status with_smoke(const Scene &scene, double density_step, Arena &arena, const O
 Plan plan(const Scene &scene, const Settings &settings) {
     Plan plan = {};
     for (uint32_t i = 0; i < scene.smoke_count; ++i) plan.smoke |= !scene.smokes[i].empty();
-    const double density_step = settings.reference ? 0 : settings.density_step;
+    const double density_step = settings.reference ? 0 : density_step_of(settings);
     plan.bytes.particle_tree = medium_bytes(scene, density_step);
     if (settings.reference) {
         plan.bytes.arena = reference_bytes(scene);
@@ -253,16 +298,25 @@ Plan plan(const Scene &scene, const Settings &settings) {
     const BrickSteps steps = brick_steps(scene, settings);
     const BrickPlan bricks = steps.cell > 0 ? plan_bricks(scene, steps.cell) : BrickPlan{0, 0, Real(0)};
     if (settings.light_step > 0 && plan.smoke && scene.light_count > 0)
-        plan.bytes.light_depths =
-            Arena::bytes<Bricks>(1) + bricks.bytes + light_depth_bytes(bricks.count, scene.light_count, steps.light);
-    plan.bytes.arena = plan.bytes.particle_tree + plan.bytes.light_depths + march_bytes(scene);
-    if (settings.method == Method::map && settings.density_step > 0 && can_resample(scene)) {
+        plan.bytes.light_depths = light_depth_bytes(bricks.count, scene.light_count, steps.light);
+    const bool resampled = plan.smoke && density_step > 0 && can_resample(scene);
+    plan.bricks = resampled ? bricks.count : 0;
+    const bool on_bricks = settings.method == Method::map && resampled;
+    if (needs.traced && (on_bricks || settings.irradiance != IrradianceMap::none))
+        plan.bytes.irradiance = irradiance_bytes(scene, bricks.count, steps.irradiance, needs.directions);
+    plan.bytes.arena = plan.bytes.particle_tree + plan.bytes.light_depths + plan.bytes.irradiance + march_bytes(scene);
+    if (!resampled) plan.bytes.arena += bricks.bytes;
+    if (on_bricks) {
         const BrickPhotonPlan photons = plan_brick_photons(scene, settings, bricks.count, steps.irradiance);
         plan.map_sums = photons.sums;
         plan.most_photons = most_brick_flights(bricks.longest);
         plan.bytes.particle_map = photons.bytes;
-        plan.bytes.irradiance = needs.traced ? irradiance_bytes(bricks.count, steps.irradiance, needs.directions) : 0;
-        plan.bytes.arena += plan.bytes.particle_map + plan.bytes.irradiance;
+        // Depths are kept to start photons by, wanted or not for the march.
+        if (plan.bytes.light_depths == 0) {
+            plan.bytes.light_depths = light_depth_bytes(bricks.count, scene.light_count, steps.light);
+            plan.bytes.arena += plan.bytes.light_depths;
+        }
+        plan.bytes.arena += plan.bytes.particle_map;
         return plan;
     }
     if (settings.method == Method::map) {
@@ -286,7 +340,7 @@ Plan plan(const Scene &scene, const Settings &settings) {
 
 Status render(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer, float *rgb,
               Statistics &statistics, MapSums *sums) {
-    return with_smoke(scene, settings.density_step, arena, observer, statistics,
+    return with_smoke(scene, density_step_of(settings), arena, observer, statistics,
                       [&](const Medium &medium, const Light *lights) {
                           const Frame frame = {scene, settings, medium, lights, observer, arena, rgb, statistics};
                           if (settings.method != Method::map) return render_direct(frame);
@@ -298,7 +352,7 @@ Status render(const Scene &scene, const Settings &settings, Arena &arena, const 
 
 Status trace_map(const Scene &scene, const Settings &settings, const Batches &batches, Arena &arena,
                  const Observer &observer, MapSums &sums, Statistics &statistics) {
-    return with_smoke(scene, settings.density_step, arena, observer, statistics,
+    return with_smoke(scene, density_step_of(settings), arena, observer, statistics,
                       [&](const Medium &medium, const Light *lights) {
                           if (medium.bricks) {
                               LightDepths depths;

@@ -48,15 +48,6 @@ Real finest_length(const Scene &scene) {
     return finest;
 }
 
-bool can_resample(const Scene &scene) {
-    bool particles = true, any = false;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        any = any || !scene.smokes[i].empty();
-        particles = particles && !scene.smokes[i].is_grid();
-    }
-    return any && (particles || bricks_follow_grid(scene));
-}
-
 uint64_t medium_bytes(const Scene &scene, double density_step) {
     uint64_t bytes = Arena::bytes<Smoke>(scene.smoke_count);
     const bool resampled = density_step > 0 && can_resample(scene);
@@ -147,6 +138,28 @@ MediumCollision first_collision(const Medium &medium, const Ray &ray, Real end, 
         if (collision.found) nearest = {true, collision.distance, i, collision.element};
     }
     return nearest;
+}
+
+bool meets_smoke(const Medium &medium, const Bricks &bricks, uint32_t brick, const Cell &node, int32_t stride) {
+    const Cell low = {max(node.x - stride, 0), max(node.y - stride, 0), max(node.z - stride, 0)};
+    const Cell high = {min(node.x + stride, brick_cells), min(node.y + stride, brick_cells),
+                       min(node.z + stride, brick_cells)};
+    if (!medium.bricks) {
+        const Box box = {node_of(bricks, brick, low), node_of(bricks, brick, high)};
+        for (uint32_t i = 0; i < medium.count; ++i)
+            if (majorant(medium.smokes[i].field, box) > Real(0)) return true;
+        return false;
+    }
+    const Cell count = {nodes_along(1), nodes_along(1), nodes_along(1)};
+    for (uint32_t i = 0; i < medium.count; ++i) {
+        if (!medium.smokes[i].field.is_bricks) continue;
+        const Real *sigma = medium.smokes[i].field.bricks.nodes(brick);
+        for (int32_t z = low.z; z <= high.z; ++z)
+            for (int32_t y = low.y; y <= high.y; ++y)
+                for (int32_t x = low.x; x <= high.x; ++x)
+                    if (sigma[index_of(count, {x, y, z})] > Real(0)) return true;
+    }
+    return false;
 }
 
 Photon emit_from_smoke(const Smoke &smoke, const Color &photon_color, Event event) {

@@ -11,6 +11,7 @@
 #include "host/sha256.h"
 #include "host/statistics_json.h"
 #include "host/version.h"
+#include "host/way.h"
 #include <chrono>
 #include <cstdio>
 #include <memory>
@@ -53,7 +54,8 @@ Request read_request(const std::vector<std::string> &arguments) {
     return request;
 }
 
-Settings settings_of(const Options &options, int width, int height) {
+Settings settings_of(const Options &options, const PreparedScene &prepared) {
+    const int width = prepared.width, height = prepared.height;
     Settings settings = {};
     settings.crop = {0, 0, width, height};
     if (options.crop) {
@@ -68,15 +70,7 @@ Settings settings_of(const Options &options, int width, int height) {
     settings.seed = options.seed;
     settings.gather = options.gather;
     settings.gather_radius = options.gather_radius;
-    settings.step = options.step;
-    settings.method = options.method;
-    settings.density_step = options.density_step;
-    settings.light_step = options.light_step;
-    settings.irradiance = options.irradiance;
-    settings.irradiance_step = options.irradiance_step;
-    settings.deposit = options.deposit;
-    settings.direction = options.direction;
-    settings.estimate = options.estimate.value_or(Estimate::kernel);
+    choose_way(options, prepared.scene, settings);
     settings.reference = options.reference;
     const Options::Range passes = options.passes.value_or(Options::Range{0, 16});
     settings.first_pass = passes.first;
@@ -249,7 +243,7 @@ FrameReport render_frame(const Request &request, int64_t frame, MapFile &map, Sh
     prepare_scene(request.name, request.file, options, frame, prepared);
     if (options.verbose)
         for (const std::string &note : prepared.notes) std::fprintf(stderr, "%s\n", note.c_str());
-    const Settings settings = settings_of(options, prepared.width, prepared.height);
+    const Settings settings = settings_of(options, prepared);
     const Plan plan = checked_plan(request, prepared.scene, settings);
     const bool mapped = uses_map(settings);
     const bool traced = mapped && find_map(request, frame, prepared, settings, plan, map);
@@ -319,7 +313,7 @@ void check_map_options(const Options &options) {
                   {"batches", options.batches.has_value()},
                   {"remap", options.remap}};
     for (const auto &option : of_map)
-        if (option.given && (options.reference || options.method != Method::map))
+        if (option.given && (options.reference || options.method.value_or(Method::map) != Method::map))
             throw Error(exit_usage, std::string("option '") + option.name + "' belongs to --smoke map");
     for (size_t i : {0, 2, 3})
         if (!options.map_in.empty() && of_map[i].given)
@@ -439,7 +433,7 @@ int plan_command(const std::vector<std::string> &arguments) {
     check_options(request.options);
     PreparedScene prepared;
     prepare_scene(request.name, request.file, request.options, request.options.frames.first, prepared);
-    const Settings settings = settings_of(request.options, prepared.width, prepared.height);
+    const Settings settings = settings_of(request.options, prepared);
     const Plan plan = checked_plan(request, prepared.scene, settings);
     const Options &options = request.options;
     MapFile map;
@@ -459,7 +453,12 @@ int plan_command(const std::vector<std::string> &arguments) {
     const std::string density = (particles ? std::to_string(particles) + " particles" : std::string()) +
                                 (particles && samples ? ", " : "") +
                                 (samples ? std::to_string(samples) + " samples of grids" : std::string());
-    print_stage("particle tree", plan.smoke, plan.bytes.particle_tree, plan.smoke ? density : "there are no particles");
+    if (plan.bricks > 0)
+        print_stage("bricks", true, plan.bytes.particle_tree,
+                    density + " resampled to " + std::to_string(plan.bricks) + " bricks of 8 x 8 x 8 cells");
+    else
+        print_stage("particle tree", plan.smoke, plan.bytes.particle_tree,
+                    plan.smoke ? density : "there are no particles");
     if (settings.reference) {
         print_stage("majorants", plan.smoke, plan.bytes.arena - plan.bytes.particle_tree,
                     plan.smoke ? "bounds of the density, for free paths" : "there is no smoke");
@@ -472,19 +471,23 @@ int plan_command(const std::vector<std::string> &arguments) {
             origin += ", of them batches " + std::to_string(first) + ":" + std::to_string(last);
         }
         if (!options.map_in.empty()) origin = " photons of " + numbered(options.map_in, options.frames.first);
+        const std::string where = plan.bricks > 0 ? ", kept at the bricks' nodes: " : ", kept on the particles: ";
+        const std::string packed = plan.bricks > 0          ? ""
+                                   : plan.photon_directions ? ": packed to 8 bytes each"
+                                                            : ": packed to 4 bytes each";
         print_stage("particle map", plan.photons, plan.bytes.particle_map,
-                    !plan.photons
-                        ? why_no_photons
-                        : std::to_string(settings.photons) + origin + ", kept on the particles: " +
-                              (plan.photon_powers ? "power in R G B" : "one power (all are equal)") +
-                              (!plan.photon_directions                 ? ", no flux (isotropic): packed to 4 bytes each"
-                               : settings.direction == Direction::mean ? ", mean direction: packed to 8 bytes each"
-                                                                       : ", flux: packed to 8 bytes each"));
+                    !plan.photons ? why_no_photons
+                                  : std::to_string(settings.photons) + origin + where +
+                                        (plan.photon_powers ? "power in R G B" : "one power (all are equal)") +
+                                        (!plan.photon_directions                 ? ", no flux (isotropic)"
+                                         : settings.direction == Direction::mean ? ", mean direction"
+                                                                                 : ", flux") +
+                                        packed);
         if (settings.estimate == Estimate::knn)
             print_stage("gather", plan.photons, plan.bytes.gather,
                         plan.photons ? "up to " + std::to_string(settings.gather) + " nearest particles"
                                      : "there are no photons");
-        else
+        else if (plan.bricks == 0)
             print_stage("sources", plan.smoke, plan.bytes.sources,
                         plan.smoke ? "what each sends to the eye" : "there is no smoke");
     } else {
@@ -499,8 +502,13 @@ int plan_command(const std::vector<std::string> &arguments) {
                                  : "there are no photons");
     }
     if (!settings.reference) {
+        const bool irradiance = settings.irradiance != IrradianceMap::none;
+        print_stage("irradiance", plan.bytes.irradiance > 0, plan.bytes.irradiance,
+                    plan.bytes.irradiance > 0 ? "at most, and what making it takes; bricks around smoke"
+                    : irradiance              ? "nothing scatters twice"
+                                              : "--irradiance none: estimated at every step");
         print_stage("light depths", plan.bytes.light_depths > 0, plan.bytes.light_depths,
-                    plan.bytes.light_depths > 0 ? "at most; where rays meet smoke"
+                    plan.bytes.light_depths > 0 ? "at most; around smoke"
                     : settings.light_step > 0   ? "nothing lights any smoke"
                                                 : "--light-step 0: every depth is found exactly");
         print_stage("march", plan.smoke, 0,

@@ -129,17 +129,20 @@ const std::vector<Entry> &table() {
          [](Options &o, const std::string &v) { o.samples = static_cast<uint32_t>(integer_in(v, 1, 65536)); }},
         {"seed", "N", "of the photons (1)",
          [](Options &o, const std::string &v) { o.seed = static_cast<uint64_t>(integer_in(v, 0, INT64_MAX)); }},
-        {"smoke", "direct|map|volume", "photon map, particle map, or photon map of resampled smoke (direct)",
+        {"smoke", "direct|map|volume",
+         "photon map; particle map; photon map of resampled smoke (map where smoke can be resampled)",
          [](Options &o, const std::string &v) {
              o.method = static_cast<Method>(one_of(v, {"direct", "map", "volume"}, 3));
          }},
-        {"irradiance", "none|uniform|adaptive", "irradiance map (none)",
+        {"irradiance", "none|uniform|adaptive",
+         "light scattered twice and more kept on a grid; bricks of their own resolution (uniform)",
          [](Options &o, const std::string &v) {
              o.irradiance = static_cast<IrradianceMap>(one_of(v, {"none", "uniform", "adaptive"}, 3));
          }},
-        {"irradiance-step", "S", "distance of its points at most, in smoothing lengths (1)",
+        {"irradiance-step", "S", "distance of its points at most, in smoothing lengths (1.1)",
          [](Options &o, const std::string &v) { o.irradiance_step = step_or_zero(v); }},
-        {"density-step", "S", "cells to which smoke is resampled, in smoothing lengths; 0: exact (0)",
+        {"density-step", "S",
+         "cells to which smoke is resampled, in smoothing lengths; 0: exact (0.55 with map and volume)",
          [](Options &o, const std::string &v) { o.density_step = step_or_zero(v); }},
         {"estimate", "knn|kernel",
          "radiance from the nearest photons or particles (direct), or of the particles' kernels (map)",
@@ -147,7 +150,7 @@ const std::vector<Entry> &table() {
              o.estimate = static_cast<Estimate>(one_of(v, {"kernel", "knn"}, 2));
          }},
         {"deposit", "exact|path|kernel",
-         "of a photon: on the particle that it collides with, on all of its flight, or on all around (exact)",
+         "of a photon of map, on particles: on that of the collision, on all of its flight, or on all around",
          [](Options &o, const std::string &v) {
              o.deposit = static_cast<Deposit>(one_of(v, {"exact", "path", "kernel"}, 3));
          }},
@@ -161,10 +164,10 @@ const std::vector<Entry> &table() {
          [](Options &o, const std::string &v) { o.gather = static_cast<uint32_t>(integer_in(v, 2, 1000000)); }},
         {"gather-radius", "R", "largest radius of an estimate, in smoothing lengths (2)",
          [](Options &o, const std::string &v) { o.gather_radius = positive(v, 1000); }},
-        {"step", "S", "marching step, in smoothing lengths (0.5)",
+        {"step", "S", "marching step, in smoothing lengths (0.5, with map on resampled smoke 1)",
          [](Options &o, const std::string &v) {
              o.step = positive(v, 1000);
-             if (o.step < 1e-4) throw Fault{"expected a number of at least 0.0001"};
+             if (*o.step < 1e-4) throw Fault{"expected a number of at least 0.0001"};
          }},
         {"reference", nullptr, "unbiased path tracing instead: slow, for measuring error",
          [](Options &o, const std::string &) { o.reference = true; }},
@@ -183,7 +186,9 @@ const std::vector<Entry> &table() {
          [](Options &o, const std::string &v) { o.batches = range_of(v); }},
         {"remap", nullptr, "traces the particle map anew for every frame",
          [](Options &o, const std::string &) { o.remap = true; }},
-        {"light-step", "S", "distance of points whose depth to the lights is kept, in smoothing lengths; 0: exact (0)",
+        {"light-step", "S",
+         "distance of points whose depth to the lights is kept, in smoothing lengths; 0: exact (1.1 of resampled "
+         "smoke)",
          [](Options &o, const std::string &v) { o.light_step = step_or_zero(v); }},
         {"thin", "EPS",
          "render without the particles that take no more than this off any ray's opacity; 0: with all (0)",

@@ -19,21 +19,21 @@ struct Options {
     uint64_t seed = 1;
     uint64_t photons = 1000000;
     uint32_t gather = 500;
-    double gather_radius = 2; // in units of the smoothing length
-    double step = 0.5;        // the same
-    double exposure = 0;      // of .png, in stops
-    double thin = 0;          // the most opacity that a ray may lose with particles that are left out
+    double gather_radius = 2;   // in units of the smoothing length
+    std::optional<double> step; // the same; what is not given follows from the rest
+    double exposure = 0;        // of .png, in stops
+    double thin = 0;            // the most opacity that a ray may lose with particles that are left out
     struct {
         int64_t first = 0, last = 0, step = 1;
     } frames;
-    Method method = Method::direct;
-    std::optional<Estimate> estimate; // else that of the method
-    Deposit deposit = Deposit::exact;
+    std::optional<Method> method;
+    std::optional<Estimate> estimate;
+    std::optional<Deposit> deposit;
     Direction direction = Direction::flux;
-    double density_step = 0; // cells of resampled smoke, in units of the smoothing length; 0: exact
-    IrradianceMap irradiance = IrradianceMap::none;
-    double irradiance_step = 1;
-    double light_step = 0; // distance of kept depths to the lights, in units of the smoothing length
+    std::optional<double> density_step; // cells of resampled smoke, in units of the smoothing length; 0: exact
+    std::optional<IrradianceMap> irradiance;
+    std::optional<double> irradiance_step;
+    std::optional<double> light_step; // distance of kept depths to the lights, in units of the smoothing length
     bool reference = false;
     struct Range {
         uint32_t first, last; // half-open

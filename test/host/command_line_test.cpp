@@ -13,8 +13,9 @@ TEST_CASE("command line: wrong usage ends with 2 and one line") {
     for (const std::string &arguments :
          {std::string(""), std::string("paint"), std::string("render"), "render " + desk.s() + " " + desk.s(),
           "render --bogus " + desk.s(), "render " + desk.s() + " --spp", "render " + desk.s() + " --spp 0",
-          "render " + desk.s() + " --smoke volume", std::string("render fixtures/grid.aff --smoke map --estimate knn"),
-          "render " + desk.s() + " --estimate kernel", "render " + desk.s() + " --reference=1",
+          "render " + desk.s() + " --deposit exact --density-step 0.5",
+          std::string("render fixtures/grid.aff --smoke map --estimate knn"),
+          "render " + desk.s() + " --smoke direct --estimate kernel", "render " + desk.s() + " --reference=1",
           "render " + desk.s() + " --crop 0,0,17,3", "render " + desk.s() + " --frames 0:1 -o a.png",
           "render " + desk.s() + " -o a.jpg", "render " + desk.s() + " --quiet=1", std::string("inspect a.aff 1 2"),
           std::string("compare a.pfm")}) {
@@ -158,13 +159,13 @@ TEST_CASE("command line: crops, frames and defaults of the scene") {
 
 TEST_CASE("command line: plan says what a scene needs and renders nothing") {
     Desk desk;
-    const Ran lit = desk.wisp("plan " + desk.s());
+    const Ran lit = desk.wisp("plan " + desk.s() + " --smoke direct");
     CHECK(lit.status == 0);
     CHECK(lit.out.find("photons        yes") != std::string::npos);
     CHECK(lit.out.find("no directions (isotropic)") != std::string::npos);
     desk.write("black.aff", "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 4 4\nlp 3 3 3 1 1 1\nsmoke "
                             "puff.vtk { radius 1 mass 1 albedo 0 0 0 }");
-    CHECK(desk.wisp("plan " + desk.file("black.aff"))
+    CHECK(desk.wisp("plan " + desk.file("black.aff") + " --smoke direct")
               .out.find("photons        no                0 bytes  the albedo is 0: nothing scatters") !=
           std::string::npos);
     desk.write("empty.aff", "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 4 4");
@@ -423,10 +424,11 @@ TEST_CASE("command line: a grid of equal samples is the box that it fills") {
     for (const std::string place :
          {"", "transform 0.5 0.5 0.5 1 2 2 50 0.25 0.5 -0.25 ", "emission 0.5 0.25 0 albedo 0.5 0.5 0.5 "}) {
         for (const char *arithmetic : {"f32", "f64", "fixed"})
-            compare(place, std::string(" --photons 0 --arith ") + arithmetic);
+            compare(place, std::string(" --smoke direct --irradiance none --photons 0 --arith ") + arithmetic);
         pictures.push_back(read_file(desk.file("b.pfm")));
         if (place.find("emission") != std::string::npos) continue; // a photon's birth is a sample's
-        compare(place, " --arith f64");                            // in which no photon's decision falls the other way
+        compare(place,
+                " --smoke direct --irradiance none --arith f64"); // in which no photon's decision falls the other way
         pictures.push_back(read_file(desk.file("b.pfm")));
     }
     // All those pictures differ.
@@ -449,8 +451,9 @@ TEST_CASE("command line: a transform moves, turns and scales boxes, and keeps th
         desk.write("a.aff", Desk::lit(pair.a));
         desk.write("b.aff", Desk::lit(pair.b));
         for (const char *name : {"a", "b"})
-            REQUIRE(desk.wisp("render " + desk.file(name) + ".aff --photons 0 -o " + desk.file(name) + ".pfm").status ==
-                    0);
+            REQUIRE(desk.wisp("render " + desk.file(name) + ".aff --smoke direct --photons 0 -o " + desk.file(name) +
+                              ".pfm")
+                        .status == 0);
         CAPTURE(std::string(pair.a));
         CHECK(desk.wisp("compare " + desk.file("a.pfm") + " " + desk.file("b.pfm") + " --tolerance 1e-5").status == 0);
     }
@@ -513,8 +516,8 @@ TEST_CASE("command line: plan counts boxes, grids and the stages of --reference"
     desk.write("g.aff", Desk::lit("g.vol { }"));
     desk.write("all.aff", Desk::lit("g.vol { }\nsmoke box -1 -1 -1 1 1 1 1 { }\nsmoke puff.vtk { radius 0.2 mass 1 }"));
     const auto plan = [&](const std::string &arguments) { return desk.wisp("plan " + desk.file(arguments)); };
-    CHECK(plan("b.aff").out.find(" bytes  1 samples of grids\n") != std::string::npos);
-    CHECK(plan("g.aff").out.find(" bytes  24 samples of grids\n") != std::string::npos);
+    CHECK(plan("b.aff --smoke direct").out.find(" bytes  1 samples of grids\n") != std::string::npos);
+    CHECK(plan("g.aff --smoke direct").out.find(" bytes  24 samples of grids\n") != std::string::npos);
     CHECK(plan("all.aff").out.find(" bytes  40 particles, 25 samples of grids\n") != std::string::npos);
     const Ran reference = plan("all.aff --reference --spp 3");
     CHECK(reference.status == 0);
