@@ -1,5 +1,6 @@
 // The particle map against the reference, against `direct` where both must agree, and its deposits and kept depths.
 #include "built_map.h"
+#include "compared_pictures.h"
 #include "mixture.h"
 #include "wisp/particle_march.h"
 #include <cmath>
@@ -20,46 +21,6 @@ Settings map_settings(int pixels, uint64_t photons) {
 
 // Of a ray: some hundreds of rounded sums.
 constexpr double rounding = 200 * unit_error;
-
-double relative_difference(const std::vector<float> &a, const std::vector<float> &b) {
-    double squares = 0, sum = 0;
-    for (size_t i = 0; i < a.size(); ++i) {
-        const double d = static_cast<double>(a[i]) - static_cast<double>(b[i]);
-        squares += d * d;
-        sum += static_cast<double>(b[i]);
-    }
-    return std::sqrt(squares * static_cast<double>(a.size())) / sum;
-}
-
-double sum_of(const std::vector<float> &values) {
-    double sum = 0;
-    for (float value : values) sum += static_cast<double>(value);
-    return sum;
-}
-
-// The mean of the reference's samples, and the relative noise of all.
-std::vector<float> reference_of(const Scene &scene, int pixels, uint32_t passes, double &noise) {
-    Settings settings = small_settings(pixels);
-    settings.reference = true;
-    settings.last_pass = passes;
-    std::vector<unsigned char> memory(plan(scene, settings).bytes.arena);
-    Arena arena(memory.data(), memory.size());
-    std::vector<PixelSums> sums(static_cast<size_t>(pixels * pixels));
-    Statistics statistics;
-    REQUIRE(render_reference(scene, settings, arena, Observer{}, sums.data(), statistics) == Status::done);
-    std::vector<float> mean;
-    double variance = 0, sum = 0;
-    for (const PixelSums &pixel : sums)
-        for (const PixelSums::Channel &c : pixel.channels) {
-            const double n = passes, x = static_cast<double>(c.sum.low) * 0x1p-32 / n;
-            const double square = static_cast<double>(c.square.high) + static_cast<double>(c.square.low) * 0x1p-64;
-            mean.push_back(static_cast<float>(x));
-            variance += std::max(0.0, square / n - x * x) / n;
-            sum += x;
-        }
-    noise = std::sqrt(variance * static_cast<double>(mean.size())) / sum;
-    return mean;
-}
 
 } // namespace
 
