@@ -28,6 +28,7 @@ struct Bricks {
     Lattice lattice; // of the bricks that there may be
     Vec3 cell;       // the size of one
     Vec3 inverse_cell;
+    int32_t parts;         // of a grid's cell along each edge
     Box bounds;            // of the smoke, inside the lattice
     const uint32_t *index; // by brick of the lattice: which it is of those that exist, or no_brick
     const Cell *place;     // of those that exist: where in the lattice, ascending
@@ -36,8 +37,12 @@ struct Bricks {
 };
 
 // Bricks around the smoke of `scene`, their cells `lengths` smoothing lengths of the finest smoke wide. Where all smoke
-// is a single grid that is not turned, the cells are those between the grid's samples; of a box they fit the box.
+// is a single grid that is not turned, the cells are those between the grid's samples or halves of them; of a box they
+// fit the box.
 Bricks make_bricks(const Scene &scene, double lengths, Arena &arena);
+
+// The cells of a grid are cut in so many along each edge: where a trilinear field is resampled nothing is lost.
+constexpr int32_t parts_within(double lengths) { return lengths > 0.75 ? 1 : 2; }
 
 struct BrickPlan {
     uint64_t count; // of bricks, at most

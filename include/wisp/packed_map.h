@@ -30,6 +30,7 @@ struct PackedMap {
 // too small.
 bool make_packed_map(const Scene &scene, const PhotonNeeds &needs, Direction kept, Arena &arena, PackedMap &packed);
 uint64_t packed_map_bytes(const Scene &scene, const PhotonNeeds &needs);
+uint64_t bytes_of(const PackedMap &map); // of the entries
 void pack_map(const ParticleMap &map, PackedMap &packed);
 
 // The light of an element, phi / (4 pi) and flux.

@@ -67,13 +67,19 @@ WISP_WIDE void resample_brick(const ParticleField &field, const Bricks &bricks, 
 
 void resample_brick(const GridField &grid, const Bricks &bricks, uint32_t brick, Real *nodes) {
     const Cell &at = bricks.place[brick], &n = grid.samples;
-    const auto sample = [](int32_t node, int32_t count) { return min(max(node - 1, 0), count - 1); };
-    for (int32_t z = 0; z < along; ++z)
-        for (int32_t y = 0; y < along; ++y)
-            for (int32_t x = 0; x < along; ++x)
-                *nodes++ = grid.extinction[index_of(n, {sample(at.x * brick_cells + x, n.x),
-                                                        sample(at.y * brick_cells + y, n.y),
-                                                        sample(at.z * brick_cells + z, n.z)})];
+    const int32_t parts = bricks.parts;
+    const auto sample = [](int32_t i, int32_t count) { return min(max(i, 0), count - 1); };
+    const Real part = Real(1) / Real(parts);
+    for (uint32_t k = 0; k < nodes_of(1); ++k) {
+        const Cell node = cell_of_index(along, k);
+        const Cell in = {at.x * brick_cells + node.x, at.y * brick_cells + node.y, at.z * brick_cells + node.z};
+        const Cell before = {in.x / parts - 1, in.y / parts - 1, in.z / parts - 1};
+        const Vec3 t = Vec3(Real(in.x % parts), Real(in.y % parts), Real(in.z % parts)) * part;
+        *nodes++ = trilinear(t, [&](int32_t dx, int32_t dy, int32_t dz) {
+            return grid.extinction[index_of(
+                n, {sample(before.x + dx, n.x), sample(before.y + dy, n.y), sample(before.z + dz, n.z)})];
+        });
+    }
 }
 
 template <class Field> void resample_all(const Field &field, const Bricks &bricks, Real *nodes, Real *greatest) {

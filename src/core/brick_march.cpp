@@ -27,14 +27,14 @@ WISP_VISITOR void add(LaneColor &color, const Lanes &amount, const Color &value)
     }
 }
 
-// What a light sends to each step in units of its colour, before any smoke, and whither.
+// What the brightest channel of a light sends to each step, before any smoke, and whither.
 struct LaneLight {
     Lanes irradiance, x, y, z;
 };
 
 WISP_VISITOR void illuminate_each(const Light &light, const Ray &ray, const Group &group, LaneLight &lit) {
     Light unit = light;
-    unit.color = Color(Real(1));
+    unit.color = Color(largest(light.color));
     for (uint32_t l = 0; l < lanes; ++l) {
         const Step step = step_of(ray, group.t[l] - Real(0.5) * group.dx[l], group.dx[l]);
         const Illumination here = illuminate(unit, step.middle, step.begin, step.end);
@@ -49,13 +49,13 @@ WISP_VISITOR void illuminate_each(const Light &light, const Ray &ray, const Grou
 WISP_VISITOR void illuminate_group(const Light &light, const Ray &ray, const Group &group, Real step, LaneLight &lit) {
     if (light.kind != LightKind::point) return illuminate_each(light, ray, group, lit);
     const Vec3 from = ray.origin - light.position;
-    const Real near = Real(16) * step;
+    const Real near = Real(16) * step, brightest = largest(light.color);
     Real nearest = path_end;
     for (uint32_t l = 0; l < lanes; ++l) {
         const Real x = from.x + ray.direction.x * group.t[l], y = from.y + ray.direction.y * group.t[l],
                    z = from.z + ray.direction.z * group.t[l];
         const Real distance = sqrt(x * x + y * y + z * z), inverse = Real(1) / max(distance, near);
-        lit.irradiance[l] = inverse * inverse;
+        lit.irradiance[l] = brightest * inverse * inverse;
         lit.x[l] = x * inverse;
         lit.y[l] = y * inverse;
         lit.z[l] = z * inverse;
@@ -76,7 +76,9 @@ WISP_VISITOR void gather_light(const BrickMarcher &marcher, const Smoke &smoke, 
         const int32_t nodes = static_cast<int32_t>(nodes_of(depths.stride));
         for (uint32_t light = 0; light < depths.light_count; ++light) {
             LaneLight lit;
-            illuminate_group(depths.lights[light], ray, group, marcher.step, lit);
+            const Light &from = depths.lights[light];
+            const Real brightest = largest(from.color);
+            illuminate_group(from, ray, group, marcher.step, lit);
             Lanes tau, p;
             const Real *depth = depths.depth;
             interpolate(
@@ -86,7 +88,7 @@ WISP_VISITOR void gather_light(const BrickMarcher &marcher, const Smoke &smoke, 
             else
                 for (uint32_t l = 0; l < lanes; ++l) p[l] = smoke.phase(Vec3(lit.x[l], lit.y[l], lit.z[l]), out);
             for (uint32_t l = 0; l < lanes; ++l) p[l] *= lit.irradiance[l] * exp(-max(Real(0), tau[l]));
-            add(scattered, p, depths.lights[light].color);
+            if (brightest > Real(0)) add(scattered, p, from.color / brightest);
             for (uint32_t l = 0; l < lanes; ++l) at.node[l] += nodes;
         }
     }

@@ -51,7 +51,7 @@ Layout around_all(const Scene &scene, Real cell) {
     return layout_of(bounds.low, Vec3(cell), bounds);
 }
 
-Layout around_grid(const GridSource &grid, Real cell) {
+Layout around_grid(const GridSource &grid, Real cell, int32_t parts) {
     const Vec3 center = vec_of(grid.center), half = vec_of(grid.half);
     const Box box = {center - half, center + half};
     if (!grid.density) { // constant: whole cells
@@ -59,10 +59,10 @@ Layout around_grid(const GridSource &grid, Real cell) {
         const Vec3 size = half * Real(2);
         return layout_of(box.low, Vec3(fit(size.x), fit(size.y), fit(size.z)), box);
     }
-    // Node i is sample i - 1.
+    // Node i parts is sample i - 1.
     const Vec3 edge(Real(2) * half.x / Real(grid.nx), Real(2) * half.y / Real(grid.ny),
                     Real(2) * half.z / Real(grid.nz));
-    return layout_of(box.low - edge * Real(0.5), edge, box);
+    return layout_of(box.low - edge * Real(0.5), edge * (Real(1) / Real(parts)), box);
 }
 
 Layout layout_of(const Scene &scene, double lengths) {
@@ -76,14 +76,14 @@ Layout layout_of(const Scene &scene, double lengths) {
         if (smoke.is_grid()) grid = &smoke.grid;
     }
     const Real cell = finest * to_real<Real>(lengths);
-    return grid && is_aligned_grid(scene) ? around_grid(*grid, cell) : around_all(scene, cell);
+    return grid && is_aligned_grid(scene) ? around_grid(*grid, cell, parts_within(lengths)) : around_all(scene, cell);
 }
 
 // How far x is from the stretch of an axis from `low` to `low` + `edge`.
 Real gap(Real x, Real low, Real edge) { return max(max(low - x, x - (low + edge)), Real(0)); }
 
 // visit(brick of the lattice) for each that may hold smoke, perhaps more than once.
-template <class Visit> void for_each_touched(const Scene &scene, const Layout &layout, Visit &&visit) {
+template <class Visit> void for_each_touched(const Scene &scene, const Layout &layout, int32_t parts, Visit &&visit) {
     const Lattice &lattice = layout.bricks;
     const auto visit_range = [&](const Cell &first, const Cell &last, auto &&touched) {
         for (int32_t z = first.z; z <= last.z; ++z)
@@ -119,13 +119,14 @@ template <class Visit> void for_each_touched(const Scene &scene, const Layout &l
         for (int32_t z = 0; z < grid.nz; ++z)
             for (int32_t y = 0; y < grid.ny; ++y)
                 for (int32_t x = 0; x < grid.nx; ++x)
-                    if (*density++ > 0) // its tent covers the cells x and x + 1, and at the border one more
-                        visit_range(
-                            {max(x - 1, 0) / brick_cells, max(y - 1, 0) / brick_cells, max(z - 1, 0) / brick_cells},
-                            {min((x + 2) / brick_cells, lattice.count.x - 1),
-                             min((y + 2) / brick_cells, lattice.count.y - 1),
-                             min((z + 2) / brick_cells, lattice.count.z - 1)},
-                            always);
+                    if (*density++ > 0) { // its tent covers the cells x and x + 1, and at the border one more
+                        const auto first = [parts](int32_t at) { return max(at - 1, 0) * parts / brick_cells; };
+                        const auto last = [parts](int32_t at, int32_t most) {
+                            return min((at + 3) * parts / brick_cells, most - 1);
+                        };
+                        const Cell &n = lattice.count;
+                        visit_range({first(x), first(y), first(z)}, {last(x, n.x), last(y, n.y), last(z, n.z)}, always);
+                    }
     }
 }
 
@@ -148,6 +149,7 @@ Bricks make_bricks(const Scene &scene, double lengths, Arena &arena) {
         return bricks;
     }
     const Layout layout = layout_of(scene, lengths);
+    bricks.parts = parts_within(lengths);
     bricks.lattice = layout.bricks;
     bricks.cell = layout.cell;
     bricks.inverse_cell = Vec3(Real(1) / layout.cell.x, Real(1) / layout.cell.y, Real(1) / layout.cell.z);
@@ -157,7 +159,7 @@ Bricks make_bricks(const Scene &scene, double lengths, Arena &arena) {
     uint32_t *index = arena.make<uint32_t>(all);
     if (!index) return bricks;
     for (uint64_t i = 0; i < all; ++i) index[i] = no_brick;
-    for_each_touched(scene, layout, [index](int64_t i) { index[i] = 0; });
+    for_each_touched(scene, layout, bricks.parts, [index](int64_t i) { index[i] = 0; });
     for (uint64_t i = 0; i < all; ++i)
         if (index[i] != no_brick) index[i] = bricks.count++;
     Cell *place = arena.make<Cell>(bricks.count);
@@ -184,7 +186,7 @@ BrickPlan plan_bricks(const Scene &scene, double lengths) {
         uint8_t touched[most_counted / 8];
         for (uint64_t i = 0; i < (all + 7) / 8; ++i) touched[i] = 0;
         count = 0;
-        for_each_touched(scene, layout, [&](int64_t i) {
+        for_each_touched(scene, layout, parts_within(lengths), [&](int64_t i) {
             uint8_t &byte = touched[i / 8];
             const uint8_t bit = static_cast<uint8_t>(1u << (i % 8));
             count += byte & bit ? 0 : 1;

@@ -168,6 +168,13 @@ uint64_t packed_map_bytes(const Scene &scene, const PhotonNeeds &needs) {
     return bytes;
 }
 
+uint64_t bytes_of(const PackedMap &map) {
+    uint64_t bytes = 0;
+    for (uint32_t i = 0; map.of_smoke && i < map.count; ++i)
+        bytes += uint64_t{map.of_smoke[i].count} * (map.of_smoke[i].direction ? 8 : 4);
+    return bytes;
+}
+
 void pack_map(const ParticleMap &map, PackedMap &packed) {
     packed.photon_color = map.photon_color;
     packed.unit = map.unit;

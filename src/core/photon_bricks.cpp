@@ -41,18 +41,19 @@ Real volume_share(const Box &box, const Vec3 &node, const Vec3 &cell) {
            share_of_tent(node.z, cell.z, box.low.z, box.high.z);
 }
 
-// What a light gives to a node, per unit of its colour. The inverse square is taken as its mean over a ball where the
+// What a light of that brightness gives to a node. It is divided first: in fixed point the inverse square of a distant
+// light has no digits left. The inverse square is taken as its mean over a ball where the
 // light is within a cell, so that the sum over nodes keeps its integral.
-Real irradiance_at(const Light &light, const Vec3 &x, Real cell) {
-    if (light.kind == LightKind::parallel || light.kind == LightKind::constant) return Real(1);
+Real irradiance_at(const Light &light, Real brightness, const Vec3 &x, Real cell) {
+    if (light.kind == LightKind::parallel || light.kind == LightKind::constant) return brightness;
     const Vec3 way = x - light.position;
     const Real distance = length(way);
-    if (distance < cell) return Real(3) / (cell * cell);
+    if (distance < cell) return brightness * (Real(3) / (cell * cell));
     if (light.kind == LightKind::spot) {
         const Vec3 chord = way / distance - light.direction;
         if (dot(chord, chord) > Real(2) * light.one_minus_cosine) return Real(0);
     }
-    return Real(1) / distance / distance;
+    return brightness / distance / distance;
 }
 
 // All that tracing needs.
@@ -82,12 +83,13 @@ Real brightness_at(const Tracer &tracer, const Source &source, uint32_t brick, c
     }
     if (!(sigma > Real(0))) return Real(0);
     const Vec3 x = node_of(tracer.bricks, brick, node), &cell = tracer.bricks.cell;
-    const Real here = sigma * source.brightest * volume_share(tracer.bricks.bounds, x, cell);
-    if (!depth) return here;
+    const Real here = sigma * volume_share(tracer.bricks.bounds, x, cell);
+    if (!depth) return here * source.brightest;
     const Vec3 p(Real(node.x), Real(node.y), Real(node.z));
     const Real tau = between_nodes(place_of(p, tracer.depths.stride), tracer.depths.stride,
                                    [depth](uint32_t n) { return depth[n]; });
-    return here * irradiance_at(tracer.depths.lights[source.light], x, largest(cell)) * exp(-max(Real(0), tau));
+    return here * irradiance_at(tracer.depths.lights[source.light], source.brightest, x, largest(cell)) *
+           exp(-max(Real(0), tau));
 }
 
 // An upper bound of those of a brick.
@@ -96,15 +98,15 @@ Real greatest_brightness(const Tracer &tracer, const Source &source, uint32_t br
     Real sigma = Real(0);
     for (uint32_t i = 0; i < medium.count; ++i)
         if (medium.smokes[i].field.is_bricks) sigma += medium.smokes[i].field.bricks.greatest[brick];
-    const Real here = sigma * source.brightest;
-    if (source.light >= tracer.depths.light_count) return here;
+    if (source.light >= tracer.depths.light_count) return sigma * source.brightest;
     const Light &light = tracer.depths.lights[source.light];
-    if (light.kind == LightKind::parallel || light.kind == LightKind::constant) return here;
+    if (light.kind == LightKind::parallel || light.kind == LightKind::constant) return sigma * source.brightest;
     const Vec3 &cell = tracer.bricks.cell;
     const Vec3 low = low_of(tracer.bricks, brick), high = low + tracer.bricks.lattice.edge;
     const Real near = length(light.position - highest(low, lowest(high, light.position)));
     const Real closest = largest(cell);
-    return near < closest ? here * (Real(3) / (closest * closest)) : here / near / near;
+    return sigma *
+           (near < closest ? source.brightest * (Real(3) / (closest * closest)) : source.brightest / near / near);
 }
 
 // visit(node, its brightness) for those nodes of a brick that no later brick holds too.

@@ -69,7 +69,7 @@ int32_t stride_within(double cell, double step) {
 BrickSteps brick_steps(const Scene &scene, const Settings &settings) {
     const double density = can_resample(scene) ? density_step_of(settings) : 0;
     const bool irradiance = settings.irradiance != IrradianceMap::none;
-    double cell = density;
+    double cell = density > 0 && is_aligned_grid(scene) ? 1.0 / parts_within(density) : density;
     if (!(density > 0)) {
         cell = settings.light_step;
         if (irradiance && !(cell > 0 && cell < settings.irradiance_step)) cell = settings.irradiance_step;
@@ -174,11 +174,10 @@ Status render_map(const Frame &frame, MapSums &sums) {
     const Scene &scene = frame.scene;
     const ParticleMapPlan plan = plan_particle_map(scene, frame.settings);
     PackedMap packed;
-    const size_t before = frame.arena.mark();
     if (!make_packed_map(scene, plan.needs, frame.settings.direction, frame.arena, packed))
         return Status::out_of_memory;
     const size_t after = frame.arena.mark();
-    frame.statistics.bytes.particle_map = after - before;
+    frame.statistics.bytes.particle_map = bytes_of(packed);
     const Batches batches = sums.count == 0 ? all_batches(frame.settings) : Batches{0, 0};
     ParticleMap map;
     const Status status = trace_particle_map(scene, frame.medium, frame.lights, frame.settings, plan.needs, batches,

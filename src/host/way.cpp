@@ -1,7 +1,6 @@
 #include "host/way.h"
 #include "host/error.h"
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 namespace wisp {
@@ -13,7 +12,7 @@ double occupied_volume(const SmokeSource &smoke, double cell) {
     std::vector<uint64_t> cells;
     cells.reserve(smoke.count);
     const auto index = [cell](double x) { // coordinates are within coordinate_limit, cells at least 2 wide
-        return static_cast<uint64_t>(static_cast<int64_t>(std::floor(x / cell)) + (1 << 20));
+        return static_cast<uint64_t>(x / cell + (1 << 20));
     };
     for (uint32_t i = 0; i < smoke.count; ++i) {
         const Double3 &p = smoke.particles[i].position;

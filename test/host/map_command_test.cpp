@@ -94,7 +94,8 @@ TEST_CASE("map command: parts of parts, with gaps between them, merge as they co
 TEST_CASE("map command: other views of one map are those of photons traced for them") {
     MapDesk desk;
     REQUIRE(desk.render("--map-out " + desk.file("a.map")).status == 0);
-    for (const std::string view : {"", "--size 11x5", "--crop 2,1,6,6", "--spp 3", "--step 0.25", "--light-step 0.5"}) {
+    for (const std::string view :
+         {"", "--size 11x5", "--crop 2,1,6,6", "--spp 3", "--step 0.25", "--irradiance adaptive"}) {
         const Ran traced = desk.render(view + " --digest --stats " + desk.file("t.json"));
         const Ran kept =
             desk.render(view + " --digest --stats " + desk.file("k.json") + " --map-in " + desk.file("a.map"));
@@ -116,7 +117,7 @@ TEST_CASE("map command: other views of one map are those of photons traced for t
     const Ran traced = desk.render("--digest");
     CHECK(desk.render("--digest --map-in " + desk.file("a.map")).out == traced.out);
     CHECK(desk.wisp("plan " + desk.file("m.aff") + " --map-in " + desk.file("a.map"))
-              .out.find("65000 photons of " + desk.file("a.map") + ", kept on the particles") != std::string::npos);
+              .out.find("65000 photons of " + desk.file("a.map") + ", kept at the bricks' nodes") != std::string::npos);
 }
 
 TEST_CASE("map command: scenes that need no photons have maps too, with nothing in them") {
@@ -255,17 +256,18 @@ TEST_CASE("map command: options of the map are refused where they do nothing") {
 
 TEST_CASE("map command: photons that the sums might not hold are refused before any is traced") {
     const MapDesk desk;
-    const std::string photons = "--photons 9223372036854775807 ";
+    const std::string photons = "--deposit exact --photons 9223372036854775807 ";
     const std::string found = "option 'photons': found 9223372036854775807, expected at most ",
                       expected = " that the particle map's sums can hold";
     for (const std::string command : {"render ", "plan "}) {
         const std::string scene = command + desk.file("m.aff") + " " + photons;
-        desk.refuses(desk.wisp(scene), 2, found + "137437953471" + expected);
+        desk.refuses(desk.wisp(scene), 2, found + "68718476735" + expected);
         desk.refuses(desk.wisp(scene + "--deposit path"), 2, found + "4293967295" + expected);
         desk.refuses(desk.wisp(scene + "--batches 0:1 --map-out " + desk.file("a.map")), 2);
     }
     // As many as they hold may be asked for; other ways have no such sums.
-    CHECK(desk.render("--photons 137437953471 --batches 0:1 --map-out " + desk.file("a.map")).status == 0);
+    CHECK(desk.render("--deposit exact --photons 68718476735 --batches 0:1 --map-out " + desk.file("a.map")).status ==
+          0);
     CHECK(desk.render(photons + "--reference --passes 0:1").status == 0);
 }
 
