@@ -108,6 +108,25 @@ TEST_CASE(WISP_ARITH_NAME ": photons in a resampled box fare as those drawn from
         }
 }
 
+TEST_CASE(WISP_ARITH_NAME ": a photon is left to the nodes around it by their shares") {
+    // Smoke that lets light no farther than the first cell, where it is near the face: that has most, by any axis.
+    SmokeSource box = box_smoke({1, 1, 1}, 20, 4);
+    box.albedo = {0.5, 0.5, 0.5};
+    for (int axis = 0; axis < 3; ++axis) {
+        const Double3 way = {axis == 0 ? -1.0 : 0, axis == 1 ? -1.0 : 0, axis == 2 ? -1.0 : 0};
+        const std::vector<LightSource> lights = {{LightKind::parallel, {}, way, 2, {1, 1, 1}}};
+        const TracedBricks traced(scene_of(box, lights), photon_settings(2000));
+        double layers[9] = {};
+        for (uint32_t k = 0; k < nodes_of(1); ++k) {
+            const Cell node = place_of_node(*traced.deposits.bricks, 0, k);
+            layers[axis == 0 ? node.x : axis == 1 ? node.y : node.z] += static_cast<double>(traced.deposits.power[k]);
+        }
+        REQUIRE(traced.deposits.bricks->count == 1);
+        CHECK(layers[4] > 1.25 * layers[3]);
+        CHECK(layers[3] > 10 * layers[2]);
+    }
+}
+
 TEST_CASE(WISP_ARITH_NAME ": photons leave lengths that make up their collisions, whatever the density") {
     // A tentative collision leaves its length at nodes by trilinear shares: times their densities it is the chance
     // that it was one.
