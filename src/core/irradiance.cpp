@@ -35,10 +35,18 @@ Color sharpened(const BrickDeposits &deposits, const Color *radiance, uint64_t i
     const uint32_t nodes = nodes_of(deposits.stride), brick = static_cast<uint32_t>(i / nodes);
     const Cell node = cell_of_index(n, static_cast<uint32_t>(i % nodes));
     const Color here = radiance[i];
+    const Real stride = Real(deposits.stride);
     const auto beside = [&](int32_t axis, int32_t step) {
         const Color *found = nullptr;
         const Cell at = {node.x + (axis == 0 ? step : 0), node.y + (axis == 1 ? step : 0),
                          node.z + (axis == 2 ? step : 0)};
+        // Where hardly any of the tent lies in the smoke's bounds no photon tells what light there is.
+        const Real x = low_of(bricks, brick)[axis] + Real(axis == 0   ? at.x
+                                                          : axis == 1 ? at.y
+                                                                      : at.z) *
+                                                         stride * bricks.cell[axis];
+        const Real reach = bricks.cell[axis] * (stride * Real(15.0 / 16));
+        if (x + reach < bricks.bounds.low[axis] || x - reach > bricks.bounds.high[axis]) return found;
         for_each_holder(bricks, bricks.place[brick], at, n,
                         [&](uint32_t other, uint32_t there) { found = radiance + uint64_t{other} * nodes + there; });
         return found;

@@ -150,7 +150,8 @@ void seek(const Tracer &tracer, uint64_t target, Cursor &cursor) {
 // A draw of the tent around a node, within the bounds.
 Real draw_tent(Real x, Real cell, Real low, Real high, Pcg32 &generator) {
     for (int i = 0; i < 64; ++i) {
-        const Real a = unit_open<Real>(generator()), b = unit_open<Real>(generator());
+        const Real a = unit_open<Real>(generator());
+        const Real b = unit_open<Real>(generator());
         const Real place = x + (a + b - Real(1)) * cell;
         if (place > low && place < high) return place;
     }

@@ -252,11 +252,12 @@ Plan plan(const Scene &scene, const Settings &settings) {
     plan.photon_powers = needs.powers;
     const BrickSteps steps = brick_steps(scene, settings);
     const BrickPlan bricks = steps.cell > 0 ? plan_bricks(scene, steps.cell) : BrickPlan{0, 0, Real(0)};
-    if (settings.light_step > 0 && plan.smoke && scene.light_count > 0)
+    const bool resampled_map = settings.method == Method::map && settings.density_step > 0 && can_resample(scene);
+    if (resampled_map || (settings.light_step > 0 && plan.smoke && scene.light_count > 0))
         plan.bytes.light_depths =
             Arena::bytes<Bricks>(1) + bricks.bytes + light_depth_bytes(bricks.count, scene.light_count, steps.light);
     plan.bytes.arena = plan.bytes.particle_tree + plan.bytes.light_depths + march_bytes(scene);
-    if (settings.method == Method::map && settings.density_step > 0 && can_resample(scene)) {
+    if (resampled_map) {
         const BrickPhotonPlan photons = plan_brick_photons(scene, settings, bricks.count, steps.irradiance);
         plan.map_sums = photons.sums;
         plan.most_photons = most_brick_flights(bricks.longest);
