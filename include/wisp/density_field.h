@@ -8,7 +8,7 @@ namespace wisp::WISP_ARITH {
 struct DensityField {
     bool is_grid, is_bricks; // or neither: particles
     ParticleField particles; // empty where they are not
-    GridField grid;
+    GridField grid;          // of one that is resampled its frame
     BrickField bricks;
 
     const Box &bounds() const { return is_bricks ? bricks.bricks->bounds : is_grid ? grid.bounds : particles.bounds; }
@@ -26,6 +26,7 @@ inline DensityField make_density_field(const SmokeSource &source, const Bricks *
     DensityField field = {};
     field.is_bricks = bricks && !source.empty();
     field.is_grid = source.is_grid() && !field.is_bricks;
+    if (source.is_grid()) field.grid = grid_frame(source.grid);
     if (field.is_bricks)
         field.bricks = resample(source, *bricks, first_dimension, arena);
     else if (field.is_grid)

@@ -25,6 +25,7 @@ struct GridField {
     bool constant() const { return samples.x == 1 && samples.y == 1 && samples.z == 1; }
 };
 
+GridField grid_frame(const GridSource &source); // all but the samples: not ready
 GridField make_grid_field(const GridSource &source, uint32_t dimension, Arena &arena);
 uint64_t grid_field_bytes(const GridSource &source);
 

@@ -188,9 +188,8 @@ Vec3 point_of_sample(const GridField &field, uint32_t sample, const Vec3 &unifor
 
 uint64_t grid_field_bytes(const GridSource &source) { return Arena::bytes<Real>(source.count()); }
 
-GridField make_grid_field(const GridSource &source, uint32_t dimension, Arena &arena) {
+GridField grid_frame(const GridSource &source) {
     GridField field = {};
-    field.dimension = dimension;
     field.samples = {source.nx, source.ny, source.nz};
     field.center = vec_of(source.center);
     for (int i = 0; i < 3; ++i) field.axis[i] = vec_of(source.axis[i]);
@@ -202,7 +201,12 @@ GridField make_grid_field(const GridSource &source, uint32_t dimension, Arena &a
     const Vec3 reach =
         absolute(field.axis[0]) * half.x + absolute(field.axis[1]) * half.y + absolute(field.axis[2]) * half.z;
     field.bounds = {field.center - reach, field.center + reach};
+    return field;
+}
 
+GridField make_grid_field(const GridSource &source, uint32_t dimension, Arena &arena) {
+    GridField field = grid_frame(source);
+    field.dimension = dimension;
     Real *values = arena.make<Real>(source.count());
     if (!values) return field;
     const Real sigma = to_real<Real>(source.extinction);

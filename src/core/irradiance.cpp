@@ -59,37 +59,63 @@ bool make_points(const Bricks &bricks, int32_t stride, bool flux, Arena &arena, 
 // is twice what a variance of cell^2 adds to a value. Taken from the nodes that share of it leaves the right mean.
 constexpr double interpolated = 1.0 / 12, scattered_and_interpolated = 1.0 / 6;
 
-// The radiance of a node without `share` of its second differences. Axes along which no neighbour is known are passed
-// over.
-Color sharpened(const Points &points, uint64_t i, Real share) {
-    const Bricks &bricks = *points.bricks;
-    const uint32_t brick = static_cast<uint32_t>(i / points.nodes);
-    const Cell node = cell_of_index(points.along, static_cast<uint32_t>(i % points.nodes));
-    const Color here = points.radiance[i];
-    const auto beside = [&](int32_t axis, int32_t step) {
-        const Color *found = nullptr;
-        const Cell at = {node.x + (axis == 0 ? step : 0), node.y + (axis == 1 ? step : 0),
-                         node.z + (axis == 2 ? step : 0)};
-        for_each_holder(bricks, bricks.place[brick], at, points.along, [&](uint32_t other, uint32_t there) {
-            const uint64_t its = uint64_t{other} * points.nodes + there;
-            if (points.known[its]) found = points.radiance + its;
-        });
-        return found;
-    };
-    Color bend(Real(0));
-    for (int32_t axis = 0; axis < 3; ++axis) {
-        const Color *before = beside(axis, -1), *behind = beside(axis, 1);
-        if (before && behind) bend += (*before - here) + (*behind - here);
-    }
-    return highest(Color(Real(0)), here - bend * share);
+// Whether photons tell what light there is at a node: where hardly any of its tent lies in the smoke's bounds they do
+// not.
+bool tells(const Bricks &bricks, uint32_t brick, const Cell &node, int32_t stride) {
+    const Vec3 x = node_of(bricks, brick, {node.x * stride, node.y * stride, node.z * stride});
+    const Vec3 reach = bricks.cell * (Real(stride) * Real(15.0 / 16));
+    const Vec3 low = x - reach, high = x + reach;
+    const Box &box = bricks.bounds;
+    return high.x > box.low.x && high.y > box.low.y && high.z > box.low.z && low.x < box.high.x && low.y < box.high.y &&
+           low.z < box.high.z;
 }
 
-// All known nodes at once. False: the arena was too small.
-bool sharpen(Points &points, double share, Arena &arena) {
-    Color *sharp = arena.make<Color>(points.count);
-    if (!sharp) return false;
-    for (uint64_t i = 0; i < points.count; ++i)
-        sharp[i] = points.known[i] ? sharpened(points, i, Real(share)) : points.radiance[i];
+// visit(point) for the known neighbours of a node along the axes.
+template <class Visit> void for_each_neighbour(const Points &points, uint64_t i, Visit &&visit) {
+    const Bricks &bricks = *points.bricks;
+    const Cell &place = bricks.place[i / points.nodes];
+    const Cell node = cell_of_index(points.along, static_cast<uint32_t>(i % points.nodes));
+    for (int32_t axis = 0; axis < 3; ++axis)
+        for (int32_t step = -1; step <= 1; step += 2) {
+            const Cell at = {node.x + (axis == 0 ? step : 0), node.y + (axis == 1 ? step : 0),
+                             node.z + (axis == 2 ? step : 0)};
+            uint64_t found = points.count;
+            for_each_holder(bricks, place, at, points.along, [&](uint32_t other, uint32_t there) {
+                const uint64_t its = uint64_t{other} * points.nodes + there;
+                if (points.known[its]) found = its;
+            });
+            if (found < points.count) visit(found);
+        }
+}
+
+// All known nodes without `share` of their second differences: the darker of two neighbours gives that share of their
+// difference to the brighter, or less where it has not as much, so that nothing is lost and nothing below 0. False: the
+// arena was too small.
+bool sharpen(Points &points, double share_, Arena &arena) {
+    const Real share = Real(share_);
+    Color *sharp = arena.make<Color>(points.count), *given = arena.make<Color>(points.count);
+    if (!sharp || !given) return false;
+    for (uint64_t i = 0; i < points.count; ++i) { // which part of what it should give a node can
+        given[i] = Color(Real(1));
+        if (!points.known[i]) continue;
+        const Color &here = points.radiance[i];
+        Color wanted(Real(0));
+        for_each_neighbour(points, i, [&](uint64_t other) {
+            wanted += highest(points.radiance[other] - here, Color(Real(0))) * share;
+        });
+        for (int32_t c = 0; c < 3; ++c)
+            if (wanted[c] > here[c]) given[i][c] = here[c] / wanted[c];
+    }
+    for (uint64_t i = 0; i < points.count; ++i) {
+        sharp[i] = points.radiance[i];
+        if (!points.known[i]) continue;
+        for_each_neighbour(points, i, [&](uint64_t other) {
+            const Color less = (points.radiance[other] - points.radiance[i]) * share;
+            for (int32_t c = 0; c < 3; ++c)
+                sharp[i][c] -= less[c] * (less[c] > Real(0) ? given[i][c] : given[other][c]);
+        });
+        sharp[i] = highest(sharp[i], Color(Real(0))); // rounding
+    }
     points.radiance = sharp;
     return true;
 }
@@ -208,7 +234,7 @@ Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Es
 uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t stride, bool flux) {
     const uint64_t points = bricks * nodes_of(stride);
     uint64_t bytes = 3 * Arena::bytes<int32_t>(bricks) + (flux ? 2 : 1) * Arena::bytes<uint32_t>(points) +
-                     Arena::bytes<bool>(points) + 2 * Arena::bytes<Color>(points);
+                     Arena::bytes<bool>(points) + 3 * Arena::bytes<Color>(points);
     bytes += Arena::bytes<MeanLight *>(scene.smoke_count);
     for (uint32_t i = 0; i < scene.smoke_count; ++i) bytes += Arena::bytes<MeanLight>(elements_of(scene.smokes[i]));
     return bytes;
@@ -227,9 +253,10 @@ Irradiance make_irradiance(const Medium &medium, const BrickDeposits &deposits, 
         const MeanLight light = light_at_node(deposits, static_cast<uint32_t>(i / points.nodes), node);
         points.radiance[i] = light.radiance;
         if (points.flux) points.flux[i] = pack_flux(light.flux);
-        points.known[i] = true;
+        points.known[i] = tells(*deposits.bricks, static_cast<uint32_t>(i / points.nodes), node, deposits.stride);
     }
     if (!sharpen(points, scattered_and_interpolated, arena)) return map;
+    for (uint32_t b = 0; b < deposits.bricks->count; ++b) fill_unknown(points, b);
     pack_points(medium, points, tolerance, map);
     return map;
 }

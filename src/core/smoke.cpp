@@ -174,14 +174,14 @@ Photon emit_from_smoke(const Smoke &smoke, const Color &photon_color, Event even
     const Vec3 up(Real(0), Real(0), Real(1));
     const Vec3 direction = deflect(up, uniform.sample(unit_open<Real>(draw(event, dimension_direction_1))),
                                    unit_half_open<Real>(draw(event, dimension_direction_2)));
-    if (smoke.field.is_grid) {
+    if (smoke.source->is_grid()) {
         const Vec3 place(unit_open<Real>(draw(event, dimension_position_2)),
                          unit_open<Real>(draw(event, dimension_radius)),
                          unit_open<Real>(draw(event, dimension_azimuth)));
         return {{point_of_sample(smoke.field.grid, low, place), direction}, photon_color, true};
     }
     const Particle &particle = smoke.source->particles[low];
-    const bool spline = smoke.field.particles.kernel == Kernel::spline;
+    const bool spline = smoke.source->kernel == Kernel::spline;
     const Real share = unit_open<Real>(draw(event, dimension_radius));
     const Real radius =
         (spline ? Spline::radius_of_share(share) : Real(2) * Poly6::radius_of_share(share)) * to_real<Real>(particle.h);

@@ -536,10 +536,9 @@ TEST_CASE(WISP_ARITH_NAME ": with bricks a crop is a part of the whole, and the 
         double light_step;
         IrradianceMap irradiance;
         uint64_t photons;
-    } const rows[] = {{0.5, IrradianceMap::none, 0},
-                      {0.5, IrradianceMap::none, 300},
-                      {2, IrradianceMap::uniform, 300},
-                      {1, IrradianceMap::adaptive, 300}};
+    } const rows[] = {{0, IrradianceMap::none, 0},      {0, IrradianceMap::uniform, 300},
+                      {0.5, IrradianceMap::none, 0},    {0.5, IrradianceMap::none, 300},
+                      {2, IrradianceMap::uniform, 300}, {1, IrradianceMap::adaptive, 300}};
     for (const auto &row : rows) {
         Settings settings = brick_settings(4, 0.5);
         settings.light_step = row.light_step;
