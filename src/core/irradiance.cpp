@@ -70,26 +70,33 @@ bool tells(const Bricks &bricks, uint32_t brick, const Cell &node, int32_t strid
            low.z < box.high.z;
 }
 
-// visit(point) for the known neighbours of a node along the axes.
+// visit(point) for the neighbours of a node along those axes on which both are known: beyond others light is taken to
+// go on as it comes.
 template <class Visit> void for_each_neighbour(const Points &points, uint64_t i, Visit &&visit) {
     const Bricks &bricks = *points.bricks;
     const Cell &place = bricks.place[i / points.nodes];
     const Cell node = cell_of_index(points.along, static_cast<uint32_t>(i % points.nodes));
-    for (int32_t axis = 0; axis < 3; ++axis)
-        for (int32_t step = -1; step <= 1; step += 2) {
-            const Cell at = {node.x + (axis == 0 ? step : 0), node.y + (axis == 1 ? step : 0),
-                             node.z + (axis == 2 ? step : 0)};
-            uint64_t found = points.count;
-            for_each_holder(bricks, place, at, points.along, [&](uint32_t other, uint32_t there) {
-                const uint64_t its = uint64_t{other} * points.nodes + there;
-                if (points.known[its]) found = its;
-            });
-            if (found < points.count) visit(found);
-        }
+    const auto beside = [&](int32_t axis, int32_t step) {
+        const Cell at = {node.x + (axis == 0 ? step : 0), node.y + (axis == 1 ? step : 0),
+                         node.z + (axis == 2 ? step : 0)};
+        uint64_t found = points.count;
+        for_each_holder(bricks, place, at, points.along, [&](uint32_t other, uint32_t there) {
+            const uint64_t its = uint64_t{other} * points.nodes + there;
+            if (points.known[its]) found = its;
+        });
+        return found;
+    };
+    for (int32_t axis = 0; axis < 3; ++axis) {
+        const uint64_t before = beside(axis, -1), behind = beside(axis, 1);
+        if (before == points.count || behind == points.count) continue;
+        visit(before);
+        visit(behind);
+    }
 }
 
 // All known nodes without `share` of their second differences: the darker of two neighbours gives that share of their
-// difference to the brighter, or less where it has not as much, so that nothing is lost and nothing below 0. False: the
+// difference to the brighter, or less where it has not as much, so that no light is lost
+// inside and none is below 0. False: the
 // arena was too small.
 bool sharpen(Points &points, double share_, Arena &arena) {
     const Real share = Real(share_);
