@@ -64,7 +64,8 @@ struct Tracer {
     const Source *sources;
     uint32_t source_count;
     const Real *rate;       // by brick: tentative collisions per unit of length
-    Real greatest;          // an upper bound of all nodes' brightness
+    int32_t shift;          // brightness is times 2^shift: in fixed point that of a thin smoke keeps its digits
+    Real greatest;          // of all nodes' brightness
     const uint64_t *before; // by source and brick: the weights before; one more at the end
     Statistics &statistics;
 };
@@ -83,30 +84,13 @@ Real brightness_at(const Tracer &tracer, const Source &source, uint32_t brick, c
     }
     if (!(sigma > Real(0))) return Real(0);
     const Vec3 x = node_of(tracer.bricks, brick, node), &cell = tracer.bricks.cell;
-    const Real here = sigma * volume_share(tracer.bricks.bounds, x, cell);
+    const Real here = scale_pow2(sigma, tracer.shift) * volume_share(tracer.bricks.bounds, x, cell);
     if (!depth) return here * source.brightest;
     const Vec3 p(Real(node.x), Real(node.y), Real(node.z));
     const Real tau = between_nodes(place_of(p, tracer.depths.stride), tracer.depths.stride,
                                    [depth](uint32_t n) { return depth[n]; });
     return here * irradiance_at(tracer.depths.lights[source.light], source.brightest, x, largest(cell)) *
            exp(-max(Real(0), tau));
-}
-
-// An upper bound of those of a brick.
-Real greatest_brightness(const Tracer &tracer, const Source &source, uint32_t brick) {
-    const Medium &medium = tracer.medium;
-    Real sigma = Real(0);
-    for (uint32_t i = 0; i < medium.count; ++i)
-        if (medium.smokes[i].field.is_bricks) sigma += medium.smokes[i].field.bricks.greatest[brick];
-    if (source.light >= tracer.depths.light_count) return sigma * source.brightest;
-    const Light &light = tracer.depths.lights[source.light];
-    if (light.kind == LightKind::parallel || light.kind == LightKind::constant) return sigma * source.brightest;
-    const Vec3 &cell = tracer.bricks.cell;
-    const Vec3 low = low_of(tracer.bricks, brick), high = low + tracer.bricks.lattice.edge;
-    const Real near = length(light.position - highest(low, lowest(high, light.position)));
-    const Real closest = largest(cell);
-    return sigma *
-           (near < closest ? source.brightest * (Real(3) / (closest * closest)) : source.brightest / near / near);
 }
 
 // visit(node, its brightness) for those nodes of a brick that no later brick holds too.
@@ -381,17 +365,22 @@ Status trace_brick_photons(const Scene &scene, const Medium &medium, const Light
 
     const Vec3 &edge = bricks.lattice.edge;
     const Real least = max(least_per_brick / largest(edge), Real(1.0 / 32));
+    Real densest = Real(0);
     for (uint32_t b = 0; b < bricks.count; ++b) {
         Real greatest = Real(0);
         for (uint32_t i = 0; i < medium.count; ++i)
             if (medium.smokes[i].field.is_bricks) greatest += medium.smokes[i].field.bricks.greatest[b];
         rate[b] = max(greatest, least);
+        densest = max(densest, greatest);
     }
 
-    Tracer tracer = {medium, bricks, depths, sources, count, rate, Real(0), before, statistics};
+    Tracer tracer = {medium, bricks, depths, sources, count, rate, 0, Real(0), before, statistics};
+    if (densest > Real(0))
+        while (scale_pow2(densest, tracer.shift) < Real(0x1p11) && tracer.shift < 31) ++tracer.shift;
     for (uint32_t s = 0; s < count; ++s)
         for (uint32_t b = 0; b < bricks.count; ++b)
-            tracer.greatest = max(tracer.greatest, greatest_brightness(tracer, sources[s], b));
+            for_each_source_node(tracer, s, b,
+                                 [&](const Cell &, Real here) { tracer.greatest = max(tracer.greatest, here); });
     uint64_t total = 0;
     for (uint32_t s = 0; s < count; ++s)
         for (uint32_t b = 0; b < bricks.count; ++b) {
@@ -405,7 +394,8 @@ Status trace_brick_photons(const Scene &scene, const Medium &medium, const Light
     }
     deposits.photon_color = sources[0].color / sources[0].brightest;
     const Real volume = bricks.cell.x * bricks.cell.y * bricks.cell.z;
-    const Real power = scaled_integer<Real>(static_cast<int64_t>(total), -weight_bits) * (tracer.greatest * volume);
+    const Real power = scaled_integer<Real>(static_cast<int64_t>(total), -weight_bits) *
+                       scale_pow2(tracer.greatest * volume, -tracer.shift);
     deposits.unit = photon_unit(power, settings.photons);
 
     cursor->entry = UINT64_MAX;

@@ -130,19 +130,18 @@ const std::vector<Entry> &table() {
         {"seed", "N", "of the photons (1)",
          [](Options &o, const std::string &v) { o.seed = static_cast<uint64_t>(integer_in(v, 0, INT64_MAX)); }},
         {"smoke", "direct|map|volume",
-         "photon map; particle map; photon map of resampled smoke (map where smoke can be resampled)",
+         "photon map; particle map; photon map of resampled smoke (map, direct where smoke cannot be)",
          [](Options &o, const std::string &v) {
              o.method = static_cast<Method>(one_of(v, {"direct", "map", "volume"}, 3));
          }},
         {"irradiance", "none|uniform|adaptive",
-         "light scattered twice and more kept on a grid; bricks of their own resolution (uniform)",
+         "multiple scattering at points of bricks, as many in each or as needed (uniform)",
          [](Options &o, const std::string &v) {
              o.irradiance = static_cast<IrradianceMap>(one_of(v, {"none", "uniform", "adaptive"}, 3));
          }},
-        {"irradiance-step", "S", "distance of its points at most, in smoothing lengths (1.1)",
+        {"irradiance-step", "S", "distance of those points at most, in smoothing lengths (two cells)",
          [](Options &o, const std::string &v) { o.irradiance_step = step_or_zero(v); }},
-        {"density-step", "S",
-         "cells to which smoke is resampled, in smoothing lengths; 0: exact (0.55 with map and volume)",
+        {"density-step", "S", "cells of resampled smoke, in smoothing lengths; 0: exact (0.22 to 0.55, direct 0)",
          [](Options &o, const std::string &v) { o.density_step = step_or_zero(v); }},
         {"estimate", "knn|kernel",
          "radiance from the nearest photons or particles (direct), or of the particles' kernels (map)",
@@ -150,7 +149,7 @@ const std::vector<Entry> &table() {
              o.estimate = static_cast<Estimate>(one_of(v, {"kernel", "knn"}, 2));
          }},
         {"deposit", "exact|path|kernel",
-         "of a photon of map, on particles: on that of the collision, on all of its flight, or on all around",
+         "of a photon on particles: that of the collision, all of its flight, or all around",
          [](Options &o, const std::string &v) {
              o.deposit = static_cast<Deposit>(one_of(v, {"exact", "path", "kernel"}, 3));
          }},
@@ -164,7 +163,7 @@ const std::vector<Entry> &table() {
          [](Options &o, const std::string &v) { o.gather = static_cast<uint32_t>(integer_in(v, 2, 1000000)); }},
         {"gather-radius", "R", "largest radius of an estimate, in smoothing lengths (2)",
          [](Options &o, const std::string &v) { o.gather_radius = positive(v, 1000); }},
-        {"step", "S", "marching step, in smoothing lengths (0.5, with map on resampled smoke 1)",
+        {"step", "S", "marching step, in smoothing lengths (0.5; map of resampled smoke two cells)",
          [](Options &o, const std::string &v) {
              o.step = positive(v, 1000);
              if (*o.step < 1e-4) throw Fault{"expected a number of at least 0.0001"};

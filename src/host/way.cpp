@@ -45,7 +45,8 @@ double depth_of_length(const Scene &scene) {
 // their photons' noise (tools/README.md).
 void choose_way(const Options &options, const Scene &scene, Settings &settings) {
     const bool resamples = can_resample(scene), nearest = options.estimate == Estimate::knn;
-    settings.method = options.method.value_or(nearest || !resamples ? Method::direct : Method::map);
+    const bool maps = !options.map_in.empty() || !options.map_out.empty() || options.batches || options.remap;
+    settings.method = options.method.value_or((resamples && !nearest) || maps ? Method::map : Method::direct);
     settings.irradiance = options.irradiance.value_or(nearest ? IrradianceMap::none : IrradianceMap::uniform);
     // What is kept on particles needs their exact densities.
     const bool on_particles =

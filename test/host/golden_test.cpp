@@ -69,7 +69,12 @@ TEST_CASE("f32 and fixed are within a thousandth of f64") {
         if (!paths)
             CHECK(compare(studio.render(single, golden.arithmetic), studio.render(single, "f64")).relative_rmse < 1e-3);
         const Picture exact = studio.render(golden.scene, "f64");
+        // Photons of resampled smoke start by sums over all nodes, whose last digits move some (a tenth in fixed point)
+        // to another node.
+        const bool resampled = !paths && golden.scene.find("--smoke direct") == std::string::npos &&
+                               golden.scene.find("--deposit") == std::string::npos;
         const double noise = compare(studio.render(other_seed, "f64"), exact).relative_rmse;
-        CHECK(compare(studio.render(golden.scene, golden.arithmetic), exact).relative_rmse < 0.1 * noise);
+        CHECK(compare(studio.render(golden.scene, golden.arithmetic), exact).relative_rmse <
+              (resampled ? 0.4 : 0.1) * noise);
     }
 }

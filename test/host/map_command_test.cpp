@@ -117,7 +117,7 @@ TEST_CASE("map command: other views of one map are those of photons traced for t
     const Ran traced = desk.render("--digest");
     CHECK(desk.render("--digest --map-in " + desk.file("a.map")).out == traced.out);
     CHECK(desk.wisp("plan " + desk.file("m.aff") + " --map-in " + desk.file("a.map"))
-              .out.find("65000 photons of " + desk.file("a.map") + ", kept at the bricks' nodes") != std::string::npos);
+              .out.find("65000 photons of " + desk.file("a.map") + ", kept on the particles") != std::string::npos);
 }
 
 TEST_CASE("map command: scenes that need no photons have maps too, with nothing in them") {
