@@ -260,18 +260,17 @@ void trace_photon(const Tracer &tracer, const BrickDeposits &deposits, uint64_t 
     const Vec3 node = node_of(bricks, brick, cursor.node[cursor.next]);
     const Box &box = bricks.bounds;
     Ray ray;
-    ray.origin = Vec3(draw_tent(node.x, bricks.cell.x, box.low.x, box.high.x, generator),
-                      draw_tent(node.y, bricks.cell.y, box.low.y, box.high.y, generator),
-                      draw_tent(node.z, bricks.cell.z, box.low.z, box.high.z, generator));
+    for (int axis = 0; axis < 3; ++axis) // one draw behind the other
+        ray.origin[axis] = draw_tent(node[axis], bricks.cell[axis], box.low[axis], box.high[axis], generator);
     auto &counts = tracer.statistics.photons;
     ++counts.emitted;
     Color power = deposits.channels == 1 ? Color(Real(1)) : source.color / source.brightest;
     const bool glows = source.light >= tracer.depths.light_count;
     Arrival at = {!glows, 0, ray.origin};
     if (glows) {
-        const Phase even = Phase(Real(0));
-        ray.direction = deflect(Vec3(Real(0), Real(0), Real(1)), even.sample(unit_open<Real>(generator())),
-                                unit_half_open<Real>(generator()));
+        const Phase::Cosine angle = Phase(Real(0)).sample(unit_open<Real>(generator()));
+        const Real turns = unit_half_open<Real>(generator());
+        ray.direction = deflect(Vec3(Real(0), Real(0), Real(1)), angle, turns);
     } else {
         ray.direction = illuminate(tracer.depths.lights[source.light], ray.origin, ray.origin, ray.origin).direction;
         const auto density = [&](uint32_t i) { return extinction(medium.smokes[i].field.bricks, ray.origin); };
