@@ -6,6 +6,9 @@
 
 namespace wisp::WISP_ARITH {
 
+// Tentative collisions of a flight, at most: where there are more, the density leaves no measurable way between them.
+constexpr uint32_t most_tentative = 1u << 16;
+
 struct BrickField {
     const Bricks *bricks;
     const Real *extinction; // nodes_of(1) a brick
@@ -29,7 +32,7 @@ inline Real extinction(const BrickField &field, uint32_t brick, const Vec3 &p) {
 
 // As of the other fields: sigma_t at x; its integral over the ray's distances 0 to `end`, by the middles of parts no
 // longer than a cell; an upper bound in a box; a photon's collision, by tracking against the bricks' greatest values
-// (Woodcock).
+// (Woodcock), none on the longest flight.
 Real extinction(const BrickField &field, const Vec3 &x);
 Real optical_depth(const BrickField &field, const Ray &ray, Real end);
 Real majorant(const BrickField &field, const Box &box);

@@ -36,6 +36,9 @@ struct Bricks {
     bool ready;            // false: the arena was too small
 };
 
+// The smallest smoothing length of all smokes (or what stands for it in grids), 0 without smoke.
+Real finest_length(const Scene &scene);
+
 // Bricks around the smoke of `scene`, their cells `lengths` smoothing lengths of the finest smoke wide. Where all smoke
 // is a single grid that is not turned, the cells are those between the grid's samples or halves of them; of a box they
 // fit the box.

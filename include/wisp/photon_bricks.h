@@ -6,7 +6,7 @@
 // length that it flies there, at the corners of the cell around (trilinear): the sums are the fluence.
 #pragma once
 #include "wisp/light_depths.h"
-#include "wisp/photon_trace.h"
+#include "wisp/particle_map.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -14,7 +14,7 @@ namespace wisp::WISP_ARITH {
 struct BrickDeposits {
     const Bricks *bricks;
     int32_t stride;
-    int64_t *power;    // `channels` of each node, in 2^-24 of one photon's largest channel times a unit of length
+    int64_t *power;    // `channels` of each node, in units of deposits times a unit of length
     int64_t *flux;     // three of each: the sum of direction times (R + G + B); nullptr where all smoke scatters evenly
     uint32_t channels; // one where all photons are alike
     Color photon_color; // of all photons, where they are alike

@@ -109,7 +109,7 @@ inline bool can_resample(const Scene &scene) {
     return any && (particles || is_aligned_grid(scene));
 }
 
-enum class Method : uint8_t { direct, map, volume }; // S4: photon map, particle map, photon map of resampled smoke
+enum class Method : uint8_t { direct, map, volume }; // S4; `volume` is `direct` with a density_step
 
 enum class IrradianceMap : uint8_t { none, uniform, adaptive }; // S4-4
 

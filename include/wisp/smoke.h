@@ -32,9 +32,6 @@ struct Medium {
 Medium make_medium(const Scene &scene, double density_step, Arena &arena);
 uint64_t medium_bytes(const Scene &scene, double density_step);
 
-// The smallest smoothing length of all smokes (or what stands for it in grids), 0 without smoke.
-Real finest_length(const Scene &scene);
-
 // int sigma_t of all smokes over the ray's distances 0 to `end`.
 Real optical_depth(const Medium &medium, const Ray &ray, Real end);
 

@@ -203,6 +203,7 @@ Collision first_collision(const BrickField &field, const Ray &ray, Real end, Eve
     Pcg32 generator(uint64_t{event.high} << 32 | (event.low + field.dimension * 0x9e3779b9u));
     const auto exponential = [&generator] { return -log(unit_open<Real>(generator())); };
     Real rest = exponential();
+    uint32_t tentative = 0;
     for_each_brick(*field.bricks, inside, Real(0), end, [&](uint32_t brick, Real from, Real to) {
         const Real bound = field.greatest[brick];
         for (Real t = from;;) {
@@ -211,6 +212,7 @@ Collision first_collision(const BrickField &field, const Ray &ray, Real end, Eve
                 rest -= depth;
                 return true;
             }
+            if (++tentative == most_tentative) return false;
             t += rest / bound;
             rest = exponential();
             const Vec3 p = place_in(*field.bricks, brick, inside.origin + inside.direction * t);

@@ -66,17 +66,11 @@ Layout around_grid(const GridSource &grid, Real cell, int32_t parts) {
 }
 
 Layout layout_of(const Scene &scene, double lengths) {
-    Real finest = Real(0);
-    const GridSource *grid = nullptr;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        const SmokeSource &smoke = scene.smokes[i];
-        if (smoke.empty()) continue;
-        const Real h = to_real<Real>(smoke.smallest_h);
-        finest = finest == Real(0) ? h : min(finest, h);
-        if (smoke.is_grid()) grid = &smoke.grid;
-    }
-    const Real cell = finest * to_real<Real>(lengths);
-    return grid && is_aligned_grid(scene) ? around_grid(*grid, cell, parts_within(lengths)) : around_all(scene, cell);
+    const Real cell = finest_length(scene) * to_real<Real>(lengths);
+    if (!is_aligned_grid(scene)) return around_all(scene, cell);
+    uint32_t i = 0;
+    while (!scene.smokes[i].is_grid()) ++i;
+    return around_grid(scene.smokes[i].grid, cell, parts_within(lengths));
 }
 
 // How far x is from the stretch of an axis from `low` to `low` + `edge`.
@@ -141,6 +135,16 @@ bool any_smoke(const Scene &scene) {
 }
 
 } // namespace
+
+Real finest_length(const Scene &scene) {
+    Real finest = Real(0);
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        if (scene.smokes[i].empty()) continue;
+        const Real h = to_real<Real>(scene.smokes[i].smallest_h);
+        finest = finest == Real(0) ? h : min(finest, h);
+    }
+    return finest;
+}
 
 Bricks make_bricks(const Scene &scene, double lengths, Arena &arena) {
     Bricks bricks = {};

@@ -95,9 +95,8 @@ template <class Visit> void for_each_neighbour(const Points &points, uint64_t i,
 }
 
 // All known nodes without `share` of their second differences: the darker of two neighbours gives that share of their
-// difference to the brighter, or less where it has not as much, so that no light is lost
-// inside and none is below 0. False: the
-// arena was too small.
+// difference to the brighter, or less where it has not as much, so that no light is lost inside and none is below 0.
+// False: the arena was too small.
 bool sharpen(Points &points, double share_, Arena &arena) {
     const Real share = Real(share_);
     Color *sharp = arena.make<Color>(points.count), *given = arena.make<Color>(points.count);
@@ -134,7 +133,7 @@ bool sharpen(Points &points, double share_, Arena &arena) {
 void pack_points(const Medium &medium, Points &points, Real tolerance, Irradiance &map) {
     const int32_t n = points.along;
     const Bricks &bricks = *points.bricks;
-    for (uint32_t b = 0; b < points.bricks->count; ++b) {
+    for (uint32_t b = 0; b < bricks.count; ++b) {
         const Color *light = points.radiance + uint64_t{b} * points.nodes;
         Real greatest = Real(0);
         for (uint32_t i = 0; i < points.nodes; ++i) greatest = max(greatest, largest(light[i]));
@@ -193,6 +192,13 @@ void fill_unknown(Points &points, uint32_t brick) {
     }
 }
 
+// From what is known to the map; not ready where the arena was too small.
+void finish(const Medium &medium, Points &points, double share, Real tolerance, Arena &arena, Irradiance &map) {
+    if (!sharpen(points, share, arena)) return;
+    for (uint32_t b = 0; b < points.bricks->count; ++b) fill_unknown(points, b);
+    pack_points(medium, points, tolerance, map);
+}
+
 // estimate(x, light), from nothing: whether it is known there. Asked around smoke and in view only, and once of a node
 // that several bricks hold.
 template <class Estimate>
@@ -230,9 +236,7 @@ Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Es
             if (points.flux) points.flux[here] = pack_flux(light.flux);
         }
     }
-    if (!sharpen(points, interpolated, arena)) return map;
-    for (uint32_t b = 0; b < bricks.count; ++b) fill_unknown(points, b);
-    pack_points(*request.medium, points, request.tolerance, map);
+    finish(*request.medium, points, interpolated, request.tolerance, arena, map);
     return map;
 }
 
@@ -262,9 +266,7 @@ Irradiance make_irradiance(const Medium &medium, const BrickDeposits &deposits, 
         if (points.flux) points.flux[i] = pack_flux(light.flux);
         points.known[i] = tells(*deposits.bricks, static_cast<uint32_t>(i / points.nodes), node, deposits.stride);
     }
-    if (!sharpen(points, scattered_and_interpolated, arena)) return map;
-    for (uint32_t b = 0; b < deposits.bricks->count; ++b) fill_unknown(points, b);
-    pack_points(medium, points, tolerance, map);
+    finish(medium, points, scattered_and_interpolated, tolerance, arena, map);
     return map;
 }
 

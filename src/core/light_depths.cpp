@@ -1,4 +1,4 @@
-// Optical depths to the lights at the nodes of bricks, filled as they are asked for.
+// Optical depths to the lights at the nodes of bricks around smoke.
 #include "wisp/light_depths.h"
 
 namespace wisp::WISP_ARITH {

@@ -5,14 +5,18 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr int32_t unit_bits = 24;   // of a deposit
 constexpr int32_t weight_bits = 30; // of a node's share in the first collisions
 constexpr int32_t along = nodes_along(1);
 // Tentative collisions along a brick's edge, at least: thin smoke is sampled too.
 constexpr Real least_per_brick = Real(0.5);
-constexpr uint32_t longest_flight = 1u << 16; // tentative collisions; a photon that has more is counted as capped
 
-Real from_units(int64_t sum) { return scaled_integer<Real>(sum, -unit_bits); }
+// The sum of density(field) over the smokes.
+template <class Density> Real sum_of_smokes(const Medium &medium, Density &&density) {
+    Real sum = Real(0);
+    for (uint32_t i = 0; i < medium.count; ++i)
+        if (medium.smokes[i].field.is_bricks) sum += density(medium.smokes[i].field.bricks);
+    return sum;
+}
 
 // One thing that photons start from: a light's first collisions, or the glow of a smoke.
 struct Source {
@@ -42,8 +46,8 @@ Real volume_share(const Box &box, const Vec3 &node, const Vec3 &cell) {
 }
 
 // What a light of that brightness gives to a node. It is divided first: in fixed point the inverse square of a distant
-// light has no digits left. The inverse square is taken as its mean over a ball where the
-// light is within a cell, so that the sum over nodes keeps its integral.
+// light has no digits left. Within a cell of the light the inverse square is its mean over a ball, so that the sum over
+// nodes keeps its integral.
 Real irradiance_at(const Light &light, Real brightness, const Vec3 &x, Real cell) {
     if (light.kind == LightKind::parallel || light.kind == LightKind::constant) return brightness;
     const Vec3 way = x - light.position;
@@ -75,13 +79,9 @@ Real brightness_at(const Tracer &tracer, const Source &source, uint32_t brick, c
     const Cell count = {along, along, along};
     const size_t at = static_cast<size_t>(index_of(count, node));
     const Medium &medium = tracer.medium;
-    Real sigma = Real(0);
-    if (source.light >= tracer.depths.light_count) {
-        sigma = medium.smokes[source.smoke].field.bricks.nodes(brick)[at];
-    } else {
-        for (uint32_t i = 0; i < medium.count; ++i)
-            if (medium.smokes[i].field.is_bricks) sigma += medium.smokes[i].field.bricks.nodes(brick)[at];
-    }
+    const Real sigma = source.light >= tracer.depths.light_count
+                           ? medium.smokes[source.smoke].field.bricks.nodes(brick)[at]
+                           : sum_of_smokes(medium, [&](const BrickField &field) { return field.nodes(brick)[at]; });
     if (!(sigma > Real(0))) return Real(0);
     const Vec3 x = node_of(tracer.bricks, brick, node), &cell = tracer.bricks.cell;
     const Real here = scale_pow2(sigma, tracer.shift) * volume_share(tracer.bricks.bounds, x, cell);
@@ -168,15 +168,15 @@ struct Arrival {
     Vec3 position;
 };
 
-// Which smoke a photon collides with, where the densities are `sigma` in all.
-template <class Density> uint32_t smoke_at(const Medium &medium, Real sigma, Pcg32 &generator, Density &&density) {
+// Which smoke a photon collides with, where their densities are density(field).
+template <class Density> uint32_t smoke_at(const Medium &medium, Pcg32 &generator, Density &&density) {
     if (medium.count == 1) return 0;
-    Real rest = unit_half_open<Real>(generator()) * sigma;
+    Real rest = unit_half_open<Real>(generator()) * sum_of_smokes(medium, density);
     uint32_t chosen = 0;
     for (uint32_t i = 0; i < medium.count; ++i) {
         if (!medium.smokes[i].field.is_bricks) continue;
         chosen = i;
-        rest -= density(i);
+        rest -= density(medium.smokes[i].field.bricks);
         if (rest < Real(0)) break;
     }
     return chosen;
@@ -200,7 +200,7 @@ template <class Pass> Arrival fly(const Tracer &tracer, const Ray &ray, Pcg32 &g
                 rest -= depth;
                 return true;
             }
-            if (++tentative == longest_flight) {
+            if (++tentative == most_tentative) {
                 ++tracer.statistics.photons.capped;
                 return false;
             }
@@ -208,12 +208,10 @@ template <class Pass> Arrival fly(const Tracer &tracer, const Ray &ray, Pcg32 &g
             rest = exponential(generator);
             const Vec3 p = start + way * t;
             pass(brick, p, inverse_rate);
-            const auto density = [&](uint32_t i) { return extinction(medium.smokes[i].field.bricks, brick, p); };
-            Real sigma = Real(0);
-            for (uint32_t i = 0; i < medium.count; ++i)
-                if (medium.smokes[i].field.is_bricks) sigma += density(i);
+            const auto density = [&](const BrickField &field) { return extinction(field, brick, p); };
+            const Real sigma = sum_of_smokes(medium, density);
             if (!(unit_half_open<Real>(generator()) * rate < sigma)) continue;
-            arrival = {true, smoke_at(medium, sigma, generator, density), ray.origin + ray.direction * t};
+            arrival = {true, smoke_at(medium, generator, density), ray.origin + ray.direction * t};
             return false;
         }
     });
@@ -236,7 +234,7 @@ void deposit(const BrickDeposits &deposits, uint32_t brick, const Vec3 &p, const
         return first + (corner & 1) + n * ((corner >> 1 & 1) + n * (corner >> 2));
     };
     for (uint32_t c = 0; c < deposits.channels; ++c) {
-        const Real units = scale_pow2(power[static_cast<int>(c)], unit_bits);
+        const Real units = scale_pow2(power[static_cast<int>(c)], deposit_bits);
         for (uint32_t corner = 0; corner < 8; ++corner)
             deposits.power[node(corner) * deposits.channels + c] += units_of(share[corner], units);
     }
@@ -244,7 +242,7 @@ void deposit(const BrickDeposits &deposits, uint32_t brick, const Vec3 &p, const
     const Vec3 flux = direction * (power.x + power.y + power.z);
     for (uint32_t corner = 0; corner < 8; ++corner)
         for (uint32_t c = 0; c < 3; ++c) {
-            const Real units = scale_pow2(flux[static_cast<int>(c)], unit_bits);
+            const Real units = scale_pow2(flux[static_cast<int>(c)], deposit_bits);
             const int64_t part = units_of(share[corner], abs(units));
             deposits.flux[node(corner) * 3 + c] += units < Real(0) ? -part : part;
         }
@@ -273,12 +271,7 @@ void trace_photon(const Tracer &tracer, const BrickDeposits &deposits, uint64_t 
         ray.direction = deflect(Vec3(Real(0), Real(0), Real(1)), angle, turns);
     } else {
         ray.direction = illuminate(tracer.depths.lights[source.light], ray.origin, ray.origin, ray.origin).direction;
-        const auto density = [&](uint32_t i) { return extinction(medium.smokes[i].field.bricks, ray.origin); };
-        Real sigma = Real(0);
-        if (medium.count > 1)
-            for (uint32_t i = 0; i < medium.count; ++i)
-                if (medium.smokes[i].field.is_bricks) sigma += density(i);
-        at.smoke = smoke_at(medium, sigma, generator, density);
+        at.smoke = smoke_at(medium, generator, [&](const BrickField &field) { return extinction(field, ray.origin); });
         ++counts.collisions;
     }
     for (uint32_t number = 0;; ++number) {
@@ -320,7 +313,7 @@ uint32_t source_limit(const Scene &scene) { return scene.light_count + scene.smo
 
 uint64_t most_brick_flights(Real longest) {
     // A flight leaves its length in all, in units of 2^-24, times R + G + B, at most 3, in a flux.
-    return (uint64_t{1} << (63 - unit_bits)) / (4 * (static_cast<uint64_t>(floor_to_int(longest)) + 1));
+    return (uint64_t{1} << (63 - deposit_bits)) / (4 * (static_cast<uint64_t>(floor_to_int(longest)) + 1));
 }
 
 BrickPhotonPlan plan_brick_photons(const Scene &scene, const Settings &settings, uint64_t bricks, int32_t stride) {
@@ -366,9 +359,7 @@ Status trace_brick_photons(const Scene &scene, const Medium &medium, const Light
     const Real least = max(least_per_brick / largest(edge), Real(1.0 / 32));
     Real densest = Real(0);
     for (uint32_t b = 0; b < bricks.count; ++b) {
-        Real greatest = Real(0);
-        for (uint32_t i = 0; i < medium.count; ++i)
-            if (medium.smokes[i].field.is_bricks) greatest += medium.smokes[i].field.bricks.greatest[b];
+        const Real greatest = sum_of_smokes(medium, [b](const BrickField &field) { return field.greatest[b]; });
         rate[b] = max(greatest, least);
         densest = max(densest, greatest);
     }
@@ -437,11 +428,11 @@ MeanLight light_at_node(const BrickDeposits &deposits, uint32_t brick, const Cel
     });
     MeanLight light = {Color(Real(0)), Vec3(Real(0))};
     if (!(share > Real(0))) return light;
-    const Color sum = deposits.channels == 1 ? deposits.photon_color * from_units(power[0])
-                                             : Color(from_units(power[0]), from_units(power[1]), from_units(power[2]));
+    const Color sum = deposits.channels == 1 ? deposits.photon_color * photons_of(power[0])
+                                             : Color(photons_of(power[0]), photons_of(power[1]), photons_of(power[2]));
     const Real all = sum.x + sum.y + sum.z;
     if (deposits.flux && all > Real(0))
-        light.flux = Vec3(from_units(flux[0]), from_units(flux[1]), from_units(flux[2])) / all;
+        light.flux = Vec3(photons_of(flux[0]), photons_of(flux[1]), photons_of(flux[2])) / all;
     // / volume * unit * 2^exponent, half of the scaling before the division.
     const int32_t half = deposits.unit.exponent / 2;
     const Color scaled = scale_pow2(sum * (inv_four_pi<Real> * deposits.unit.unit), half);

@@ -7,8 +7,8 @@ namespace wisp::WISP_ARITH {
 namespace {
 
 constexpr uint64_t most_majorants = uint64_t{1} << 22;
-// Collisions of a path, and tentative ones of a flight: where there are more the path ends, and is counted as capped.
-constexpr uint32_t longest_path = 1u << 20, longest_flight = 1u << 16;
+// Collisions of a path: where there are more it ends, and is counted as capped.
+constexpr uint32_t longest_path = 1u << 20;
 
 Real uniform(Pcg32 &generator) { return unit_half_open<Real>(generator()); }
 Real exponential(Pcg32 &generator) { return -log(unit_open<Real>(generator())); }
@@ -140,7 +140,7 @@ MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 
                 rest -= depth;
                 return true;
             }
-            if (++tentative == longest_flight) {
+            if (++tentative == most_tentative) {
                 ++tracer.statistics->photons.capped;
                 return false;
             }

@@ -57,17 +57,13 @@ struct BrickSteps {
     double cell;
     int32_t light, irradiance;
 };
-// `volume` is of resampled smoke always.
-double density_step_of(const Settings &settings) {
-    return settings.method == Method::volume && !(settings.density_step > 0) ? 0.5 : settings.density_step;
-}
 int32_t stride_within(double cell, double step) {
     int32_t stride = 1;
     while (stride < brick_cells && cell * (2 * stride) <= step) stride *= 2;
     return stride;
 }
 BrickSteps brick_steps(const Scene &scene, const Settings &settings) {
-    const double density = can_resample(scene) ? density_step_of(settings) : 0;
+    const double density = can_resample(scene) ? settings.density_step : 0;
     const bool irradiance = settings.irradiance != IrradianceMap::none;
     double cell = density > 0 && is_aligned_grid(scene) ? 1.0 / parts_within(density) : density;
     if (!(density > 0)) {
@@ -255,12 +251,11 @@ Status render_bricks(const Frame &frame, MapSums &sums) {
     return render_frame(frame, marcher);
 }
 
-// Sums for one picture alone, where the caller has none. False: the arena was too small.
-bool own_sums(uint64_t count, Arena &arena, MapSums &own, MapSums *&sums) {
-    if (sums) return true;
-    own = {arena.make<int64_t>(count), count, 0};
-    sums = &own;
-    return own.values != nullptr;
+// Numbers of a particle map.
+uint64_t count_of_sums(const Scene &scene, const Settings &settings, const Medium &medium) {
+    if (!medium.bricks) return plan_particle_map(scene, settings).sums;
+    const int32_t stride = brick_steps(scene, settings).irradiance;
+    return plan_brick_photons(scene, settings, medium.bricks->count, stride).sums;
 }
 
 // Builds what all methods begin with, and does the work.
@@ -284,7 +279,7 @@ Status with_smoke(const Scene &scene, double density_step, Arena &arena, const O
 Plan plan(const Scene &scene, const Settings &settings) {
     Plan plan = {};
     for (uint32_t i = 0; i < scene.smoke_count; ++i) plan.smoke |= !scene.smokes[i].empty();
-    const double density_step = settings.reference ? 0 : density_step_of(settings);
+    const double density_step = settings.reference ? 0 : settings.density_step;
     plan.bytes.particle_tree = medium_bytes(scene, density_step);
     if (settings.reference) {
         plan.bytes.arena = reference_bytes(scene);
@@ -339,19 +334,24 @@ Plan plan(const Scene &scene, const Settings &settings) {
 
 Status render(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer, float *rgb,
               Statistics &statistics, MapSums *sums) {
-    return with_smoke(scene, density_step_of(settings), arena, observer, statistics,
+    return with_smoke(scene, settings.density_step, arena, observer, statistics,
                       [&](const Medium &medium, const Light *lights) {
                           const Frame frame = {scene, settings, medium, lights, observer, arena, rgb, statistics};
                           if (settings.method != Method::map) return render_direct(frame);
                           MapSums own = {};
-                          if (!own_sums(plan(scene, settings).map_sums, arena, own, sums)) return Status::out_of_memory;
+                          if (!sums) { // for this picture alone
+                              own.capacity = count_of_sums(scene, settings, medium);
+                              own.values = arena.make<int64_t>(own.capacity);
+                              if (!own.values) return Status::out_of_memory;
+                              sums = &own;
+                          }
                           return medium.bricks ? render_bricks(frame, *sums) : render_map(frame, *sums);
                       });
 }
 
 Status trace_map(const Scene &scene, const Settings &settings, const Batches &batches, Arena &arena,
                  const Observer &observer, MapSums &sums, Statistics &statistics) {
-    return with_smoke(scene, density_step_of(settings), arena, observer, statistics,
+    return with_smoke(scene, settings.density_step, arena, observer, statistics,
                       [&](const Medium &medium, const Light *lights) {
                           if (medium.bricks) {
                               LightDepths depths;

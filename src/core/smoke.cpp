@@ -38,16 +38,6 @@ const uint32_t *shares_of_area(const SmokeSource &source, Arena &arena) {
 
 } // namespace
 
-Real finest_length(const Scene &scene) {
-    Real finest = Real(0);
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        if (scene.smokes[i].empty()) continue;
-        const Real h = to_real<Real>(scene.smokes[i].smallest_h);
-        finest = finest == Real(0) ? h : min(finest, h);
-    }
-    return finest;
-}
-
 uint64_t medium_bytes(const Scene &scene, double density_step) {
     uint64_t bytes = Arena::bytes<Smoke>(scene.smoke_count);
     const bool resampled = density_step > 0 && can_resample(scene);

@@ -27,11 +27,12 @@ double positive(const std::string &value, double high) {
     return *number;
 }
 
-// Of a field that is kept at points so many smoothing lengths apart; 0: none.
-double step_or_zero(const std::string &value) {
+// The distance of a kept field's points, in smoothing lengths; 0, where it may be: nothing is kept.
+double step_of(const std::string &value, bool may_be_zero) {
     const auto number = to_number(value);
-    if (!number || (*number != 0 && !(*number >= 0.01 && *number <= 1000)))
-        throw Fault{"expected 0, or a number from 0.01 to 1000"};
+    if (may_be_zero && number == 0.0) return 0;
+    if (!number || !(*number >= 0.01 && *number <= 1000))
+        throw Fault{std::string(may_be_zero ? "expected 0, or a number" : "expected a number") + " from 0.01 to 1000"};
     return *number;
 }
 
@@ -140,9 +141,9 @@ const std::vector<Entry> &table() {
              o.irradiance = static_cast<IrradianceMap>(one_of(v, {"none", "uniform", "adaptive"}, 3));
          }},
         {"irradiance-step", "S", "distance of those points at most, in smoothing lengths (two cells)",
-         [](Options &o, const std::string &v) { o.irradiance_step = step_or_zero(v); }},
+         [](Options &o, const std::string &v) { o.irradiance_step = step_of(v, false); }},
         {"density-step", "S", "cells of resampled smoke, in smoothing lengths; 0: exact (0.22 to 0.55, direct 0)",
-         [](Options &o, const std::string &v) { o.density_step = step_or_zero(v); }},
+         [](Options &o, const std::string &v) { o.density_step = step_of(v, true); }},
         {"estimate", "knn|kernel",
          "radiance from the nearest photons or particles (direct), or of the particles' kernels (map)",
          [](Options &o, const std::string &v) {
@@ -186,9 +187,8 @@ const std::vector<Entry> &table() {
         {"remap", nullptr, "traces the particle map anew for every frame",
          [](Options &o, const std::string &) { o.remap = true; }},
         {"light-step", "S",
-         "distance of points whose depth to the lights is kept, in smoothing lengths; 0: exact (1.1 of resampled "
-         "smoke)",
-         [](Options &o, const std::string &v) { o.light_step = step_or_zero(v); }},
+         "of points whose depth to the lights is kept; 0: exact, of resampled smoke every node (two cells, else 0)",
+         [](Options &o, const std::string &v) { o.light_step = step_of(v, true); }},
         {"thin", "EPS",
          "render without the particles that take no more than this off any ray's opacity; 0: with all (0)",
          [](Options &o, const std::string &v) {

@@ -48,6 +48,10 @@ void choose_way(const Options &options, const Scene &scene, Settings &settings) 
     const bool maps = !options.map_in.empty() || !options.map_out.empty() || options.batches || options.remap;
     settings.method = options.method.value_or((resamples && !nearest) || maps ? Method::map : Method::direct);
     settings.irradiance = options.irradiance.value_or(nearest ? IrradianceMap::none : IrradianceMap::uniform);
+    if (settings.method == Method::map && nearest && settings.irradiance != IrradianceMap::none)
+        throw Error(exit_usage, "option 'irradiance': found a map, expected none with --estimate knn of --smoke map");
+    if (settings.method == Method::volume && options.density_step == 0.0)
+        throw Error(exit_usage, "option 'density-step': found 0, expected cells with --smoke volume");
     // What is kept on particles needs their exact densities.
     const bool on_particles =
         settings.method == Method::map && (nearest || options.deposit || options.direction == Direction::mean ||

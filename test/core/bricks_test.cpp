@@ -391,6 +391,13 @@ TEST_CASE(WISP_ARITH_NAME ": no resampled density lies above its brick's greates
     }
 }
 
+TEST_CASE(WISP_ARITH_NAME ": through resampled smoke of absurd density a flight ends") {
+    const std::vector<Particle> one = {{{0, 0, 0}, 1, std::is_same_v<Real, Fixed> ? 1e6 : 1e9}};
+    const Resampled built({smoke_of(one)}, 0.5);
+    const Ray past = {vec(-5, 1.5, 1.5), vec(1, 0, 0)}; // through the empty corners of its brick
+    CHECK(!first_collision(built.medium, past, real(10), photon_event(7, 1)).found);
+}
+
 TEST_CASE(WISP_ARITH_NAME ": through resampled smoke as many pass as its optical depth says, the rest collides in it") {
     const Lists all;
     for (size_t i = 0; i < resampled_lists; ++i) {

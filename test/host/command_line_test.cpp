@@ -10,15 +10,26 @@ using namespace wisp;
 
 TEST_CASE("command line: wrong usage ends with 2 and one line") {
     const Desk desk;
-    for (const std::string &arguments :
-         {std::string(""), std::string("paint"), std::string("render"), "render " + desk.s() + " " + desk.s(),
-          "render --bogus " + desk.s(), "render " + desk.s() + " --spp", "render " + desk.s() + " --spp 0",
-          "render " + desk.s() + " --deposit exact --density-step 0.5",
-          std::string("render fixtures/grid.aff --smoke map --estimate knn"),
-          "render " + desk.s() + " --smoke direct --estimate kernel", "render " + desk.s() + " --reference=1",
-          "render " + desk.s() + " --crop 0,0,17,3", "render " + desk.s() + " --frames 0:1 -o a.png",
-          "render " + desk.s() + " -o a.jpg", "render " + desk.s() + " --quiet=1", std::string("inspect a.aff 1 2"),
-          std::string("compare a.pfm")}) {
+    for (const std::string &arguments : {std::string(""),
+                                         std::string("paint"),
+                                         std::string("render"),
+                                         "render " + desk.s() + " " + desk.s(),
+                                         "render --bogus " + desk.s(),
+                                         "render " + desk.s() + " --spp",
+                                         "render " + desk.s() + " --spp 0",
+                                         "render " + desk.s() + " --deposit exact --density-step 0.5",
+                                         std::string("render fixtures/grid.aff --smoke map --estimate knn"),
+                                         "render " + desk.s() + " --smoke map --estimate knn --irradiance uniform",
+                                         "render " + desk.s() + " --smoke volume --density-step 0",
+                                         "render " + desk.s() + " --irradiance-step 0",
+                                         "render " + desk.s() + " --smoke direct --estimate kernel",
+                                         "render " + desk.s() + " --reference=1",
+                                         "render " + desk.s() + " --crop 0,0,17,3",
+                                         "render " + desk.s() + " --frames 0:1 -o a.png",
+                                         "render " + desk.s() + " -o a.jpg",
+                                         "render " + desk.s() + " --quiet=1",
+                                         std::string("inspect a.aff 1 2"),
+                                         std::string("compare a.pfm")}) {
         CAPTURE(arguments);
         const Ran ran = desk.wisp(arguments);
         CHECK(ran.status == 2);

@@ -208,6 +208,7 @@ TEST_CASE("options: names, forms and ranges") {
         {"deposit", "nearest", "option 'deposit': found 'nearest', expected exact, path, kernel"},
         {"direction", "median", "option 'direction': found 'median', expected flux, mean"},
         {"light-step", "0.001", "option 'light-step': found '0.001', expected 0, or a number from 0.01 to 1000"},
+        {"irradiance-step", "0", "option 'irradiance-step': found '0', expected a number from 0.01 to 1000"},
         {"output", "a.jpg",
          "option 'output': found 'a.jpg', expected a file name that ends in .png, .pfm, .passes or .map"},
         {"output", ".passes",
