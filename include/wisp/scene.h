@@ -77,6 +77,37 @@ struct SmokeSource {
     bool empty() const { return count == 0 && !is_grid(); }
 };
 
+// What Whitted's shading asks of a surface. The scene's ambient light is in `ambient`, scaled like radiances.
+struct Material {
+    Double3 ambient, diffuse, specular; // specular: Phong's, and the mirror's
+    double shininess;                   // 0 or more
+    double transmission;                // the weight of the transmitted ray; above 0: casts no shadow
+    double index;                       // of refraction, above 0
+};
+
+// A picture, and its averages of half the size, a quarter, ... down to 1 x 1: level i has max(1, width >> i) by
+// max(1, height >> i) texels.
+struct Texture {
+    int32_t width, height, levels;
+    const uint16_t *texels; // R G B, linear, in 1/65535; rows from the top, level after level
+};
+
+struct Triangle {
+    Double3 corner[3];
+    Double3 normal[3];  // unit vectors; 0 0 0: that of its plane
+    double texel[3][2]; // u along the rows, v down the columns; 1 is the whole picture, which repeats
+    uint32_t material;
+    int32_t texture; // -1: none
+};
+
+// Triangles first <= i < first + count that move as one: in a space of their own, placed by
+// p' = axis[0] p.x + axis[1] p.y + axis[2] p.z + origin.
+struct Body {
+    uint32_t first, count;
+    Double3 axis[3], origin;
+    bool visible;
+};
+
 struct Scene {
     Camera camera;
     Double3 background; // what a ray sees that meets nothing; it lights nothing
@@ -85,6 +116,17 @@ struct Scene {
     const SmokeSource *smokes;
     uint32_t smoke_count;
     int32_t radiance_exponent;
+    // Triangles: those that never move, then those of the bodies, then those that change their form.
+    const Triangle *triangles;
+    uint32_t still_count, body_triangle_count, morph_count;
+    const Body *bodies;
+    uint32_t body_count;
+    const Material *materials;
+    uint32_t material_count;
+    const Texture *textures;
+    uint32_t texture_count;
+
+    uint32_t triangle_count() const { return still_count + body_triangle_count + morph_count; }
 };
 
 // Whether all smoke is a single grid whose edges are those of space.
