@@ -46,6 +46,7 @@ struct MapSums {
 // The stages that a scene needs, and upper bounds of their bytes.
 struct Plan {
     bool smoke;             // there are particles
+    bool surfaces;          // there are triangles
     bool photons;           // some light is scattered more than once
     bool photon_directions; // ... and not evenly
     bool photon_powers;     // ... and photons differ in power
@@ -55,8 +56,17 @@ struct Plan {
     uint64_t most_photons; // that they can hold
     struct {
         uint64_t particle_tree, photon_map, gather, particle_map, sources, light_depths, irradiance;
+        uint64_t triangle_trees; // of what never changes its form, and of what does
         uint64_t arena; // everything, in one block
     } bytes;
+};
+
+// What lives from frame to frame, at the beginning of the arena: trees of triangles that never change their form. The
+// caller keeps it beside its arena, and gives both to the next frame of the same scene; nothing is kept at first, and
+// nothing of a scene without triangles.
+struct Kept {
+    void *surfaces;
+    size_t end; // of its memory
 };
 
 // `plan` adds no more than a few operations a particle; `render` fills `rgb` with (x1 - x0) * (y1 - y0) linear
@@ -74,7 +84,7 @@ struct Plan {
     namespace arithmetic {                                                                                             \
     Plan plan(const Scene &scene, const Settings &settings);                                                           \
     Status render(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer, float *rgb,    \
-                  Statistics &statistics, MapSums *sums = nullptr);                                                    \
+                  Statistics &statistics, MapSums *sums = nullptr, Kept *kept = nullptr);                                                    \
     Status trace_map(const Scene &scene, const Settings &settings, const Batches &batches, Arena &arena,               \
                      const Observer &observer, MapSums &sums, Statistics &statistics);                                 \
     Status render_reference(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer,      \

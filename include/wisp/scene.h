@@ -101,11 +101,11 @@ struct Triangle {
 };
 
 // Triangles first <= i < first + count that move as one: in a space of their own, placed by
-// p' = axis[0] p.x + axis[1] p.y + axis[2] p.z + origin.
+// p' = axis[0] p.x + axis[1] p.y + axis[2] p.z + origin, and `inverse` are the axes of the way back (p' - origin to p).
 struct Body {
     uint32_t first, count;
-    Double3 axis[3], origin;
-    bool visible;
+    Double3 axis[3], origin, inverse[3];
+    bool visible; // one that has no inverse is not
 };
 
 struct Scene {
@@ -125,6 +125,7 @@ struct Scene {
     uint32_t material_count;
     const Texture *textures;
     uint32_t texture_count;
+    double skin; // rays that leave a surface meet nothing that is nearer than this (1e-6 of the still scene's diagonal)
 
     uint32_t triangle_count() const { return still_count + body_triangle_count + morph_count; }
 };
@@ -173,6 +174,7 @@ struct Crop {
 struct Settings {
     Crop crop;
     uint32_t samples; // rays a pixel
+    uint32_t depth;   // of the longest chain of rays behind a camera ray: reflected, refracted
     uint64_t photons; // to emit
     uint64_t seed;
     uint32_t gather;      // K, most photons in an estimate, or particles

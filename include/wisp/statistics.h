@@ -4,10 +4,17 @@
 
 namespace wisp {
 
+// What rays ask of the trees of surfaces.
+struct TreeCounts {
+    uint64_t node_visits, triangle_tests;
+};
+
 struct Statistics {
     struct {
-        uint64_t primary, shadow; // a shadow ray for each light that a step is lit by
+        uint64_t primary, reflected, refracted;
+        uint64_t shadow; // one for each light that a step through smoke, or a point of a surface, may be lit by
     } rays = {};
+    TreeCounts shadow = {}; // of shadow rays alone
     // emitted = absorbed + escaped + blocked + capped, photon by photon.
     struct Photons {
         uint64_t emitted, collisions, stored, absorbed, escaped, blocked, capped;
@@ -18,7 +25,7 @@ struct Statistics {
         uint64_t particles, density_evaluations, march_samples, gathers, gathered;
     } smoke = {};
     struct {
-        uint64_t particle_tree, photon_map, particle_map, irradiance, arena_peak, arena_size;
+        uint64_t particle_tree, photon_map, particle_map, irradiance, triangle_trees, arena_peak, arena_size;
     } bytes = {};
 };
 

@@ -3,6 +3,7 @@
 #include "wisp/camera.h"
 #include "wisp/particle_march.h"
 #include "wisp/reference.h"
+#include "wisp/whitted.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -27,28 +28,35 @@ struct Frame {
     Statistics &statistics;
 };
 
-template <class Marcher> Status render_frame(const Frame &frame, Marcher &marcher) {
-    const View view(frame.scene.camera);
-    const Crop &crop = frame.settings.crop;
-    const uint32_t samples = frame.settings.samples;
+// The picture of radiance(ray).
+template <class Radiance>
+Status fill(const Scene &scene, const Settings &settings, const Observer &observer, float *rgb, Statistics &statistics,
+            Radiance &&radiance) {
+    const View view(scene.camera);
+    const Crop &crop = settings.crop;
+    const uint32_t samples = settings.samples;
     const Pattern pattern(samples);
-    float *rgb = frame.rgb;
     for (int32_t y = crop.y0; y < crop.y1; ++y) {
         const uint64_t row = static_cast<uint64_t>(y - crop.y0);
-        if (!frame.observer(Stage::render, row, static_cast<uint64_t>(crop.y1 - crop.y0))) return Status::stopped;
+        if (!observer(Stage::render, row, static_cast<uint64_t>(crop.y1 - crop.y0))) return Status::stopped;
         for (int32_t x = crop.x0; x < crop.x1; ++x) {
             Color sum(Real(0));
             for (uint32_t i = 0; i < samples; ++i) {
-                sum += march(marcher, view.ray_through(Real(x) + pattern.u(i), Real(y) + pattern.v(i)));
-                ++frame.statistics.rays.primary;
+                sum += radiance(view.ray_through(Real(x) + pattern.u(i), Real(y) + pattern.v(i)));
+                ++statistics.rays.primary;
             }
             const Color mean = sum / Real(static_cast<int32_t>(samples));
-            *rgb++ = to_float_scaled(mean.x, frame.scene.radiance_exponent);
-            *rgb++ = to_float_scaled(mean.y, frame.scene.radiance_exponent);
-            *rgb++ = to_float_scaled(mean.z, frame.scene.radiance_exponent);
+            *rgb++ = to_float_scaled(mean.x, scene.radiance_exponent);
+            *rgb++ = to_float_scaled(mean.y, scene.radiance_exponent);
+            *rgb++ = to_float_scaled(mean.z, scene.radiance_exponent);
         }
     }
     return Status::done;
+}
+
+template <class Marcher> Status render_frame(const Frame &frame, Marcher &marcher) {
+    return fill(frame.scene, frame.settings, frame.observer, frame.rgb, frame.statistics,
+                [&marcher](const Ray &ray) { return march(marcher, ray); });
 }
 
 // The cells of the bricks in smoothing lengths, 0 where no bricks are needed, and how far apart the points of the
@@ -251,6 +259,39 @@ Status render_bricks(const Frame &frame, MapSums &sums) {
     return render_frame(frame, marcher);
 }
 
+// Whitted's ray tracing (C). Trees of what never changes its form are built by the first frame, for all.
+Status render_surfaces(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer, float *rgb,
+                       Statistics &statistics, Kept &kept) {
+    if (!observer(Stage::trees, 0, 1)) return Status::stopped;
+    if (!kept.surfaces) {
+        Surfaces *made = arena.make<Surfaces>(1);
+        if (!made) return Status::out_of_memory;
+        *made = make_surfaces(scene, arena);
+        if (!made->ready) return Status::out_of_memory;
+        kept = {made, arena.mark()};
+    }
+    arena.rewind(kept.end);
+    Surfaces &surfaces = *static_cast<Surfaces *>(kept.surfaces);
+    place_surfaces(scene, arena, surfaces);
+    const SurfaceMaterial *materials = make_surface_materials(scene, arena);
+    const Light *lights = make_lights(scene, arena);
+    if (!surfaces.ready || !materials || !lights) return Status::out_of_memory;
+    statistics.bytes.triangle_trees = arena.mark();
+    const Whitted tracer = {&scene,
+                            &surfaces,
+                            materials,
+                            lights,
+                            vec_of(scene.background),
+                            settings.depth,
+                            length(vec_of(scene.camera.down)),
+                            &statistics};
+    const Status status = fill(scene, settings, observer, rgb, statistics,
+                               [&tracer](const Ray &ray) { return trace(tracer, ray); });
+    statistics.bytes.arena_size = arena.size();
+    statistics.bytes.arena_peak = arena.peak();
+    return status;
+}
+
 // Numbers of a particle map.
 uint64_t count_of_sums(const Scene &scene, const Settings &settings, const Medium &medium) {
     if (!medium.bricks) return plan_particle_map(scene, settings).sums;
@@ -279,6 +320,14 @@ Status with_smoke(const Scene &scene, double density_step, Arena &arena, const O
 Plan plan(const Scene &scene, const Settings &settings) {
     Plan plan = {};
     for (uint32_t i = 0; i < scene.smoke_count; ++i) plan.smoke |= !scene.smokes[i].empty();
+    plan.surfaces = scene.triangle_count() > 0;
+    if (plan.surfaces) {
+        plan.bytes.triangle_trees = surface_bytes(scene) + placement_bytes(scene);
+        plan.bytes.arena = plan.bytes.triangle_trees + Arena::bytes<Surfaces>(1) +
+                           Arena::bytes<SurfaceMaterial>(scene.material_count) +
+                           Arena::bytes<Light>(scene.light_count);
+        return plan;
+    }
     const double density_step = settings.reference ? 0 : settings.density_step;
     plan.bytes.particle_tree = medium_bytes(scene, density_step);
     if (settings.reference) {
@@ -333,7 +382,11 @@ Plan plan(const Scene &scene, const Settings &settings) {
 }
 
 Status render(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer, float *rgb,
-              Statistics &statistics, MapSums *sums) {
+              Statistics &statistics, MapSums *sums, Kept *kept) {
+    if (scene.triangle_count() > 0) {
+        Kept own = {};
+        return render_surfaces(scene, settings, arena, observer, rgb, statistics, kept ? *kept : own);
+    }
     return with_smoke(scene, settings.density_step, arena, observer, statistics,
                       [&](const Medium &medium, const Light *lights) {
                           const Frame frame = {scene, settings, medium, lights, observer, arena, rgb, statistics};

@@ -29,7 +29,24 @@ struct Request {
     std::string name;
     SceneFile file;
     Options options;
+    Options::Frames frames;
 };
+
+// The frames to render: of an animated scene those that it has, unless others are asked for.
+Options::Frames frames_of(const Request &request) {
+    const Options &options = request.options;
+    if (!request.file.animation) {
+        if (options.frame_count)
+            throw Error(exit_usage, request.name + ": option 'frame-count': there is no animation (statement 'a')");
+        return options.frames.value_or(Options::Frames());
+    }
+    const int64_t last = frame_count_of(request.file, options) - 1;
+    if (!options.frames) return {0, last, 1};
+    if (options.frames->last > last)
+        throw Error(exit_usage, request.name + ": option 'frames': found frame " +
+                                    std::to_string(options.frames->last) + ", expected 0 to " + std::to_string(last));
+    return *options.frames;
+}
 
 Request read_request(const std::vector<std::string> &arguments) {
     const CommandLine line = parse_arguments(arguments);
@@ -51,6 +68,7 @@ Request read_request(const std::vector<std::string> &arguments) {
             throw InputError(error.what());
         }
     for (const auto &[name, value] : line.options) set_option(request.options, name, value, "");
+    request.frames = frames_of(request);
     return request;
 }
 
@@ -66,6 +84,7 @@ Settings settings_of(const Options &options, const PreparedScene &prepared) {
         settings.crop = {c.x0, c.y0, c.x1, c.y1};
     }
     settings.samples = options.samples;
+    settings.depth = options.depth;
     settings.photons = options.photons;
     settings.seed = options.seed;
     settings.gather = options.gather;
@@ -190,8 +209,8 @@ Passes make_passes(const Request &request, const PreparedScene &prepared, const 
     return passes;
 }
 
-bool several_frames(const Options &options) {
-    return options.frames.last - options.frames.first >= options.frames.step;
+bool several_frames(const Request &request) {
+    return request.frames.last - request.frames.first >= request.frames.step;
 }
 
 Batches batches_of(const Options &options, const Settings &settings) {
@@ -204,7 +223,7 @@ bool find_map(const Request &request, int64_t frame, const PreparedScene &prepar
               const Plan &plan, MapFile &map) {
     const Options &options = request.options;
     std::string scene; // hashing all particles takes a while: not for a map that nobody else will see
-    if (!options.map_in.empty() || !options.map_out.empty() || several_frames(options))
+    if (!options.map_in.empty() || !options.map_out.empty() || several_frames(request))
         scene = identity_of_map(prepared.scene, settings, core(options.arithmetic).name);
     if (!options.map_in.empty()) {
         const std::string path = numbered(options.map_in, frame);
@@ -233,13 +252,23 @@ bool find_map(const Request &request, int64_t frame, const PreparedScene &prepar
                 request.name + ": the plan's " + std::to_string(plan.bytes.arena) + " bytes do not suffice");
 }
 
-// `map`: that of the frame before, if any; it becomes this frame's.
-FrameReport render_frame(const Request &request, int64_t frame, MapFile &map, Sha256 &run_digest) {
+// What lives from frame to frame.
+struct Sequence {
+    PreparedScene prepared;
+    std::unique_ptr<unsigned char[]> block;
+    uint64_t bytes = 0; // of the block
+    Kept kept = {};     // in it
+    MapFile map;        // the particle map of the frame before
+    Sha256 digest;
+};
+
+FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequence) {
     FrameReport report = {};
     report.frame = frame;
     const double start = now();
     const Options &options = request.options;
-    PreparedScene prepared;
+    PreparedScene &prepared = sequence.prepared;
+    MapFile &map = sequence.map;
     prepare_scene(request.name, request.file, options, frame, prepared);
     if (options.verbose)
         for (const std::string &note : prepared.notes) std::fprintf(stderr, "%s\n", note.c_str());
@@ -247,12 +276,16 @@ FrameReport render_frame(const Request &request, int64_t frame, MapFile &map, Sh
     const Plan plan = checked_plan(request, prepared.scene, settings);
     const bool mapped = uses_map(settings);
     const bool traced = mapped && find_map(request, frame, prepared, settings, plan, map);
-    const auto block = make_block(request.name, plan.bytes.arena);
+    if (sequence.bytes < plan.bytes.arena) {
+        sequence.block = make_block(request.name, plan.bytes.arena);
+        sequence.bytes = plan.bytes.arena;
+        sequence.kept = {};
+    }
     report.seconds.read = now() - start;
 
     Picture picture;
     Passes passes;
-    Arena arena(block.get(), plan.bytes.arena);
+    Arena arena(sequence.block.get(), plan.bytes.arena);
     Watch watch(options, frame);
     Status status = Status::done;
     MapSums sums = {map.sums.data(), map.sums.size(), traced ? 0 : map.sums.size()};
@@ -273,7 +306,7 @@ FrameReport render_frame(const Request &request, int64_t frame, MapFile &map, Sh
         picture.rgb.resize(static_cast<size_t>(picture.width) * static_cast<size_t>(picture.height) * 3);
         status = core(options.arithmetic)
                      .render(prepared.scene, settings, arena, watch.observer(), picture.rgb.data(), report.statistics,
-                             mapped ? &sums : nullptr);
+                             mapped ? &sums : nullptr, &sequence.kept);
     }
     watch.finish();
     if (status != Status::done) fail(request, plan, frame, status);
@@ -294,7 +327,7 @@ FrameReport render_frame(const Request &request, int64_t frame, MapFile &map, Sh
     if (!options.batches) {
         const Bytes pfm = pfm_bytes(picture);
         write_outputs(options, picture, pfm, settings.reference ? &passes : nullptr, frame);
-        run_digest.update(pfm.data(), pfm.size());
+        sequence.digest.update(pfm.data(), pfm.size());
     }
     report.seconds.trees = watch.seconds(Stage::trees);
     report.seconds.photons = watch.seconds(Stage::photons);
@@ -304,7 +337,7 @@ FrameReport render_frame(const Request &request, int64_t frame, MapFile &map, Sh
     return report;
 }
 
-void check_map_options(const Options &options) {
+void check_map_options(const Options &options, bool several) {
     const struct {
         const char *name;
         bool given;
@@ -319,7 +352,7 @@ void check_map_options(const Options &options) {
         if (!options.map_in.empty() && of_map[i].given)
             throw Error(exit_usage,
                         std::string("option '") + of_map[i].name + "' does not go with --map-in: nothing is traced");
-    if (several_frames(options) && !options.map_out.empty() && !has_number(options.map_out))
+    if (several && !options.map_out.empty() && !has_number(options.map_out))
         throw Error(exit_usage,
                     "option 'map-out': found '" + options.map_out + "' for several frames, expected a name with %04d");
     for (const std::string &output : options.outputs)
@@ -339,9 +372,10 @@ void check_map_options(const Options &options) {
                                     " photons");
 }
 
-void check_options(const Options &options) {
-    const bool several = several_frames(options);
-    check_map_options(options);
+void check_options(const Request &request) {
+    const Options &options = request.options;
+    const bool several = several_frames(request);
+    check_map_options(options, several);
     for (const std::string &output : options.outputs) {
         if (several && !has_number(output))
             throw Error(exit_usage,
@@ -379,15 +413,14 @@ void print_notes(const Options &options, const PreparedScene &prepared) {
 int render_command(const std::vector<std::string> &arguments) {
     const Request request = read_request(arguments);
     const Options &options = request.options;
-    check_options(options);
-    MapFile map;
+    check_options(request);
+    Sequence sequence;
     RunReport report;
     report.version = version;
     report.arithmetic = core(options.arithmetic).name;
-    Sha256 digest;
-    for (int64_t frame = options.frames.first; frame <= options.frames.last; frame += options.frames.step)
-        report.frames.push_back(render_frame(request, frame, map, digest));
-    report.digest = digest.finish().text;
+    for (int64_t frame = request.frames.first; frame <= request.frames.last; frame += request.frames.step)
+        report.frames.push_back(render_frame(request, frame, sequence));
+    report.digest = sequence.digest.finish().text;
     if (!options.stats.empty()) write_file(options.stats, statistics_json(report));
     return exit_done;
 }
@@ -430,14 +463,14 @@ int merge_command(const std::vector<std::string> &arguments) {
 
 int plan_command(const std::vector<std::string> &arguments) {
     const Request request = read_request(arguments);
-    check_options(request.options);
+    check_options(request);
     PreparedScene prepared;
-    prepare_scene(request.name, request.file, request.options, request.options.frames.first, prepared);
+    prepare_scene(request.name, request.file, request.options, request.frames.first, prepared);
     const Settings settings = settings_of(request.options, prepared);
     const Plan plan = checked_plan(request, prepared.scene, settings);
     const Options &options = request.options;
     MapFile map;
-    if (!options.map_in.empty()) find_map(request, options.frames.first, prepared, settings, plan, map);
+    if (!options.map_in.empty()) find_map(request, request.frames.first, prepared, settings, plan, map);
 
     uint64_t particles = 0;
     for (const auto &smoke : prepared.particles) particles += smoke.size();
@@ -470,7 +503,7 @@ int plan_command(const std::vector<std::string> &arguments) {
             const auto &[first, last] = *options.batches;
             origin += ", of them batches " + std::to_string(first) + ":" + std::to_string(last);
         }
-        if (!options.map_in.empty()) origin = " photons of " + numbered(options.map_in, options.frames.first);
+        if (!options.map_in.empty()) origin = " photons of " + numbered(options.map_in, request.frames.first);
         const std::string where = plan.bricks > 0 ? ", kept at the bricks' nodes: " : ", kept on the particles: ";
         const std::string packed = plan.bricks > 0          ? ""
                                    : plan.photon_directions ? ": packed to 8 bytes each"

@@ -82,7 +82,7 @@ void set_size(Options &options, const std::string &value) {
 void set_frames(Options &options, const std::string &value) {
     const auto parts = split(value, ':');
     if (parts.size() > 3) throw Fault{"expected A, A:B or A:B:STEP"};
-    auto &frames = options.frames;
+    Options::Frames &frames = options.frames.emplace();
     frames.first = integer_in(parts[0], 0, 1000000000);
     frames.last = parts.size() > 1 ? integer_in(parts[1], frames.first, 1000000000) : frames.first;
     frames.step = parts.size() > 2 ? integer_in(parts[2], 1, 1000000000) : 1;
@@ -202,7 +202,7 @@ const std::vector<Entry> &table() {
              if (!number || !(std::fabs(*number) <= 100)) throw Fault{"expected a number from -100 to 100"};
              o.exposure = *number;
          }},
-        {"frames", "A[:B[:STEP]]", "frames A to B, both included (0)", set_frames},
+        {"frames", "A[:B[:STEP]]", "frames A to B, both included (all of the scene's animation)", set_frames},
         {"crop", "X0,Y0,X1,Y1", "pixels, half-open, from the top left", set_crop},
         {"memory", "BYTES", "a ceiling (k/M/G): a plan that does not fit is refused", set_memory},
         {"stats", "FILE", "counters, seconds and bytes as JSON", [](Options &o, const std::string &v) { o.stats = v; }},
@@ -218,9 +218,14 @@ const std::vector<Entry> &table() {
          [](Options &, const std::string &v) {
              one_of(v, {"all", "cuts"}, 1);
          }},
-        {"depth", "N", "", {}},
-        {"shadows", "METHOD", "", {}},
-        {"frame-count", "N", "", {}},
+        {"depth", "N", "longest chain of reflected and refracted rays behind a camera ray (10)",
+         [](Options &o, const std::string &v) { o.depth = static_cast<uint32_t>(integer_in(v, 0, 64)); }},
+        {"shadows", "trace", "how shadows of surfaces are found (trace: by a ray to every light)",
+         [](Options &, const std::string &v) {
+             one_of(v, {"trace", "exact", "paper", "cache", "lightbuffer", "voxel", "lie"}, 1);
+         }},
+        {"frame-count", "N", "divide the animation's time into N frames instead of the scene's own number",
+         [](Options &o, const std::string &v) { o.frame_count = integer_in(v, 1, 1000000000); }},
     };
     return entries;
 }

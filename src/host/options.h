@@ -23,9 +23,12 @@ struct Options {
     std::optional<double> step; // the same; what is not given follows from the rest
     double exposure = 0;        // of .png, in stops
     double thin = 0;            // the most opacity that a ray may lose with particles that are left out
-    struct {
+    struct Frames {
         int64_t first = 0, last = 0, step = 1;
-    } frames;
+    };
+    std::optional<Frames> frames;       // all
+    std::optional<int64_t> frame_count; // that of the scene
+    uint32_t depth = 10;
     std::optional<Method> method;
     std::optional<Estimate> estimate;
     std::optional<Deposit> deposit;

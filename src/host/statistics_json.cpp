@@ -36,9 +36,11 @@ std::string frame_json(const FrameReport &report) {
     seconds.add("irradiance", report.seconds.irradiance)
         .add("render", report.seconds.render)
         .add("total", report.seconds.total);
-    rays.add("primary", s.rays.primary).add("reflected", none).add("refracted", none).add("shadow", s.rays.shadow);
+    rays.add("primary", s.rays.primary).add("reflected", s.rays.reflected).add("refracted", s.rays.refracted);
+    rays.add("shadow", s.rays.shadow);
     rays.add("shadow_culled", none).add("shadow_dynamic_only", none);
-    shadow.add("node_visits", none).add("triangle_tests", none).add("extra_tests", none);
+    shadow.add("node_visits", s.shadow.node_visits).add("triangle_tests", s.shadow.triangle_tests);
+    shadow.add("extra_tests", none);
     shadow.add("proof_node_visits", none).add("proof_triangle_tests", none);
     photons.add("emitted", s.photons.emitted).add("collisions", s.photons.collisions).add("stored", s.photons.stored);
     photons.add("absorbed", s.photons.absorbed).add("escaped", s.photons.escaped).add("blocked", s.photons.blocked);
@@ -48,7 +50,7 @@ std::string frame_json(const FrameReport &report) {
     bytes.add("particle_tree", s.bytes.particle_tree)
         .add("photon_map", s.bytes.photon_map)
         .add("particle_map", s.bytes.particle_map);
-    bytes.add("irradiance", s.bytes.irradiance).add("triangle_trees", none).add("mode_words", none);
+    bytes.add("irradiance", s.bytes.irradiance).add("triangle_trees", s.bytes.triangle_trees).add("mode_words", none);
     bytes.add("arena_peak", s.bytes.arena_peak).add("arena_size", s.bytes.arena_size);
     Object frame;
     frame.add("frame", static_cast<uint64_t>(report.frame)).add("seconds", seconds).add("rays", rays);

@@ -1,0 +1,61 @@
+// All surfaces of a scene: triangles that never move in one kd-tree, those of each body in another in its own space,
+// those that change their form in a third, built anew for each frame. Still and moving ones are kept strictly apart, so
+// that what is known of still ones holds in every frame.
+#pragma once
+#include "wisp/ray.h"
+#include "wisp/statistics.h"
+#include "wisp/triangle_tree.h"
+
+namespace wisp::WISP_ARITH {
+
+// A body in this frame. Rays are taken into its space, their distances stay those of the world.
+struct PlacedBody {
+    TriangleTree tree;
+    Box bounds; // in its own space
+    uint32_t first, count;
+    Vec3 axis[3], origin, inverse[3];
+};
+
+// The visible bodies, halved by the middles of their boxes down to one. Children lie behind their parents: the first
+// next to it, the second at `second`; 0: this is the body `body`.
+struct BodyGroup {
+    Box box; // of the world, and a margin for what is rounded
+    uint32_t second, body;
+};
+
+struct Surfaces {
+    TriangleTree still, morphs;
+    PlacedBody *bodies;
+    uint32_t body_count;
+    BodyGroup *groups;
+    uint32_t group_count;
+    uint32_t morph_first; // triangle
+    Real skin;
+    bool ready; // false: the arena was too small
+};
+
+constexpr uint32_t no_triangle = ~0u;
+
+// Bytes of what make_surfaces and place_surfaces need, at most.
+uint64_t surface_bytes(const Scene &scene);
+uint64_t placement_bytes(const Scene &scene);
+
+// The trees of what never changes its form: as long as the scene's triangles are the same, these are.
+Surfaces make_surfaces(const Scene &scene, Arena &arena);
+
+// Moves the bodies to where they are in this frame, and builds the tree of what has changed its form.
+void place_surfaces(const Scene &scene, Arena &arena, Surfaces &surfaces);
+
+// The nearest triangle at a distance in (begin, end), of several the first of the scene; `skip` is passed by.
+struct Hit {
+    bool found;
+    Real distance, u, v; // of corners 1 and 2
+    uint32_t triangle;   // of the scene
+    uint32_t body;       // or body_count: none
+};
+Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts);
+
+// Whether an opaque triangle is at a distance in (begin, end).
+bool is_blocked(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts);
+
+} // namespace wisp::WISP_ARITH

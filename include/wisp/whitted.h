@@ -1,0 +1,33 @@
+// Whitted's recursive ray tracing: ambient and diffuse light, Phong's highlights, reflection, refraction, hard shadows.
+//
+//     I = am A tex + sum over lights of E (D tex max(0, N L) + S max(0, R V)^shininess) + S reflected + T transmitted
+//
+// where tex is the texture's colour and E D is divided by pi for lights of physical units (all but `l`).
+#pragma once
+#include "wisp/light.h"
+#include "wisp/surfaces.h"
+
+namespace wisp::WISP_ARITH {
+
+struct SurfaceMaterial {
+    Color ambient, diffuse, specular;
+    Real shininess, transmission, index;
+};
+SurfaceMaterial *make_surface_materials(const Scene &scene, Arena &arena); // nullptr: the arena was too small
+
+// What the rays of one frame have in common.
+struct Whitted {
+    const Scene *scene;
+    const Surfaces *surfaces;
+    const SurfaceMaterial *materials;
+    const Light *lights;
+    Color background;
+    uint32_t depth; // of the longest chain of rays behind the camera's
+    Real spread;    // by which a camera ray widens on a unit of its way: the edge of a pixel
+    Statistics *statistics;
+};
+
+// Radiance along a camera ray.
+Color trace(const Whitted &tracer, const Ray &ray);
+
+} // namespace wisp::WISP_ARITH

@@ -1,0 +1,196 @@
+// Whitted's recursive ray tracing.
+#include "wisp/whitted.h"
+#include "wisp/texture.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+constexpr Real least_weight = Real(0.01); // of a ray in its pixel: lighter ones are not sent
+
+// A ray and the cone of what its pixel sees by it.
+struct Beam {
+    Ray ray;
+    Real width; // of the cone at the ray's origin
+    uint32_t skip;
+};
+
+// A point of a surface, turned towards the ray that met it.
+struct Point {
+    Vec3 position;
+    Vec3 plane;   // the triangle's normal, on the ray's side
+    Vec3 normal;  // the interpolated one, on the same side of the plane as `plane`
+    bool entered; // the ray came from outside
+    const SurfaceMaterial *material;
+    Color texture;
+    uint32_t triangle;
+    Real width; // of the cone
+};
+
+Real largest_size(const Vec3 &v) { return max(abs(v.x), max(abs(v.y), abs(v.z))); }
+Vec3 applied(const Vec3 axis[3], const Vec3 &v) { return axis[0] * v.x + axis[1] * v.y + axis[2] * v.z; }
+Real log2(Real x) { return log(x) * Real(1.44269504088896340736); }
+Vec3 mirrored(const Vec3 &direction, const Vec3 &normal) { return direction - normal * (Real(2) * dot(direction, normal)); }
+
+// The mean of the triangle's texture in the beam's footprint: as wide as the cone, and longer the more it is slanted.
+// `area` is twice the triangle's.
+Color texture_of(const Scene &scene, const Triangle &triangle, const Vec3 &share, Real width, Real cosine, Real area) {
+    const Texture &texture = scene.textures[triangle.texture];
+    Real u[3], v[3];
+    for (int i = 0; i < 3; ++i) {
+        u[i] = to_real<Real>(triangle.texel[i][0]);
+        v[i] = to_real<Real>(triangle.texel[i][1]);
+    }
+    const Real pictures = abs((u[1] - u[0]) * (v[2] - v[0]) - (u[2] - u[0]) * (v[1] - v[0]));
+    Real lod = Real(0);
+    if (pictures > Real(0) && width > Real(0) && area > Real(0)) {
+        const Real texels = log2(pictures) + log2(Real(texture.width)) + log2(Real(texture.height));
+        lod = log2(width) + (texels - log2(area) - log2(max(cosine, Real(1.0 / 64)))) * Real(0.5);
+    }
+    return texture_at(texture, u[0] * share.x + u[1] * share.y + u[2] * share.z,
+                      v[0] * share.x + v[1] * share.y + v[2] * share.z, lod);
+}
+
+Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
+    const Scene &scene = *tracer.scene;
+    const Triangle &triangle = scene.triangles[hit.triangle];
+    const PlacedBody *body = hit.body < tracer.surfaces->body_count ? &tracer.surfaces->bodies[hit.body] : nullptr;
+    Vec3 corner[3];
+    for (int i = 0; i < 3; ++i) {
+        corner[i] = vec_of(triangle.corner[i]);
+        if (body) corner[i] = body->origin + applied(body->axis, corner[i]);
+    }
+    const Vec3 share(Real(1) - hit.u - hit.v, hit.u, hit.v), edge1 = corner[1] - corner[0], edge2 = corner[2] - corner[0];
+    Point point;
+    // Of edges about 1 long: in fixed point the product of short ones has no digits left.
+    const Real size1 = largest_size(edge1), size2 = largest_size(edge2);
+    const Vec3 product = cross(edge1 / size1, edge2 / size2);
+    const Real sine = length(product);
+    point.plane = sine > Real(0) ? product / sine : -beam.ray.direction;
+    point.position = corner[0] + edge1 * hit.u + edge2 * hit.v;
+    point.normal = point.plane;
+    const Double3 &n = triangle.normal[0];
+    if (n.x != 0 || n.y != 0 || n.z != 0) {
+        Vec3 normal = vec_of(n) * share.x + vec_of(triangle.normal[1]) * share.y + vec_of(triangle.normal[2]) * share.z;
+        // Normals go by the inverse transpose.
+        if (body)
+            normal = Vec3(dot(body->inverse[0], normal), dot(body->inverse[1], normal), dot(body->inverse[2], normal));
+        const Real size = length(normal);
+        if (size > Real(0x1p-12)) point.normal = normal / size;
+        if (dot(point.plane, point.normal) < Real(0)) point.plane = -point.plane; // vertex normals know the outside
+    }
+    const Real cosine = -dot(point.plane, beam.ray.direction);
+    point.entered = !(cosine < Real(0));
+    if (!point.entered) {
+        point.plane = -point.plane;
+        point.normal = -point.normal;
+    }
+    point.material = &tracer.materials[triangle.material];
+    point.triangle = hit.triangle;
+    point.width = beam.width + tracer.spread * hit.distance;
+    point.texture = triangle.texture < 0 ? Color(Real(1))
+                                         : texture_of(scene, triangle, share, point.width, abs(cosine),
+                                                      sine * size1 * size2);
+    return point;
+}
+
+// base^exponent for 0 <= base <= 1.
+Real power(Real base, Real exponent) {
+    if (exponent == Real(0)) return Real(1);
+    return base > Real(0) ? exp(exponent * log(min(base, Real(1)))) : Real(0);
+}
+
+// What the lights give, seen along `direction`. A light behind the triangle's plane gives nothing, whatever the
+// interpolated normal says, and none is blocked by the triangle itself.
+Color direct_light(const Whitted &tracer, const Point &point, const Vec3 &direction) {
+    const SurfaceMaterial &material = *point.material;
+    Color sum(Real(0));
+    for (uint32_t i = 0; i < tracer.scene->light_count; ++i) {
+        const Light &light = tracer.lights[i];
+        const Illumination from = illuminate(light, point.position, point.position, point.position);
+        const Vec3 to_light = -from.direction;
+        const Real cosine = dot(point.normal, to_light);
+        if (!(dot(point.plane, to_light) > Real(0)) || !(cosine > Real(0)) || !(largest(from.irradiance) > Real(0)))
+            continue;
+        ++tracer.statistics->rays.shadow;
+        const Real skin = tracer.surfaces->skin;
+        if (is_blocked(*tracer.surfaces, {point.position, to_light}, skin, from.distance - skin, point.triangle,
+                       tracer.statistics->shadow))
+            continue;
+        const Real lambert = light.kind == LightKind::constant ? cosine : cosine * inv_pi<Real>;
+        const Real highlight = power(dot(mirrored(-to_light, point.normal), -direction), material.shininess);
+        sum += from.irradiance * (material.diffuse * point.texture * lambert + material.specular * highlight);
+    }
+    return sum;
+}
+
+Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight);
+
+// A ray that leaves the point, if it is worth it.
+Color follow(const Whitted &tracer, const Point &point, const Vec3 &direction, const Color &share, uint32_t depth,
+             Real weight, uint64_t &count) {
+    const Real rest = weight * largest(share);
+    if (depth == tracer.depth || rest < least_weight) return Color(Real(0));
+    ++count;
+    const Beam beam = {{point.position, direction}, point.width, point.triangle};
+    return share * trace(tracer, beam, tracer.surfaces->skin, depth + 1, rest);
+}
+
+// The direction off the surface, on this side of its plane: where the interpolated normal would send the ray through
+// it, the plane's own mirrors.
+Vec3 reflection(const Point &point, const Vec3 &direction) {
+    const Vec3 way = mirrored(direction, point.normal);
+    return normalize(dot(way, point.plane) > Real(0) ? way : mirrored(direction, point.plane));
+}
+
+// Snell's law; false: all is reflected. Behind the plane in any case.
+bool refraction(const Point &point, const Vec3 &direction, Vec3 &way) {
+    const Real index = point.material->index, ratio = point.entered ? Real(1) / index : index;
+    if (ratio == Real(1)) {
+        way = direction;
+        return true;
+    }
+    const Vec3 &normal = dot(direction, point.normal) < Real(0) ? point.normal : point.plane;
+    const Real cosine = -dot(direction, normal), rest = Real(1) - ratio * ratio * (Real(1) - cosine * cosine);
+    if (rest < Real(0)) return false;
+    way = normalize(direction * ratio + normal * (ratio * cosine - sqrt(rest)));
+    if (!(dot(way, point.plane) < Real(0))) way = direction;
+    return true;
+}
+
+Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight) {
+    TreeCounts unused = {};
+    const Hit hit = nearest_hit(*tracer.surfaces, beam.ray, begin, path_end, beam.skip, unused);
+    if (!hit.found) return tracer.background;
+    const Point point = point_at(tracer, beam, hit);
+    const SurfaceMaterial &material = *point.material;
+    const Vec3 &direction = beam.ray.direction;
+    Color radiance = material.ambient * point.texture + direct_light(tracer, point, direction);
+    const Color passing(material.transmission);
+    Vec3 inside;
+    const bool passes = refraction(point, direction, inside);
+    const Color mirror = material.specular + (passes ? Color(Real(0)) : passing);
+    radiance += follow(tracer, point, reflection(point, direction), mirror, depth, weight,
+                       tracer.statistics->rays.reflected);
+    if (passes) radiance += follow(tracer, point, inside, passing, depth, weight, tracer.statistics->rays.refracted);
+    return radiance;
+}
+
+} // namespace
+
+SurfaceMaterial *make_surface_materials(const Scene &scene, Arena &arena) {
+    SurfaceMaterial *materials = arena.make<SurfaceMaterial>(scene.material_count);
+    for (uint32_t i = 0; materials && i < scene.material_count; ++i) {
+        const Material &m = scene.materials[i];
+        materials[i] = {vec_of(m.ambient),           vec_of(m.diffuse),
+                        vec_of(m.specular),          to_real<Real>(m.shininess),
+                        to_real<Real>(m.transmission), to_real<Real>(m.index)};
+    }
+    return materials;
+}
+
+Color trace(const Whitted &tracer, const Ray &ray) {
+    return trace(tracer, {ray, Real(0), no_triangle}, Real(0), 0, Real(1));
+}
+
+} // namespace wisp::WISP_ARITH
