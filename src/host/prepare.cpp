@@ -1,6 +1,7 @@
 // Lengths are divided by a power of two and radiances by another, so that nothing is rounded here but the distance to
 // the middle of the smoke, in double; decisions that depend on the arithmetic are the core's.
 #include "host/prepare.h"
+#include "host/double3.h"
 #include "host/error.h"
 #include "host/files.h"
 #include "host/particles.h"
@@ -16,21 +17,6 @@ namespace wisp {
 
 namespace {
 
-Double3 operator+(const Double3 &a, const Double3 &b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-Double3 operator-(const Double3 &a, const Double3 &b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-Double3 operator*(const Double3 &a, double s) { return {a.x * s, a.y * s, a.z * s}; }
-double dot(const Double3 &a, const Double3 &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-Double3 cross(const Double3 &a, const Double3 &b) {
-    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-double largest(const Double3 &a) { return std::max({a.x, a.y, a.z}); }
-// a / |a| for any a but 0: its largest component is made 1 first, so that no square underflows.
-Double3 unit(const Double3 &a) {
-    const double size = std::max({std::fabs(a.x), std::fabs(a.y), std::fabs(a.z)});
-    const Double3 b = {a.x / size, a.y / size, a.z / size};
-    return b * (1 / std::sqrt(dot(b, b)));
-}
-
 // The exponent e with 2^e <= x < 2^(e+1), x > 0.
 int exponent_of(double x) {
     int e;
@@ -38,14 +24,9 @@ int exponent_of(double x) {
     return e - 1;
 }
 
-// Rodrigues' rotation of p about the axis, then scale and translation: p' = T R S p.
+// p' = T R S p.
 Double3 apply(const SceneFile::Transform &t, const Double3 &p) {
-    double sine, cosine;
-    sincos_turns(t.degrees / 360, sine, cosine);
-    const Double3 scaled = p * t.scale;
-    if (t.degrees == 0) return scaled + t.translation;
-    const Double3 k = unit(t.axis);
-    return scaled * cosine + cross(k, scaled) * sine + k * (dot(k, scaled) * (1 - cosine)) + t.translation;
+    return rotate(p * t.scale, t.axis, t.degrees) + t.translation;
 }
 
 void sort_canonically(std::vector<Particle> &particles) {
