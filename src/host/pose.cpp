@@ -159,7 +159,7 @@ Surfaces make_surfaces(const std::string &name, const SceneGraph &graph) {
     for (const Mesh &mesh : graph.meshes) {
         const Frame &frame = frames[place_of(mesh.node)];
         uint64_t &next = begin[place_of(frame.mover)];
-        bake(name, mesh, frame.matrix, &surfaces.triangles[next]);
+        bake(name, mesh, frame.matrix, surfaces.triangles.data() + next);
         next += mesh.rows.size();
     }
     return surfaces;
