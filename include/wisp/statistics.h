@@ -4,7 +4,7 @@
 
 namespace wisp {
 
-// What rays ask of the trees of surfaces.
+// What rays ask of the trees of surfaces. Leaves are nodes too; triangles are tested in groups, but counted each.
 struct TreeCounts {
     uint64_t node_visits, triangle_tests;
 };

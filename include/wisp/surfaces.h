@@ -3,7 +3,6 @@
 // that what is known of still ones holds in every frame.
 #pragma once
 #include "wisp/ray.h"
-#include "wisp/statistics.h"
 #include "wisp/triangle_tree.h"
 
 namespace wisp::WISP_ARITH {
@@ -29,12 +28,10 @@ struct Surfaces {
     uint32_t body_count;
     BodyGroup *groups;
     uint32_t group_count;
-    uint32_t morph_first; // triangle
+    uint32_t still_count, morph_first, morph_count; // triangles of the scene
     Real skin;
     bool ready; // false: the arena was too small
 };
-
-constexpr uint32_t no_triangle = ~0u;
 
 // Bytes of what make_surfaces and place_surfaces need, at most.
 uint64_t surface_bytes(const Scene &scene);

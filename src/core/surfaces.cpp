@@ -97,7 +97,7 @@ void for_each_body(const Surfaces &surfaces, const Ray &ray, uint64_t &visits, E
 }
 
 TriangleRay ray_in(const PlacedBody &body, const Ray &ray) {
-    return make_triangle_ray(applied(body.inverse, ray.origin - body.origin), applied(body.inverse, ray.direction));
+    return TriangleRay(applied(body.inverse, ray.origin - body.origin), applied(body.inverse, ray.direction));
 }
 
 uint32_t within(uint32_t triangle, uint32_t first, uint32_t count) {
@@ -120,7 +120,9 @@ uint64_t placement_bytes(const Scene &scene) {
 Surfaces make_surfaces(const Scene &scene, Arena &arena) {
     Surfaces surfaces = {};
     surfaces.body_count = scene.body_count;
+    surfaces.still_count = scene.still_count;
     surfaces.morph_first = scene.still_count + scene.body_triangle_count;
+    surfaces.morph_count = scene.morph_count;
     surfaces.skin = to_real<Real>(scene.skin);
     surfaces.still = make_triangle_tree(scene.triangles, scene.still_count, scene.materials, arena);
     surfaces.bodies = arena.make<PlacedBody>(scene.body_count);
@@ -170,9 +172,9 @@ Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, 
         if (!nearest_hit(tree, local, begin, hit.distance, within(skip, first, count), found, counts)) return;
         hit = {true, found.distance, found.u, found.v, first + found.triangle, body};
     };
-    const TriangleRay world = make_triangle_ray(ray.origin, ray.direction);
-    look(surfaces.still, world, 0, surfaces.still.count, surfaces.body_count);
-    look(surfaces.morphs, world, surfaces.morph_first, surfaces.morphs.count, surfaces.body_count);
+    const TriangleRay world(ray.origin, ray.direction);
+    look(surfaces.still, world, 0, surfaces.still_count, surfaces.body_count);
+    look(surfaces.morphs, world, surfaces.morph_first, surfaces.morph_count, surfaces.body_count);
     for_each_body(
         surfaces, ray, counts.node_visits, [&hit] { return hit.distance; },
         [&](const PlacedBody &body) {
@@ -187,9 +189,9 @@ bool is_blocked(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, 
     const auto blocks = [&](const TriangleTree &tree, const TriangleRay &local, uint32_t first, uint32_t count) {
         return any_hit(tree, local, begin, end, within(skip, first, count), occluder, counts);
     };
-    const TriangleRay world = make_triangle_ray(ray.origin, ray.direction);
-    if (blocks(surfaces.still, world, 0, surfaces.still.count)) return true;
-    if (blocks(surfaces.morphs, world, surfaces.morph_first, surfaces.morphs.count)) return true;
+    const TriangleRay world(ray.origin, ray.direction);
+    if (blocks(surfaces.still, world, 0, surfaces.still_count)) return true;
+    if (blocks(surfaces.morphs, world, surfaces.morph_first, surfaces.morph_count)) return true;
     bool blocked = false;
     for_each_body(
         surfaces, ray, counts.node_visits, [end] { return end; },

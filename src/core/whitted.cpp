@@ -30,7 +30,9 @@ struct Point {
 Real largest_size(const Vec3 &v) { return max(abs(v.x), max(abs(v.y), abs(v.z))); }
 Vec3 applied(const Vec3 axis[3], const Vec3 &v) { return axis[0] * v.x + axis[1] * v.y + axis[2] * v.z; }
 Real log2(Real x) { return log(x) * Real(1.44269504088896340736); }
-Vec3 mirrored(const Vec3 &direction, const Vec3 &normal) { return direction - normal * (Real(2) * dot(direction, normal)); }
+Vec3 mirrored(const Vec3 &direction, const Vec3 &normal) {
+    return direction - normal * (Real(2) * dot(direction, normal));
+}
 
 // The mean of the triangle's texture in the beam's footprint: as wide as the cone, and longer the more it is slanted.
 // `area` is twice the triangle's.
@@ -60,7 +62,8 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
         corner[i] = vec_of(triangle.corner[i]);
         if (body) corner[i] = body->origin + applied(body->axis, corner[i]);
     }
-    const Vec3 share(Real(1) - hit.u - hit.v, hit.u, hit.v), edge1 = corner[1] - corner[0], edge2 = corner[2] - corner[0];
+    const Vec3 share(Real(1) - hit.u - hit.v, hit.u, hit.v), edge1 = corner[1] - corner[0],
+                                                             edge2 = corner[2] - corner[0];
     Point point;
     // Of edges about 1 long: in fixed point the product of short ones has no digits left.
     const Real size1 = largest_size(edge1), size2 = largest_size(edge2);
@@ -88,9 +91,9 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
     point.material = &tracer.materials[triangle.material];
     point.triangle = hit.triangle;
     point.width = beam.width + tracer.spread * hit.distance;
-    point.texture = triangle.texture < 0 ? Color(Real(1))
-                                         : texture_of(scene, triangle, share, point.width, abs(cosine),
-                                                      sine * size1 * size2);
+    point.texture = triangle.texture < 0
+                        ? Color(Real(1))
+                        : texture_of(scene, triangle, share, point.width, abs(cosine), sine * size1 * size2);
     return point;
 }
 
@@ -170,8 +173,8 @@ Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth,
     Vec3 inside;
     const bool passes = refraction(point, direction, inside);
     const Color mirror = material.specular + (passes ? Color(Real(0)) : passing);
-    radiance += follow(tracer, point, reflection(point, direction), mirror, depth, weight,
-                       tracer.statistics->rays.reflected);
+    radiance +=
+        follow(tracer, point, reflection(point, direction), mirror, depth, weight, tracer.statistics->rays.reflected);
     if (passes) radiance += follow(tracer, point, inside, passing, depth, weight, tracer.statistics->rays.refracted);
     return radiance;
 }
@@ -182,9 +185,12 @@ SurfaceMaterial *make_surface_materials(const Scene &scene, Arena &arena) {
     SurfaceMaterial *materials = arena.make<SurfaceMaterial>(scene.material_count);
     for (uint32_t i = 0; materials && i < scene.material_count; ++i) {
         const Material &m = scene.materials[i];
-        materials[i] = {vec_of(m.ambient),           vec_of(m.diffuse),
-                        vec_of(m.specular),          to_real<Real>(m.shininess),
-                        to_real<Real>(m.transmission), to_real<Real>(m.index)};
+        materials[i] = {vec_of(m.ambient),
+                        vec_of(m.diffuse),
+                        vec_of(m.specular),
+                        to_real<Real>(m.shininess),
+                        to_real<Real>(m.transmission),
+                        to_real<Real>(m.index)};
     }
     return materials;
 }

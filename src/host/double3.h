@@ -25,6 +25,13 @@ inline Double3 unit(const Double3 &a) {
     return b * (1 / length(b));
 }
 
+// The exponent e with 2^e <= x < 2^(e+1), x > 0.
+inline int exponent_of(double x) {
+    int e;
+    std::frexp(x, &e);
+    return e - 1;
+}
+
 // Rodrigues' rotation of p about an axis of any length but 0, which may be 0 where the angle is.
 inline Double3 rotate(const Double3 &p, const Double3 &axis, double degrees) {
     if (degrees == 0) return p;

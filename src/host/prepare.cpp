@@ -17,13 +17,6 @@ namespace wisp {
 
 namespace {
 
-// The exponent e with 2^e <= x < 2^(e+1), x > 0.
-int exponent_of(double x) {
-    int e;
-    std::frexp(x, &e);
-    return e - 1;
-}
-
 // p' = T R S p.
 Double3 apply(const SceneFile::Transform &t, const Double3 &p) {
     return rotate(p * t.scale, t.axis, t.degrees) + t.translation;
@@ -230,6 +223,22 @@ double brightness(const LightSource &light, const Double3 &middle, double radius
     return color / (distance * distance);
 }
 
+// The same for surfaces, of which all else is within coordinate_limit.
+void check_surface_range(const std::string &name, const PreparedScene &prepared, bool fixed) {
+    const auto refuse = [&name](const std::string &what) {
+        throw InputError(name + ":1: " + what + ", expected a scene that fits");
+    };
+    const double farthest = fixed ? 0x1p13 : 0x1p18;
+    if (!(largest_component(prepared.scene.camera.origin) <= farthest))
+        refuse("the camera is too far from the surfaces for this arithmetic");
+    if (fixed && length(prepared.scene.camera.corner) > 0x1p15) refuse("the view is too wide for fixed point");
+    for (const LightSource &light : prepared.lights) {
+        if (light.kind != LightKind::parallel && !(largest_component(light.position) <= farthest))
+            refuse("a light is too far from the surfaces for this arithmetic");
+        if (fixed && largest(light.color) > 0x1p30) refuse("a light is too strong for fixed point");
+    }
+}
+
 // Refuses what leaves the range of the arithmetic: of float, and of fixed-point numbers, which end at 2^31.
 void check_range(const std::string &name, const SceneFile &file, const PreparedScene &prepared, const Extent &extent,
                  const Options &options) {
@@ -298,9 +307,26 @@ void check_range(const std::string &name, const SceneFile &file, const PreparedS
 
 } // namespace
 
+int64_t frame_count_of(const SceneFile &file, const Options &options) {
+    return options.frame_count.value_or(file.animation ? file.animation->frames : 1);
+}
+
+double time_of(const SceneFile &file, const Options &options, int64_t frame) {
+    if (!file.animation) return 0;
+    return time_of_frame(file.animation->start, file.animation->end, frame_count_of(file, options), frame);
+}
+
 void prepare_scene(const std::string &name, const SceneFile &file, const Options &options, int64_t frame,
                    PreparedScene &prepared) {
     if (!file.view) throw InputError(name + ":1: there is no view, expected a statement 'v from ...'");
+    const double time = time_of(file, options, frame);
+    const SceneFile::View view = view_at(*file.view, file.graph, time);
+    prepared.particles.clear();
+    prepared.densities.clear();
+    prepared.smokes.clear();
+    prepared.lights.clear();
+    prepared.notes.clear();
+    prepared.scene = {};
     prepared.width = options.width.value_or(file.view->width);
     prepared.height = options.height.value_or(file.view->height);
 
@@ -314,18 +340,30 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
     }
     if (options.thin > 0) thin(file, options.thin, prepared);
     const Extent extent = extent_of(prepared);
-    const Double3 center = extent.any ? (extent.low + extent.high) * 0.5 : file.view->from;
-    const double scale = extent.any ? std::ldexp(1.0, -exponent_of(extent.smallest_h)) : 1;
-    const Double3 diagonal = extent.high - extent.low;
-    const double radius = (0.5 * std::sqrt(dot(diagonal, diagonal)) + 2 * extent.largest_h) * scale;
+    Double3 center = extent.any ? (extent.low + extent.high) * 0.5 : view.from;
+    double scale = extent.any ? std::ldexp(1.0, -exponent_of(extent.smallest_h)) : 1;
+    double radius = (0.5 * length(extent.high - extent.low) + 2 * extent.largest_h) * scale;
+    if (file.graph.has_surfaces()) {
+        if (!file.smokes.empty())
+            throw InputError(file.smokes[0].where + "found smoke beside surfaces, which this version does not support "
+                                                    "yet, expected one of them");
+        if (!prepared.surfaces)
+            prepared.surfaces.emplace(name, file, file.animation ? file.animation->start : 0);
+        prepared.surfaces->pose(name, file, time);
+        center = prepared.surfaces->center;
+        scale = prepared.surfaces->scale;
+        radius = prepared.surfaces->radius;
+    }
 
     for (size_t i = 0; i < smokes; ++i)
         normalize(prepared.smokes[i], prepared.particles[i], prepared.densities[i], center, scale);
 
     double brightest = std::max(largest(file.background), 0.0);
     for (const SceneFile::Smoke &smoke : file.smokes) brightest = std::max(brightest, largest(smoke.emission));
+    if (prepared.surfaces) brightest = std::max(brightest, largest(file.ambient));
     for (const SceneFile::Light &light : file.lights) {
-        LightSource source = {light.kind, (light.position - center) * scale, {0, 0, 1}, 2, light.color};
+        const Double3 position = light_position_at(light.position, light.name, file.graph, time);
+        LightSource source = {light.kind, (position - center) * scale, {0, 0, 1}, 2, light.color};
         if (light.kind == LightKind::spot || light.kind == LightKind::parallel)
             source.direction = unit(light.direction);
         if (light.kind == LightKind::spot) {
@@ -340,7 +378,7 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
     }
 
     Scene &scene = prepared.scene;
-    scene.camera = make_camera(*file.view, prepared.width, prepared.height, center, scale);
+    scene.camera = make_camera(view, prepared.width, prepared.height, center, scale);
     scene.radiance_exponent = brightest > 0 ? exponent_of(brightest) + 1 : 0;
     const double dim = std::ldexp(1.0, -scene.radiance_exponent);
     scene.background = file.background * dim;
@@ -350,7 +388,11 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
     scene.light_count = static_cast<uint32_t>(prepared.lights.size());
     scene.smokes = prepared.smokes.data();
     scene.smoke_count = static_cast<uint32_t>(prepared.smokes.size());
-    check_range(name, file, prepared, extent, options);
+    if (prepared.surfaces) prepared.surfaces->show(scene, file, dim);
+    if (prepared.surfaces)
+        check_surface_range(name, prepared, options.arithmetic == Arithmetic::fixed);
+    else
+        check_range(name, file, prepared, extent, options);
 }
 
 } // namespace wisp

@@ -2,6 +2,7 @@
 // normalised and put in order.
 #pragma once
 #include "host/options.h"
+#include "host/prepare_surfaces.h"
 #include "host/scene_file.h"
 #include <vector>
 
@@ -19,10 +20,15 @@ struct PreparedScene {
     std::vector<std::vector<Particle>> particles;
     std::vector<std::vector<float>> densities; // of grids
     std::vector<std::string> notes;            // what a user may want to know (-v)
+    std::optional<PreparedSurfaces> surfaces;  // made by the first frame, for all
     int width = 0, height = 0;
 };
 
-// Frame `frame` of the scene at path `name`. Throws InputError for particle files, for a scene without a view, and
+// How many frames the animation has, and when one is. Without a statement `a` all are at time 0.
+int64_t frame_count_of(const SceneFile &file, const Options &options);
+double time_of(const SceneFile &file, const Options &options, int64_t frame);
+
+// Frame `frame` of the scene at path `name`. `prepared` is empty or holds another frame of the same scene. Throws InputError for particle files, for a scene without a view, and
 // for one that does not fit the arithmetic: then the line says what does not.
 void prepare_scene(const std::string &name, const SceneFile &file, const Options &options, int64_t frame,
                    PreparedScene &prepared);
