@@ -18,6 +18,7 @@
 // bear: what is left of a list that a view could bear, it can bear too. All of it in double, before any arithmetic has
 // a say, so that the set is the same in all three.
 #include "host/thin.h"
+#include "host/double3.h"
 #include "wisp/elementary.h"
 #include <algorithm>
 #include <array>
@@ -27,12 +28,6 @@
 namespace wisp {
 
 namespace {
-
-Double3 operator-(const Double3 &a, const Double3 &b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-Double3 operator*(const Double3 &a, double s) { return {a.x * s, a.y * s, a.z * s}; }
-double dot(const Double3 &a, const Double3 &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-double length(const Double3 &a) { return std::sqrt(dot(a, a)); }
-double largest_component(const Double3 &a) { return std::max({std::fabs(a.x), std::fabs(a.y), std::fabs(a.z)}); }
 
 constexpr double pi = 3.14159265358979323846;
 constexpr double rounding = 1 + 1e-9, slack = 1e-12; // more than rounding changes a length, or a part of the whole
