@@ -63,6 +63,11 @@ Bytes read_file(const std::string &path) {
     return bytes;
 }
 
+Bytes read_plain_file(const std::string &path) {
+    if (is_special(path)) throw InputError(path + ": cannot be read: not a plain file");
+    return read_file(path);
+}
+
 void write_file(const std::string &path, const Bytes &bytes) { write_bytes(path, bytes.data(), bytes.size()); }
 void write_file(const std::string &path, const std::string &text) { write_bytes(path, text.data(), text.size()); }
 

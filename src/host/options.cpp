@@ -242,19 +242,19 @@ bool ends_in(const std::string &text, const std::string &suffix) {
     return text.size() > suffix.size() && text.compare(text.size() - suffix.size(), suffix.size(), suffix) == 0;
 }
 
-std::optional<double> to_number(const std::string &text) {
-    const char *begin = text.c_str();
+std::optional<double> to_number(std::string_view text) {
     double number = 0;
     const bool plus = text.size() > 1 && text[0] == '+' && text[1] != '-';
-    const auto [end, error] = std::from_chars(begin + (plus ? 1 : 0), begin + text.size(), number);
-    if (error != std::errc() || end != begin + text.size() || !std::isfinite(number)) return std::nullopt;
+    const char *begin = text.data() + (plus ? 1 : 0), *last = text.data() + text.size();
+    const auto [end, error] = std::from_chars(begin, last, number);
+    if (error != std::errc() || end != last || !std::isfinite(number)) return std::nullopt;
     return number;
 }
 
-std::optional<int64_t> to_integer(const std::string &text) {
+std::optional<int64_t> to_integer(std::string_view text) {
     int64_t number = 0;
-    const char *begin = text.data(), *last = begin + text.size();
-    const auto [end, error] = std::from_chars(begin, last, number);
+    const char *last = text.data() + text.size();
+    const auto [end, error] = std::from_chars(text.data(), last, number);
     if (error != std::errc() || end != last) return std::nullopt;
     return number;
 }

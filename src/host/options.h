@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace wisp {
@@ -76,8 +77,8 @@ std::string help_text();
 bool ends_in(const std::string &text, const std::string &suffix);
 
 // Text to number, whole and finite; empty when it is not one.
-std::optional<double> to_number(const std::string &text);
-std::optional<int64_t> to_integer(const std::string &text);
+std::optional<double> to_number(std::string_view text);
+std::optional<int64_t> to_integer(std::string_view text);
 
 // The number in place of `%04d` or `%d`; the name itself where there is none.
 std::string numbered(const std::string &pattern, int64_t number);

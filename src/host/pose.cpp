@@ -133,7 +133,7 @@ Morph::Pose shape_at(const Morph &morph, double time) {
 
 } // namespace
 
-Surfaces make_surfaces(const std::string &name, const SceneGraph &graph) {
+Shapes make_shapes(const std::string &name, const SceneGraph &graph) {
     const std::vector<Frame> frames = still_frames(graph);
     // Where the triangles of each mover are to begin; the world is the first of them.
     std::vector<uint64_t> begin(graph.nodes.size() + 2);
@@ -143,39 +143,39 @@ Surfaces make_surfaces(const std::string &name, const SceneGraph &graph) {
     if (all > std::numeric_limits<uint32_t>::max())
         throw InputError(name + ":1: there are " + std::to_string(all) + " triangles, expected fewer than 4294967296");
 
-    Surfaces surfaces = {};
-    surfaces.triangles.resize(all);
-    surfaces.still_count = static_cast<uint32_t>(begin[1]);
-    surfaces.body_triangle_count = static_cast<uint32_t>(begin.back() - begin[1]);
-    surfaces.morph_count = static_cast<uint32_t>(graph.morphs.size());
+    Shapes shapes = {};
+    shapes.triangles.resize(all);
+    shapes.still_count = static_cast<uint32_t>(begin[1]);
+    shapes.body_triangle_count = static_cast<uint32_t>(begin.back() - begin[1]);
+    shapes.morph_count = static_cast<uint32_t>(graph.morphs.size());
     for (size_t i = 0; i < graph.nodes.size(); ++i) {
         if (begin[i + 1] == begin[i + 2]) continue;
         Body body = {};
         body.first = static_cast<uint32_t>(begin[i + 1]);
         body.count = static_cast<uint32_t>(begin[i + 2] - begin[i + 1]);
-        surfaces.bodies.push_back(body);
-        surfaces.body_nodes.push_back(static_cast<int32_t>(i));
+        shapes.bodies.push_back(body);
+        shapes.body_nodes.push_back(static_cast<int32_t>(i));
     }
     for (const Mesh &mesh : graph.meshes) {
         const Frame &frame = frames[place_of(mesh.node)];
         uint64_t &next = begin[place_of(frame.mover)];
-        bake(name, mesh, frame.matrix, surfaces.triangles.data() + next);
+        bake(name, mesh, frame.matrix, shapes.triangles.data() + next);
         next += mesh.rows.size();
     }
     return surfaces;
 }
 
-void pose_surfaces(const std::string &name, const SceneGraph &graph, double time, Surfaces &surfaces) {
+void pose_shapes(const std::string &name, const SceneGraph &graph, double time, Shapes &shapes) {
     const std::vector<Pose> poses = poses_at(graph, time);
-    for (size_t i = 0; i < surfaces.bodies.size(); ++i) {
-        Body &body = surfaces.bodies[i];
-        const Pose &pose = poses[place_of(surfaces.body_nodes[i])];
+    for (size_t i = 0; i < shapes.bodies.size(); ++i) {
+        Body &body = shapes.bodies[i];
+        const Pose &pose = poses[place_of(shapes.body_nodes[i])];
         std::copy_n(pose.matrix.axis, 3, body.axis);
         body.origin = pose.matrix.origin;
         body.visible = pose.visible && has_inverse(pose.matrix);
         for (const Double3 &v : {body.axis[0], body.axis[1], body.axis[2], body.origin}) check_range(name, v);
     }
-    Triangle *triangle = surfaces.triangles.data() + surfaces.still_count + surfaces.body_triangle_count;
+    Triangle *triangle = shapes.triangles.data() + shapes.still_count + shapes.body_triangle_count;
     for (const Morph &morph : graph.morphs) {
         const Pose &pose = poses[place_of(morph.node)];
         const Morph::Pose shape = shape_at(morph, time);

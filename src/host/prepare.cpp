@@ -5,6 +5,7 @@
 #include "host/error.h"
 #include "host/files.h"
 #include "host/particles.h"
+#include "host/placement.h"
 #include "host/thin.h"
 #include "host/volume.h"
 #include "wisp/elementary.h"
@@ -17,11 +18,6 @@ namespace wisp {
 
 namespace {
 
-// p' = T R S p.
-Double3 apply(const SceneFile::Transform &t, const Double3 &p) {
-    return rotate(p * t.scale, t.axis, t.degrees) + t.translation;
-}
-
 void sort_canonically(std::vector<Particle> &particles) {
     std::sort(particles.begin(), particles.end(), [](const Particle &a, const Particle &b) {
         return std::make_tuple(a.position.x, a.position.y, a.position.z, a.h, a.area) <
@@ -30,8 +26,8 @@ void sort_canonically(std::vector<Particle> &particles) {
 }
 
 // The particles of one block in the units of the scene, in canonical order.
-std::vector<Particle> load_particles(const SceneFile::Smoke &smoke, const std::string &path, const Bytes &bytes,
-                                     std::vector<std::string> &notes) {
+std::vector<Particle> load_particles(const std::vector<Node> &nodes, const SceneFile::Smoke &smoke,
+                                     const std::string &path, const Bytes &bytes, std::vector<std::string> &notes) {
     const Particles table = parse_particles(path, bytes.data(), bytes.size());
     if (table.has_particle_radius)
         notes.push_back(path + ": its particle radii are not smoothing lengths and are not used");
@@ -41,14 +37,14 @@ std::vector<Particle> load_particles(const SceneFile::Smoke &smoke, const std::s
     if (!smoke.mass && table.mass.empty() && !table.position.empty())
         throw InputError(smoke.where + "no mass, expected a line 'mass M' or an attribute 'mass' in " + path);
 
-    const SceneFile::Transform place = smoke.transform.value_or(SceneFile::Transform());
+    const double scale = scale_in_world(nodes, smoke.node);
     std::vector<Particle> particles(table.position.size());
     double farthest = 0, smallest_h = 1e300;
     for (size_t i = 0; i < particles.size(); ++i) {
         const Double3 p = {table.position[i][0], table.position[i][1], table.position[i][2]};
         Particle &particle = particles[i];
-        particle.position = smoke.transform ? apply(place, p) : p;
-        particle.h = (smoke.radius ? *smoke.radius : table.smoothing_length[i]) * place.scale;
+        particle.position = placed_in_world(nodes, smoke.node, p);
+        particle.h = (smoke.radius ? *smoke.radius : table.smoothing_length[i]) * scale;
         if (!(particle.h >= 1e-100 && particle.h <= 1e100))
             throw InputError(smoke.where + "a smoothing length is outside 1e-100 to 1e100, expected one within");
         particle.area = smoke.extinction * (smoke.mass ? *smoke.mass : table.mass[i]);
@@ -56,7 +52,7 @@ std::vector<Particle> load_particles(const SceneFile::Smoke &smoke, const std::s
         smallest_h = std::min(smallest_h, particle.h);
     }
     // Formats hold float32: positions far from 0 may be coarser than the smoke.
-    if (!particles.empty() && farthest * place.scale * 0x1p-24 > 0.01 * smallest_h)
+    if (!particles.empty() && farthest * scale * 0x1p-24 > 0.01 * smallest_h)
         notes.push_back(path +
                         ": as 32-bit numbers its positions are coarser than a hundredth of the smoothing length");
     sort_canonically(particles);
@@ -64,43 +60,44 @@ std::vector<Particle> load_particles(const SceneFile::Smoke &smoke, const std::s
 }
 
 // A box of cells in the units of the scene, transformed like particles; `density` outlives it.
-GridSource place_grid(const SceneFile::Smoke &smoke, const Double3 &low, const Double3 &high) {
-    const SceneFile::Transform place = smoke.transform.value_or(SceneFile::Transform());
+GridSource place_grid(const std::vector<Node> &nodes, const SceneFile::Smoke &smoke, const Double3 &low,
+                      const Double3 &high) {
     GridSource grid = {};
     grid.nx = grid.ny = grid.nz = 1;
     grid.extinction = smoke.extinction;
-    grid.center = apply(place, (low + high) * 0.5);
-    grid.half = (high - low) * (0.5 * place.scale);
-    SceneFile::Transform turn = place;
-    turn.scale = 1;
-    turn.translation = {0, 0, 0};
-    for (int i = 0; i < 3; ++i) grid.axis[i] = apply(turn, {double(i == 0), double(i == 1), double(i == 2)});
+    grid.center = placed_in_world(nodes, smoke.node, (low + high) * 0.5);
+    grid.half = (high - low) * (0.5 * scale_in_world(nodes, smoke.node));
+    for (double half : {grid.half.x, grid.half.y, grid.half.z})
+        if (!(half >= 1e-100 && half <= 1e100))
+            throw InputError(smoke.where + "an edge of the grid is outside 1e-100 to 1e100, expected one within");
+    for (int i = 0; i < 3; ++i)
+        grid.axis[i] = turned_in_world(nodes, smoke.node, {double(i == 0), double(i == 1), double(i == 2)});
     return grid;
 }
 
 // One block in the units of the scene, into `source` and the memory behind it.
-void load(const SceneFile::Smoke &smoke, int64_t frame, SmokeSource &source, std::vector<Particle> &particles,
-          std::vector<float> &density, std::vector<std::string> &notes) {
+void load(const std::vector<Node> &nodes, const SceneFile::Smoke &smoke, int64_t frame, SmokeSource &source,
+          std::vector<Particle> &particles, std::vector<float> &density, std::vector<std::string> &notes) {
     source.kernel = smoke.kernel;
     source.albedo = smoke.albedo;
     source.asymmetry = smoke.phase;
     source.emission = smoke.emission;
     if (smoke.box) {
-        source.grid = place_grid(smoke, smoke.box->low, smoke.box->high);
+        source.grid = place_grid(nodes, smoke, smoke.box->low, smoke.box->high);
         source.grid.extinction *= smoke.box->density;
         return;
     }
     const std::string path = numbered(smoke.file, smoke.first_frame + frame * smoke.frame_step);
     const Bytes bytes = read_file(path);
     if (!is_volume(bytes.data(), bytes.size())) {
-        particles = load_particles(smoke, path, bytes, notes);
+        particles = load_particles(nodes, smoke, path, bytes, notes);
         return;
     }
     if (!smoke.of_particles.empty())
         throw InputError(smoke.of_particles + ", expected none for the density grid " + path +
                          ": only particles have it");
     Volume volume = parse_volume(path, bytes.data(), bytes.size());
-    source.grid = place_grid(smoke, {volume.low[0], volume.low[1], volume.low[2]},
+    source.grid = place_grid(nodes, smoke, {volume.low[0], volume.low[1], volume.low[2]},
                              {volume.high[0], volume.high[1], volume.high[2]});
     source.grid.nx = static_cast<int32_t>(volume.nx);
     source.grid.ny = static_cast<int32_t>(volume.ny);
@@ -335,7 +332,8 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
     prepared.densities.resize(smokes);
     prepared.smokes.resize(smokes);
     for (size_t i = 0; i < smokes; ++i) {
-        load(file.smokes[i], frame, prepared.smokes[i], prepared.particles[i], prepared.densities[i], prepared.notes);
+        load(file.graph.nodes, file.smokes[i], frame, prepared.smokes[i], prepared.particles[i], prepared.densities[i],
+             prepared.notes);
         if (!prepared.densities[i].empty()) prepared.smokes[i].grid.density = prepared.densities[i].data();
     }
     if (options.thin > 0) thin(file, options.thin, prepared);

@@ -1,5 +1,8 @@
-// A scene as its file says it: statements `v b l lp ls ld smoke render` in the units of the scene.
+// A scene as its file says it, with all that it includes: NFF and AFF, and statements of our own, in the units of the
+// scene.
 #pragma once
+#include "host/scene_graph.h"
+#include "host/scene_tokens.h"
 #include "wisp/scene.h"
 #include <optional>
 #include <string>
@@ -18,12 +21,11 @@ struct SceneFile {
         Double3 position, direction;
         double degrees; // a spot's full cone angle
         Double3 color;
+        std::string name = {}; // of `la`: the motion of this name adds to the position
     };
-    struct Transform { // p' = T R S p
-        double scale = 1;
-        Double3 axis = {0, 0, 1};
-        double degrees = 0;
-        Double3 translation = {0, 0, 0};
+    struct Animation { // frame i is at start + i (end - start) / (frames - 1)
+        double start, end;
+        int64_t frames;
     };
     struct Box {
         Double3 low, high; // low < high
@@ -40,7 +42,8 @@ struct SceneFile {
         Double3 albedo = {0.9, 0.9, 0.9};
         double phase = 0;
         Double3 emission = {0, 0, 0};
-        std::optional<Transform> transform;
+        int32_t node =
+            -1; // the space of the file or box, of `xs` alone, whose scales are uniform and above 0; -1: the world
         int64_t first_frame = 0, frame_step = 1; // frame i shows file first + i * step
     };
     struct Default {
@@ -48,14 +51,18 @@ struct SceneFile {
     };
 
     std::optional<View> view;
-    Double3 background = {0, 0, 0};
-    std::vector<Light> lights;
+    Double3 background = {0, 0, 0}, ambient = {1, 1, 1};
+    std::optional<Animation> animation;
+    std::vector<Light> lights; // in the space of the world
     std::vector<Smoke> smokes;
+    SceneGraph graph;
     std::vector<Default> defaults; // `render KEY VALUE`
 };
 
-// Throws InputError `FILE:LINE: what is wrong, what was expected`. Particle files are not opened.
+// Throws InputError `FILE:LINE: what is wrong, what was expected`. Of the files that a scene names only those that it
+// includes are read.
 SceneFile read_scene(const std::string &path);
-SceneFile parse_scene(const std::string &path, const std::string &text);
+SceneFile parse_scene(const std::string &path, const std::string &text, const FileReader &read = read_plain_file,
+                      const SceneLimits &limits = {});
 
 } // namespace wisp

@@ -55,12 +55,12 @@ struct Mesh {
     int32_t node;
     uint32_t material;
     int32_t texture;                           // index into SceneGraph::textures; -1: none
-    std::vector<Double3> positions, normals;   // normals: empty, or of any length but 0
+    std::vector<Double3> positions, normals;   // normals: none, or of any length; 0 0 0: that of the plane
     std::vector<std::array<double, 2>> texels; // u, v; empty without texture
     std::vector<Row> rows;
 };
 
-// `tpa`: a triangle whose corners and normals are linear between its times (ascending, at least one).
+// `tpa`: a triangle whose corners and normals are linear between its times (at least one, none before the one before).
 struct Morph {
     struct Pose {
         double time;
