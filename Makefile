@@ -118,6 +118,7 @@ SECONDS ?= 60
 SOURCES_particles = $(addprefix src/host/,particles.cpp vtk.cpp bgeo.cpp ply.cpp gzip.cpp files.cpp)
 SOURCES_pfm = $(addprefix src/host/,files.cpp picture.cpp flip.cpp compare.cpp stb_image_write.cpp)
 SOURCES_scene = $(addprefix src/host/,scene_file.cpp scene_tokens.cpp shape_parser.cpp tessellate.cpp options.cpp files.cpp)
+SOURCES_texture = $(addprefix src/host/,texture.cpp picture.cpp files.cpp stb_image_write.cpp)
 SOURCES_volume = src/host/volume.cpp
 SOURCES_passes = $(addprefix src/host/,passes.cpp sealed_file.cpp options.cpp sha256.cpp)
 SOURCES_map = $(addprefix src/host/,map_file.cpp sealed_file.cpp options.cpp sha256.cpp)

@@ -9,6 +9,7 @@ extern "C" int fuzz_particles(const uint8_t *data, size_t size);
 extern "C" int fuzz_passes(const uint8_t *data, size_t size);
 extern "C" int fuzz_pfm(const uint8_t *data, size_t size);
 extern "C" int fuzz_scene(const uint8_t *data, size_t size);
+extern "C" int fuzz_texture(const uint8_t *data, size_t size);
 extern "C" int fuzz_volume(const uint8_t *data, size_t size);
 
 namespace {
@@ -32,4 +33,5 @@ TEST_CASE("the fuzz corpus of particle files does no harm") { replay("test/corpu
 TEST_CASE("the fuzz corpus of passes does no harm") { replay("test/corpus/passes", 20, fuzz_passes); }
 TEST_CASE("the fuzz corpus of pictures does no harm") { replay("test/corpus/pfm", 10, fuzz_pfm); }
 TEST_CASE("the fuzz corpus of scenes does no harm") { replay("test/corpus/scene", 8, fuzz_scene); }
+TEST_CASE("the fuzz corpus of textures does no harm") { replay("test/corpus/texture", 25, fuzz_texture); }
 TEST_CASE("the fuzz corpus of volumes does no harm") { replay("test/corpus/volume", 31, fuzz_volume); }
