@@ -1,6 +1,7 @@
 #include "host/shape_parser.h"
 #include "host/double3.h"
 #include "host/tessellate.h"
+#include <stdexcept>
 
 namespace wisp {
 
@@ -126,7 +127,7 @@ void ShapeParser::cone() {
 
 void ShapeParser::polygon() {
     const size_t count = tokens_.count("the polygon's corners", 3, 3);
-    add(polygon_mesh(vectors(count, "a corner"), {}));
+    add_polygon(vectors(count, "a corner"), {});
 }
 
 void ShapeParser::patch() {
@@ -135,7 +136,15 @@ void ShapeParser::patch() {
         corners[i] = tokens_.vector("a corner");
         normals[i] = tokens_.vector("a normal");
     }
-    add(polygon_mesh(corners, normals));
+    add_polygon(corners, normals);
+}
+
+void ShapeParser::add_polygon(const std::vector<Double3> &corners, const std::vector<Double3> &normals) {
+    try {
+        add(polygon_mesh(corners, normals));
+    } catch (const std::invalid_argument &error) {
+        tokens_.fail(std::string("found ") + error.what());
+    }
 }
 
 void ShapeParser::mesh() {

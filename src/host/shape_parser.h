@@ -39,6 +39,7 @@ class ShapeParser {
     std::vector<Double3> vectors(size_t count, std::string_view what);
     void add_triangles(size_t count);
     void add(Mesh &&mesh);
+    void add_polygon(const std::vector<Double3> &corners, const std::vector<Double3> &normals);
 
     SceneTokens &tokens_;
     SceneGraph &graph_;
