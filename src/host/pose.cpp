@@ -34,7 +34,7 @@ std::vector<Frame> still_frames(const SceneGraph &graph) {
         Frame frame = frames[place_of(node.parent)];
         if (motion_of(graph, node))
             frame = {static_cast<int32_t>(i), Matrix()};
-        else if (node.name.empty())
+        else
             frame.matrix = frame.matrix * placement_matrix(node.placement);
         frames.push_back(frame);
     }
@@ -54,7 +54,7 @@ std::vector<Pose> poses_at(const SceneGraph &graph, double time) {
         if (const Motion *motion = motion_of(graph, node)) {
             pose.matrix = pose.matrix * motion_matrix(*motion, time);
             pose.visible = pose.visible && is_visible(*motion, time);
-        } else if (node.name.empty()) {
+        } else {
             pose.matrix = pose.matrix * placement_matrix(node.placement);
         }
         poses.push_back(pose);

@@ -226,10 +226,12 @@ TEST_CASE("pose: one motion for several nodes") {
     CHECK(distance(s.bodies[1].origin, {3, 5, 0}) < 1e-14);
 }
 
-TEST_CASE("pose: materials, textures and texels") {
+TEST_CASE("pose: materials, textures, texels and normals") {
     SceneGraph graph;
     Mesh mesh = one_triangle(-1);
     mesh.material = 3;
+    mesh.normals = {{1, 0, 0}, {0, 2, 0}, {0, 0, 3}};
+    mesh.rows[0].normal = {2, 0, 1};
     graph.meshes.push_back(mesh);
     mesh.texture = 2;
     mesh.texels = {{0.1, 0.2}, {0.3, 0.4}};
@@ -241,6 +243,9 @@ TEST_CASE("pose: materials, textures and texels") {
     for (const Triangle &t : s.triangles) CHECK(t.material == 3);
     CHECK(s.triangles[0].texture == -1);
     CHECK(s.triangles[0].texel[2][1] == 0);
+    CHECK(equal(s.triangles[0].normal[0], {0, 0, 1}));
+    CHECK(equal(s.triangles[0].normal[1], {1, 0, 0}));
+    CHECK(equal(s.triangles[0].normal[2], {0, 1, 0}));
     CHECK(s.triangles[1].texture == 2);
     const double expected[2][3][2] = {{{0.3, 0.4}, {0.1, 0.2}, {0.3, 0.4}}, {{0.1, 0.2}, {0.1, 0.2}, {0.3, 0.4}}};
     for (size_t i = 0; i < 2; ++i)
