@@ -10,12 +10,11 @@ namespace {
 
 using Corners = std::array<Double3, 3>;
 
+// What moves or hides the node itself.
 const Motion *motion_of(const SceneGraph &graph, const Node &node) {
-    const auto found = graph.motions.find(node.name);
-    if (node.name.empty() || found == graph.motions.end()) return nullptr;
-    const Motion &m = found->second;
-    const bool any = !m.translation.empty() || !m.rotation.empty() || !m.scale.empty() || !m.visibility.empty();
-    return any ? &m : nullptr;
+    const Motion *m = find_motion(graph, node.name);
+    const bool any = m && !(m->translation.empty() && m->rotation.empty() && m->scale.empty() && m->visibility.empty());
+    return any ? m : nullptr;
 }
 
 // One more than a node's index: the world is 0.
@@ -78,12 +77,9 @@ bool has_inverse(const Matrix &m) {
 }
 
 void set_normals(Triangle &triangle, const Corners &normals) {
-    bool all = true;
-    for (size_t i = 0; i < 3; ++i) {
-        all = all && largest_component(normals[i]) > 0;
-        triangle.normal[i] = unit(normals[i]);
-    }
-    if (!all) std::fill_n(triangle.normal, 3, Double3{0, 0, 0});
+    const bool all =
+        std::all_of(normals.begin(), normals.end(), [](const Double3 &n) { return largest_component(n) > 0; });
+    for (size_t i = 0; i < 3; ++i) triangle.normal[i] = all ? unit(normals[i]) : Double3{0, 0, 0};
 }
 
 void check_range(const std::string &name, const Double3 &p) {
