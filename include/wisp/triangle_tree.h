@@ -16,6 +16,7 @@
 // no division by 0, and a ray in a plane, of +0 or -0, goes on into both children.
 #pragma once
 #include "wisp/arena.h"
+#include "wisp/statistics.h"
 #include "wisp/triangle.h"
 
 namespace wisp {
@@ -37,11 +38,6 @@ using Parameter = double;
 namespace fixed {
 using Parameter = int64_t;
 }
-
-// Nodes are visited, leaves included; triangles are tested in groups but counted each.
-struct TreeCounts {
-    uint64_t node_visits, triangle_tests;
-};
 
 // An inner node: plane `value` (the bits of a float; in Fixed an integer in units of the tree's step) across the axis
 // 0, 1, 2; `first` is the child below it, first + 1 that above. A leaf: axis 3, `value` triangles in groups from

@@ -31,10 +31,7 @@ Segment segment_at(const std::vector<Key> &track, double time) {
 
 // By how much a tangent at a key is longer in the segment on one side than the mean of both sides: 0 to 2 where times
 // ascend. Where they do not there may be no such number, and 2 is the limit.
-double adjustment(double segment, double both) {
-    const double ratio = 2 * segment / both;
-    return std::fabs(ratio) <= 2 ? ratio : 2;
-}
+double adjustment(double segment, double both) { return std::fabs(segment) < std::fabs(both) ? 2 * segment / both : 2; }
 
 struct Tangents {
     Double3 out, in; // of the second key, into the segment; of the third
@@ -112,12 +109,12 @@ Matrix compose(const Double3 &translation, const Matrix &rotation, const Double3
     return {{rotation.axis[0] * scale.x, rotation.axis[1] * scale.y, rotation.axis[2] * scale.z}, translation};
 }
 
+} // namespace
+
 const Motion *find_motion(const SceneGraph &graph, const std::string &name) {
     const auto found = graph.motions.find(name);
     return found == graph.motions.end() ? nullptr : &found->second;
 }
-
-} // namespace
 
 Matrix operator*(const Matrix &a, const Matrix &b) {
     return {{transform_vector(a, b.axis[0]), transform_vector(a, b.axis[1]), transform_vector(a, b.axis[2])},

@@ -24,6 +24,9 @@ Matrix motion_matrix(const Motion &motion, double time);
 // Of the thing itself; what is around it may hide it still.
 bool is_visible(const Motion &motion, double time);
 
+// `k NAME`, or nullptr.
+const Motion *find_motion(const SceneGraph &graph, const std::string &name);
+
 // The view moved by the motion `camera`, where there is one. `at` is then one unit before the eye, or as far as in
 // `view` if that gives the direction.
 SceneFile::View view_at(const SceneFile::View &view, const SceneGraph &graph, double time);

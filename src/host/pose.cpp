@@ -10,12 +10,11 @@ namespace {
 
 using Corners = std::array<Double3, 3>;
 
+// What moves or hides the node itself.
 const Motion *motion_of(const SceneGraph &graph, const Node &node) {
-    const auto found = graph.motions.find(node.name);
-    if (node.name.empty() || found == graph.motions.end()) return nullptr;
-    const Motion &m = found->second;
-    const bool any = !m.translation.empty() || !m.rotation.empty() || !m.scale.empty() || !m.visibility.empty();
-    return any ? &m : nullptr;
+    const Motion *m = find_motion(graph, node.name);
+    const bool any = m && !(m->translation.empty() && m->rotation.empty() && m->scale.empty() && m->visibility.empty());
+    return any ? m : nullptr;
 }
 
 // One more than a node's index: the world is 0.
@@ -34,7 +33,7 @@ std::vector<Frame> still_frames(const SceneGraph &graph) {
         Frame frame = frames[place_of(node.parent)];
         if (motion_of(graph, node))
             frame = {static_cast<int32_t>(i), Matrix()};
-        else if (node.name.empty())
+        else
             frame.matrix = frame.matrix * placement_matrix(node.placement);
         frames.push_back(frame);
     }
@@ -54,7 +53,7 @@ std::vector<Pose> poses_at(const SceneGraph &graph, double time) {
         if (const Motion *motion = motion_of(graph, node)) {
             pose.matrix = pose.matrix * motion_matrix(*motion, time);
             pose.visible = pose.visible && is_visible(*motion, time);
-        } else if (node.name.empty()) {
+        } else {
             pose.matrix = pose.matrix * placement_matrix(node.placement);
         }
         poses.push_back(pose);
@@ -78,12 +77,9 @@ bool has_inverse(const Matrix &m) {
 }
 
 void set_normals(Triangle &triangle, const Corners &normals) {
-    bool all = true;
-    for (size_t i = 0; i < 3; ++i) {
-        all = all && largest_component(normals[i]) > 0;
-        triangle.normal[i] = unit(normals[i]);
-    }
-    if (!all) std::fill_n(triangle.normal, 3, Double3{0, 0, 0});
+    const bool all =
+        std::all_of(normals.begin(), normals.end(), [](const Double3 &n) { return largest_component(n) > 0; });
+    for (size_t i = 0; i < 3; ++i) triangle.normal[i] = all ? unit(normals[i]) : Double3{0, 0, 0};
 }
 
 void check_range(const std::string &name, const Double3 &p) {
@@ -162,7 +158,7 @@ Shapes make_shapes(const std::string &name, const SceneGraph &graph) {
         bake(name, mesh, frame.matrix, shapes.triangles.data() + next);
         next += mesh.rows.size();
     }
-    return surfaces;
+    return shapes;
 }
 
 void pose_shapes(const std::string &name, const SceneGraph &graph, double time, Shapes &shapes) {

@@ -4,6 +4,7 @@
 #include "host/double3.h"
 #include "host/error.h"
 #include "host/files.h"
+#include "host/motion.h"
 #include "host/particles.h"
 #include "host/placement.h"
 #include "host/thin.h"

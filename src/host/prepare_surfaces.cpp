@@ -58,7 +58,7 @@ PreparedSurfaces::PreparedSurfaces(const std::string &name, const SceneFile &fil
         spaces_.push_back(space);
     }
     for (const std::string &path : graph.textures) images_.push_back(read_texture(path));
-    for (const TextureImage &image : images_) textures_.push_back(image.texture());
+    for (const TexturePyramid &image : images_) textures_.push_back(image.view());
 }
 
 void PreparedSurfaces::normalize(Triangle &triangle, const Space &space) const {

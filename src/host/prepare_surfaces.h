@@ -33,7 +33,7 @@ struct PreparedSurfaces {
     std::vector<Space> spaces_;
     std::vector<Body> bodies_;
     std::vector<Material> materials_;
-    std::vector<TextureImage> images_;
+    std::vector<TexturePyramid> images_;
     std::vector<Texture> textures_;
 };
 

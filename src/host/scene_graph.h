@@ -78,6 +78,8 @@ struct SceneGraph {
     std::vector<Mesh> meshes;          // spheres, cones and polygons too, as triangles
     std::vector<Morph> morphs;
     std::map<std::string, Motion> motions; // by name; `camera` moves the camera
+
+    bool has_surfaces() const { return !meshes.empty() || !morphs.empty(); }
 };
 
 } // namespace wisp

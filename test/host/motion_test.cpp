@@ -241,6 +241,33 @@ TEST_CASE("motion: every published sample of a real scene's key frames") {
     CHECK(largest_error < 6e-9); // printed with nine digits, below 10
 }
 
+TEST_CASE("motion: a real scene's traps of time, by both implementations") {
+    const std::filesystem::path scene = data_folder() / "bart/robots";
+    if (!std::filesystem::exists(scene)) {
+        MESSAGE("skipped: no ", scene.string());
+        return;
+    }
+    size_t tracks = 0;
+    double value_error = 0, rotation_error = 0;
+    for (const auto &[name, motion] : motions_in(scene)) {
+        tracks += !motion.rotation.empty() + !motion.translation.empty();
+        for (int64_t frame = 0; frame < 800; ++frame) {
+            const double time = time_of_frame(0, 50, 800, frame);
+            if (!motion.translation.empty())
+                value_error = std::max(
+                    value_error, distance(value_at(motion.translation, time), second_value(motion.translation, time)));
+            if (!motion.rotation.empty()) {
+                REQUIRE(not_a_rotation(rotation_at(motion.rotation, time)) < 1e-12);
+                rotation_error = std::max(rotation_error, distance(rotation_at(motion.rotation, time),
+                                                                   second_rotation(motion.rotation, time)));
+            }
+        }
+    }
+    CHECK(tracks == 189);
+    CHECK(value_error < 1e-11);
+    CHECK(rotation_error < 1e-10);
+}
+
 TEST_CASE("motion: a second implementation on random tracks") {
     Random random;
     double value_error = 0, rotation_error = 0;
