@@ -100,6 +100,10 @@ Settings settings_of(const Options &options, const PreparedScene &prepared) {
 bool uses_map(const Settings &settings) { return !settings.reference && settings.method == Method::map; }
 
 Plan checked_plan(const Request &request, const Scene &scene, const Settings &settings) {
+    if (scene.triangle_count() > 0 && settings.reference)
+        throw Error(exit_usage, request.name + ": option 'reference' is for smoke, expected a scene without surfaces");
+    if (scene.triangle_count() > 0 && uses_map(settings))
+        throw Error(exit_usage, request.name + ": found options of the particle map, expected none without smoke");
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
         if (scene.smokes[i].is_grid() && settings.method == Method::map && settings.estimate == Estimate::knn)
             throw Error(exit_usage, request.name + ": option 'estimate': found 'knn' with --smoke map for a grid or a "
@@ -403,6 +407,40 @@ void print_stage(const char *name, bool needed, uint64_t bytes, const std::strin
                 why.c_str());
 }
 
+// What a scene of triangles needs.
+void print_surface_stages(const Request &request, const Scene &scene, const Plan &plan) {
+    const auto number = [](uint64_t n) { return std::to_string(n); };
+    uint64_t visible = 0;
+    for (uint32_t i = 0; i < scene.body_count; ++i) visible += scene.bodies[i].visible;
+    bool mirrors = false, passes = false;
+    for (uint32_t i = 0; i < scene.material_count; ++i) {
+        const Material &m = scene.materials[i];
+        mirrors |= m.specular.x > 0 || m.specular.y > 0 || m.specular.z > 0;
+        passes |= m.transmission > 0;
+    }
+    uint64_t texels = 0;
+    for (uint32_t i = 0; i < scene.texture_count; ++i)
+        texels += static_cast<uint64_t>(scene.textures[i].width) * static_cast<uint64_t>(scene.textures[i].height);
+    print_stage("smoke", false, 0, "there is none: no particle tree, photon or march");
+    print_stage("triangle trees", true, plan.bytes.triangle_trees,
+                number(scene.still_count) + " triangles in one tree, built once" +
+                    (scene.body_count
+                         ? "; " + number(scene.body_triangle_count) + " in those of " + number(scene.body_count) +
+                               " bodies (" + number(visible) + " visible), built once and placed in each frame"
+                         : "") +
+                    (scene.morph_count ? "; " + number(scene.morph_count) + " in one for each frame" : ""));
+    print_stage("textures", scene.texture_count > 0, 0,
+                scene.texture_count ? number(scene.texture_count) + " of " + number(texels) + " texels" : "none");
+    print_stage("shadows", scene.light_count > 0, 0,
+                scene.light_count ? "a ray to each of " + number(scene.light_count) + " lights" : "there is no light");
+    print_stage("recursion", (mirrors || passes) && request.options.depth > 0, 0,
+                !mirrors && !passes ? "nothing mirrors or lets light through"
+                                    : std::string(mirrors ? "reflected" : "") + (mirrors && passes ? " and " : "") +
+                                          (passes ? "refracted" : "") + " rays, at most " +
+                                          number(request.options.depth) + " in a chain");
+    print_stage("arena", true, plan.bytes.arena, std::string("all of it, in ") + core(request.options.arithmetic).name);
+}
+
 void print_notes(const Options &options, const PreparedScene &prepared) {
     if (!options.verbose) return;
     for (const std::string &note : prepared.notes) std::printf("%s\n", note.c_str());
@@ -472,6 +510,11 @@ int plan_command(const std::vector<std::string> &arguments) {
     MapFile map;
     if (!options.map_in.empty()) find_map(request, request.frames.first, prepared, settings, plan, map);
 
+    if (plan.surfaces) {
+        print_surface_stages(request, prepared.scene, plan);
+        print_notes(options, prepared);
+        return exit_done;
+    }
     uint64_t particles = 0;
     for (const auto &smoke : prepared.particles) particles += smoke.size();
     bool black = true;

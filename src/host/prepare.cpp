@@ -346,8 +346,7 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
         if (!file.smokes.empty())
             throw InputError(file.smokes[0].where + "found smoke beside surfaces, which this version does not support "
                                                     "yet, expected one of them");
-        if (!prepared.surfaces)
-            prepared.surfaces.emplace(name, file, file.animation ? file.animation->start : 0);
+        if (!prepared.surfaces) prepared.surfaces.emplace(name, file, file.animation ? file.animation->start : 0);
         prepared.surfaces->pose(name, file, time);
         center = prepared.surfaces->center;
         scale = prepared.surfaces->scale;

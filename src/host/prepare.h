@@ -28,8 +28,9 @@ struct PreparedScene {
 int64_t frame_count_of(const SceneFile &file, const Options &options);
 double time_of(const SceneFile &file, const Options &options, int64_t frame);
 
-// Frame `frame` of the scene at path `name`. `prepared` is empty or holds another frame of the same scene. Throws InputError for particle files, for a scene without a view, and
-// for one that does not fit the arithmetic: then the line says what does not.
+// Frame `frame` of the scene at path `name`. `prepared` is empty or holds another frame of the same scene. Throws
+// InputError for particle files, for a scene without a view, and for one that does not fit the arithmetic: then the
+// line says what does not.
 void prepare_scene(const std::string &name, const SceneFile &file, const Options &options, int64_t frame,
                    PreparedScene &prepared);
 

@@ -27,6 +27,7 @@ class SceneParser {
             if (tokens_.depth() == 0) break;
             tokens_.leave();
         }
+        shapes_.finish();
         if (is_nff_) dim_uncolored_lights();
         return std::move(scene_);
     }

@@ -8,6 +8,8 @@ namespace wisp {
 namespace {
 
 constexpr double any = 1e30;
+constexpr size_t most_fine_spheres = 1000; // of a scene: where there are more none is fine
+
 // Of shapes before the first material: a grey that is lit.
 const FileMaterial grey = {{0.5, 0.5, 0.5}, {0.5, 0.5, 0.5}, {0, 0, 0}, 0, 0, 1};
 
@@ -97,11 +99,11 @@ void ShapeParser::add_triangles(size_t count) {
         tokens_.fail("more than " + std::to_string(most_triangles_) + " triangles, expected no more");
 }
 
-void ShapeParser::add(Mesh &&mesh) {
+void ShapeParser::add(Mesh &&mesh, int32_t node, uint32_t material) {
     if (mesh.rows.empty()) return;
     add_triangles(mesh.rows.size());
-    mesh.node = node_;
-    mesh.material = material();
+    mesh.node = node;
+    mesh.material = material;
     graph_.meshes.push_back(std::move(mesh));
 }
 
@@ -109,7 +111,12 @@ void ShapeParser::sphere() {
     const Double3 center = tokens_.vector("the sphere's centre");
     const double radius = tokens_.number("the sphere's radius");
     if (radius == 0) tokens_.fail("found radius 0, expected another");
-    add(sphere_mesh(center, radius));
+    spheres_.push_back({center, radius, node_, material()});
+}
+
+void ShapeParser::finish() {
+    const bool fine = spheres_.size() <= most_fine_spheres;
+    for (const Sphere &s : spheres_) add(sphere_mesh(s.center, s.radius, fine), s.node, s.material);
 }
 
 void ShapeParser::cone() {

@@ -17,6 +17,9 @@ class ShapeParser {
     bool parse(std::string_view word, int32_t node);
     static std::string statements(); // with a space behind each
 
+    // At the end: spheres become triangles when it is known how many they are.
+    void finish();
+
   private:
     static const std::map<std::string_view, void (ShapeParser::*)()> table;
 
@@ -38,11 +41,20 @@ class ShapeParser {
     std::array<double, 2> texel();
     std::vector<Double3> vectors(size_t count, std::string_view what);
     void add_triangles(size_t count);
-    void add(Mesh &&mesh);
+    void add(Mesh &&mesh) { add(std::move(mesh), node_, material()); }
+    void add(Mesh &&mesh, int32_t node, uint32_t material);
     void add_polygon(const std::vector<Double3> &corners, const std::vector<Double3> &normals);
+
+    struct Sphere {
+        Double3 center;
+        double radius;
+        int32_t node;
+        uint32_t material;
+    };
 
     SceneTokens &tokens_;
     SceneGraph &graph_;
+    std::vector<Sphere> spheres_;
     size_t most_triangles_, triangles_ = 0;
     int32_t node_ = -1;                                    // of the statement
     std::map<std::array<double, 12>, uint32_t> materials_; // where in the graph

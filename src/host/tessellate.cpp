@@ -10,9 +10,7 @@ namespace {
 
 Mesh empty_mesh() { return {-1, 0, -1, {}, {}, {}, {}}; }
 
-// ---- Spheres: an icosahedron whose edges are parted into `parts`, blown up
-
-constexpr uint32_t parts = 6;
+// ---- Spheres: an icosahedron whose edges are parted, blown up
 
 std::vector<Double3> icosahedron_corners() {
     const double golden = (1 + std::sqrt(5.0)) / 2;
@@ -29,7 +27,7 @@ using Blend = std::array<uint8_t, 12>;
 
 class UnitSphere {
   public:
-    UnitSphere() {
+    explicit UnitSphere(uint32_t parts_) : parts(parts_) { // of each edge
         for (uint32_t a = 0; a < corners_.size(); ++a)
             for (uint32_t b = a + 1; b < corners_.size(); ++b)
                 for (uint32_t c = b + 1; c < corners_.size(); ++c) add_face(a, b, c);
@@ -39,6 +37,7 @@ class UnitSphere {
         corner_radius = cbrt(6 * four_pi<double> / 3 / volume);
     }
 
+    const uint32_t parts;
     std::vector<Double3> normals;
     std::vector<Mesh::Row> rows;
     double corner_radius; // of the polyhedron with the sphere's volume
@@ -233,8 +232,9 @@ class EarCutter {
 
 } // namespace
 
-Mesh sphere_mesh(const Double3 &center, double radius) {
-    static const UnitSphere sphere;
+Mesh sphere_mesh(const Double3 &center, double radius, bool fine) {
+    static const UnitSphere spheres[] = {UnitSphere(3), UnitSphere(6)};
+    const UnitSphere &sphere = spheres[fine];
     const double corner_radius = std::fabs(radius) * sphere.corner_radius;
     Mesh mesh = empty_mesh();
     for (const Double3 &normal : sphere.normals) mesh.positions.push_back(center + normal * corner_radius);

@@ -268,47 +268,50 @@ Outline slit(int side, size_t triangles, Random &random) {
 } // namespace
 
 TEST_CASE("a sphere is closed, around the sphere's volume and within the error that is stated") {
-    const Double3 center = {1, -2, 0.5};
-    const Mesh mesh = sphere_mesh(center, 0.25);
-    CHECK(mesh.node == -1);
-    CHECK(mesh.material == 0);
-    CHECK(mesh.texture == -1);
-    CHECK(mesh.rows.size() == 720);
-    CHECK(mesh.positions.size() == 362); // Euler: V = 2 + F / 2
-    const auto edges = edges_of(mesh);
-    CHECK(edges.size() == 3 * 720);
-    for (const auto &[a, b] : edges) {
-        CHECK(edges.count({a, b}) == 1);
-        CHECK(edges.count({b, a}) == 1);
-    }
-    Range error;
-    double volume = 0, smallest = 1e300, largest_area = 0;
-    for (const Mesh::Row &row : mesh.rows) {
-        CHECK(row.normal == row.corner);
-        auto corners = corners_of(mesh, row);
-        for (Double3 &corner : corners) corner = (corner - center) * 4;
-        const Double3 outwards = normal_of(corners);
-        const double nearest = dot(unit(outwards), corners[0]); // of its plane: the foot is in the triangle
-        error.add(nearest);
-        for (const Double3 &corner : corners) error.add(length(corner));
-        volume += dot(corners[0], outwards) / 6;
-        smallest = std::min(smallest, length(outwards));
-        largest_area = std::max(largest_area, length(outwards));
-    }
-    CHECK(error.low > 1 - 0.0024);
-    CHECK(error.low < 1 - 0.0023);
-    CHECK(error.high < 1 + 0.0051);
-    CHECK(error.high > 1 + 0.0050);
-    CHECK(volume == doctest::Approx(four_pi<double> / 3).epsilon(1e-13));
-    CHECK(largest_area < 1.2 * smallest);
-    for (size_t i = 0; i < mesh.positions.size(); ++i) {
-        CHECK(length(mesh.normals[i]) == doctest::Approx(1).epsilon(1e-15));
-        CHECK(distance(unit(mesh.positions[i] - center), mesh.normals[i]) < 1e-14); // 2^-53 |center| / 0.25
+    for (const bool fine : {true, false}) {
+        const size_t triangles = fine ? 720 : 180;
+        const Double3 center = {1, -2, 0.5};
+        const Mesh mesh = sphere_mesh(center, 0.25, fine);
+        CHECK(mesh.node == -1);
+        CHECK(mesh.material == 0);
+        CHECK(mesh.texture == -1);
+        CHECK(mesh.rows.size() == triangles);
+        CHECK(mesh.positions.size() == 2 + triangles / 2); // Euler
+        const auto edges = edges_of(mesh);
+        CHECK(edges.size() == 3 * triangles);
+        for (const auto &[a, b] : edges) {
+            CHECK(edges.count({a, b}) == 1);
+            CHECK(edges.count({b, a}) == 1);
+        }
+        Range error;
+        double volume = 0, smallest = 1e300, largest_area = 0;
+        for (const Mesh::Row &row : mesh.rows) {
+            CHECK(row.normal == row.corner);
+            auto corners = corners_of(mesh, row);
+            for (Double3 &corner : corners) corner = (corner - center) * 4;
+            const Double3 outwards = normal_of(corners);
+            const double nearest = dot(unit(outwards), corners[0]); // of its plane: the foot is in the triangle
+            error.add(nearest);
+            for (const Double3 &corner : corners) error.add(length(corner));
+            volume += dot(corners[0], outwards) / 6;
+            smallest = std::min(smallest, length(outwards));
+            largest_area = std::max(largest_area, length(outwards));
+        }
+        CHECK(error.low > 1 - (fine ? 0.0024 : 0.0094));
+        CHECK(error.low < 1 - (fine ? 0.0023 : 0.0090));
+        CHECK(error.high < 1 + (fine ? 0.0051 : 0.0205));
+        CHECK(error.high > 1 + (fine ? 0.0050 : 0.0195));
+        CHECK(volume == doctest::Approx(four_pi<double> / 3).epsilon(1e-13));
+        CHECK(largest_area < 1.2 * smallest);
+        for (size_t i = 0; i < mesh.positions.size(); ++i) {
+            CHECK(length(mesh.normals[i]) == doctest::Approx(1).epsilon(1e-15));
+            CHECK(distance(unit(mesh.positions[i] - center), mesh.normals[i]) < 1e-14); // 2^-53 |center| / 0.25
+        }
     }
 }
 
 TEST_CASE("a sphere seen from inside is the same sphere") {
-    const Mesh a = sphere_mesh({1, 2, 3}, 4), b = sphere_mesh({1, 2, 3}, -4);
+    const Mesh a = sphere_mesh({1, 2, 3}, 4, true), b = sphere_mesh({1, 2, 3}, -4, true);
     for (size_t i = 0; i < a.positions.size(); ++i) CHECK(distance(a.positions[i], b.positions[i]) == 0);
     for (size_t i = 0; i < a.rows.size(); ++i) CHECK(a.rows[i].corner == b.rows[i].corner);
     CHECK(largest_component(a.normals[0] - b.normals[0]) == 0);
