@@ -128,7 +128,7 @@ bool weigh(double at_a, double at_b, double at_c, T a_z, T b_z, T c_z, T dominan
     if (all == 0) return false;
     const double depth =
         at_a * static_cast<double>(a_z) + at_b * static_cast<double>(b_z) + at_c * static_cast<double>(c_z);
-    distance = static_cast<T>(depth / all / static_cast<double>(dominant));
+    distance = static_cast<T>(depth / (all * static_cast<double>(dominant)));
     u = static_cast<T>(at_b / all);
     v = static_cast<T>(at_c / all);
     return true;

@@ -44,8 +44,8 @@ struct TreeCounts {
 };
 
 // An inner node: plane `value` (the bits of a float; in Fixed an integer in units of the tree's step) across the axis
-// 0, 1, 2; `first` is the child below it, first + 1 that above. A leaf: axis 3, `value` triangles in groups from
-// `first`.
+// 0, 1, 2; `first` is an even number, the child below it, first + 1 that above. A leaf: axis 3, `value` triangles in
+// groups from `first`.
 //
 //   31                              0   31                          2 1    0
 //  | value                           | | first                       | axis |
@@ -73,6 +73,7 @@ struct TriangleTree {
     uint32_t triangle_count; // those that have an area
     int32_t step_exponent;   // planes are multiples of 2^step_exponent
     Box bounds;              // of all triangles that have an area; if there are any
+    Real largest;            // of the magnitudes of their coordinates
 };
 
 struct SurfaceHit {
