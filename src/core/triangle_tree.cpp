@@ -524,6 +524,7 @@ WISP_VISITOR void search(const TriangleTree &tree, const TriangleRay &ray, Param
     Waiting waiting[most_tree_depth];
     uint32_t waiting_count = 0;
     uint64_t visits = 0, tests = 0;
+    uint32_t last = no_triangle;
     const TriangleNode *node = tree.nodes;
     for (bool done = false; !done;) {
         ++visits;
@@ -552,7 +553,8 @@ WISP_VISITOR void search(const TriangleTree &tree, const TriangleRay &ray, Param
                  mask &= mask - 1) {
                 const uint32_t lane = static_cast<uint32_t>(__builtin_ctz(mask));
                 const uint32_t triangle = group.triangle[lane];
-                if ((triangle & ~lets_light_through) == skip) continue;
+                if (triangle == last || (triangle & ~lets_light_through) == skip) continue;
+                last = triangle; // again in the next leaf, as often as not
                 const auto sheared = [&](uint32_t c) {
                     return shear(ray, group.corner[c][ray.x][lane] - from_x, group.corner[c][ray.y][lane] - from_y,
                                  group.corner[c][ray.z][lane] - from_z);
