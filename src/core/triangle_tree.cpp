@@ -14,11 +14,7 @@ constexpr int fine_bits = 7;      // corners are cut off at cells in units of 2^
 constexpr int64_t fine_slack = 8; // ... a corner's rounding, one, and six cuts, one each, take up less
 
 // Costs of the heuristic: of going through a node, and of testing a group of triangles.
-#ifndef NC
-#define NC 1
-#define GC 2
-#endif
-constexpr uint64_t node_cost = NC, group_cost = GC;
+constexpr uint64_t node_cost = 1, group_cost = 2;
 constexpr uint32_t few = 64;   // triangles whose bounds are tried one and all
 constexpr uint32_t bins = 256; // where there are more, only the bounds about the best border of bins are
 
