@@ -10,16 +10,16 @@
 // The same cross products, of relative error below 2^-50 (Fixed: 2^-60), are the weights of the corners. Hence what
 // trees rest on:
 //
-//   Of each hit at `distance` there is a point of the triangle that differs from origin + distance * direction by at
-//   most hit_error() in each coordinate.
+//   Of each hit at `distance` there is a point of the triangle that differs from origin + distance * direction, in each
+//   coordinate, by at most 14 e M; in Fixed by 2 + |D| units of 2^-32.
 //
-// Let M be the largest coordinate of corner - origin, D the dominant component of the direction, e = 2^-24, 2^-53 half
-// a last place of float and double. The point is the triangle's with the computed weights. The sheared x of a corner is
-// (x - (d_x / D) z) with four roundings of numbers up to M and one up to 2 M: it is off by at most 6 e M, so the mean
-// of these with the weights, which is that of the computed ones (0 but for 2^-50 M) is, too. The depth z of the point
-// is the mean of the corners' with one rounding each, and so with that of the quotient and the result off by at most 4
-// e M, which the other coordinates follow by at most as much. In Fixed sheared coordinates are in units of 2^-46, and
-// off by three of them where M < 2^15; the distance is off by 2^-33, the point by 2^-33 |D| and a unit.
+// M is the largest coordinate of corner - origin, D the dominant component of the direction, e = 2^-24, 2^-53 half a
+// last place of float and double. The point is the triangle's with the computed weights. The sheared x of a corner,
+// x - (d_x / D) z, has five roundings, of numbers up to M and last of one up to 2 M: it is off by at most 6 e M, and so
+// is the mean of the corners' with the weights, which is 0 (but for 2^-50 M) as computed. The depth of the point is
+// that mean of z, with weights of one sign, at most 8 e M off with the rounding of z, products, sums and quotients; the
+// other coordinates of the ray follow it by at most as much. In Fixed sheared coordinates are in units of 2^-46, and
+// three of them off where M < 2^15; the distance is 2^-33 off, so the ray's point 2^-33 |D|.
 //
 // Ranges: coordinates up to 2^14. Directions in the floating arithmetics between 2^-40 and 2^40.
 #pragma once
@@ -128,7 +128,7 @@ bool weigh(double at_a, double at_b, double at_c, T a_z, T b_z, T c_z, T dominan
     if (all == 0) return false;
     const double depth =
         at_a * static_cast<double>(a_z) + at_b * static_cast<double>(b_z) + at_c * static_cast<double>(c_z);
-    distance = static_cast<T>(depth / all / static_cast<double>(dominant));
+    distance = static_cast<T>(depth / (all * static_cast<double>(dominant)));
     u = static_cast<T>(at_b / all);
     v = static_cast<T>(at_c / all);
     return true;

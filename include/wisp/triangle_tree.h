@@ -6,14 +6,15 @@
 // in every arithmetic, but for the rounding of corners.
 //
 // The hits are those of testing every triangle, to the bit: a triangle's hit does not depend on the tree, and the ray
-// passes through a leaf that holds it. Each hit has a point p of the triangle within `hit_error` of the ray's point x
-// at its distance t, in each coordinate (triangle.h). p lies in a leaf that lists the triangle, and in the cells of all
-// nodes above it. A ray goes on into the low child of plane c as far as x <= c + margin, into the high one from
-// x >= c - margin on, both ends included, `margin` being hit_error and the rounding of these crossings; so at every
-// node above the leaf it goes on into the right child with an interval that holds t. A node is left out only where its
-// interval begins behind the nearest hit so far. A component of the direction below e of the largest (2^-24, 2^-53, or
-// what Fixed has room for) is taken for that, which moves x by e M at most, and is part of the margin too; so there is
-// no division by 0, and a ray in a plane, of +0 or -0, goes on into both children.
+// passes through a leaf that lists it. For at distance t the ray is, in each coordinate, within the error that
+// triangle.h derives of a point p of the triangle; p lies in a leaf that lists the triangle, and in the cells of all
+// nodes above it. A ray goes on into the low child of plane c as far as its coordinate may be <= c + margin, into the
+// high one from where it may be >= c - margin on, both ends included, with a margin that covers that error and the
+// rounding of the crossing. So at every node it goes on into the child that holds p, with an interval that holds t. A
+// node is left out only where its interval begins behind the nearest hit so far: what is at the same distance is looked
+// at. Components of the direction below e times the largest (2^-24, 2^-53, in Fixed as far as lengths have room) are
+// raised to that, which moves the ray by e M at most, and is in the margin; so there is no division by 0, and a ray in
+// a plane, of +0 or of -0, goes on into both children.
 #pragma once
 #include "wisp/arena.h"
 #include "wisp/statistics.h"
@@ -40,8 +41,8 @@ using Parameter = int64_t;
 }
 
 // An inner node: plane `value` (the bits of a float; in Fixed an integer in units of the tree's step) across the axis
-// 0, 1, 2; `first` is the child below it, first + 1 that above. A leaf: axis 3, `value` triangles in groups from
-// `first`.
+// 0, 1, 2; `first` is an even number, the child below it, first + 1 that above. A leaf: axis 3, `value` triangles in
+// groups from `first`.
 //
 //   31                              0   31                          2 1    0
 //  | value                           | | first                       | axis |
@@ -69,6 +70,7 @@ struct TriangleTree {
     uint32_t triangle_count; // those that have an area
     int32_t step_exponent;   // planes are multiples of 2^step_exponent
     Box bounds;              // of all triangles that have an area; if there are any
+    Real largest;            // of the magnitudes of their coordinates
 };
 
 struct SurfaceHit {

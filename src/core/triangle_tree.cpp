@@ -34,7 +34,7 @@ struct Item {
 struct Rooms {
     uint64_t groups, nodes, items;
 };
-constexpr Rooms rooms_for(uint64_t count) { return {2 * count + 8, 8 * count + 9, 4 * count + 8}; }
+constexpr Rooms rooms_for(uint64_t count) { return {2 * count + 8, 8 * count + 10, 4 * count + 8}; }
 
 constexpr uint32_t groups_for(uint32_t triangles) { return (triangles + group_triangles - 1) / group_triangles; }
 
@@ -176,7 +176,8 @@ class TriangleTreeBuilder {
     };
 
     void find_items(uint32_t count) {
-        Real largest = Real(0);
+        Real &largest = tree_.largest;
+        largest = Real(0);
         for (uint32_t i = 0; i < count; ++i) {
             const Vec3 a = corner_of(triangles_[i], 0), b = corner_of(triangles_[i], 1),
                        c = corner_of(triangles_[i], 2);
@@ -341,7 +342,8 @@ class TriangleTreeBuilder {
     void grow() {
         Task waiting[most_tree_depth]; // upper children, at most one of each depth
         uint32_t waiting_count = 0;
-        tree_.node_count = 1;
+        nodes_[1] = {0, leaf_axis}; // of nobody: children are at even places and those behind
+        tree_.node_count = 2;
         Task task = {0, 0, 0, tree_.triangle_count, rooms_.groups, around(tree_.bounds)};
         for (;;) {
             Split split;
@@ -421,14 +423,15 @@ inline Span<int64_t> span_of(Fixed distance, Fixed dominant) {
     return {low, low + 1};
 }
 
-// 1 / component in terms of parameters, and the margin of crossings. `reach`: the farthest that a corner is from the
-// origin along an axis; `dominant`: the direction's largest component.
+// 1 / component in terms of parameters, and the margin of crossings, as a parameter. `reach` is not less than any
+// corner's coordinate and the origin's together; `dominant` is the direction's largest component.
 template <class T> struct Slope { T inverse, margin; };
 template <class T> Slope<T> slope_of(T component, T dominant, T reach) {
     constexpr T e = sizeof(T) == 4 ? T(0x1p-24) : T(0x1p-53);
     const T least = abs(dominant) * e, size = max(abs(component), least);
     const T inverse = T(1) / (component < 0 ? -size : size);
-    // 14 e reach of the hit, 5 of the crossing, 1 where the component was raised
+    // In terms of e reach: 14 the hit, 1 where the component was raised, 1 the inverse, 4 the products and sums of low
+    // and high, less than a half the margin.
     return {inverse, T(24) * e * reach * abs(inverse)};
 }
 inline Slope<int64_t> slope_of(Fixed component, Fixed dominant, Fixed reach) {
@@ -452,37 +455,36 @@ inline Slope<int64_t> slope_of(Fixed component, Fixed dominant, Fixed reach) {
 
 // The ray as planes are tested against it.
 struct PlaneRay {
-    Parameter origin[3], inverse[3], margin[3];
+    Parameter inverse[3], to_low[3], to_high[3]; // crossings are plane * inverse - to_low, or to_high, or between
     uint32_t backward[3];
     int shift; // of planes in Fixed
 
     PlaneRay(const TriangleTree &tree, const TriangleRay &ray) : shift(tree.step_exponent + 32) {
-        Real reach = Real(0);
-        for (int a = 0; a < 3; ++a)
-            reach = max(reach, max(abs(tree.bounds.low[a] - ray.origin[a]), abs(tree.bounds.high[a] - ray.origin[a])));
-        for (int a = 0; a < 3; ++a) {
-            const Slope<Parameter> slope = slope_of(ray.direction[a], ray.direction[static_cast<int>(ray.z)], reach);
-            origin[a] = position_of(ray.origin[a]);
+        const Real origin[3] = {ray.origin.x, ray.origin.y, ray.origin.z};
+        const Real direction[3] = {ray.direction.x, ray.direction.y, ray.direction.z};
+        const Real reach = tree.largest + max(abs(origin[0]), max(abs(origin[1]), abs(origin[2])));
+        for (uint32_t a = 0; a < 3; ++a) {
+            const Slope<Parameter> slope = slope_of(direction[a], direction[ray.z], reach);
+            const Parameter to_origin = times(position_of(origin[a]), slope.inverse);
             inverse[a] = slope.inverse;
-            margin[a] = slope.margin;
-            backward[a] = ray.direction[a] < Real(0) ? 1 : 0;
+            to_low[a] = to_origin + slope.margin;
+            to_high[a] = to_origin - slope.margin;
+            backward[a] = direction[a] < Real(0) ? 1 : 0;
         }
     }
-    Parameter crossing(Parameter plane, uint32_t axis) const { return times(plane - origin[axis], inverse[axis]); }
 };
 
 // Which of a group's first `count` triangles may be hit: all that are, and of others few. (In f32 and f64 the sign of a
 // difference of rounded products is that of the exact difference, or it is 0.)
-WISP_VISITOR uint32_t candidates(const TriangleGroup &group, uint32_t count, const TriangleRay &ray) {
+WISP_VISITOR uint32_t candidates(const TriangleGroup &group, uint32_t count, const TriangleRay &ray, Real from_x,
+                                 Real from_y, Real from_z) {
     const uint32_t asked = (1u << min(count, group_triangles)) - 1;
     if constexpr (std::is_same_v<Real, Fixed>) return asked;
-    const int axis_x = static_cast<int>(ray.x), axis_y = static_cast<int>(ray.y), axis_z = static_cast<int>(ray.z);
-    const Real from_x = ray.origin[axis_x], from_y = ray.origin[axis_y], from_z = ray.origin[axis_z];
     uint32_t mask = 0;
     Sheared x[3][group_triangles], y[3][group_triangles];
     for (uint32_t c = 0; c < 3; ++c) WISP_LANES for (uint32_t l = 0; l < group_triangles; ++l) {
-            const ShearedCorner p = shear(ray, group.corner[c][axis_x][l] - from_x, group.corner[c][axis_y][l] - from_y,
-                                          group.corner[c][axis_z][l] - from_z);
+            const ShearedCorner p = shear(ray, group.corner[c][ray.x][l] - from_x, group.corner[c][ray.y][l] - from_y,
+                                          group.corner[c][ray.z][l] - from_z);
             x[c][l] = p.x;
             y[c][l] = p.y;
         }
@@ -494,24 +496,21 @@ WISP_VISITOR uint32_t candidates(const TriangleGroup &group, uint32_t count, con
     return mask & asked;
 }
 
-WISP_VISITOR Vec3 corner_in(const TriangleGroup &group, uint32_t c, uint32_t lane) {
-    return Vec3(group.corner[c][0][lane], group.corner[c][1][lane], group.corner[c][2][lane]);
-}
-
 // Calls visit(group, lane, hit) for hits of triangles that the ray meets, as a line, in leaves that it passes through
 // between the spans; visit narrows `end`, and returns whether the search is over.
 template <class Visit>
 WISP_VISITOR void search(const TriangleTree &tree, const TriangleRay &ray, Parameter begin, Parameter &end,
-                         TreeCounts &counts, Visit &&visit) {
+                         uint32_t skip, TreeCounts &counts, Visit &&visit) {
     if (tree.triangle_count == 0) return;
     const PlaneRay planes(tree, ray);
+    const Real from_x = ray.origin[static_cast<int>(ray.x)], from_y = ray.origin[static_cast<int>(ray.y)],
+               from_z = ray.origin[static_cast<int>(ray.z)];
     Parameter from = begin, to = end;
-    for (uint32_t axis = 0; axis < 3; ++axis) {
-        const int a = static_cast<int>(axis);
-        const Parameter low = planes.crossing(position_of(tree.bounds.low[a]), axis),
-                        high = planes.crossing(position_of(tree.bounds.high[a]), axis);
-        from = max(from, min(low, high) - planes.margin[axis]);
-        to = min(to, max(low, high) + planes.margin[axis]);
+    for (int a = 0; a < 3; ++a) {
+        const Parameter low = times(position_of(tree.bounds.low[a]), planes.inverse[a]),
+                        high = times(position_of(tree.bounds.high[a]), planes.inverse[a]);
+        from = max(from, min(low, high) - planes.to_low[a]);
+        to = min(to, max(low, high) - planes.to_high[a]);
     }
     if (to < from) return;
     struct Waiting {
@@ -521,15 +520,15 @@ WISP_VISITOR void search(const TriangleTree &tree, const TriangleRay &ray, Param
     Waiting waiting[most_tree_depth];
     uint32_t waiting_count = 0;
     uint64_t visits = 0, tests = 0;
+    uint32_t last = no_triangle;
     const TriangleNode *node = tree.nodes;
     for (bool done = false; !done;) {
         ++visits;
         while (node->axis() != leaf_axis) {
             const uint32_t axis = node->axis();
-            const Parameter crossing = planes.crossing(plane_of(node->value, planes.shift, Parameter()), axis);
-            const Parameter far_from = crossing - planes.margin[axis], near_to = crossing + planes.margin[axis];
-            const uint32_t first = node->first(), near = first + planes.backward[axis],
-                           far = first + 1 - planes.backward[axis];
+            const Parameter crossing = times(plane_of(node->value, planes.shift, Parameter()), planes.inverse[axis]);
+            const Parameter far_from = crossing - planes.to_low[axis], near_to = crossing - planes.to_high[axis];
+            const uint32_t near = node->first() + planes.backward[axis], far = near ^ 1;
             ++visits;
             if (far_from > to) {
                 node = tree.nodes + near;
@@ -546,11 +545,18 @@ WISP_VISITOR void search(const TriangleTree &tree, const TriangleRay &ray, Param
             const uint32_t tested = min(count, group_triangles);
             tests += tested;
             count -= tested;
-            for (uint32_t mask = candidates(group, tested, ray); mask != 0 && !done; mask &= mask - 1) {
+            for (uint32_t mask = candidates(group, tested, ray, from_x, from_y, from_z); mask != 0 && !done;
+                 mask &= mask - 1) {
                 const uint32_t lane = static_cast<uint32_t>(__builtin_ctz(mask));
+                const uint32_t triangle = group.triangle[lane];
+                if (triangle == last || (triangle & ~lets_light_through) == skip) continue;
+                last = triangle; // again in the next leaf, as often as not
+                const auto sheared = [&](uint32_t c) {
+                    return shear(ray, group.corner[c][ray.x][lane] - from_x, group.corner[c][ray.y][lane] - from_y,
+                                 group.corner[c][ray.z][lane] - from_z);
+                };
                 TriangleHit hit;
-                if (meet(ray, corner_in(group, 0, lane), corner_in(group, 1, lane), corner_in(group, 2, lane), hit))
-                    done = visit(group.triangle[lane], hit);
+                if (meet(ray, sheared(0), sheared(1), sheared(2), hit)) done = visit(triangle, hit);
             }
         }
         for (;;) {
@@ -577,14 +583,16 @@ WISP_WIDE bool nearest_hit(const TriangleTree &tree, const TriangleRay &ray, Rea
     const Real dominant = ray.direction[static_cast<int>(ray.z)];
     Parameter search_end = span_of(end, dominant).high;
     hit = {end, no_triangle, Real(0), Real(0)};
-    search(tree, ray, span_of(begin, dominant).low, search_end, counts, [&](uint32_t marked, const TriangleHit &found) {
-        const uint32_t triangle = marked & ~lets_light_through;
-        if (!(found.distance > begin) || !(found.distance < end) || triangle == skip) return false;
-        if (hit.distance < found.distance || (found.distance == hit.distance && hit.triangle < triangle)) return false;
-        hit = {found.distance, triangle, found.u, found.v};
-        search_end = span_of(found.distance, dominant).high;
-        return false;
-    });
+    search(tree, ray, span_of(begin, dominant).low, search_end, skip, counts,
+           [&](uint32_t marked, const TriangleHit &found) {
+               const uint32_t triangle = marked & ~lets_light_through;
+               if (!(found.distance > begin) || !(found.distance < end)) return false;
+               if (hit.distance < found.distance || (found.distance == hit.distance && hit.triangle < triangle))
+                   return false;
+               hit = {found.distance, triangle, found.u, found.v};
+               search_end = span_of(found.distance, dominant).high;
+               return false;
+           });
     return hit.triangle != no_triangle;
 }
 
@@ -593,10 +601,10 @@ WISP_WIDE bool any_hit(const TriangleTree &tree, const TriangleRay &ray, Real be
     const Real dominant = ray.direction[static_cast<int>(ray.z)];
     Parameter search_end = span_of(end, dominant).high;
     occluder = no_triangle;
-    search(tree, ray, span_of(begin, dominant).low, search_end, counts,
+    search(tree, ray, span_of(begin, dominant).low, search_end, skip, counts,
            [&](uint32_t triangle, const TriangleHit &found) {
                if (!(found.distance > begin) || !(found.distance < end)) return false;
-               if ((triangle & lets_light_through) != 0 || triangle == skip) return false;
+               if ((triangle & lets_light_through) != 0) return false;
                occluder = triangle;
                return true;
            });

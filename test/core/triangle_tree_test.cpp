@@ -128,10 +128,8 @@ std::vector<Query> queries_for(const Triangles &triangles) {
         return count > 0 ? triangles[i].corner[c] : Double3{0, 0, 0};
     };
     const auto any_point = [&] { // of a triangle: inside, or on an edge
-        const Double3 *p = count > 0                    ? triangles[any_triangle()].corner
-                           : materials->specular.x == 0 ? &materials->ambient
-                                                        : nullptr;
         if (count == 0) return Double3{0, 0, 0};
+        const Double3 *p = triangles[any_triangle()].corner;
         const bool edge = random() % 2 == 0;
         const double u = unit(random), v = edge ? 0 : (1 - u) * unit(random), w = 1 - u - v;
         return Double3{w * p[0].x + u * p[1].x + v * p[2].x, w * p[0].y + u * p[1].y + v * p[2].y,
@@ -228,6 +226,125 @@ TEST_CASE(WISP_ARITH_NAME ": the triangle tree finds the hits of testing every t
     CHECK(hits > 8000);
     CHECK(occluded > 6000);
     CHECK(ties > 1000);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": rays of +0 and of -0, along planes of the tree and in faces of its box, see the same") {
+    const Triangles triangles = lattice_squares(); // in -2 ... 2, planes at whole numbers
+    const Planted planted(triangles);
+    uint32_t wrong = 0;
+    for (int axis = 0; axis < 3; ++axis)
+        for (const double sign : {1.0, -1.0})
+            for (int i = -6; i <= 6; ++i)
+                for (int j = -6; j <= 6; ++j)
+                    for (const double behind : {-10.0, -2.0, -1.0, 0.0}) {
+                        double from[3] = {i * 0.5, j * 0.5, sign * behind};
+                        double forward[3] = {0, 0, sign}, negative[3] = {-0.0, -0.0, sign};
+                        for (double *v : {from, forward, negative}) std::rotate(v, v + axis, v + 3);
+                        const Query query = {vec(from[0], from[1], from[2]), vec(forward[0], forward[1], forward[2]),
+                                             Real(0), Real(100), no_triangle};
+                        const TriangleRay plus(query.origin, query.direction),
+                            minus(query.origin, vec(negative[0], negative[1], negative[2]));
+                        const Every every(triangles, plus, query);
+                        for (const TriangleRay &ray : {plus, minus}) {
+                            TreeCounts counts = {0, 0};
+                            SurfaceHit hit;
+                            const bool found =
+                                nearest_hit(planted.tree, ray, query.begin, query.end, no_triangle, hit, counts);
+                            const bool same =
+                                found == every.found && (!found || (hit.triangle == every.nearest.triangle &&
+                                                                    hit.distance == every.nearest.distance));
+                            wrong += same ? 0 : 1;
+                        }
+                    }
+    CHECK(wrong == 0);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": the ends of an interval are outside, a hit at the origin is none") {
+    const Triangles triangles = {triangle_of({-4, -4, 2}, {4, -4, 2}, {0, 4, 2}),
+                                 triangle_of({-4, -4, 3}, {4, -4, 3}, {0, 4, 3})};
+    const Planted planted(triangles);
+    TreeCounts counts = {0, 0};
+    SurfaceHit hit;
+    uint32_t occluder = 7;
+    const TriangleRay ray(vec(0, 0, 0), vec(0, 0, 1)), from_plane(vec(0, 0, 2), vec(0, 0, 1));
+    CHECK_FALSE(nearest_hit(planted.tree, ray, Real(0), Real(2), no_triangle, hit, counts));
+    CHECK_FALSE(any_hit(planted.tree, ray, Real(0), Real(2), no_triangle, occluder, counts));
+    REQUIRE(nearest_hit(planted.tree, ray, Real(2), Real(4), no_triangle, hit, counts));
+    CHECK(hit.triangle == 1);
+    REQUIRE(nearest_hit(planted.tree, from_plane, Real(0), Real(4), no_triangle, hit, counts));
+    CHECK(hit.triangle == 1);
+    REQUIRE(any_hit(planted.tree, ray, Real(0), Real(4), 0, occluder, counts));
+    CHECK(occluder == 1);
+    CHECK_FALSE(any_hit(planted.tree, ray, Real(0), Real(3), 0, occluder, counts));
+    CHECK_FALSE(nearest_hit(planted.tree, ray, Real(3), Real(1), no_triangle, hit, counts));
+}
+
+TEST_CASE(WISP_ARITH_NAME ": the same triangles make the same tree, of no more bytes than planned") {
+    Mt19937 random(51, 1, 2, 3);
+    for (int run = 0; run < 60; ++run) {
+        const uint32_t count = random() % 700;
+        const double limit = std::ldexp(1, static_cast<int>(random() % 12) - 4);
+        const double size = limit * std::ldexp(2, -static_cast<int>(random() % 8));
+        const Triangles triangles = random_triangles(count, 60 + static_cast<uint32_t>(run), limit, size);
+        const Planted one(triangles), two(triangles);
+        CHECK(one.arena.mark() < one.arena.peak());
+        REQUIRE(one.tree.node_count == two.tree.node_count);
+        REQUIRE(one.tree.group_count == two.tree.group_count);
+        uint32_t different = 0;
+        for (uint32_t i = 0; i < one.tree.node_count; ++i) {
+            const TriangleNode &a = one.tree.nodes[i], &b = two.tree.nodes[i];
+            different += a.value != b.value || a.link != b.link ? 1 : 0;
+        }
+        CHECK(different == 0);
+        std::set<uint32_t> listed;
+        for (uint32_t i = 0; i < one.tree.group_count; ++i)
+            for (const uint32_t t : one.tree.groups[i].triangle)
+                if (t != no_triangle) listed.insert(t & ~lets_light_through);
+        CHECK(listed.size() == one.tree.triangle_count);
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": 20,000 triangles that all overlap fit the plan") {
+    for (const double limit : {0.01, 3.0}) {
+        const Triangles triangles = random_triangles(20000, 71, limit, 6);
+        const Planted planted(triangles);
+        const Vec3 origin = vec(7, 8, 9);
+        uint32_t wrong = 0;
+        for (int i = 0; i < 8; ++i) {
+            const TriangleRay ray(origin, vec(-7 + 0.1 * i, -8, -9));
+            const Query query = {origin, ray.direction, Real(0), Real(100), no_triangle};
+            const Every every(triangles, ray, query);
+            TreeCounts counts = {0, 0};
+            SurfaceHit hit;
+            const bool found = nearest_hit(planted.tree, ray, query.begin, query.end, no_triangle, hit, counts);
+            wrong += found != every.found || (found && hit.triangle != every.nearest.triangle) ? 1 : 0;
+        }
+        CHECK(wrong == 0);
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": few nodes and triangles are looked at") {
+    const Triangles triangles = random_triangles(3000, 72, 4, 0.1);
+    const Planted planted(triangles);
+    Mt19937 random(73, 1, 2, 3);
+    TreeCounts counts = {0, 0};
+    for (int i = 0; i < 1000; ++i) {
+        const Vec3 from = vec_of(point_within(random, 4)), to = vec_of(point_within(random, 4));
+        SurfaceHit hit;
+        nearest_hit(planted.tree, TriangleRay(from, to - from), Real(0), Real(1000), no_triangle, hit, counts);
+    }
+    CHECK(counts.node_visits < 60 * 1000);
+    CHECK(counts.triangle_tests < 60 * 1000);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": an arena that is too small gives no tree, and is left as it was") {
+    const Triangles triangles = random_triangles(100, 81, 4, 1);
+    std::vector<unsigned char> memory(static_cast<size_t>(triangle_tree_bytes(100)));
+    for (const size_t size : {size_t{0}, memory.size() / 8, memory.size() / 2, memory.size() - 600}) {
+        Arena arena(memory.data(), size);
+        CHECK_FALSE(make_triangle_tree(triangles.data(), 100, materials, arena).ready);
+        CHECK(arena.mark() == 0);
+    }
 }
 
 } // namespace wisp::WISP_ARITH
