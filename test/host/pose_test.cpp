@@ -198,7 +198,7 @@ TEST_CASE("pose: what moves is a body with all that does not move in it") {
     graph.motions["idle"] = Motion(); // no keys: does not move
     graph.motions["empty"] = moved_by({1, 1, 1});
     for (int32_t node : {5, 0, 3, 1, 6, -1, 4}) graph.meshes.push_back(one_triangle(node));
-    const Surfaces s = shapes_at(graph, 1);
+    const Shapes s = shapes_at(graph, 1);
     CHECK(s.still_count == 3);
     CHECK(s.body_triangle_count == 4);
     CHECK(s.morph_count == 0);
@@ -220,7 +220,7 @@ TEST_CASE("pose: one motion for several nodes") {
     graph.nodes = {named(-1, "wheel"), placed(-1, shifted(3)), named(1, "wheel")};
     graph.motions["wheel"] = moved_by({0, 5, 0});
     graph.meshes = {one_triangle(0), one_triangle(2)};
-    const Surfaces s = shapes_at(graph, 1);
+    const Shapes s = shapes_at(graph, 1);
     REQUIRE(s.bodies.size() == 2);
     CHECK(distance(s.bodies[0].origin, {0, 5, 0}) < 1e-14);
     CHECK(distance(s.bodies[1].origin, {3, 5, 0}) < 1e-14);
@@ -238,7 +238,7 @@ TEST_CASE("pose: materials, textures, texels and normals") {
     mesh.rows[0].texel = {1, 0, 1};
     mesh.rows.push_back({{2, 1, 0}, {}, {0, 0, 1}});
     graph.meshes.push_back(mesh);
-    const Surfaces s = shapes_at(graph, 0);
+    const Shapes s = shapes_at(graph, 0);
     REQUIRE(s.still_count == 3);
     for (const Triangle &t : s.triangles) CHECK(t.material == 3);
     CHECK(s.triangles[0].texture == -1);
@@ -270,7 +270,7 @@ TEST_CASE("pose: normals stay on their side of the surface, and of unit length")
         mesh.rows[0].normal = {1, 2, 0};
         graph.meshes.push_back(mesh);
         graph.morphs.push_back({1, 0, {{0, corners, {normal, normal, mesh.normals[0]}}}});
-        const Surfaces s = shapes_at(graph, 0);
+        const Shapes s = shapes_at(graph, 0);
         const Square world = square_of(outer) * square_of(inner);
         for (size_t which = 0; which < 2; ++which) {
             const Triangle &t = s.triangles[which];
@@ -308,7 +308,7 @@ TEST_CASE("pose: no normals where the file has none, or a transform leaves none"
     zero.normals = {{0, 0, 1}, {0, 0, 0}};
     zero.rows[0].normal = {0, 0, 1};
     graph.meshes.push_back(zero);
-    const Surfaces s = shapes_at(graph, 0);
+    const Shapes s = shapes_at(graph, 0);
     REQUIRE(s.still_count == 8);
     for (size_t i = 0; i < 8; ++i)
         for (const Double3 &n : s.triangles[i].normal)
@@ -326,7 +326,7 @@ TEST_CASE("pose: an invisible node hides what is in it") {
     graph.motions["other"] = moved_by({0, 5, 0});
     graph.meshes = {one_triangle(1), one_triangle(2), one_triangle(3)};
     graph.morphs = {one_morph(2, {0, 1}), one_morph(-1, {0, 1})};
-    Surfaces s = make_shapes("scene.aff", graph);
+    Shapes s = make_shapes("scene.aff", graph);
     CHECK(s.still_count == 0); // `blinking` is a body although it stays where it is
     REQUIRE(s.bodies.size() == 3);
     const struct {
@@ -351,7 +351,7 @@ TEST_CASE("pose: an invisible node hides what is in it") {
 TEST_CASE("pose: a morph at its times, between and beyond") {
     SceneGraph graph;
     graph.morphs = {one_morph(-1, {-1, 1, 1, 3})};
-    Surfaces s = make_shapes("scene.aff", graph);
+    Shapes s = make_shapes("scene.aff", graph);
     const auto corner_at = [&](double time, size_t i) {
         pose_shapes("scene.aff", graph, time, s);
         return morph_of(s).corner[i];
@@ -377,7 +377,7 @@ TEST_CASE("pose: a morph's normals are linear and then of unit length") {
     std::vector<Morph::Pose> &poses = graph.morphs[0].poses;
     poses[0].normals = {{{0, 0, 1}, {0, 0, 1}, {0, 0, 1}}};
     poses[1].normals = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-    Surfaces s = shapes_at(graph, 1);
+    Shapes s = shapes_at(graph, 1);
     CHECK(distance(morph_of(s).normal[0], unit({0.25, 0, 0.75})) < 1e-15);
     CHECK(distance(morph_of(s).normal[1], unit({0, 0.25, 0.75})) < 1e-15);
     CHECK(distance(morph_of(s).normal[2], {0, 0, 1}) < 1e-15);
@@ -413,7 +413,7 @@ TEST_CASE("pose: a body without volume is not seen") {
 }
 
 TEST_CASE("pose: no scene at all, and meshes without triangles") {
-    const Surfaces none = shapes_at(SceneGraph(), 0);
+    const Shapes none = shapes_at(SceneGraph(), 0);
     CHECK(none.triangles.empty());
     CHECK(none.bodies.empty());
     SceneGraph graph;

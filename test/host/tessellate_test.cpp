@@ -297,8 +297,8 @@ TEST_CASE("a sphere is closed, around the sphere's volume and within the error t
             smallest = std::min(smallest, length(outwards));
             largest_area = std::max(largest_area, length(outwards));
         }
-        CHECK(error.low > 1 - (fine ? 0.0024 : 0.0094));
-        CHECK(error.low < 1 - (fine ? 0.0023 : 0.0090));
+        CHECK(error.low > 1 - (fine ? 0.0024 : 0.0088));
+        CHECK(error.low < 1 - (fine ? 0.0023 : 0.0087));
         CHECK(error.high < 1 + (fine ? 0.0051 : 0.0205));
         CHECK(error.high > 1 + (fine ? 0.0050 : 0.0195));
         CHECK(volume == doctest::Approx(four_pi<double> / 3).epsilon(1e-13));
