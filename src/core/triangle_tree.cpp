@@ -496,7 +496,7 @@ WISP_VISITOR uint32_t candidates(const TriangleGroup &group, uint32_t count, con
         } else {
             const Sheared a = x[2][l] * y[1][l] - y[2][l] * x[1][l], b = x[0][l] * y[2][l] - y[0][l] * x[2][l],
                           c = x[1][l] * y[0][l] - y[1][l] * x[0][l];
-            mask |= (min(a, min(b, c)) < 0) & (max(a, max(b, c)) > 0) ? 0u : 1u << l;
+            mask |= min(a, min(b, c)) < 0 && max(a, max(b, c)) > 0 ? 0u : 1u << l;
         }
     }
     return mask & ((1u << count) - 1);
