@@ -22,7 +22,7 @@
 
 namespace wisp {
 
-constexpr uint32_t group_triangles = 4;       // that are tested side by side
+constexpr uint32_t group_triangles = lanes;   // that are tested side by side
 constexpr uint32_t no_triangle = 0xffffffff;  // not in any tree
 constexpr uint32_t most_triangles = 1u << 28; // in a tree
 constexpr uint32_t most_tree_depth = 56;

@@ -14,7 +14,7 @@ constexpr int fine_bits = 7;      // corners are cut off at cells in units of 2^
 constexpr int64_t fine_slack = 8; // ... a corner's rounding, one, and six cuts, one each, take up less
 
 // Costs of the heuristic: of going through a node, and of testing a group of triangles.
-constexpr uint64_t node_cost = 1, group_cost = 2;
+constexpr uint64_t node_cost = 1, group_cost = 3;
 constexpr uint32_t few = 64;   // triangles whose bounds are tried one and all
 constexpr uint32_t bins = 256; // where there are more, only the bounds about the best border of bins are
 
@@ -34,7 +34,7 @@ struct Item {
 struct Rooms {
     uint64_t groups, nodes, items;
 };
-constexpr Rooms rooms_for(uint64_t count) { return {2 * count + 8, 8 * count + 10, 4 * count + 8}; }
+constexpr Rooms rooms_for(uint64_t count) { return {count + 8, 4 * count + 8, 3 * count + 8}; }
 
 constexpr uint32_t groups_for(uint32_t triangles) { return (triangles + group_triangles - 1) / group_triangles; }
 
@@ -474,26 +474,32 @@ struct PlaneRay {
     }
 };
 
-// Which of a group's first `count` triangles may be hit: all that are, and of others few. (In f32 and f64 the sign of a
-// difference of rounded products is that of the exact difference, or it is 0.)
+// Which of a group's first `count` triangles may be hit: all that are, and of others few. In f32 and f64 the sign of a
+// difference of rounded products is that of the exact difference, or it is 0; in Fixed products would be half of the
+// test itself, and the ray's side of the corners tells as much.
 WISP_VISITOR uint32_t candidates(const TriangleGroup &group, uint32_t count, const TriangleRay &ray, Real from_x,
                                  Real from_y, Real from_z) {
-    const uint32_t asked = (1u << min(count, group_triangles)) - 1;
-    if constexpr (std::is_same_v<Real, Fixed>) return asked;
+    const uint32_t width = std::is_same_v<Real, Fixed> ? count : group_triangles; // vectors are always full
     uint32_t mask = 0;
     Sheared x[3][group_triangles], y[3][group_triangles];
-    for (uint32_t c = 0; c < 3; ++c) WISP_LANES for (uint32_t l = 0; l < group_triangles; ++l) {
+    for (uint32_t c = 0; c < 3; ++c) WISP_LANES for (uint32_t l = 0; l < width; ++l) {
             const ShearedCorner p = shear(ray, group.corner[c][ray.x][l] - from_x, group.corner[c][ray.y][l] - from_y,
                                           group.corner[c][ray.z][l] - from_z);
             x[c][l] = p.x;
             y[c][l] = p.y;
         }
-    WISP_LANES for (uint32_t l = 0; l < group_triangles; ++l) {
-        const Sheared a = x[2][l] * y[1][l] - y[2][l] * x[1][l], b = x[0][l] * y[2][l] - y[0][l] * x[2][l],
-                      c = x[1][l] * y[0][l] - y[1][l] * x[0][l];
-        mask |= (min(a, min(b, c)) < Sheared(0)) & (max(a, max(b, c)) > Sheared(0)) ? 0u : 1u << l;
+    WISP_LANES for (uint32_t l = 0; l < width; ++l) {
+        if constexpr (std::is_same_v<Real, Fixed>) {
+            const bool aside = min(x[0][l], min(x[1][l], x[2][l])) > 0 || max(x[0][l], max(x[1][l], x[2][l])) < 0 ||
+                               min(y[0][l], min(y[1][l], y[2][l])) > 0 || max(y[0][l], max(y[1][l], y[2][l])) < 0;
+            mask |= aside ? 0u : 1u << l;
+        } else {
+            const Sheared a = x[2][l] * y[1][l] - y[2][l] * x[1][l], b = x[0][l] * y[2][l] - y[0][l] * x[2][l],
+                          c = x[1][l] * y[0][l] - y[1][l] * x[0][l];
+            mask |= min(a, min(b, c)) < 0 && max(a, max(b, c)) > 0 ? 0u : 1u << l;
+        }
     }
-    return mask & asked;
+    return mask & ((1u << count) - 1);
 }
 
 // Calls visit(group, lane, hit) for hits of triangles that the ray meets, as a line, in leaves that it passes through
