@@ -42,8 +42,8 @@ struct SceneFile {
         Double3 albedo = {0.9, 0.9, 0.9};
         double phase = 0;
         Double3 emission = {0, 0, 0};
-        int32_t node =
-            -1; // the space of the file or box, of `xs` alone, whose scales are uniform and above 0; -1: the world
+        // The space of the file or box; -1: the world. All nodes around it are `xs` of one scale above 0.
+        int32_t node = -1;
         int64_t first_frame = 0, frame_step = 1; // frame i shows file first + i * step
     };
     struct Default {
