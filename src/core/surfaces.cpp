@@ -169,8 +169,11 @@ Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, 
     const auto look = [&](const TriangleTree &tree, const TriangleRay &local, uint32_t first, uint32_t count,
                           uint32_t body) {
         SurfaceHit found;
-        if (!nearest_hit(tree, local, begin, hit.distance, within(skip, first, count), found, counts)) return;
-        hit = {true, found.distance, found.u, found.v, first + found.triangle, body};
+        // A little beyond the hit so far, for one at the same distance.
+        const Real reach = min(end, hit.distance + (hit.distance * Real(0x1p-20) + Real(0x1p-32)));
+        if (!nearest_hit(tree, local, begin, reach, within(skip, first, count), found, counts)) return;
+        if (found.distance < hit.distance || (found.distance == hit.distance && first + found.triangle < hit.triangle))
+            hit = {true, found.distance, found.u, found.v, first + found.triangle, body};
     };
     const TriangleRay world(ray.origin, ray.direction);
     look(surfaces.still, world, 0, surfaces.still_count, surfaces.body_count);

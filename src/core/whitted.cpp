@@ -29,7 +29,7 @@ struct Point {
 
 Real largest_size(const Vec3 &v) { return max(abs(v.x), max(abs(v.y), abs(v.z))); }
 Vec3 applied(const Vec3 axis[3], const Vec3 &v) { return axis[0] * v.x + axis[1] * v.y + axis[2] * v.z; }
-Real log2(Real x) { return log(x) * Real(1.44269504088896340736); }
+Real binary_log(Real x) { return log(x) * Real(1.44269504088896340736); }
 Vec3 mirrored(const Vec3 &direction, const Vec3 &normal) {
     return direction - normal * (Real(2) * dot(direction, normal));
 }
@@ -46,8 +46,8 @@ Color texture_of(const Scene &scene, const Triangle &triangle, const Vec3 &share
     const Real pictures = abs((u[1] - u[0]) * (v[2] - v[0]) - (u[2] - u[0]) * (v[1] - v[0]));
     Real lod = Real(0);
     if (pictures > Real(0) && width > Real(0) && area > Real(0)) {
-        const Real texels = log2(pictures) + log2(Real(texture.width)) + log2(Real(texture.height));
-        lod = log2(width) + (texels - log2(area) - log2(max(cosine, Real(1.0 / 64)))) * Real(0.5);
+        const Real texels = binary_log(pictures) + binary_log(Real(texture.width)) + binary_log(Real(texture.height));
+        lod = binary_log(width) + (texels - binary_log(area) - binary_log(max(cosine, Real(1.0 / 64)))) * Real(0.5);
     }
     return texture_at(texture, u[0] * share.x + u[1] * share.y + u[2] * share.z,
                       v[0] * share.x + v[1] * share.y + v[2] * share.z, lod);

@@ -99,11 +99,11 @@ void ShapeParser::add_triangles(size_t count) {
         tokens_.fail("more than " + std::to_string(most_triangles_) + " triangles, expected no more");
 }
 
-void ShapeParser::add(Mesh &&mesh, int32_t node, uint32_t material) {
+void ShapeParser::add(Mesh &&mesh) {
     if (mesh.rows.empty()) return;
     add_triangles(mesh.rows.size());
-    mesh.node = node;
-    mesh.material = material;
+    mesh.node = node_;
+    mesh.material = material();
     graph_.meshes.push_back(std::move(mesh));
 }
 
@@ -111,12 +111,19 @@ void ShapeParser::sphere() {
     const Double3 center = tokens_.vector("the sphere's centre");
     const double radius = tokens_.number("the sphere's radius");
     if (radius == 0) tokens_.fail("found radius 0, expected another");
-    spheres_.push_back({center, radius, node_, material()});
+    spheres_.push_back({center, radius, graph_.meshes.size()});
+    add(sphere_mesh(center, radius, spheres_.size() <= most_fine_spheres));
 }
 
 void ShapeParser::finish() {
-    const bool fine = spheres_.size() <= most_fine_spheres;
-    for (const Sphere &s : spheres_) add(sphere_mesh(s.center, s.radius, fine), s.node, s.material);
+    if (spheres_.size() <= most_fine_spheres) return;
+    for (size_t i = 0; i < most_fine_spheres; ++i) {
+        Mesh &mesh = graph_.meshes[spheres_[i].mesh],
+             coarse = sphere_mesh(spheres_[i].center, spheres_[i].radius, false);
+        mesh.positions = std::move(coarse.positions);
+        mesh.normals = std::move(coarse.normals);
+        mesh.rows = std::move(coarse.rows);
+    }
 }
 
 void ShapeParser::cone() {

@@ -17,7 +17,7 @@ class ShapeParser {
     bool parse(std::string_view word, int32_t node);
     static std::string statements(); // with a space behind each
 
-    // At the end: spheres become triangles when it is known how many they are.
+    // At the end: makes the first spheres as coarse as all others, where there are many.
     void finish();
 
   private:
@@ -41,15 +41,13 @@ class ShapeParser {
     std::array<double, 2> texel();
     std::vector<Double3> vectors(size_t count, std::string_view what);
     void add_triangles(size_t count);
-    void add(Mesh &&mesh) { add(std::move(mesh), node_, material()); }
-    void add(Mesh &&mesh, int32_t node, uint32_t material);
+    void add(Mesh &&mesh);
     void add_polygon(const std::vector<Double3> &corners, const std::vector<Double3> &normals);
 
     struct Sphere {
         Double3 center;
         double radius;
-        int32_t node;
-        uint32_t material;
+        size_t mesh; // its place among the graph's
     };
 
     SceneTokens &tokens_;

@@ -68,6 +68,7 @@ TEST_CASE("f32 and fixed are within a thousandth of f64") {
         const bool paths = golden.scene.find("--reference") != std::string::npos; // they diverge as photons do
         if (!paths)
             CHECK(compare(studio.render(single, golden.arithmetic), studio.render(single, "f64")).relative_rmse < 1e-3);
+        if (golden.scene.find("surfaces.aff") == 0) continue; // nothing there is drawn by lot
         const Picture exact = studio.render(golden.scene, "f64");
         // Photons of resampled smoke start by sums over all nodes, whose last digits move some (a tenth in fixed point)
         // to another node.
