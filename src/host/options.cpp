@@ -82,10 +82,10 @@ void set_size(Options &options, const std::string &value) {
 void set_frames(Options &options, const std::string &value) {
     const auto parts = split(value, ':');
     if (parts.size() > 3) throw Fault{"expected A, A:B or A:B:STEP"};
-    Options::Frames &frames = options.frames.emplace();
-    frames.first = integer_in(parts[0], 0, 1000000000);
-    frames.last = parts.size() > 1 ? integer_in(parts[1], frames.first, 1000000000) : frames.first;
-    frames.step = parts.size() > 2 ? integer_in(parts[2], 1, 1000000000) : 1;
+    const int64_t first = integer_in(parts[0], 0, 1000000000);
+    const int64_t last = parts.size() > 1 ? integer_in(parts[1], first, 1000000000) : first;
+    const int64_t step = parts.size() > 2 ? integer_in(parts[2], 1, 1000000000) : 1;
+    options.frames = Options::Frames{first, last, step};
 }
 
 void set_crop(Options &options, const std::string &value) {

@@ -68,8 +68,9 @@ void PreparedSurfaces::normalize(Triangle &triangle, const Space &space) const {
 void PreparedSurfaces::pose(const std::string &name, const SceneFile &file, double time) {
     const auto check = [&name](double largest) {
         if (!(largest <= coordinate_limit))
-            throw InputError(name + ":1: something moves farther than twice the size of what is still, expected a "
-                                    "scene that fits");
+            throw InputError(name +
+                             ":1: something moves more than four times as far as what is still reaches, expected "
+                             "a scene that fits");
     };
     pose_shapes(name, file.graph, time, shapes_);
     for (uint32_t i = shapes_.still_count + shapes_.body_triangle_count; i < shapes_.triangles.size(); ++i) {
