@@ -57,20 +57,21 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
     const Scene &scene = *tracer.scene;
     const Triangle &triangle = scene.triangles[hit.triangle];
     const PlacedBody *body = hit.body < tracer.surfaces->body_count ? &tracer.surfaces->bodies[hit.body] : nullptr;
-    Vec3 corner[3];
-    for (int i = 0; i < 3; ++i) {
-        corner[i] = vec_of(triangle.corner[i]);
-        if (body) corner[i] = body->origin + applied(body->axis, corner[i]);
+    Vec3 corner = vec_of(triangle.corner[0]), edge1 = vec_of(triangle.corner[1]) - corner,
+         edge2 = vec_of(triangle.corner[2]) - corner;
+    if (body) { // edges apart from where it is: far out, corners of small bodies have no digits left
+        corner = body->origin + applied(body->axis, corner);
+        edge1 = applied(body->axis, edge1);
+        edge2 = applied(body->axis, edge2);
     }
-    const Vec3 share(Real(1) - hit.u - hit.v, hit.u, hit.v), edge1 = corner[1] - corner[0],
-                                                             edge2 = corner[2] - corner[0];
+    const Vec3 share(Real(1) - hit.u - hit.v, hit.u, hit.v);
     Point point;
     // Of edges about 1 long: in fixed point the product of short ones has no digits left.
     const Real size1 = largest_size(edge1), size2 = largest_size(edge2);
     const Vec3 product = cross(edge1 / size1, edge2 / size2);
     const Real sine = length(product);
     point.plane = sine > Real(0) ? product / sine : -beam.ray.direction;
-    point.position = corner[0] + edge1 * hit.u + edge2 * hit.v;
+    point.position = corner + edge1 * hit.u + edge2 * hit.v;
     point.normal = point.plane;
     const Double3 &n = triangle.normal[0];
     if (n.x != 0 || n.y != 0 || n.z != 0) {

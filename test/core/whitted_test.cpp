@@ -208,6 +208,27 @@ TEST_CASE(WISP_ARITH_NAME ": a body is where its matrix says, and hidden where i
     }
 }
 
+TEST_CASE(WISP_ARITH_NAME ": a small body far from the middle has its own planes") {
+    // In float the corners of the smaller one fall together in the world.
+    for (const double size : {0x1p-10, 0x1p-16}) {
+        Room room;
+        Material m = matte({0, 0, 0});
+        m.diffuse = {1, 1, 1};
+        room.material(m);
+        room.add({-1, -1, -0.25}, {1, -1, 0.25}, {0, 1, 0}, 0);
+        room.scene.body_triangle_count = 1;
+        Body body = {0, 1, {{size, 0, 0}, {0, size, 0}, {0, 0, size}}, {2000, 1000, -1500}, {}, true};
+        const double back = 1 / size;
+        body.inverse[0].x = body.inverse[1].y = body.inverse[2].z = back;
+        room.bodies = {body};
+        room.light(LightKind::constant, {2000, 1000, 3000}, {1, 1, 1});
+        room.build();
+        // The normal is (-1, 0, 4), whatever the size.
+        const Double3 from = {2000, 1000, -1499};
+        CHECK(at(room.look(from, {2000, 1000, -1500}).x) == doctest::Approx(4 / std::sqrt(17.0)).epsilon(1e-4));
+    }
+}
+
 TEST_CASE(WISP_ARITH_NAME ": a texture is read at its texels, between them, and as a mean where it is far") {
     // 4 x 2 texels: red rises along the row, green is the row; levels 4 x 2, 2 x 1, 1 x 1.
     const auto t = [](double red, double green) {
