@@ -57,7 +57,7 @@ struct Plan {
     struct {
         uint64_t particle_tree, photon_map, gather, particle_map, sources, light_depths, irradiance;
         uint64_t triangle_trees; // of what never changes its form, and of what does
-        uint64_t arena; // everything, in one block
+        uint64_t arena;          // everything, in one block
     } bytes;
 };
 
@@ -84,7 +84,7 @@ struct Kept {
     namespace arithmetic {                                                                                             \
     Plan plan(const Scene &scene, const Settings &settings);                                                           \
     Status render(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer, float *rgb,    \
-                  Statistics &statistics, MapSums *sums = nullptr, Kept *kept = nullptr);                                                    \
+                  Statistics &statistics, MapSums *sums = nullptr, Kept *kept = nullptr);                              \
     Status trace_map(const Scene &scene, const Settings &settings, const Batches &batches, Arena &arena,               \
                      const Observer &observer, MapSums &sums, Statistics &statistics);                                 \
     Status render_reference(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer,      \

@@ -167,6 +167,10 @@ enum class Direction : uint8_t { flux, mean };
 // photons.
 enum class Estimate : uint8_t { kernel, knn };
 
+// How hard shadows of surfaces are found (C): by a ray to every light; without one where that is proved; by the paper's
+// method; by others' methods.
+enum class ShadowMethod : uint8_t { trace, exact, paper, cache, lightbuffer, voxel, lie };
+
 struct Crop {
     int32_t x0, y0, x1, y1; // pixels, half-open, from the top left
 };
@@ -175,6 +179,7 @@ struct Settings {
     Crop crop;
     uint32_t samples; // rays a pixel
     uint32_t depth;   // of the longest chain of rays behind a camera ray: reflected, refracted
+    ShadowMethod shadows;
     uint64_t photons; // to emit
     uint64_t seed;
     uint32_t gather;      // K, most photons in an estimate, or particles

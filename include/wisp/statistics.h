@@ -12,9 +12,15 @@ struct TreeCounts {
 struct Statistics {
     struct {
         uint64_t primary, reflected, refracted;
-        uint64_t shadow; // one for each light that a step through smoke, or a point of a surface, may be lit by
+        uint64_t shadow;        // one for each light that a step through smoke, or a point of a surface, may be lit by
+        uint64_t shadow_culled; // of these, known without asking any triangle
+        uint64_t shadow_dynamic_only; // of these, asked of moving triangles alone
     } rays = {};
-    TreeCounts shadow = {}; // of shadow rays alone
+    struct {
+        TreeCounts traced;    // what shadow rays ask
+        TreeCounts proofs;    // what it takes to know without
+        uint64_t extra_tests; // of triangles outside the trees: C2's, and occluders that are tried first
+    } shadow = {};
     // emitted = absorbed + escaped + blocked + capped, photon by photon.
     struct Photons {
         uint64_t emitted, collisions, stored, absorbed, escaped, blocked, capped;

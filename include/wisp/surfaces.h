@@ -52,7 +52,12 @@ struct Hit {
 };
 Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts);
 
-// Whether an opaque triangle is at a distance in (begin, end).
+// Whether an opaque triangle is at a distance in (begin, end): one that never moves, and then which; one that moves or
+// changes its form; any.
+bool is_blocked_by_still(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
+                         uint32_t &occluder, TreeCounts &counts);
+bool is_blocked_by_moving(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
+                          TreeCounts &counts);
 bool is_blocked(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts);
 
 } // namespace wisp::WISP_ARITH

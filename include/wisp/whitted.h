@@ -4,8 +4,7 @@
 //
 // where tex is the texture's colour and E D is divided by pi for lights of physical units (all but `l`).
 #pragma once
-#include "wisp/light.h"
-#include "wisp/surfaces.h"
+#include "wisp/shadows.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -21,6 +20,7 @@ struct Whitted {
     const Surfaces *surfaces;
     const SurfaceMaterial *materials;
     const Light *lights;
+    Shadows *shadows;
     Color background;
     uint32_t depth; // of the longest chain of rays behind the camera's
     Real spread;    // by which a camera ray widens on a unit of its way: the edge of a pixel

@@ -277,16 +277,14 @@ Status render_surfaces(const Scene &scene, const Settings &settings, Arena &aren
     const Light *lights = make_lights(scene, arena);
     if (!surfaces.ready || !materials || !lights) return Status::out_of_memory;
     statistics.bytes.triangle_trees = arena.mark();
-    const Whitted tracer = {&scene,
-                            &surfaces,
-                            materials,
-                            lights,
-                            vec_of(scene.background),
-                            settings.depth,
-                            length(vec_of(scene.camera.down)),
+    Shadows shadows = {&scene, &surfaces, lights, &statistics};
+    const Whitted tracer = {&scene,         &surfaces,
+                            materials,      lights,
+                            &shadows,       vec_of(scene.background),
+                            settings.depth, length(vec_of(scene.camera.down)),
                             &statistics};
-    const Status status = fill(scene, settings, observer, rgb, statistics,
-                               [&tracer](const Ray &ray) { return trace(tracer, ray); });
+    const Status status =
+        fill(scene, settings, observer, rgb, statistics, [&tracer](const Ray &ray) { return trace(tracer, ray); });
     statistics.bytes.arena_size = arena.size();
     statistics.bytes.arena_peak = arena.peak();
     return status;
@@ -324,8 +322,7 @@ Plan plan(const Scene &scene, const Settings &settings) {
     if (plan.surfaces) {
         plan.bytes.triangle_trees = surface_bytes(scene) + placement_bytes(scene);
         plan.bytes.arena = plan.bytes.triangle_trees + Arena::bytes<Surfaces>(1) +
-                           Arena::bytes<SurfaceMaterial>(scene.material_count) +
-                           Arena::bytes<Light>(scene.light_count);
+                           Arena::bytes<SurfaceMaterial>(scene.material_count) + Arena::bytes<Light>(scene.light_count);
         return plan;
     }
     const double density_step = settings.reference ? 0 : settings.density_step;

@@ -187,14 +187,21 @@ Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, 
     return hit;
 }
 
-bool is_blocked(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts) {
+bool is_blocked_by_still(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
+                         uint32_t &occluder, TreeCounts &counts) {
+    return any_hit(surfaces.still, TriangleRay(ray.origin, ray.direction), begin, end,
+                   within(skip, 0, surfaces.still_count), occluder, counts);
+}
+
+bool is_blocked_by_moving(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
+                          TreeCounts &counts) {
     uint32_t occluder;
     const auto blocks = [&](const TriangleTree &tree, const TriangleRay &local, uint32_t first, uint32_t count) {
         return any_hit(tree, local, begin, end, within(skip, first, count), occluder, counts);
     };
-    const TriangleRay world(ray.origin, ray.direction);
-    if (blocks(surfaces.still, world, 0, surfaces.still_count)) return true;
-    if (blocks(surfaces.morphs, world, surfaces.morph_first, surfaces.morph_count)) return true;
+    if (surfaces.morph_count > 0 &&
+        blocks(surfaces.morphs, TriangleRay(ray.origin, ray.direction), surfaces.morph_first, surfaces.morph_count))
+        return true;
     bool blocked = false;
     for_each_body(
         surfaces, ray, counts.node_visits, [end] { return end; },
@@ -203,6 +210,12 @@ bool is_blocked(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, 
             return !blocked;
         });
     return blocked;
+}
+
+bool is_blocked(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts) {
+    uint32_t occluder;
+    return is_blocked_by_still(surfaces, ray, begin, end, skip, occluder, counts) ||
+           is_blocked_by_moving(surfaces, ray, begin, end, skip, counts);
 }
 
 } // namespace wisp::WISP_ARITH

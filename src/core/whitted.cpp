@@ -24,6 +24,8 @@ struct Point {
     const SurfaceMaterial *material;
     Color texture;
     uint32_t triangle;
+    bool still; // it never moves
+    Real u, v;  // in the triangle
     Real width; // of the cone
 };
 
@@ -91,6 +93,9 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
     }
     point.material = &tracer.materials[triangle.material];
     point.triangle = hit.triangle;
+    point.still = hit.triangle < tracer.surfaces->still_count;
+    point.u = hit.u;
+    point.v = hit.v;
     point.width = beam.width + tracer.spread * hit.distance;
     point.texture = triangle.texture < 0
                         ? Color(Real(1))
@@ -116,11 +121,14 @@ Color direct_light(const Whitted &tracer, const Point &point, const Vec3 &direct
         const Real cosine = dot(point.normal, to_light);
         if (!(dot(point.plane, to_light) > Real(0)) || !(cosine > Real(0)) || !(largest(from.irradiance) > Real(0)))
             continue;
-        ++tracer.statistics->rays.shadow;
-        const Real skin = tracer.surfaces->skin;
-        if (is_blocked(*tracer.surfaces, {point.position, to_light}, skin, from.distance - skin, point.triangle,
-                       tracer.statistics->shadow))
-            continue;
+        const ShadowQuery query = {{point.position, to_light},
+                                   from.distance - tracer.surfaces->skin,
+                                   i,
+                                   point.triangle,
+                                   point.still,
+                                   point.u,
+                                   point.v};
+        if (is_shadowed(*tracer.shadows, query)) continue;
         const Real lambert = light.kind == LightKind::constant ? cosine : cosine * inv_pi<Real>;
         const Real highlight = power(dot(mirrored(-to_light, point.normal), -direction), material.shininess);
         sum += from.irradiance * (material.diffuse * point.texture * lambert + material.specular * highlight);

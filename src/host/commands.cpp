@@ -85,6 +85,7 @@ Settings settings_of(const Options &options, const PreparedScene &prepared) {
     }
     settings.samples = options.samples;
     settings.depth = options.depth;
+    settings.shadows = options.shadows;
     settings.photons = options.photons;
     settings.seed = options.seed;
     settings.gather = options.gather;

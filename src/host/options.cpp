@@ -221,8 +221,9 @@ const std::vector<Entry> &table() {
         {"depth", "N", "longest chain of reflected and refracted rays behind a camera ray (10)",
          [](Options &o, const std::string &v) { o.depth = static_cast<uint32_t>(integer_in(v, 0, 64)); }},
         {"shadows", "trace", "how shadows of surfaces are found (trace: by a ray to every light)",
-         [](Options &, const std::string &v) {
-             one_of(v, {"trace", "exact", "paper", "cache", "lightbuffer", "voxel", "lie"}, 1);
+         [](Options &o, const std::string &v) {
+             o.shadows = static_cast<ShadowMethod>(
+                 one_of(v, {"trace", "exact", "paper", "cache", "lightbuffer", "voxel", "lie"}, 1));
          }},
         {"frame-count", "N", "divide the animation's time into N frames instead of the scene's own number",
          [](Options &o, const std::string &v) { o.frame_count = integer_in(v, 1, 1000000000); }},

@@ -38,10 +38,10 @@ std::string frame_json(const FrameReport &report) {
         .add("total", report.seconds.total);
     rays.add("primary", s.rays.primary).add("reflected", s.rays.reflected).add("refracted", s.rays.refracted);
     rays.add("shadow", s.rays.shadow);
-    rays.add("shadow_culled", none).add("shadow_dynamic_only", none);
-    shadow.add("node_visits", s.shadow.node_visits).add("triangle_tests", s.shadow.triangle_tests);
-    shadow.add("extra_tests", none);
-    shadow.add("proof_node_visits", none).add("proof_triangle_tests", none);
+    rays.add("shadow_culled", s.rays.shadow_culled).add("shadow_dynamic_only", s.rays.shadow_dynamic_only);
+    shadow.add("node_visits", s.shadow.traced.node_visits).add("triangle_tests", s.shadow.traced.triangle_tests);
+    shadow.add("extra_tests", s.shadow.extra_tests).add("proof_node_visits", s.shadow.proofs.node_visits);
+    shadow.add("proof_triangle_tests", s.shadow.proofs.triangle_tests);
     photons.add("emitted", s.photons.emitted).add("collisions", s.photons.collisions).add("stored", s.photons.stored);
     photons.add("absorbed", s.photons.absorbed).add("escaped", s.photons.escaped).add("blocked", s.photons.blocked);
     photons.add("unclaimed", s.photons.unclaimed).add("capped", s.photons.capped);

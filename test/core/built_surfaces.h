@@ -52,10 +52,12 @@ struct Room {
                   &surfaces,
                   make_surface_materials(scene, arena),
                   make_lights(scene, arena),
+                  &shadows,
                   vec_of(scene.background),
                   depth,
                   real(spread),
                   &statistics};
+        shadows = {&scene, &surfaces, tracer.lights, &statistics};
         REQUIRE(tracer.materials);
         REQUIRE(tracer.lights);
     }
@@ -74,6 +76,7 @@ struct Room {
     std::vector<unsigned char> memory;
     Surfaces surfaces;
     Statistics statistics;
+    Shadows shadows;
     Whitted tracer;
 };
 

@@ -68,11 +68,14 @@ bool is_blocked_by_any(const Surfaces &surfaces, const Ray &ray, Real begin, Rea
 // The same shading, asking every triangle.
 #define nearest_hit            nearest_of_all
 #define is_blocked             is_blocked_by_any
+#define is_shadowed            is_shadowed_by_any
 #define trace                  trace_all
 #define make_surface_materials make_materials_of_all
+#include "core/shadows.cpp"
 #include "core/whitted.cpp"
 #undef nearest_hit
 #undef is_blocked
+#undef is_shadowed
 #undef trace
 #undef make_surface_materials
 
@@ -151,6 +154,8 @@ TEST_CASE(WISP_ARITH_NAME ": pictures are those of every triangle, to the bit, a
         Whitted other = room.tracer;
         other.surfaces = &all;
         other.statistics = &statistics;
+        Shadows shadows = {&room.scene, &all, room.tracer.lights, &statistics};
+        other.shadows = &shadows;
         const View view(room.scene.camera);
         for (int pixel = 0; pixel < room_pixels * room_pixels; ++pixel) {
             const Ray ray =
