@@ -78,11 +78,15 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
     const Double3 &n = triangle.normal[0];
     if (n.x != 0 || n.y != 0 || n.z != 0) {
         Vec3 normal = vec_of(n) * share.x + vec_of(triangle.normal[1]) * share.y + vec_of(triangle.normal[2]) * share.z;
-        // Normals go by the inverse transpose.
-        if (body)
-            normal = Vec3(dot(body->inverse[0], normal), dot(body->inverse[1], normal), dot(body->inverse[2], normal));
-        const Real size = length(normal);
-        if (size > Real(0x1p-12)) point.normal = normal / size;
+        if (length(normal) > Real(0x1p-12)) {
+            if (body) { // by the inverse transpose, which may be small
+                const Vec3 *inverse = body->inverse;
+                normal = Vec3(dot(inverse[0], normal), dot(inverse[1], normal), dot(inverse[2], normal));
+                const Real size = largest_size(normal);
+                normal = size > Real(0) ? normal / size : point.plane;
+            }
+            point.normal = normalize(normal);
+        }
         if (dot(point.plane, point.normal) < Real(0)) point.plane = -point.plane; // vertex normals know the outside
     }
     const Real cosine = -dot(point.plane, beam.ray.direction);

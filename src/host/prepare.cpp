@@ -235,6 +235,20 @@ void check_surface_range(const std::string &name, const PreparedScene &prepared,
             refuse("a light is too far from the surfaces for this arithmetic");
         if (fixed && largest(light.color) > 0x1p30) refuse("a light is too strong for fixed point");
     }
+    if (prepared.scene.radiance_exponent > 120) refuse("it is too bright for a picture of 32-bit numbers");
+    if (!fixed) return;
+    for (uint32_t i = 0; i < prepared.scene.body_count; ++i) {
+        const Body &body = prepared.scene.bodies[i];
+        double most = 0;
+        for (int k = 0; body.visible && k < 3; ++k)
+            most = std::max({most, largest_component(body.axis[k]), largest_component(body.inverse[k])});
+        if (most > 0x1p11) refuse("something is stretched more than 2048 times, too much for fixed point");
+    }
+    for (uint32_t i = 0; i < prepared.scene.material_count; ++i) {
+        const Material &m = prepared.scene.materials[i];
+        if (std::max({largest(m.ambient), largest(m.diffuse), largest(m.specular)}) > 4)
+            refuse("a material is brighter than 4, too much for fixed point");
+    }
 }
 
 // Refuses what leaves the range of the arithmetic: of float, and of fixed-point numbers, which end at 2^31.

@@ -7,7 +7,9 @@ namespace wisp {
 
 namespace {
 
-constexpr int size_exponent = 10; // still triangles reach to 2^10 to 2^11 from their middle
+// Still triangles reach to 2^10 to 2^11 from their middle; where lights or the camera are farther out than four times
+// that, less, down to 2^4.
+constexpr int size_exponent = 10, least_exponent = 4, reach_exponent = 12;
 
 struct Extent {
     Double3 low = {1e300, 1e300, 1e300}, high = {-1e300, -1e300, -1e300};
@@ -23,6 +25,23 @@ struct Extent {
     bool any() const { return low.x <= high.x; }
     Double3 middle() const { return (low + high) * 0.5; }
 };
+
+// How far lights and the camera are from a point, and go by their key frames.
+double farthest_from(const Double3 &center, const SceneFile &file) {
+    double farthest = 0;
+    const auto add = [&](const Double3 &p, const std::string &name) {
+        farthest = std::max(farthest, largest_component(p - center));
+        const auto motion = file.graph.motions.find(name);
+        if (name.empty() || motion == file.graph.motions.end()) return;
+        const Double3 from = name == "camera" ? Double3{0, 0, 0} : p;
+        for (const Key &key : motion->second.translation)
+            farthest = std::max(farthest, largest_component(from + key.value - center));
+    };
+    add(file.view->from, "camera");
+    for (const SceneFile::Light &light : file.lights)
+        if (light.kind != LightKind::parallel) add(light.position, light.name);
+    return farthest;
+}
 
 Matrix matrix_of(const Body &body) { return {{body.axis[0], body.axis[1], body.axis[2]}, body.origin}; }
 
@@ -44,7 +63,13 @@ PreparedSurfaces::PreparedSurfaces(const std::string &name, const SceneFile &fil
     }
     const Double3 half = (extent.high - extent.low) * 0.5;
     center = extent.middle();
-    scale = largest(half) > 0 ? std::ldexp(1.0, size_exponent - exponent_of(largest(half))) : 1;
+    scale = 1;
+    if (largest(half) > 0) {
+        const int size = exponent_of(largest(half)),
+                  reach = exponent_of(std::max(farthest_from(center, file), largest(half)));
+        scale =
+            std::ldexp(1.0, std::max(std::min(size_exponent, reach_exponent - reach + size), least_exponent) - size);
+    }
     radius = length(half) * scale;
 
     for (uint32_t i = 0; i < shapes_.still_count; ++i) normalize(shapes_.triangles[i], {center, scale});
@@ -53,7 +78,11 @@ PreparedSurfaces::PreparedSurfaces(const std::string &name, const SceneFile &fil
         own.add(shapes_.triangles.data() + body.first, body.count);
         double size = 0; // of the body's units in the world
         for (const Double3 &axis : body.axis) size = std::max(size, length(axis));
-        const Space space = {own.middle(), size > 0 ? scale * std::ldexp(1.0, exponent_of(size)) : scale};
+        Space space = {own.middle(), size > 0 ? scale * std::ldexp(1.0, exponent_of(size)) : scale};
+        // One that is flattened may be far larger than what is seen of it.
+        const double reach = largest_component(own.high - space.center);
+        if (reach * space.scale > coordinate_limit)
+            space.scale = std::ldexp(1.0, exponent_of(coordinate_limit) - 1 - exponent_of(reach));
         for (uint32_t i = body.first; i < body.first + body.count; ++i) normalize(shapes_.triangles[i], space);
         spaces_.push_back(space);
     }

@@ -1,6 +1,6 @@
 // Surfaces of a scene in the units of the core: lengths multiplied by a power of two, so that the still triangles reach
-// from about -2048 to 2048, and positions relative to their middle. Bodies have spaces of their own that are scaled
-// like the world.
+// from about -2048 to 2048 (from less where lights or the camera are far out), and positions relative to their middle.
+// Bodies have spaces of their own that are scaled like the world.
 #pragma once
 #include "host/pose.h"
 #include "host/scene_file.h"

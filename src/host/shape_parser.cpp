@@ -7,7 +7,8 @@ namespace wisp {
 
 namespace {
 
-constexpr double any = 1e30;
+// What every arithmetic holds, after several reflections too.
+constexpr double most_color = 1000, most_shininess = 1e7, most_index = 1000, most_texel = coordinate_limit;
 constexpr size_t most_fine_spheres = 1000; // of a scene: where there are more none is fine
 
 // Of shapes before the first material: a grey that is lit.
@@ -44,8 +45,8 @@ std::string ShapeParser::statements() {
 
 void ShapeParser::plain_material() {
     const Double3 color = tokens_.color("the material");
-    const double diffuse = tokens_.number_in("a diffuse part Kd of 0 or more", 0, any);
-    const double specular = tokens_.number_in("a specular part Ks of 0 or more", 0, any);
+    const double diffuse = tokens_.number_in("a diffuse part Kd from 0 to 1000", 0, most_color);
+    const double specular = tokens_.number_in("a specular part Ks from 0 to 1000", 0, most_color);
     finish_material({color * diffuse, color * diffuse, {specular, specular, specular}, 0, 0, 1});
 }
 
@@ -55,9 +56,13 @@ void ShapeParser::full_material() {
 }
 
 void ShapeParser::finish_material(FileMaterial material) {
-    material.shininess = tokens_.number_in("a shininess of 0 or more", 0, any);
+    for (const Double3 &color : {material.ambient, material.diffuse, material.specular})
+        if (largest(color) > most_color) tokens_.fail("found a colour of a material above 1000, expected less");
+    material.shininess = tokens_.number_in("a shininess from 0 to 1e7", 0, most_shininess);
     material.transmission = tokens_.number_in("a transmission from 0 to 1", 0, 1);
-    material.index = tokens_.number("the index of refraction");
+    material.index = tokens_.number_in("an index of refraction up to 1000", -1e30, most_index);
+    if (material.index > 0 && material.index < 1 / most_index)
+        tokens_.fail("found index " + tokens_.last() + ", expected 0, or one from 0.001 to 1000");
     use(material);
 }
 
@@ -83,8 +88,8 @@ int32_t ShapeParser::texture(std::string_view file) {
 }
 
 std::array<double, 2> ShapeParser::texel() {
-    const double u = tokens_.number("u of a corner");
-    return {u, tokens_.number("v of a corner")};
+    const double u = tokens_.number_in("u from -8192 to 8192", -most_texel, most_texel);
+    return {u, tokens_.number_in("v from -8192 to 8192", -most_texel, most_texel)};
 }
 
 std::vector<Double3> ShapeParser::vectors(size_t count, std::string_view what) {

@@ -208,6 +208,29 @@ TEST_CASE(WISP_ARITH_NAME ": a body is where its matrix says, and hidden where i
     }
 }
 
+TEST_CASE(WISP_ARITH_NAME ": normals of a body are interpolated, however it is scaled") {
+    // A triangle of 2 x 2 in the world, of any size in its own space; its normals lean to either side.
+    for (const double size : {0x1p11, 0x1p13, 1.0, 0x1p-10}) {
+        Room room;
+        room.material(matte({1, 1, 1}));
+        room.add({-1 / size, -1 / size, 0}, {1 / size, -1 / size, 0}, {0, 1 / size, 0}, 0);
+        const Double3 normals[] = {{-0.6, 0, 0.8}, {0.6, 0, 0.8}, {0, 0, 1}};
+        std::copy(normals, normals + 3, room.triangles[0].normal);
+        room.scene.body_triangle_count = 1;
+        Body body = {0, 1, {{size, 0, 0}, {0, size, 0}, {0, 0, size}}, {0, 0, 0}, {}, true};
+        body.inverse[0].x = body.inverse[1].y = body.inverse[2].z = 1 / size;
+        room.bodies = {body};
+        room.light(LightKind::parallel, {0, 0, 0}, {3.14159265358979, 0, 0});
+        room.build();
+        // At (x, -0.999), of which the last corner has 0.0005.
+        for (const double x : {-0.5, 0.0, 0.75}) {
+            CAPTURE(size);
+            const double z = 0.8 + 0.2 * 0.0005, exact = z / std::sqrt(0.36 * x * x + z * z);
+            CHECK(at(room.look({x, -0.999, 3}, {x, -0.999, 0}).x) == doctest::Approx(exact).epsilon(1e-5));
+        }
+    }
+}
+
 TEST_CASE(WISP_ARITH_NAME ": a small body far from the middle has its own planes") {
     // In float the corners of the smaller one fall together in the world.
     for (const double size : {0x1p-10, 0x1p-16}) {

@@ -156,11 +156,17 @@ TEST_CASE("shapes: errors") {
     const struct {
         std::string text, error;
     } cases[] = {
-        {"f 1 1 1 .5 -1", "s.aff:1: found -1, expected a specular part Ks of 0 or more"},
+        {"f 1 1 1 .5 -1", "s.aff:1: found -1, expected a specular part Ks from 0 to 1000"},
+        {"f 1 1 1 2000", "s.aff:1: found 2000, expected a diffuse part Kd from 0 to 1000"},
+        {"fm 1 1 1 1 1 1\n0 0 1001", "s.aff:2: found a colour of a material above 1000, expected less"},
         {"f 1 -1 1", "s.aff:1: found -1, expected green of 0 or more of the material"},
-        {"fm 1 1 1 1 1 1 1 1 1 -1", "s.aff:1: found -1, expected a shininess of 0 or more"},
+        {"fm 1 1 1 1 1 1 1 1 1 -1", "s.aff:1: found -1, expected a shininess from 0 to 1e7"},
+        {"f 1 1 1 1 1 2e7", "s.aff:1: found 2e7, expected a shininess from 0 to 1e7"},
+        {"f 1 1 1 1 1 1 1 1001", "s.aff:1: found 1001, expected an index of refraction up to 1000"},
+        {"f 1 1 1 1 1 1 1 1e-4", "s.aff:1: found index 1e-4, expected 0, or one from 0.001 to 1000"},
+        {"tt a.ppm 0 0 0 1 8193", "s.aff:1: found 8193, expected v from -8192 to 8192"},
         {"fm 1 1 1 1 1 1\n1 1 1 1 1.5", "s.aff:2: found 1.5, expected a transmission from 0 to 1"},
-        {"fm 1 1 1 1 1 1 1 1 1 1 1 nan", "s.aff:1: found 'nan', expected a number: the index of refraction"},
+        {"fm 1 1 1 1 1 1 1 1 1 1 1 nan", "s.aff:1: found 'nan', expected a number: an index of refraction up to 1000"},
         {"s 0 0 0 0", "s.aff:1: found radius 0, expected another"},
         {"s 0 0 inf 1", "s.aff:1: found 'inf', expected a number: z of the sphere's centre"},
         {"c 0 0 0 1 0 0 0 1", "s.aff:1: base and apex are the same point, expected two"},
