@@ -83,13 +83,13 @@ test: all $B/tests
 
 # Peers are built only where their packages are.
 PEERS = $(if $(wildcard /usr/include/nanoflann.hpp),$B/peers/point_tree_f32 $B/peers/point_tree_f64) \
-        $(if $(wildcard /usr/include/embree3/rtcore.h),$B/peers/rays)
+        $(if $(wildcard /usr/include/embree3/rtcore.h),$(ARITHMETICS:%=$B/peers/rays_%))
 $B/peers/point_tree_%: tools/peers/point_tree.cpp $B/core/%/point_tree.o
 	@mkdir -p $(@D)
 	$(CXX) $(CPPFLAGS) $(FLAGS) $(MULTIVERSION) -DWISP_ARITH=$* $< $B/core/$*/point_tree.o -o $@
-$B/peers/rays: tools/peers/rays.cpp $B/core/f32/triangle_tree.o
+$B/peers/rays_%: tools/peers/rays.cpp $(LIBRARY_O)
 	@mkdir -p $(@D)
-	$(CXX) $(CPPFLAGS) $(FLAGS) $(MULTIVERSION) -DWISP_ARITH=f32 $< $B/core/f32/triangle_tree.o -lembree3 -o $@
+	$(CXX) $(CPPFLAGS) $(FLAGS) $(MULTIVERSION) -DWISP_ARITH=$* $< $(LIBRARY_O) -lz -lembree3 -o $@
 bench: all $(PEERS)
 	tools/bench
 # What `make bench` measures errors against, where it is missing: two hours, resumed where it was stopped.

@@ -1,11 +1,15 @@
 // The triangle tree beside Embree 3, one ray at a time on one thread: primary rays, shadow rays, bounces.
 //
-//   rays [FILE...]      each FILE holds triangles: their number as uint32, then nine float32 each, little-endian;
-//                       without any, the scene is a made-up room of about 100,000 triangles
+//   rays SCENE...       what the camera sees of the first frame of a scene (NFF, AFF) at 512 x 512; `room` is a
+//                       made-up one of about 140,000 triangles
 //
-// Embree is asked for RTC_SCENE_FLAG_ROBUST, once with the widest vectors of the machine and once as isa=sse2, which is
-// what bits that do not depend on the machine are held against. Times are medians of five alternating runs; `ratio` is
-// a rival's time over ours. Hits are compared before anything is timed.
+// Every triangle is in one tree, where it is in the world. Embree is asked for RTC_SCENE_FLAG_ROBUST, once with the
+// widest vectors of the machine and once as isa=sse2, which is what bits that do not depend on the machine are held
+// against. What lets light through is not in the scene that it is asked for shadows. Times are medians of five
+// alternating runs; `ratio` is a rival's time over ours. Hits are compared before anything is timed.
+#include "host/error.h"
+#include "host/prepare.h"
+#include "wisp/camera.h"
 #include "wisp/random.h"
 #include "wisp/triangle_tree.h"
 #include <algorithm>
@@ -19,7 +23,7 @@
 #include <string>
 #include <vector>
 
-namespace wisp::f32 {
+namespace wisp::WISP_ARITH {
 namespace {
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
@@ -29,6 +33,16 @@ double unit(Mt19937 &random) { return random() * 0x1p-32; }
 // ---- scenes ----
 
 using Triangles = std::vector<Triangle>;
+
+// What rays are made of.
+struct Place {
+    Triangles triangles;
+    std::vector<Material> materials;
+    Camera camera; // of a picture of `pixels` x `pixels`
+    std::vector<Double3> lights;
+    double skin;
+};
+constexpr int pixels = 512;
 
 Triangle triangle_of(const Double3 &a, const Double3 &b, const Double3 &c) {
     Triangle triangle = {};
@@ -67,7 +81,7 @@ void add_ball(Triangles &all, const Double3 &center, double radius, int rings) {
 }
 
 // A room with furniture: tables and shelves of boxes, and bowls and fruit upon them, small and in heaps.
-Triangles room() {
+Place room() {
     Mt19937 random(5, 0, 0, 0);
     Triangles all;
     add_box(all, {-5, -4, 0}, {10, 8, 3});
@@ -84,33 +98,55 @@ Triangles room() {
                 add_ball(all, {tx, ty, height + 0.04 + size}, size, 8 + static_cast<int>(12 * unit(random)));
         }
     }
-    return all;
+    // To (0.5, 0.4, 0.9), 1.4 wide and high at a distance of 1.
+    const Double3 eye = {-4.4, -3.36, 1.86}, corner = {0.444, 1.222, 0.538}, right = {0.851, -1.112, 0},
+                  down = {-0.171, -0.131, -1.383};
+    const auto over = [](const Double3 &v, double by) { return Double3{v.x / by, v.y / by, v.z / by}; };
+    return {all,
+            {Material{}},
+            {eye, corner, over(right, pixels), over(down, pixels)},
+            {{0, 0, 2.79}, {-3, 2.4, 2.4}, {3.5, -1.6, 2.1}},
+            1e-4};
 }
 
-Triangles read_triangles(const char *name) {
-    std::FILE *file = std::fopen(name, "rb");
-    uint32_t count = 0;
-    Triangles all;
-    float x[9];
-    if (file && std::fread(&count, sizeof count, 1, file) == 1)
-        while (all.size() < count && std::fread(x, sizeof x, 1, file) == 1)
-            all.push_back(triangle_of({x[0], x[1], x[2]}, {x[3], x[4], x[5]}, {x[6], x[7], x[8]}));
-    if (file) std::fclose(file);
-    if (!file || all.size() != count || count == 0) {
-        std::fprintf(stderr, "%s: expected the number of triangles and nine floats each\n", name);
-        std::exit(1);
-    }
-    return all;
+// p in the world's space.
+Double3 placed(const Body &body, const Double3 &p) {
+    const Double3 *axis = body.axis;
+    return {axis[0].x * p.x + axis[1].x * p.y + axis[2].x * p.z + body.origin.x,
+            axis[0].y * p.x + axis[1].y * p.y + axis[2].y * p.z + body.origin.y,
+            axis[0].z * p.x + axis[1].z * p.y + axis[2].z * p.z + body.origin.z};
+}
+
+Place read_place(const std::string &name) {
+    Options options;
+    options.width = options.height = pixels;
+    PreparedScene prepared;
+    prepare_scene(name, read_scene(name), options, 0, prepared);
+    const Scene &scene = prepared.scene;
+    Place place = {{}, {scene.materials, scene.materials + scene.material_count}, scene.camera, {}, scene.skin};
+    const auto add = [&](uint32_t first, uint32_t count, const Body *body) {
+        for (uint32_t i = first; i < first + count; ++i) {
+            place.triangles.push_back(scene.triangles[i]);
+            if (body)
+                for (Double3 &corner : place.triangles.back().corner) corner = placed(*body, corner);
+        }
+    };
+    add(0, scene.still_count, nullptr);
+    for (uint32_t i = 0; i < scene.body_count; ++i)
+        if (scene.bodies[i].visible) add(scene.bodies[i].first, scene.bodies[i].count, &scene.bodies[i]);
+    add(scene.still_count + scene.body_triangle_count, scene.morph_count, nullptr);
+    for (uint32_t i = 0; i < scene.light_count; ++i)
+        if (scene.lights[i].kind != LightKind::parallel) place.lights.push_back(scene.lights[i].position);
+    return place;
 }
 
 // ---- rays ----
 
 struct Query {
     Vec3 origin, direction;
-    float end;
-    uint32_t skip; // of wisp; Embree begins at `begin` instead
+    Real end;
+    uint32_t skip; // of wisp alone
 };
-constexpr float begin = 1e-4f;
 
 struct Rays {
     std::string name;
@@ -120,20 +156,24 @@ struct Rays {
 
 class Wisp {
   public:
-    explicit Wisp(const Triangles &triangles) : memory_(triangle_tree_bytes(static_cast<uint32_t>(triangles.size()))) {
+    explicit Wisp(const Place &place)
+        : memory_(triangle_tree_bytes(static_cast<uint32_t>(place.triangles.size()))),
+          begin_(to_real<Real>(place.skin)) {
         Arena arena(memory_.data(), memory_.size());
         const double start = now();
-        tree = make_triangle_tree(triangles.data(), static_cast<uint32_t>(triangles.size()), &material_, arena);
+        tree = make_triangle_tree(place.triangles.data(), static_cast<uint32_t>(place.triangles.size()),
+                                  place.materials.data(), arena);
         build_seconds = now() - start;
         bytes = arena.mark();
         if (!tree.ready) std::exit(1);
     }
     bool closest(const Query &query, SurfaceHit &hit) const {
-        return nearest_hit(tree, TriangleRay(query.origin, query.direction), begin, query.end, query.skip, hit, counts);
+        return nearest_hit(tree, TriangleRay(query.origin, query.direction), begin_, query.end, query.skip, hit,
+                           counts);
     }
     bool occluded(const Query &query) const {
         uint32_t occluder = 0;
-        return any_hit(tree, TriangleRay(query.origin, query.direction), begin, query.end, query.skip, occluder,
+        return any_hit(tree, TriangleRay(query.origin, query.direction), begin_, query.end, query.skip, occluder,
                        counts);
     }
     TriangleTree tree;
@@ -143,12 +183,13 @@ class Wisp {
 
   private:
     std::vector<unsigned char> memory_;
-    Material material_ = {};
+    Real begin_;
 };
 
 class Embree {
   public:
-    Embree(const Triangles &triangles, const char *options) : device_(rtcNewDevice(options)) {
+    Embree(const Triangles &triangles, double skin, const char *options)
+        : device_(rtcNewDevice(options)), begin_(static_cast<float>(skin)) {
         rtcSetDeviceMemoryMonitorFunction(
             device_,
             [](void *sum, ssize_t change, bool) {
@@ -167,8 +208,10 @@ class Embree {
         uint32_t *indices = static_cast<uint32_t *>(
             rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(uint32_t), count));
         for (size_t i = 0; i < 3 * count; ++i) {
-            const Vec3 p = vec_of(triangles[i / 3].corner[i % 3]);
-            for (int a = 0; a < 3; ++a) corners[3 * i + static_cast<size_t>(a)] = p[a];
+            const Double3 &p = triangles[i / 3].corner[i % 3];
+            corners[3 * i] = static_cast<float>(p.x);
+            corners[3 * i + 1] = static_cast<float>(p.y);
+            corners[3 * i + 2] = static_cast<float>(p.z);
             indices[i] = static_cast<uint32_t>(i);
         }
         rtcCommitGeometry(geometry);
@@ -181,14 +224,14 @@ class Embree {
         rtcReleaseScene(scene_);
         rtcReleaseDevice(device_);
     }
-    bool closest(const Query &query, SurfaceHit &hit) const {
+    bool closest(const Query &query, float &distance) const {
         RTCIntersectContext context;
         rtcInitIntersectContext(&context);
         RTCRayHit asked = {};
         asked.ray = ray_of(query);
         asked.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         rtcIntersect1(scene_, &context, &asked);
-        hit = {asked.ray.tfar, asked.hit.primID, asked.hit.u, asked.hit.v};
+        distance = asked.ray.tfar;
         return asked.hit.geomID != RTC_INVALID_GEOMETRY_ID;
     }
     bool occluded(const Query &query) const {
@@ -202,21 +245,43 @@ class Embree {
     ssize_t bytes = 0;
 
   private:
-    static RTCRay ray_of(const Query &query) {
+    RTCRay ray_of(const Query &query) const {
+        const auto single = [](Real x) { return static_cast<float>(to_double(x)); };
         RTCRay ray = {};
-        ray.org_x = query.origin.x, ray.org_y = query.origin.y, ray.org_z = query.origin.z;
-        ray.dir_x = query.direction.x, ray.dir_y = query.direction.y, ray.dir_z = query.direction.z;
-        ray.tnear = begin, ray.tfar = query.end;
+        ray.org_x = single(query.origin.x), ray.org_y = single(query.origin.y), ray.org_z = single(query.origin.z);
+        ray.dir_x = single(query.direction.x), ray.dir_y = single(query.direction.y);
+        ray.dir_z = single(query.direction.z);
+        ray.tnear = begin_, ray.tfar = single(query.end);
         ray.mask = 0xffffffff;
         return ray;
     }
     RTCDevice device_;
     RTCScene scene_;
+    float begin_;
 };
 
-template <class Tracer> uint64_t trace(const Tracer &tracer, const Rays &rays) {
+// Asked for shadows without what lets light through.
+class Rival {
+  public:
+    Rival(const Place &place, const char *options)
+        : all(place.triangles, place.skin, options), opaque_(opaque(place), place.skin, options) {}
+    bool closest(const Query &query, float &distance) const { return all.closest(query, distance); }
+    bool occluded(const Query &query) const { return opaque_.occluded(query); }
+    Embree all;
+
+  private:
+    static Triangles opaque(const Place &place) {
+        Triangles triangles;
+        for (const Triangle &triangle : place.triangles)
+            if (!(place.materials[triangle.material].transmission > 0)) triangles.push_back(triangle);
+        return triangles;
+    }
+    Embree opaque_;
+};
+
+template <class Hit, class Tracer> uint64_t trace(const Tracer &tracer, const Rays &rays) {
     uint64_t hits = 0;
-    SurfaceHit hit;
+    Hit hit;
     if (rays.any)
         for (const Query &query : rays.queries) hits += tracer.occluded(query) ? 1 : 0;
     else
@@ -224,43 +289,35 @@ template <class Tracer> uint64_t trace(const Tracer &tracer, const Rays &rays) {
     return hits;
 }
 
-std::vector<Rays> make_rays(const Wisp &wisp, const Triangles &triangles) {
-    constexpr int size = 512;
-    constexpr float far = 1e6f;
+std::vector<Rays> make_rays(const Wisp &wisp, const Place &place) {
+    const Real far = path_end, skin = to_real<Real>(place.skin);
     Rays primary = {"primary", false, {}}, shadow = {"shadow", true, {}}, mirrored = {"mirrored", false, {}},
          diffuse = {"diffuse", false, {}};
     Mt19937 random(3, 0, 0, 0);
-    const Box &box = wisp.tree.bounds;
-    const Vec3 extent = box.high - box.low;
-    const auto inside = [&](float x, float y, float z) { return box.low + Vec3(x, y, z) * extent; };
-    const Vec3 eye = inside(0.06f, 0.08f, 0.62f),
-               lights[3] = {inside(0.5f, 0.5f, 0.93f), inside(0.2f, 0.8f, 0.8f), inside(0.85f, 0.3f, 0.7f)};
-    const Vec3 forward = normalize(inside(0.55f, 0.55f, 0.3f) - eye);
-    const Vec3 right = normalize(glm::cross(forward, Vec3(0, 0, 1))), down = glm::cross(forward, right);
-    for (int i = 0; i < size * size; ++i) {
-        const float x = (static_cast<float>(i % size) + 0.5f) / size - 0.5f,
-                    y = (static_cast<float>(i / size) + 0.5f) / size - 0.5f;
-        const Query query = {eye, normalize(forward + right * (1.4f * x) + down * (1.4f * y)), far, no_triangle};
+    const View view(place.camera);
+    for (int i = 0; i < pixels * pixels; ++i) {
+        const Ray ray = view.ray_through(Real(i % pixels) + Real(0.5), Real(i / pixels) + Real(0.5));
+        const Query query = {ray.origin, ray.direction, far, no_triangle};
         primary.queries.push_back(query);
         SurfaceHit hit;
         if (!wisp.closest(query, hit)) continue;
-        const Triangle &triangle = triangles[hit.triangle];
+        const Triangle &triangle = place.triangles[hit.triangle];
         const Vec3 a = vec_of(triangle.corner[0]), b = vec_of(triangle.corner[1]), c = vec_of(triangle.corner[2]);
-        Vec3 normal = normalize(glm::cross(b - a, c - a));
-        if (dot(normal, query.direction) > 0) normal = -normal;
+        Vec3 normal = normalize(cross(normalize(b - a), normalize(c - a)));
+        if (dot(normal, query.direction) > Real(0)) normal = -normal;
         const Vec3 at = query.origin + query.direction * hit.distance;
-        for (const Vec3 &light : lights) {
-            if (dot(light - at, normal) <= 0) continue;
-            const float distance = length(light - at);
-            shadow.queries.push_back({at, (light - at) / distance, distance * (1 - 1e-4f), hit.triangle});
+        for (const Double3 &light : place.lights) {
+            const Vec3 way = vec_of(light) - at;
+            if (!(dot(way, normal) > Real(0))) continue;
+            const Real distance = length(way);
+            shadow.queries.push_back({at, way / distance, distance - skin, hit.triangle});
         }
         mirrored.queries.push_back(
-            {at, normalize(query.direction - normal * (2 * dot(normal, query.direction))), far, hit.triangle});
+            {at, normalize(query.direction - normal * (Real(2) * dot(normal, query.direction))), far, hit.triangle});
         for (;;) {
-            const float dx = static_cast<float>(2 * unit(random) - 1), dy = static_cast<float>(2 * unit(random) - 1),
-                        dz = static_cast<float>(2 * unit(random) - 1);
-            const Vec3 d(dx, dy, dz);
-            if (dot(d, d) > 1 || dot(d, d) < 0.01f || dot(d, normal) <= 0) continue;
+            const double x = 2 * unit(random) - 1, y = 2 * unit(random) - 1, z = 2 * unit(random) - 1;
+            const Vec3 d = vec_of({x, y, z});
+            if (dot(d, d) > Real(1) || dot(d, d) < Real(0.01) || !(dot(d, normal) > Real(0))) continue;
             diffuse.queries.push_back({at, normalize(d), far, hit.triangle});
             break;
         }
@@ -269,34 +326,37 @@ std::vector<Rays> make_rays(const Wisp &wisp, const Triangles &triangles) {
 }
 
 // How many of the rays Embree sees otherwise: at edges and where triangles lie in one plane, or near `begin`.
-uint32_t differences(const Wisp &wisp, const Embree &embree, const Rays &rays) {
+uint32_t differences(const Wisp &wisp, const Rival &rival, const Rays &rays) {
     uint32_t different = 0;
     for (const Query &query : rays.queries) {
         if (rays.any) {
-            different += wisp.occluded(query) != embree.occluded(query) ? 1 : 0;
+            different += wisp.occluded(query) != rival.occluded(query) ? 1 : 0;
             continue;
         }
-        SurfaceHit ours, theirs;
+        SurfaceHit ours;
+        float theirs;
         const bool hit = wisp.closest(query, ours);
-        const bool same = hit == embree.closest(query, theirs) &&
-                          (!hit || std::abs(ours.distance - theirs.distance) <= 1e-4f * (1 + theirs.distance));
+        const bool same = hit == rival.closest(query, theirs) &&
+                          (!hit || std::abs(to_double(ours.distance) - theirs) <= 1e-4 * (1 + theirs));
         different += same ? 0 : 1;
     }
     return different;
 }
 
-void measure(const std::string &name, const Triangles &triangles) {
-    const Wisp wisp(triangles);
-    const Embree wide(triangles, "threads=1,set_affinity=0"), sse2(triangles, "threads=1,isa=sse2,set_affinity=0");
-    const double count = static_cast<double>(triangles.size());
-    std::printf("%s,%zu triangles,build s,wisp,%.3g,,,\n", name.c_str(), triangles.size(), wisp.build_seconds);
-    std::printf("%s,,build s,Embree,%.3g,%.2f,,\n", name.c_str(), wide.build_seconds,
-                wide.build_seconds / wisp.build_seconds);
-    std::printf("%s,,bytes a triangle,wisp,%.4g,,%u nodes,%u groups\n", name.c_str(),
+void measure(const std::string &name, const Place &place) {
+    const Wisp wisp(place);
+    const Rival wide(place, "threads=1,set_affinity=0"), sse2(place, "threads=1,isa=sse2,set_affinity=0");
+    const double count = static_cast<double>(place.triangles.size());
+    std::printf(WISP_ARITH_NAME ",%s,%zu triangles,build s,wisp,%.3g,,,\n", name.c_str(), place.triangles.size(),
+                wisp.build_seconds);
+    std::printf(WISP_ARITH_NAME ",%s,,build s,Embree,%.3g,%.2f,,\n", name.c_str(), wide.all.build_seconds,
+                wide.all.build_seconds / wisp.build_seconds);
+    std::printf(WISP_ARITH_NAME ",%s,,bytes a triangle,wisp,%.4g,,%u nodes,%u groups\n", name.c_str(),
                 static_cast<double>(wisp.bytes) / count, wisp.tree.node_count, wisp.tree.group_count);
-    std::printf("%s,,bytes a triangle,Embree,%.4g,%.2f,,\n", name.c_str(), static_cast<double>(wide.bytes) / count,
-                static_cast<double>(wide.bytes) / static_cast<double>(wisp.bytes));
-    for (const Rays &rays : make_rays(wisp, triangles)) {
+    std::printf(WISP_ARITH_NAME ",%s,,bytes a triangle,Embree,%.4g,%.2f,,\n", name.c_str(),
+                static_cast<double>(wide.all.bytes) / count,
+                static_cast<double>(wide.all.bytes) / static_cast<double>(wisp.bytes));
+    for (const Rays &rays : make_rays(wisp, place)) {
         const double asked = static_cast<double>(rays.queries.size());
         const uint32_t different = differences(wisp, sse2, rays);
         if (different > rays.queries.size() / 100) {
@@ -304,41 +364,46 @@ void measure(const std::string &name, const Triangles &triangles) {
             std::exit(1);
         }
         wisp.counts = {0, 0};
-        trace(wisp, rays);
+        trace<SurfaceHit>(wisp, rays);
         const double visits = static_cast<double>(wisp.counts.node_visits) / asked;
         const double tests = static_cast<double>(wisp.counts.triangle_tests) / asked;
         std::vector<double> seconds[3];
         volatile uint64_t sink = 0;
         for (int run = 0; run < 5; ++run) {
             double start = now();
-            sink = trace(wisp, rays);
+            sink = trace<SurfaceHit>(wisp, rays);
             seconds[0].push_back(now() - start), start = now();
-            sink = trace(sse2, rays);
+            sink = trace<float>(sse2, rays);
             seconds[1].push_back(now() - start), start = now();
-            sink = trace(wide, rays);
+            sink = trace<float>(wide, rays);
             seconds[2].push_back(now() - start);
         }
         (void)sink;
         for (std::vector<double> &s : seconds) std::sort(s.begin(), s.end());
-        std::printf("%s,%s,Mrays/s,wisp,%.3g,,%.1f visits,%.1f tests\n", name.c_str(), rays.name.c_str(),
-                    asked / seconds[0][2] * 1e-6, visits, tests);
-        std::printf("%s,%s,Mrays/s,Embree sse2,%.3g,%.2f,%u differ,\n", name.c_str(), rays.name.c_str(),
-                    asked / seconds[1][2] * 1e-6, seconds[1][2] / seconds[0][2], different);
-        std::printf("%s,%s,Mrays/s,Embree,%.3g,%.2f,,\n", name.c_str(), rays.name.c_str(), asked / seconds[2][2] * 1e-6,
-                    seconds[2][2] / seconds[0][2]);
+        std::printf(WISP_ARITH_NAME ",%s,%s,Mrays/s,wisp,%.3g,,%.1f visits,%.1f tests\n", name.c_str(),
+                    rays.name.c_str(), asked / seconds[0][2] * 1e-6, visits, tests);
+        std::printf(WISP_ARITH_NAME ",%s,%s,Mrays/s,Embree sse2,%.3g,%.2f,%u differ,\n", name.c_str(),
+                    rays.name.c_str(), asked / seconds[1][2] * 1e-6, seconds[1][2] / seconds[0][2], different);
+        std::printf(WISP_ARITH_NAME ",%s,%s,Mrays/s,Embree,%.3g,%.2f,,\n", name.c_str(), rays.name.c_str(),
+                    asked / seconds[2][2] * 1e-6, seconds[2][2] / seconds[0][2]);
         std::fflush(stdout);
     }
 }
 
 } // namespace
-} // namespace wisp::f32
+} // namespace wisp::WISP_ARITH
 
 int main(int count, char **words) {
-    using namespace wisp::f32;
-    std::printf("scene,rays,what,who,value,ratio,visits,tests\n");
-    for (int i = 1; i < count; ++i) {
-        const std::string name = words[i];
-        measure(name.substr(name.rfind('/') + 1), read_triangles(words[i]));
+    using namespace wisp;
+    using namespace wisp::WISP_ARITH;
+    std::printf("arithmetic,scene,rays,what,who,value,ratio,visits,tests\n");
+    try {
+        for (int i = 1; i < count; ++i) {
+            const std::string name = words[i];
+            measure(name.substr(name.rfind('/') + 1), name == "room" ? room() : read_place(name));
+        }
+    } catch (const Error &error) {
+        std::fprintf(stderr, "%s\n", error.what());
+        return 1;
     }
-    if (count == 1) measure("room", room());
 }
