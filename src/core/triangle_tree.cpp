@@ -14,7 +14,7 @@ constexpr int fine_bits = 7;      // corners are cut off at cells in units of 2^
 constexpr int64_t fine_slack = 8; // ... a corner's rounding, one, and six cuts, one each, take up less
 
 // Costs of the heuristic: of going through a node, and of testing a group of triangles.
-constexpr uint64_t node_cost = 1, group_cost = 3;
+constexpr uint64_t node_cost = 1, group_cost = 2;
 constexpr uint32_t few = 64;   // triangles whose bounds are tried one and all
 constexpr uint32_t bins = 256; // where there are more, only the bounds about the best border of bins are
 
@@ -474,33 +474,60 @@ struct PlaneRay {
     }
 };
 
-// Which of a group's first `count` triangles may be hit: all that are, and of others few. In f32 and f64 the sign of a
-// difference of rounded products is that of the exact difference, or it is 0; in Fixed products would be half of the
-// test itself, and the ray's side of the corners tells as much.
-WISP_VISITOR uint32_t candidates(const TriangleGroup &group, uint32_t count, const TriangleRay &ray, Real from_x,
-                                 Real from_y, Real from_z) {
-    const uint32_t width = std::is_same_v<Real, Fixed> ? count : group_triangles; // vectors are always full
-    uint32_t mask = 0;
-    Sheared x[3][group_triangles], y[3][group_triangles];
-    for (uint32_t c = 0; c < 3; ++c) WISP_LANES for (uint32_t l = 0; l < width; ++l) {
-            const ShearedCorner p = shear(ray, group.corner[c][ray.x][l] - from_x, group.corner[c][ray.y][l] - from_y,
-                                          group.corner[c][ray.z][l] - from_z);
-            x[c][l] = p.x;
-            y[c][l] = p.y;
-        }
-    WISP_LANES for (uint32_t l = 0; l < width; ++l) {
-        if constexpr (std::is_same_v<Real, Fixed>) {
-            const bool aside = min(x[0][l], min(x[1][l], x[2][l])) > 0 || max(x[0][l], max(x[1][l], x[2][l])) < 0 ||
-                               min(y[0][l], min(y[1][l], y[2][l])) > 0 || max(y[0][l], max(y[1][l], y[2][l])) < 0;
-            mask |= aside ? 0u : 1u << l;
-        } else {
-            const Sheared a = x[2][l] * y[1][l] - y[2][l] * x[1][l], b = x[0][l] * y[2][l] - y[0][l] * x[2][l],
-                          c = x[1][l] * y[0][l] - y[1][l] * x[0][l];
-            mask |= min(a, min(b, c)) < 0 && max(a, max(b, c)) > 0 ? 0u : 1u << l;
-        }
+// What finds the triangles of a group that may be hit: all that are, and of others few. In f32 and f64 these are the
+// test's own sheared corners, and the sign of a difference of rounded products is that of the exact one, or it is 0. In
+// Fixed they are doubles in units of 2^-32. A corner less the origin is exact, of at most M = 2^47; sheared, it is less
+// than 2^-51 M + 2^-14 off the test's: 2^-53 M each by the shear, its product and (two) the difference, 2^-14 by the
+// test's rounding down. `slack` is twice that. Hence cross products of corners p and q are less than half of
+// slack (|p_x| + |p_y| + |q_x| + |q_y| + slack) off, and as much again by three roundings of 2^-53 of products below
+// 2 M (|q_x| + |q_y|). The room is twice it all.
+struct Filter {
+    using Number = std::conditional_t<std::is_same_v<Real, Fixed>, double, Real>;
+
+    uint32_t axis[3];
+    Real from[3];
+    Number shear_x, shear_y;
+    static constexpr Number slack = std::is_same_v<Real, Fixed> ? Number(0x1p-3 + 0x1p-13) : Number(0);
+
+    explicit Filter(const TriangleRay &ray)
+        : axis{ray.x, ray.y, ray.z}, shear_x(number_of_shear(ray.shear_x)), shear_y(number_of_shear(ray.shear_y)) {
+        for (int i = 0; i < 3; ++i) from[i] = ray.origin[static_cast<int>(axis[i])];
     }
-    return mask & ((1u << count) - 1);
-}
+
+    static Number number_of_shear(Number shear) { return shear; }
+    static Number number_of_shear(int64_t shear) { return static_cast<Number>(shear) * Number(0x1p-62); }
+    static Number difference(Number a, Number b) { return a - b; }
+    static Number difference(Fixed a, Fixed b) { // 2^52 + 2^51 + the integer, less that
+        const uint64_t integer = static_cast<uint64_t>(a.raw()) - static_cast<uint64_t>(b.raw());
+        return static_cast<Number>(detail::from_bits<double>(integer + 0x4338000000000000) - 0x1.8p52);
+    }
+
+    // Of the first `count`.
+    WISP_VISITOR uint32_t candidates(const TriangleGroup &group, uint32_t count) const {
+        Number x[3][group_triangles], y[3][group_triangles];
+        for (uint32_t c = 0; c < 3; ++c) {
+            const Real *const from_x = group.corner[c][axis[0]], *const from_y = group.corner[c][axis[1]],
+                              *const from_z = group.corner[c][axis[2]];
+            WISP_LANES for (uint32_t l = 0; l < group_triangles; ++l) {
+                const Number z = difference(from_z[l], from[2]);
+                x[c][l] = difference(from_x[l], from[0]) - shear_x * z;
+                y[c][l] = difference(from_y[l], from[1]) - shear_y * z;
+            }
+        }
+        uint32_t mask = 0;
+        WISP_LANES for (uint32_t l = 0; l < group_triangles; ++l) {
+            const Number a = x[2][l] * y[1][l] - y[2][l] * x[1][l], b = x[0][l] * y[2][l] - y[0][l] * x[2][l],
+                         c = x[1][l] * y[0][l] - y[1][l] * x[0][l];
+            Number room = Number(0);
+            if constexpr (slack > Number(0))
+                room =
+                    Number(2) * slack *
+                    (abs(x[0][l]) + abs(x[1][l]) + abs(x[2][l]) + abs(y[0][l]) + abs(y[1][l]) + abs(y[2][l]) + slack);
+            mask |= min(a, min(b, c)) < -room && max(a, max(b, c)) > room ? 0u : 1u << l;
+        }
+        return mask & ((1u << count) - 1);
+    }
+};
 
 // Calls visit(group, lane, hit) for hits of triangles that the ray meets, as a line, in leaves that it passes through
 // between the spans; visit narrows `end`, and returns whether the search is over.
@@ -509,8 +536,7 @@ WISP_VISITOR void search(const TriangleTree &tree, const TriangleRay &ray, Param
                          uint32_t skip, TreeCounts &counts, Visit &&visit) {
     if (tree.triangle_count == 0) return;
     const PlaneRay planes(tree, ray);
-    const Real from_x = ray.origin[static_cast<int>(ray.x)], from_y = ray.origin[static_cast<int>(ray.y)],
-               from_z = ray.origin[static_cast<int>(ray.z)];
+    const Filter filter(ray);
     Parameter from = begin, to = end;
     for (int a = 0; a < 3; ++a) {
         const Parameter low = times(position_of(tree.bounds.low[a]), planes.inverse[a]),
@@ -551,15 +577,16 @@ WISP_VISITOR void search(const TriangleTree &tree, const TriangleRay &ray, Param
             const uint32_t tested = min(count, group_triangles);
             tests += tested;
             count -= tested;
-            for (uint32_t mask = candidates(group, tested, ray, from_x, from_y, from_z); mask != 0 && !done;
-                 mask &= mask - 1) {
+            for (uint32_t mask = filter.candidates(group, tested); mask != 0 && !done; mask &= mask - 1) {
                 const uint32_t lane = static_cast<uint32_t>(__builtin_ctz(mask));
                 const uint32_t triangle = group.triangle[lane];
                 if (triangle == last || (triangle & ~lets_light_through) == skip) continue;
                 last = triangle; // again in the next leaf, as often as not
                 const auto sheared = [&](uint32_t c) {
-                    return shear(ray, group.corner[c][ray.x][lane] - from_x, group.corner[c][ray.y][lane] - from_y,
-                                 group.corner[c][ray.z][lane] - from_z);
+                    const auto along = [&](uint32_t i) {
+                        return group.corner[c][filter.axis[i]][lane] - filter.from[i];
+                    };
+                    return shear(ray, along(0), along(1), along(2));
                 };
                 TriangleHit hit;
                 if (meet(ray, sheared(0), sheared(1), sheared(2), hit)) done = visit(triangle, hit);
