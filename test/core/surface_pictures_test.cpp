@@ -106,8 +106,8 @@ TEST_CASE(WISP_ARITH_NAME ": frames of surfaces are the same alone, in order and
                 const Rendered &expected = alone[static_cast<size_t>(frame)];
                 CHECK(same(rgb, expected.rgb));
                 CHECK(statistics.rays.shadow == expected.statistics.rays.shadow);
-                CHECK(statistics.shadow.node_visits == expected.statistics.shadow.node_visits);
-                CHECK(statistics.shadow.triangle_tests == expected.statistics.shadow.triangle_tests);
+                CHECK(statistics.shadow.traced.node_visits == expected.statistics.shadow.traced.node_visits);
+                CHECK(statistics.shadow.traced.triangle_tests == expected.statistics.shadow.traced.triangle_tests);
             }
         }
     }
