@@ -196,7 +196,7 @@ TEST_CASE(WISP_ARITH_NAME ": no triangle shades itself or is mirrored in itself,
         for (int i = 0; i < 200; ++i) {
             const double u = 0.1 + 0.4 * next(), v = 0.1 + 0.4 * next();
             const Double3 at_point = a + (b - a) * u + (c - a) * v;
-            const Double3 from = at_point - along * 300 + plane * (300 * std::max(slope, 1e-4));
+            const Double3 from = at_point - along * 300 + plane * (300 * slope);
             room.statistics = {};
             const Color seen = room.look(from, at_point);
             if (at(seen.x) == 0) continue; // passed by
