@@ -131,6 +131,7 @@ TEST_CASE(WISP_ARITH_NAME ": rays meet and are stopped as by every triangle, to 
             const Vec3 from = ray.origin + ray.direction * hit.distance;
             check({from, random_direction()}, room.surfaces.skin, hit.triangle);
             check({from, ray.direction}, Real(0), no_triangle); // a hair from the surface
+            check({from, ray.direction}, Real(0), hit.triangle);
             // From a corner, along an edge: in planes, through corners.
             const Double3 *c = room.triangles[hit.triangle].corner;
             if (hit.body == room.scene.body_count && length(c[1] - c[0]) > 0)
@@ -141,6 +142,74 @@ TEST_CASE(WISP_ARITH_NAME ": rays meet and are stopped as by every triangle, to 
     CHECK(hits > 10000);
     CHECK(ties > 400);
     CHECK(blocked > 5000);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": of triangles at one distance the first of the scene is hit, whatever holds it") {
+    // The same triangle is still, in four bodies and in the morphs.
+    constexpr uint32_t bodies = 4;
+    for (uint32_t hidden = 0; hidden < 1u << bodies; ++hidden)
+        for (const uint32_t still : {1u, 0u}) {
+            Room room;
+            room.material(matte({1, 1, 1}));
+            for (uint32_t i = 0; i < still + bodies + 1; ++i) room.add({-1, -1, 0.3}, {1, -1, 0}, {0.2, 1, -0.3}, 0);
+            room.scene.still_count = still;
+            room.scene.body_triangle_count = bodies;
+            room.scene.morph_count = 1;
+            for (uint32_t b = 0; b < bodies; ++b) {
+                const bool visible = (hidden >> b & 1) == 0;
+                room.bodies.push_back({still + b,
+                                       1,
+                                       {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                                       {0, 0, 0},
+                                       {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                                       visible});
+            }
+            room.build();
+            uint32_t first = still == 1 ? 0 : bodies;
+            for (uint32_t b = bodies; still == 0 && b-- > 0;)
+                if (room.bodies[b].visible) first = b;
+            TreeCounts unused = {};
+            for (const double z : {5.0, -5.0}) {
+                const Ray ray = {vec(0.1, 0, z), normalize(vec(0, 0.01, -z))};
+                const Hit hit = nearest_hit(room.surfaces, ray, Real(0), path_end, no_triangle, unused);
+                REQUIRE(hit.found);
+                CHECK(hit.triangle == first);
+                CHECK(hit.body == (still == 1 || first == bodies ? bodies : first));
+            }
+        }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": no triangle shades itself or is mirrored in itself, however slanted the light is") {
+    Room room;
+    Material m = mirror(0.5);
+    m.diffuse = {1, 1, 1};
+    m.ambient = {0.25, 0.25, 0.25};
+    m.shininess = 0; // the highlight is everywhere, so that lit points are seen
+    room.material(m);
+    const Double3 a = {-1999, -1001, -357}, b = {1733, -1203, 411}, c = {21, 1907, 777};
+    room.add(a, b, c, 0);
+    room.depth = 1;
+    const Double3 along = unit(b - a), plane = unit(cross(b - a, c - a));
+    int lit = 0;
+    for (double slope = 1e-2; slope > 1e-12; slope /= 10) {
+        room.lights.clear();
+        room.light(LightKind::parallel, {0, 0, 0}, {1, 1, 1}, unit(along - plane * slope));
+        room.build();
+        Sequence next{6};
+        for (int i = 0; i < 200; ++i) {
+            const double u = 0.1 + 0.4 * next(), v = 0.1 + 0.4 * next();
+            const Double3 at_point = a + (b - a) * u + (c - a) * v;
+            const Double3 from = at_point - along * 300 + plane * (300 * slope);
+            room.statistics = {};
+            const Color seen = room.look(from, at_point);
+            if (at(seen.x) == 0) continue; // passed by
+            CHECK(room.statistics.rays.reflected == 1);
+            const bool alone = room.statistics.rays.shadow == 0;
+            CHECK(at(seen.x) == doctest::Approx(alone ? 0.25 : 0.75).epsilon(0.01)); // and the mirror is dark
+            lit += !alone;
+        }
+    }
+    CHECK(lit > 500);
 }
 
 TEST_CASE(WISP_ARITH_NAME ": pictures are those of every triangle, to the bit, and so are the counts") {

@@ -140,6 +140,30 @@ TEST_CASE(WISP_ARITH_NAME ": surfaces keep to their plan; with less there is no 
     }
 }
 
+TEST_CASE(WISP_ARITH_NAME ": room for lights, materials and bodies is planned, and missed") {
+    for (const int many : {0, 1, 2}) {
+        Room room;
+        for (int i = 0; i < (many == 0 ? 3000 : 1); ++i) room.material(matte({1, 1, 1}));
+        for (int i = 0; i < (many == 1 ? 3000 : 1); ++i) room.light(LightKind::constant, {0, 0, 9}, {1, 1, 1});
+        for (int i = 0; i < 9; ++i) room.add({-9, -9, 0}, {9, -9, 0}, {0, 9, 0}, 0);
+        room.scene.still_count = 8;
+        room.scene.body_triangle_count = 1;
+        room.bodies.resize(many == 2 ? 3000 : 1);
+        for (Body &body : room.bodies) body = {8, 1, {}, {}, {}, false};
+        room.scene.camera = look_at_origin(12, 8, 4);
+        room.build();
+        const Settings settings = small_settings(4);
+        const Rendered whole = render_in_memory(room.scene, settings);
+        REQUIRE(whole.status == Status::done);
+        std::vector<unsigned char> memory(whole.statistics.bytes.arena_peak - 64);
+        Arena arena(memory.data(), memory.size());
+        std::vector<float> rgb(4 * 4 * 3, -7);
+        Statistics unused;
+        CHECK(render(room.scene, settings, arena, Observer{}, rgb.data(), unused) == Status::out_of_memory);
+        CHECK(std::count(rgb.begin(), rgb.end(), -7.0f) == 4 * 4 * 3);
+    }
+}
+
 TEST_CASE(WISP_ARITH_NAME ": surfaces without lights, unseen ones, hidden ones and none are pictures") { // E15
     RandomRoom room(3300, 16);
     Settings settings = settings_of(room);
