@@ -57,16 +57,18 @@ struct Plan {
     struct {
         uint64_t particle_tree, photon_map, gather, particle_map, sources, light_depths, irradiance;
         uint64_t triangle_trees; // of what never changes its form, and of what does
+        uint64_t shadows;        // what finding them keeps from frame to frame
         uint64_t arena;          // everything, in one block
     } bytes;
 };
 
-// What lives from frame to frame, at the beginning of the arena: trees of triangles that never change their form. The
-// caller keeps it beside its arena, and gives both to the next frame of the same scene; nothing is kept at first, and
-// nothing of a scene without triangles.
+// What lives from frame to frame, at the beginning of the arena: trees of triangles that never change their form, and
+// what the way of finding shadows has learnt. The caller keeps it beside its arena, and gives both to the next frame of
+// the same scene and settings; nothing is kept at first, and nothing of a scene without triangles.
 struct Kept {
-    void *surfaces;
-    size_t end; // of its memory
+    void *surfaces, *shadows;
+    uint32_t lights; // as many as the scene had
+    size_t end;      // of its memory
 };
 
 // `plan` adds no more than a few operations a particle; `render` fills `rgb` with (x1 - x0) * (y1 - y0) linear

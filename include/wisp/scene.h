@@ -167,9 +167,9 @@ enum class Direction : uint8_t { flux, mean };
 // photons.
 enum class Estimate : uint8_t { kernel, knn };
 
-// How hard shadows of surfaces are found (C): by a ray to every light; without one where that is proved; by the paper's
-// method; by others' methods.
-enum class ShadowMethod : uint8_t { trace, exact, paper, cache, lightbuffer, voxel, lie };
+// How hard shadows of surfaces are found (C): by a ray to every light; by the last occluder first; by the paper's
+// method; by others' methods; without a ray where that is proved.
+enum class ShadowMethod : uint8_t { trace, cache, paper, voxel, lightbuffer, lie, exact };
 
 struct Crop {
     int32_t x0, y0, x1, y1; // pixels, half-open, from the top left
@@ -180,7 +180,8 @@ struct Settings {
     uint32_t samples; // rays a pixel
     uint32_t depth;   // of the longest chain of rays behind a camera ray: reflected, refracted
     ShadowMethod shadows;
-    uint64_t photons; // to emit
+    bool check_shadows; // counts the pixels that the paper's method gets wrong
+    uint64_t photons;   // to emit
     uint64_t seed;
     uint32_t gather;      // K, most photons in an estimate, or particles
     double gather_radius; // the largest radius of an estimate, in units of H

@@ -21,8 +21,28 @@ struct Shadows {
     const Surfaces *surfaces;
     const Light *lights;
     Statistics *statistics;
+    ShadowMethod method = ShadowMethod::trace; // of which ...
+    void *memory = nullptr;                    // ... this is what it keeps from frame to frame, if anything
 };
 
+// What a method keeps from frame to frame, as long as the scene has the same still triangles and number of lights;
+// false: the arena was too small. And the bytes of that and of a frame, at most.
+bool make_shadow_memory(const Scene &scene, const Settings &settings, Arena &arena, void *&memory);
+uint64_t shadow_bytes(const Scene &scene, const Settings &settings);
+
+// Before the first ray of a frame, false: the arena was too small; and behind the last one.
+bool begin_frame(Shadows &shadows, const Settings &settings, Arena &arena);
+void end_frame(Shadows &shadows);
+// In between: a sample of a pixel begins, pixel after pixel; its camera ray has met something, or nothing.
+void begin_sample(Shadows &shadows, int32_t x, int32_t y, uint32_t sample);
+void see(Shadows &shadows, const Ray &ray, const Hit &hit);
+
 bool is_shadowed(Shadows &shadows, const ShadowQuery &query);
+
+// Whether shadows of the one light are those of the other.
+inline bool same_shadows(const Light &a, const Light &b) {
+    return a.kind == b.kind && a.position == b.position && a.direction == b.direction &&
+           a.one_minus_cosine == b.one_minus_cosine;
+}
 
 } // namespace wisp::WISP_ARITH

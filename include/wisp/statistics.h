@@ -17,9 +17,11 @@ struct Statistics {
         uint64_t shadow_dynamic_only; // of these, asked of moving triangles alone
     } rays = {};
     struct {
-        TreeCounts traced;    // what shadow rays ask
-        TreeCounts proofs;    // what it takes to know without
-        uint64_t extra_tests; // of triangles outside the trees: C2's, and occluders that are tried first
+        TreeCounts traced;     // what shadow rays ask
+        TreeCounts proofs;     // what it takes to know without
+        uint64_t extra_tests;  // of triangles outside the trees: C2's, and occluders that are tried first
+        bool checked;          // by tracing: the paper's method
+        uint64_t wrong_pixels; // then: those with a shadow that tracing decides otherwise
     } shadow = {};
     // emitted = absorbed + escaped + blocked + capped, photon by photon.
     struct Photons {
@@ -31,7 +33,8 @@ struct Statistics {
         uint64_t particles, density_evaluations, march_samples, gathers, gathered;
     } smoke = {};
     struct {
-        uint64_t particle_tree, photon_map, particle_map, irradiance, triangle_trees, arena_peak, arena_size;
+        uint64_t particle_tree, photon_map, particle_map, irradiance, triangle_trees, mode_words, arena_peak,
+            arena_size;
     } bytes = {};
 };
 

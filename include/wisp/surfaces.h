@@ -60,4 +60,12 @@ bool is_blocked_by_moving(const Surfaces &surfaces, const Ray &ray, Real begin, 
                           TreeCounts &counts);
 bool is_blocked(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts);
 
+// Whether one triangle that never moves, and has an area, is at a distance in (begin, end): as its tree finds it.
+inline bool is_met(const Scene &scene, uint32_t triangle, const TriangleRay &ray, Real begin, Real end) {
+    const Double3 *corner = scene.triangles[triangle].corner;
+    TriangleHit hit;
+    return meet(ray, vec_of(corner[0]), vec_of(corner[1]), vec_of(corner[2]), hit) && hit.distance > begin &&
+           hit.distance < end;
+}
+
 } // namespace wisp::WISP_ARITH

@@ -28,7 +28,7 @@ struct Frame {
     Statistics &statistics;
 };
 
-// The picture of radiance(ray).
+// The picture of radiance(ray, x, y, sample), the pixel's column and row.
 template <class Radiance>
 Status fill(const Scene &scene, const Settings &settings, const Observer &observer, float *rgb, Statistics &statistics,
             Radiance &&radiance) {
@@ -42,7 +42,7 @@ Status fill(const Scene &scene, const Settings &settings, const Observer &observ
         for (int32_t x = crop.x0; x < crop.x1; ++x) {
             Color sum(Real(0));
             for (uint32_t i = 0; i < samples; ++i) {
-                sum += radiance(view.ray_through(Real(x) + pattern.u(i), Real(y) + pattern.v(i)));
+                sum += radiance(view.ray_through(Real(x) + pattern.u(i), Real(y) + pattern.v(i)), x, y, i);
                 ++statistics.rays.primary;
             }
             const Color mean = sum / Real(static_cast<int32_t>(samples));
@@ -56,7 +56,7 @@ Status fill(const Scene &scene, const Settings &settings, const Observer &observ
 
 template <class Marcher> Status render_frame(const Frame &frame, Marcher &marcher) {
     return fill(frame.scene, frame.settings, frame.observer, frame.rgb, frame.statistics,
-                [&marcher](const Ray &ray) { return march(marcher, ray); });
+                [&marcher](const Ray &ray, int32_t, int32_t, uint32_t) { return march(marcher, ray); });
 }
 
 // The cells of the bricks in smoothing lengths, 0 where no bricks are needed, and how far apart the points of the
@@ -259,16 +259,18 @@ Status render_bricks(const Frame &frame, MapSums &sums) {
     return render_frame(frame, marcher);
 }
 
-// Whitted's ray tracing (C). Trees of what never changes its form are built by the first frame, for all.
+// Whitted's ray tracing (C). Trees of what never changes its form are built by the first frame, for all, and room is
+// made for what shadows learn.
 Status render_surfaces(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer, float *rgb,
                        Statistics &statistics, Kept &kept) {
     if (!observer(Stage::trees, 0, 1)) return Status::stopped;
-    if (!kept.surfaces) {
+    if (!kept.surfaces || kept.lights != scene.light_count) {
         Surfaces *made = arena.make<Surfaces>(1);
         if (!made) return Status::out_of_memory;
         *made = make_surfaces(scene, arena);
-        if (!made->ready) return Status::out_of_memory;
-        kept = {made, arena.mark()};
+        void *memory;
+        if (!made->ready || !make_shadow_memory(scene, settings, arena, memory)) return Status::out_of_memory;
+        kept = {made, memory, scene.light_count, arena.mark()};
     }
     arena.rewind(kept.end);
     Surfaces &surfaces = *static_cast<Surfaces *>(kept.surfaces);
@@ -277,14 +279,20 @@ Status render_surfaces(const Scene &scene, const Settings &settings, Arena &aren
     const Light *lights = make_lights(scene, arena);
     if (!surfaces.ready || !materials || !lights) return Status::out_of_memory;
     statistics.bytes.triangle_trees = arena.mark();
-    Shadows shadows = {&scene, &surfaces, lights, &statistics};
+    Shadows shadows = {&scene, &surfaces, lights, &statistics, settings.shadows, kept.shadows};
+    statistics.bytes.mode_words = shadow_bytes(scene, settings);
+    if (!begin_frame(shadows, settings, arena)) return Status::out_of_memory;
     const Whitted tracer = {&scene,         &surfaces,
                             materials,      lights,
                             &shadows,       vec_of(scene.background),
                             settings.depth, length(vec_of(scene.camera.down)),
                             &statistics};
     const Status status =
-        fill(scene, settings, observer, rgb, statistics, [&tracer](const Ray &ray) { return trace(tracer, ray); });
+        fill(scene, settings, observer, rgb, statistics, [&](const Ray &ray, int32_t x, int32_t y, uint32_t sample) {
+            begin_sample(shadows, x, y, sample);
+            return trace(tracer, ray);
+        });
+    end_frame(shadows);
     statistics.bytes.arena_size = arena.size();
     statistics.bytes.arena_peak = arena.peak();
     return status;
@@ -321,7 +329,8 @@ Plan plan(const Scene &scene, const Settings &settings) {
     plan.surfaces = scene.triangle_count() > 0;
     if (plan.surfaces) {
         plan.bytes.triangle_trees = surface_bytes(scene) + placement_bytes(scene);
-        plan.bytes.arena = plan.bytes.triangle_trees + Arena::bytes<Surfaces>(1) +
+        plan.bytes.shadows = shadow_bytes(scene, settings);
+        plan.bytes.arena = plan.bytes.triangle_trees + plan.bytes.shadows + Arena::bytes<Surfaces>(1) +
                            Arena::bytes<SurfaceMaterial>(scene.material_count) + Arena::bytes<Light>(scene.light_count);
         return plan;
     }

@@ -1,11 +1,55 @@
-// Hard shadows, by a ray to the light.
-#include "wisp/shadows.h"
+// Hard shadows: by a ray to the light, or by one of the ways to save it.
+#include "wisp/paper_shadows.h"
+#include "wisp/shadow_cache.h"
 
 namespace wisp::WISP_ARITH {
+
+uint64_t shadow_bytes(const Scene &scene, const Settings &settings) {
+    switch (settings.shadows) {
+    case ShadowMethod::cache: return shadow_cache_bytes(scene);
+    case ShadowMethod::paper: return paper_bytes(scene, settings);
+    default: return 0;
+    }
+}
+
+bool make_shadow_memory(const Scene &scene, const Settings &settings, Arena &arena, void *&memory) {
+    memory = nullptr;
+    switch (settings.shadows) {
+    case ShadowMethod::cache: memory = make_shadow_cache(scene, arena); break;
+    case ShadowMethod::paper: memory = make_paper_shadows(scene, arena); break;
+    default: return true;
+    }
+    return memory != nullptr;
+}
+
+bool begin_frame(Shadows &shadows, const Settings &settings, Arena &arena) {
+    switch (shadows.method) {
+    case ShadowMethod::paper:
+        return begin_frame(*static_cast<PaperShadows *>(shadows.memory), shadows, settings, arena);
+    default: return true;
+    }
+}
+
+void begin_sample(Shadows &shadows, int32_t x, int32_t y, uint32_t sample) {
+    if (shadows.method == ShadowMethod::paper) begin_sample(*static_cast<PaperShadows *>(shadows.memory), x, y, sample);
+}
+
+void see(Shadows &shadows, const Ray &ray, const Hit &hit) {
+    if (shadows.method == ShadowMethod::paper) see(*static_cast<PaperShadows *>(shadows.memory), shadows, ray, hit);
+}
+
+void end_frame(Shadows &shadows) {
+    if (shadows.method == ShadowMethod::paper) end_frame(*static_cast<PaperShadows *>(shadows.memory));
+}
 
 bool is_shadowed(Shadows &shadows, const ShadowQuery &query) {
     const Surfaces &surfaces = *shadows.surfaces;
     ++shadows.statistics->rays.shadow;
+    switch (shadows.method) {
+    case ShadowMethod::cache: return is_shadowed(*static_cast<ShadowCache *>(shadows.memory), shadows, query);
+    case ShadowMethod::paper: return is_shadowed(*static_cast<PaperShadows *>(shadows.memory), shadows, query);
+    default: break;
+    }
     return is_blocked(surfaces, query.ray, surfaces.skin, query.end, query.triangle, shadows.statistics->shadow.traced);
 }
 

@@ -177,6 +177,7 @@ bool refraction(const Point &point, const Vec3 &direction, Vec3 &way) {
 Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight) {
     TreeCounts unused = {};
     const Hit hit = nearest_hit(*tracer.surfaces, beam.ray, begin, path_end, beam.skip, unused);
+    if (depth == 0) see(*tracer.shadows, beam.ray, hit);
     if (!hit.found) return tracer.background;
     const Point point = point_at(tracer, beam, hit);
     const SurfaceMaterial &material = *point.material;

@@ -86,6 +86,7 @@ Settings settings_of(const Options &options, const PreparedScene &prepared) {
     settings.samples = options.samples;
     settings.depth = options.depth;
     settings.shadows = options.shadows;
+    settings.check_shadows = options.verbose && settings.shadows == ShadowMethod::paper;
     settings.photons = options.photons;
     settings.seed = options.seed;
     settings.gather = options.gather;
@@ -390,6 +391,15 @@ void check_options(const Request &request) {
         if (!options.reference && ends_in(output, ".passes"))
             throw Error(exit_usage, "option 'output': found '" + output + "', expected .passes only with --reference");
     }
+    if (options.shadows == ShadowMethod::paper) {
+        const auto refuse = [](const char *option, const char *expected) {
+            throw Error(exit_usage,
+                        std::string("option '") + option + "' does not go with --shadows paper: " + expected);
+        };
+        if (options.crop) refuse("crop", "it learns from whole pictures");
+        if (request.frames.first != 0 || request.frames.step != 1)
+            refuse("frames", "it learns from frame to frame, expected all from 0 on");
+    }
     if (options.method == Method::direct && options.estimate == Estimate::kernel)
         throw Error(exit_usage, "option 'estimate': found 'kernel', expected knn with --smoke direct");
     if (several && !options.error_out.empty() && !has_number(options.error_out))
@@ -432,7 +442,7 @@ void print_surface_stages(const Request &request, const Scene &scene, const Plan
                     (scene.morph_count ? "; " + number(scene.morph_count) + " in one for each frame" : ""));
     print_stage("textures", scene.texture_count > 0, 0,
                 scene.texture_count ? number(scene.texture_count) + " of " + number(texels) + " texels" : "none");
-    print_stage("shadows", scene.light_count > 0, 0,
+    print_stage("shadows", scene.light_count > 0, plan.bytes.shadows,
                 scene.light_count ? "a ray to each of " + number(scene.light_count) + " lights" : "there is no light");
     print_stage("recursion", (mirrors || passes) && request.options.depth > 0, 0,
                 !mirrors && !passes ? "nothing mirrors or lets light through"

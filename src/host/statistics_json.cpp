@@ -30,7 +30,6 @@ std::string quoted(const std::string &text) { return '"' + text + '"'; }
 
 std::string frame_json(const FrameReport &report) {
     const Statistics &s = report.statistics;
-    const auto none = uint64_t{0};
     Object seconds, rays, shadow, photons, smoke, bytes;
     seconds.add("read", report.seconds.read).add("trees", report.seconds.trees).add("photons", report.seconds.photons);
     seconds.add("irradiance", report.seconds.irradiance)
@@ -42,6 +41,7 @@ std::string frame_json(const FrameReport &report) {
     shadow.add("node_visits", s.shadow.traced.node_visits).add("triangle_tests", s.shadow.traced.triangle_tests);
     shadow.add("extra_tests", s.shadow.extra_tests).add("proof_node_visits", s.shadow.proofs.node_visits);
     shadow.add("proof_triangle_tests", s.shadow.proofs.triangle_tests);
+    if (s.shadow.checked) shadow.add("wrong_pixels", s.shadow.wrong_pixels);
     photons.add("emitted", s.photons.emitted).add("collisions", s.photons.collisions).add("stored", s.photons.stored);
     photons.add("absorbed", s.photons.absorbed).add("escaped", s.photons.escaped).add("blocked", s.photons.blocked);
     photons.add("unclaimed", s.photons.unclaimed).add("capped", s.photons.capped);
@@ -50,7 +50,9 @@ std::string frame_json(const FrameReport &report) {
     bytes.add("particle_tree", s.bytes.particle_tree)
         .add("photon_map", s.bytes.photon_map)
         .add("particle_map", s.bytes.particle_map);
-    bytes.add("irradiance", s.bytes.irradiance).add("triangle_trees", s.bytes.triangle_trees).add("mode_words", none);
+    bytes.add("irradiance", s.bytes.irradiance)
+        .add("triangle_trees", s.bytes.triangle_trees)
+        .add("mode_words", s.bytes.mode_words);
     bytes.add("arena_peak", s.bytes.arena_peak).add("arena_size", s.bytes.arena_size);
     Object frame;
     frame.add("frame", static_cast<uint64_t>(report.frame)).add("seconds", seconds).add("rays", rays);
