@@ -61,11 +61,12 @@ struct Plan {
     } bytes;
 };
 
-// What lives from frame to frame, at the beginning of the arena: trees of triangles that never change their form. The
+// What lives from frame to frame, at the beginning of the arena: trees of triangles that never change their form, and
+// what is known of shadows. The
 // caller keeps it beside its arena, and gives both to the next frame of the same scene; nothing is kept at first, and
 // nothing of a scene without triangles.
 struct Kept {
-    void *surfaces;
+    void *surfaces, *shadow_cells;
     size_t end; // of its memory
 };
 

@@ -16,13 +16,19 @@ struct ShadowQuery {
     Real u, v;         // where the point is in it: the weights of corners 1 and 2
 };
 
+struct ShadowCells; // shadow_cells.h
+
 struct Shadows {
     const Scene *scene;
     const Surfaces *surfaces;
     const Light *lights;
     Statistics *statistics;
+    ShadowCells *cells; // or nullptr: every ray is sent
 };
 
 bool is_shadowed(Shadows &shadows, const ShadowQuery &query);
+
+// The same for points of still triangles, with what is known of their cells; it counts all but the query.
+bool is_shadowed_by_cells(Shadows &shadows, const ShadowQuery &query);
 
 } // namespace wisp::WISP_ARITH

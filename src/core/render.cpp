@@ -3,6 +3,7 @@
 #include "wisp/camera.h"
 #include "wisp/particle_march.h"
 #include "wisp/reference.h"
+#include "wisp/shadow_cells.h"
 #include "wisp/whitted.h"
 
 namespace wisp::WISP_ARITH {
@@ -268,7 +269,14 @@ Status render_surfaces(const Scene &scene, const Settings &settings, Arena &aren
         if (!made) return Status::out_of_memory;
         *made = make_surfaces(scene, arena);
         if (!made->ready) return Status::out_of_memory;
-        kept = {made, arena.mark()};
+        ShadowCells *cells = nullptr;
+        if (settings.shadows == ShadowMethod::exact) {
+            cells = arena.make<ShadowCells>(1);
+            if (!cells) return Status::out_of_memory;
+            *cells = make_shadow_cells(scene, arena);
+            if (!cells->ready) return Status::out_of_memory;
+        }
+        kept = {made, cells, arena.mark()};
     }
     arena.rewind(kept.end);
     Surfaces &surfaces = *static_cast<Surfaces *>(kept.surfaces);
@@ -277,7 +285,10 @@ Status render_surfaces(const Scene &scene, const Settings &settings, Arena &aren
     const Light *lights = make_lights(scene, arena);
     if (!surfaces.ready || !materials || !lights) return Status::out_of_memory;
     statistics.bytes.triangle_trees = arena.mark();
-    Shadows shadows = {&scene, &surfaces, lights, &statistics};
+    ShadowCells *cells =
+        settings.shadows == ShadowMethod::exact ? static_cast<ShadowCells *>(kept.shadow_cells) : nullptr;
+    if (cells) update_shadow_cells(*cells, lights, scene.light_count);
+    Shadows shadows = {&scene, &surfaces, lights, &statistics, cells};
     const Whitted tracer = {&scene,         &surfaces,
                             materials,      lights,
                             &shadows,       vec_of(scene.background),
@@ -323,6 +334,8 @@ Plan plan(const Scene &scene, const Settings &settings) {
         plan.bytes.triangle_trees = surface_bytes(scene) + placement_bytes(scene);
         plan.bytes.arena = plan.bytes.triangle_trees + Arena::bytes<Surfaces>(1) +
                            Arena::bytes<SurfaceMaterial>(scene.material_count) + Arena::bytes<Light>(scene.light_count);
+        if (settings.shadows == ShadowMethod::exact)
+            plan.bytes.arena += Arena::bytes<ShadowCells>(1) + shadow_cell_bytes(scene);
         return plan;
     }
     const double density_step = settings.reference ? 0 : settings.density_step;

@@ -220,10 +220,11 @@ const std::vector<Entry> &table() {
          }},
         {"depth", "N", "longest chain of reflected and refracted rays behind a camera ray (10)",
          [](Options &o, const std::string &v) { o.depth = static_cast<uint32_t>(integer_in(v, 0, 64)); }},
-        {"shadows", "trace", "how shadows of surfaces are found (trace: by a ray to every light)",
+        {"shadows", "trace|exact",
+         "how shadows of surfaces are found: by a ray to every light, or without where that is proved (trace)",
          [](Options &o, const std::string &v) {
              o.shadows = static_cast<ShadowMethod>(
-                 one_of(v, {"trace", "exact", "paper", "cache", "lightbuffer", "voxel", "lie"}, 1));
+                 one_of(v, {"trace", "exact", "paper", "cache", "lightbuffer", "voxel", "lie"}, 2));
          }},
         {"frame-count", "N", "divide the animation's time into N frames instead of the scene's own number",
          [](Options &o, const std::string &v) { o.frame_count = integer_in(v, 1, 1000000000); }},

@@ -57,7 +57,7 @@ struct Room {
                   depth,
                   real(spread),
                   &statistics};
-        shadows = {&scene, &surfaces, tracer.lights, &statistics};
+        shadows = {&scene, &surfaces, tracer.lights, &statistics, nullptr};
         REQUIRE(tracer.materials);
         REQUIRE(tracer.lights);
     }

@@ -154,7 +154,7 @@ TEST_CASE(WISP_ARITH_NAME ": pictures are those of every triangle, to the bit, a
         Whitted other = room.tracer;
         other.surfaces = &all;
         other.statistics = &statistics;
-        Shadows shadows = {&room.scene, &all, room.tracer.lights, &statistics};
+        Shadows shadows = {&room.scene, &all, room.tracer.lights, &statistics, nullptr};
         other.shadows = &shadows;
         const View view(room.scene.camera);
         for (int pixel = 0; pixel < room_pixels * room_pixels; ++pixel) {
