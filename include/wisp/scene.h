@@ -169,7 +169,7 @@ enum class Estimate : uint8_t { kernel, knn };
 
 // How hard shadows of surfaces are found (C): by a ray to every light; by the last occluder first; by the paper's
 // method; by others' methods; without a ray where that is proved.
-enum class ShadowMethod : uint8_t { trace, cache, paper, voxel, lightbuffer, lie, exact };
+enum class ShadowMethod : uint8_t { trace, cache, paper, exact, voxel, lightbuffer, lie };
 
 struct Crop {
     int32_t x0, y0, x1, y1; // pixels, half-open, from the top left

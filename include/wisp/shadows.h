@@ -16,6 +16,8 @@ struct ShadowQuery {
     Real u, v;         // where the point is in it: the weights of corners 1 and 2
 };
 
+struct ShadowCells; // shadow_cells.h
+
 struct Shadows {
     const Scene *scene;
     const Surfaces *surfaces;

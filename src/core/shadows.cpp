@@ -1,5 +1,6 @@
 // Hard shadows: by a ray to the light, or by one of the ways to save it.
 #include "wisp/paper_shadows.h"
+#include "wisp/shadow_cells.h"
 #include "wisp/shadow_cache.h"
 
 namespace wisp::WISP_ARITH {
@@ -8,6 +9,7 @@ uint64_t shadow_bytes(const Scene &scene, const Settings &settings) {
     switch (settings.shadows) {
     case ShadowMethod::cache: return shadow_cache_bytes(scene);
     case ShadowMethod::paper: return paper_bytes(scene, settings);
+    case ShadowMethod::exact: return Arena::bytes<ShadowCells>(1) + shadow_cell_bytes(scene);
     default: return 0;
     }
 }
@@ -17,6 +19,13 @@ bool make_shadow_memory(const Scene &scene, const Settings &settings, Arena &are
     switch (settings.shadows) {
     case ShadowMethod::cache: memory = make_shadow_cache(scene, arena); break;
     case ShadowMethod::paper: memory = make_paper_shadows(scene, arena); break;
+    case ShadowMethod::exact: {
+        ShadowCells *cells = arena.make<ShadowCells>(1);
+        if (!cells) return false;
+        *cells = make_shadow_cells(scene, arena);
+        if (cells->ready) memory = cells;
+        break;
+    }
     default: return true;
     }
     return memory != nullptr;
@@ -26,6 +35,9 @@ bool begin_frame(Shadows &shadows, const Settings &settings, Arena &arena) {
     switch (shadows.method) {
     case ShadowMethod::paper:
         return begin_frame(*static_cast<PaperShadows *>(shadows.memory), shadows, settings, arena);
+    case ShadowMethod::exact:
+        update_shadow_cells(*static_cast<ShadowCells *>(shadows.memory), shadows.lights, shadows.scene->light_count);
+        return true;
     default: return true;
     }
 }
@@ -48,6 +60,9 @@ bool is_shadowed(Shadows &shadows, const ShadowQuery &query) {
     switch (shadows.method) {
     case ShadowMethod::cache: return is_shadowed(*static_cast<ShadowCache *>(shadows.memory), shadows, query);
     case ShadowMethod::paper: return is_shadowed(*static_cast<PaperShadows *>(shadows.memory), shadows, query);
+    case ShadowMethod::exact:
+        if (query.still) return is_shadowed_by_cells(shadows, query);
+        break;
     default: break;
     }
     return is_blocked(surfaces, query.ray, surfaces.skin, query.end, query.triangle, shadows.statistics->shadow.traced);
