@@ -1,6 +1,7 @@
 // Hard shadows: by a ray to the light, or by one of the ways to save it.
 #include "wisp/paper_shadows.h"
 #include "wisp/shadow_cache.h"
+#include "wisp/voxel_shadows.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -8,6 +9,7 @@ uint64_t shadow_bytes(const Scene &scene, const Settings &settings) {
     switch (settings.shadows) {
     case ShadowMethod::cache: return shadow_cache_bytes(scene);
     case ShadowMethod::paper: return paper_bytes(scene, settings);
+    case ShadowMethod::voxel: return voxel_bytes(scene);
     default: return 0;
     }
 }
@@ -17,15 +19,17 @@ bool make_shadow_memory(const Scene &scene, const Settings &settings, Arena &are
     switch (settings.shadows) {
     case ShadowMethod::cache: memory = make_shadow_cache(scene, arena); break;
     case ShadowMethod::paper: memory = make_paper_shadows(scene, arena); break;
+    case ShadowMethod::voxel: memory = make_voxel_shadows(scene, arena); break;
     default: return true;
     }
     return memory != nullptr;
 }
 
 bool begin_frame(Shadows &shadows, const Settings &settings, Arena &arena) {
+    void *memory = shadows.memory;
     switch (shadows.method) {
-    case ShadowMethod::paper:
-        return begin_frame(*static_cast<PaperShadows *>(shadows.memory), shadows, settings, arena);
+    case ShadowMethod::paper: return begin_frame(*static_cast<PaperShadows *>(memory), shadows, settings, arena);
+    case ShadowMethod::voxel: begin_frame(*static_cast<VoxelShadows *>(memory), shadows); return true;
     default: return true;
     }
 }
@@ -44,10 +48,12 @@ void end_frame(Shadows &shadows) {
 
 bool is_shadowed(Shadows &shadows, const ShadowQuery &query) {
     const Surfaces &surfaces = *shadows.surfaces;
+    void *memory = shadows.memory;
     ++shadows.statistics->rays.shadow;
     switch (shadows.method) {
-    case ShadowMethod::cache: return is_shadowed(*static_cast<ShadowCache *>(shadows.memory), shadows, query);
-    case ShadowMethod::paper: return is_shadowed(*static_cast<PaperShadows *>(shadows.memory), shadows, query);
+    case ShadowMethod::cache: return is_shadowed(*static_cast<ShadowCache *>(memory), shadows, query);
+    case ShadowMethod::paper: return is_shadowed(*static_cast<PaperShadows *>(memory), shadows, query);
+    case ShadowMethod::voxel: return is_shadowed(*static_cast<VoxelShadows *>(memory), shadows, query);
     default: break;
     }
     return is_blocked(surfaces, query.ray, surfaces.skin, query.end, query.triangle, shadows.statistics->shadow.traced);
