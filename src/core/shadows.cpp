@@ -2,6 +2,7 @@
 #include "wisp/paper_shadows.h"
 #include "wisp/shadow_cells.h"
 #include "wisp/shadow_cache.h"
+#include "wisp/voxel_shadows.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -10,6 +11,7 @@ uint64_t shadow_bytes(const Scene &scene, const Settings &settings) {
     case ShadowMethod::cache: return shadow_cache_bytes(scene);
     case ShadowMethod::paper: return paper_bytes(scene, settings);
     case ShadowMethod::exact: return Arena::bytes<ShadowCells>(1) + shadow_cell_bytes(scene);
+    case ShadowMethod::voxel: return voxel_bytes(scene);
     default: return 0;
     }
 }
@@ -26,17 +28,19 @@ bool make_shadow_memory(const Scene &scene, const Settings &settings, Arena &are
         if (cells->ready) memory = cells;
         break;
     }
+    case ShadowMethod::voxel: memory = make_voxel_shadows(scene, arena); break;
     default: return true;
     }
     return memory != nullptr;
 }
 
 bool begin_frame(Shadows &shadows, const Settings &settings, Arena &arena) {
+    void *memory = shadows.memory;
     switch (shadows.method) {
-    case ShadowMethod::paper:
-        return begin_frame(*static_cast<PaperShadows *>(shadows.memory), shadows, settings, arena);
+    case ShadowMethod::paper: return begin_frame(*static_cast<PaperShadows *>(memory), shadows, settings, arena);
+    case ShadowMethod::voxel: begin_frame(*static_cast<VoxelShadows *>(memory), shadows); return true;
     case ShadowMethod::exact:
-        update_shadow_cells(*static_cast<ShadowCells *>(shadows.memory), shadows.lights, shadows.scene->light_count);
+        update_shadow_cells(*static_cast<ShadowCells *>(memory), shadows.lights, shadows.scene->light_count);
         return true;
     default: return true;
     }
@@ -56,10 +60,12 @@ void end_frame(Shadows &shadows) {
 
 bool is_shadowed(Shadows &shadows, const ShadowQuery &query) {
     const Surfaces &surfaces = *shadows.surfaces;
+    void *memory = shadows.memory;
     ++shadows.statistics->rays.shadow;
     switch (shadows.method) {
-    case ShadowMethod::cache: return is_shadowed(*static_cast<ShadowCache *>(shadows.memory), shadows, query);
-    case ShadowMethod::paper: return is_shadowed(*static_cast<PaperShadows *>(shadows.memory), shadows, query);
+    case ShadowMethod::cache: return is_shadowed(*static_cast<ShadowCache *>(memory), shadows, query);
+    case ShadowMethod::paper: return is_shadowed(*static_cast<PaperShadows *>(memory), shadows, query);
+    case ShadowMethod::voxel: return is_shadowed(*static_cast<VoxelShadows *>(memory), shadows, query);
     case ShadowMethod::exact:
         if (query.still) return is_shadowed_by_cells(shadows, query);
         break;

@@ -7,7 +7,7 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr ShadowMethod exact_methods[] = {ShadowMethod::cache};
+constexpr ShadowMethod exact_methods[] = {ShadowMethod::cache, ShadowMethod::voxel};
 constexpr uint32_t light_counts[] = {0, 1, 3, 15, 16, 40};
 
 std::vector<float> picture(const Scene &scene, const Settings &settings, std::vector<unsigned char> &block,
@@ -25,7 +25,7 @@ TEST_CASE(WISP_ARITH_NAME ": every shadow is that of tracing, in every frame") {
         CAPTURE(static_cast<int>(method));
         uint64_t asked = 0, wrong = 0, shadowed = 0;
         TreeCounts traced = {};
-        uint64_t extra = 0;
+        uint64_t extra = 0, culled = 0, moving = 0;
         for (uint64_t seed = 0; seed < 120; ++seed) {
             const double sizes[] = {1, 16, 1024};
             RoomFrames room(seed, sizes[seed % 3], light_counts[seed % 6], method);
@@ -40,13 +40,18 @@ TEST_CASE(WISP_ARITH_NAME ": every shadow is that of tracing, in every frame") {
             }
             traced.node_visits += room.statistics.shadow.traced.node_visits;
             extra += room.statistics.shadow.extra_tests;
+            culled += room.statistics.rays.shadow_culled;
+            moving += room.statistics.rays.shadow_dynamic_only;
         }
         CHECK(wrong == 0);
         CHECK(asked > 200000);
         CHECK(shadowed > asked / 10);
         CHECK(shadowed < asked);
         CHECK(traced.node_visits > 0);
-        CHECK((method != ShadowMethod::cache || extra > asked / 10));
+        if (method == ShadowMethod::cache) CHECK(extra > asked / 10);
+        if (method == ShadowMethod::cache) continue;
+        CHECK(culled > asked / 100);
+        CHECK(moving > asked / 100);
     }
 }
 
