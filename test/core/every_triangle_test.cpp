@@ -61,20 +61,23 @@ bool is_blocked_by_any(const Surfaces &surfaces, const Ray &ray, Real begin, Rea
     return blocked;
 }
 
+bool is_shadowed_by_any(Shadows &shadows, const ShadowQuery &query) {
+    const Surfaces &all = *shadows.surfaces;
+    ++shadows.statistics->rays.shadow;
+    return is_blocked_by_any(all, query.ray, all.skin, query.end, query.triangle, shadows.statistics->shadow.traced);
+}
+
 } // namespace
 
 } // namespace wisp::WISP_ARITH
 
 // The same shading, asking every triangle.
 #define nearest_hit            nearest_of_all
-#define is_blocked             is_blocked_by_any
 #define is_shadowed            is_shadowed_by_any
 #define trace                  trace_all
 #define make_surface_materials make_materials_of_all
-#include "core/shadows.cpp"
 #include "core/whitted.cpp"
 #undef nearest_hit
-#undef is_blocked
 #undef is_shadowed
 #undef trace
 #undef make_surface_materials
