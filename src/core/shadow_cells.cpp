@@ -152,7 +152,8 @@ bool is_shadowed_by_cells(Shadows &shadows, const ShadowQuery &query) {
                                     statistics.shadow.traced);
     };
     CellPlace place;
-    ShadowCell *cell = find_shadow_cell(*static_cast<ShadowCells *>(shadows.memory), query.light, query.triangle, query.u, query.v, place);
+    ShadowCell *cell = find_shadow_cell(*static_cast<ShadowCells *>(shadows.memory), query.light, query.triangle,
+                                        query.u, query.v, place);
     if (!cell)
         return is_blocked(surfaces, query.ray, surfaces.skin, query.end, query.triangle, statistics.shadow.traced);
     if (cell->state == CellState::blocked) {
