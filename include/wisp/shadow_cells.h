@@ -17,13 +17,29 @@ enum class CellState : uint8_t {
     partial  // neither has been proved
 };
 
+// 31                  10 9   8  7    6    5    0
+// | children            | state |shaded|lit| rays |
+//
+// children: the block of its quarters, 0: none; shaded, lit: some ray was stopped, got through; rays: asked so far, up
+// to as many as count.
 struct ShadowCell {
-    uint32_t children; // block; 0: none
     uint32_t occluder; // that stopped the last ray, or no_triangle
-    CellState state;
-    uint8_t rays;     // asked so far, up to as many as count
-    bool lit, shaded; // some ray got through, was stopped
+    uint32_t word;
+
+    uint32_t children() const { return word >> 10; }
+    CellState state() const { return static_cast<CellState>(word >> 8 & 3); }
+    bool shaded() const { return (word & 1 << 7) != 0; }
+    bool lit() const { return (word & 1 << 6) != 0; }
+    uint32_t rays() const { return word & 63; }
+
+    void set_children(uint32_t block) { word = (word & 1023) | block << 10; }
+    void set_state(CellState state) { word = (word & ~(3u << 8)) | static_cast<uint32_t>(state) << 8; }
+    void count_ray(bool stopped, uint32_t most) {
+        word |= stopped ? 1 << 7 : 1 << 6;
+        if (rays() < most) ++word;
+    }
 };
+static_assert(sizeof(ShadowCell) == 8, "a block of four is half a cache line");
 
 namespace WISP_ARITH {
 
@@ -43,11 +59,10 @@ ShadowCells make_shadow_cells(const Scene &scene, Arena &arena);
 // Forgets what was known of lights that have moved.
 void update_shadow_cells(ShadowCells &cells, const Light *lights, uint32_t light_count);
 
-// Of a point of a still triangle, with what is known of its cells; counts all but the query.
-bool is_shadowed_by_cells(Shadows &shadows, const ShadowQuery &query);
-
 // The cell of a point of a still triangle; nullptr: there is no room for it.
 ShadowCell *find_shadow_cell(ShadowCells &cells, uint32_t light, uint32_t triangle, Real u, Real v, CellPlace &place);
+// Gives the cell children, if it is not one of the finest and there is room for them.
+void split(ShadowCells &cells, ShadowCell &cell, const CellPlace &place);
 
 } // namespace WISP_ARITH
 } // namespace wisp

@@ -14,9 +14,8 @@ struct ShadowQuery {
     uint32_t triangle; // that holds the point: it does not stand in its own light
     bool still;        // that triangle never moves
     Real u, v;         // where the point is in it: the weights of corners 1 and 2
+    uint32_t body;     // that it belongs to, or none of the scene's
 };
-
-struct ShadowCells; // shadow_cells.h
 
 struct Shadows {
     const Scene *scene;

@@ -39,6 +39,7 @@ struct ShaftLattice {
 };
 ShaftLattice make_shaft_lattice(const Surfaces &surfaces, int exponent);
 int still_exponent(const TriangleTree &still); // where lights are not considered
+int exponent_for(const TriangleTree &still, Real farthest); // where other coordinates are up to this
 int light_exponent(const TriangleTree &still, const Light &light);
 
 LatticePoint lattice_point(const Vec3 &p, int exponent); // rounded down

@@ -26,6 +26,7 @@ struct Surfaces {
     TriangleTree still, morphs;
     PlacedBody *bodies;
     uint32_t body_count;
+    Box *boxes; // of the visible bodies in the world, as those of the groups
     BodyGroup *groups;
     uint32_t group_count;
     uint32_t still_count, morph_first, morph_count; // triangles of the scene
@@ -52,10 +53,14 @@ struct Hit {
 };
 Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts);
 
-// Whether an opaque triangle is at a distance in (begin, end): one that never moves, and then which; one that moves or
-// changes its form; any.
+// Whether an opaque triangle is at a distance in (begin, end): one that never moves, and then which; one that changes
+// its form; one of a body; one of those two; any.
 bool is_blocked_by_still(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
                          uint32_t &occluder, TreeCounts &counts);
+bool is_blocked_by_morphs(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
+                          TreeCounts &counts);
+bool is_blocked_by_body(const PlacedBody &body, const Ray &ray, Real begin, Real end, uint32_t skip,
+                        TreeCounts &counts);
 bool is_blocked_by_moving(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
                           TreeCounts &counts);
 bool is_blocked(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts);

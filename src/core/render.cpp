@@ -3,7 +3,7 @@
 #include "wisp/camera.h"
 #include "wisp/particle_march.h"
 #include "wisp/reference.h"
-#include "wisp/shadow_cells.h"
+#include "wisp/shadows.h"
 #include "wisp/whitted.h"
 
 namespace wisp::WISP_ARITH {

@@ -1,38 +1,36 @@
-// Shadows of what never moves, proved where many rays ask for them.
+// Cells of triangles: their place, and their memory.
 #include "wisp/shadow_cells.h"
-#include "wisp/shadows.h"
 
 namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr uint8_t rays_before_proof = 16, rays_before_split = 32;
 constexpr uint64_t most_blocks = uint64_t{1} << 19;
 
 uint32_t roots_for(const Scene &scene) { return scene.still_count / 4 + 1; }
 
-// As many as the triangles ask for, and some for large ones.
+// Some tens for each triangle and light, and some for large ones.
 uint64_t blocks_for(const Scene &scene) {
-    return min(most_blocks, (uint64_t{1} << 13) + 4 * uint64_t{scene.light_count} * scene.still_count);
+    return min(most_blocks, (uint64_t{1} << 13) + 32 * uint64_t{scene.light_count} * scene.still_count);
 }
 
 // 0: there is none left.
 uint32_t take_block(ShadowCells &cells, uint32_t occluder) {
     uint32_t block = cells.spare;
     if (block != 0)
-        cells.spare = cells.blocks[block][0].children;
+        cells.spare = cells.blocks[block][0].children();
     else if (cells.used < cells.block_count)
         block = cells.used++;
     else
         return 0;
-    for (ShadowCell &cell : cells.blocks[block]) cell = {0, occluder, CellState::unknown, 0, false, false};
+    for (ShadowCell &cell : cells.blocks[block]) cell = {occluder, 0};
     return block;
 }
 
 void give_back(ShadowCells &cells, uint32_t block) {
     for (const ShadowCell &cell : cells.blocks[block])
-        if (cell.children != 0) give_back(cells, cell.children);
-    cells.blocks[block][0].children = cells.spare;
+        if (cell.children() != 0) give_back(cells, cell.children());
+    cells.blocks[block][0].set_children(cells.spare);
     cells.spare = block;
 }
 
@@ -45,36 +43,6 @@ bool same_place(const Light &a, const Light &b) { // a cone says only who asks
 inline int64_t weight_of(double x) { return static_cast<int64_t>(x * 0x1p62); }
 inline int64_t weight_of(float x) { return weight_of(static_cast<double>(x)); }
 inline int64_t weight_of(Fixed x) { return x.raw() * (int64_t{1} << 30); }
-
-void load(const Triangle &triangle, Vec3 (&corner)[3]) {
-    for (int i = 0; i < 3; ++i) corner[i] = vec_of(triangle.corner[i]);
-}
-
-// Whether a ray is stopped by this triangle of the tree, as by the tree.
-bool is_stopped_by(const Triangle &triangle, const ShadowQuery &query, Real begin) {
-    Vec3 corner[3];
-    load(triangle, corner);
-    TriangleHit hit;
-    return meet(TriangleRay(query.ray.origin, query.ray.direction), corner[0], corner[1], corner[2], hit) &&
-           hit.distance > begin && hit.distance < query.end;
-}
-
-void prove(const Shadows &shadows, const ShadowQuery &query, const CellPlace &place, ShadowCell &cell) {
-    Vec3 receiver[3], occluder[3];
-    load(shadows.scene->triangles[query.triangle], receiver);
-    const TriangleTree &tree = shadows.surfaces->still;
-    const ShadowShaft shaft =
-        make_shadow_shaft(tree, receiver, place, shadows.lights[query.light], shadows.surfaces->skin);
-    TreeCounts &proofs = shadows.statistics->shadow.proofs;
-    cell.state = CellState::partial;
-    if (!cell.shaded) {
-        if (is_shaft_free(tree, shaft, query.triangle, proofs)) cell.state = CellState::free;
-    } else {
-        load(shadows.scene->triangles[cell.occluder], occluder);
-        ++proofs.triangle_tests;
-        if (is_shaft_blocked(shaft, occluder)) cell.state = CellState::blocked;
-    }
-}
 
 } // namespace
 
@@ -120,7 +88,7 @@ ShadowCell *find_shadow_cell(ShadowCells &cells, uint32_t light, uint32_t triang
     place = {0, 0, finest_cell};
     constexpr int64_t one = int64_t{1} << 62;
     int64_t x = min(weight_of(u), one - 1), y = min(weight_of(v), one - 1); // in the cell
-    for (int64_t half = one / 2; cell->children != 0; half /= 2) {
+    for (int64_t half = one / 2; cell->children() != 0; half /= 2) {
         const int part = place.size / 2;
         uint32_t child = 0;
         if (x >= half) {
@@ -139,50 +107,13 @@ ShadowCell *find_shadow_cell(ShadowCells &cells, uint32_t light, uint32_t triang
             place.v += part;
         }
         place.size = child == 3 ? -part : part;
-        cell = &cells.blocks[cell->children][child];
+        cell = &cells.blocks[cell->children()][child];
     }
     return cell;
 }
 
-bool is_shadowed_by_cells(Shadows &shadows, const ShadowQuery &query) {
-    const Surfaces &surfaces = *shadows.surfaces;
-    Statistics &statistics = *shadows.statistics;
-    const auto moving_block = [&] {
-        return is_blocked_by_moving(surfaces, query.ray, surfaces.skin, query.end, query.triangle,
-                                    statistics.shadow.traced);
-    };
-    CellPlace place;
-    ShadowCell *cell = find_shadow_cell(*static_cast<ShadowCells *>(shadows.memory), query.light, query.triangle,
-                                        query.u, query.v, place);
-    if (!cell)
-        return is_blocked(surfaces, query.ray, surfaces.skin, query.end, query.triangle, statistics.shadow.traced);
-    if (cell->state == CellState::blocked) {
-        ++statistics.rays.shadow_culled;
-        return true;
-    }
-    if (cell->state == CellState::free) {
-        if (surfaces.morph_count == 0 && surfaces.group_count == 0) {
-            ++statistics.rays.shadow_culled;
-            return false;
-        }
-        ++statistics.rays.shadow_dynamic_only;
-        return moving_block();
-    }
-    bool stopped = false;
-    if (cell->occluder != no_triangle) {
-        ++statistics.shadow.extra_tests;
-        stopped = is_stopped_by(shadows.scene->triangles[cell->occluder], query, surfaces.skin);
-    }
-    if (!stopped)
-        stopped = is_blocked_by_still(surfaces, query.ray, surfaces.skin, query.end, query.triangle, cell->occluder,
-                                      statistics.shadow.traced);
-    (stopped ? cell->shaded : cell->lit) = true;
-    if (cell->rays < rays_before_split) ++cell->rays;
-    if (cell->state == CellState::unknown && cell->lit && cell->shaded) cell->state = CellState::partial;
-    if (cell->state == CellState::unknown && cell->rays == rays_before_proof) prove(shadows, query, place, *cell);
-    if (cell->state == CellState::partial && cell->rays == rays_before_split && place.size != 1 && place.size != -1)
-        cell->children = take_block(*static_cast<ShadowCells *>(shadows.memory), cell->occluder);
-    return stopped || moving_block();
+void split(ShadowCells &cells, ShadowCell &cell, const CellPlace &place) {
+    if (place.size != 1 && place.size != -1) cell.set_children(take_block(cells, cell.occluder));
 }
 
 } // namespace wisp::WISP_ARITH

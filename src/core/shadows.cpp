@@ -1,6 +1,6 @@
 // Hard shadows: by a ray to the light, or by one of the ways to save it.
+#include "wisp/exact_shadows.h"
 #include "wisp/paper_shadows.h"
-#include "wisp/shadow_cells.h"
 #include "wisp/shadow_cache.h"
 #include "wisp/voxel_shadows.h"
 
@@ -10,7 +10,7 @@ uint64_t shadow_bytes(const Scene &scene, const Settings &settings) {
     switch (settings.shadows) {
     case ShadowMethod::cache: return shadow_cache_bytes(scene);
     case ShadowMethod::paper: return paper_bytes(scene, settings);
-    case ShadowMethod::exact: return Arena::bytes<ShadowCells>(1) + shadow_cell_bytes(scene);
+    case ShadowMethod::exact: return exact_bytes(scene);
     case ShadowMethod::voxel: return voxel_bytes(scene);
     default: return 0;
     }
@@ -21,13 +21,7 @@ bool make_shadow_memory(const Scene &scene, const Settings &settings, Arena &are
     switch (settings.shadows) {
     case ShadowMethod::cache: memory = make_shadow_cache(scene, arena); break;
     case ShadowMethod::paper: memory = make_paper_shadows(scene, arena); break;
-    case ShadowMethod::exact: {
-        ShadowCells *cells = arena.make<ShadowCells>(1);
-        if (!cells) return false;
-        *cells = make_shadow_cells(scene, arena);
-        if (cells->ready) memory = cells;
-        break;
-    }
+    case ShadowMethod::exact: memory = make_exact_shadows(scene, arena); break;
     case ShadowMethod::voxel: memory = make_voxel_shadows(scene, arena); break;
     default: return true;
     }
@@ -39,9 +33,7 @@ bool begin_frame(Shadows &shadows, const Settings &settings, Arena &arena) {
     switch (shadows.method) {
     case ShadowMethod::paper: return begin_frame(*static_cast<PaperShadows *>(memory), shadows, settings, arena);
     case ShadowMethod::voxel: begin_frame(*static_cast<VoxelShadows *>(memory), shadows); return true;
-    case ShadowMethod::exact:
-        update_shadow_cells(*static_cast<ShadowCells *>(memory), shadows.lights, shadows.scene->light_count);
-        return true;
+    case ShadowMethod::exact: return begin_frame(*static_cast<ExactShadows *>(memory), shadows, arena);
     default: return true;
     }
 }
@@ -66,9 +58,7 @@ bool is_shadowed(Shadows &shadows, const ShadowQuery &query) {
     case ShadowMethod::cache: return is_shadowed(*static_cast<ShadowCache *>(memory), shadows, query);
     case ShadowMethod::paper: return is_shadowed(*static_cast<PaperShadows *>(memory), shadows, query);
     case ShadowMethod::voxel: return is_shadowed(*static_cast<VoxelShadows *>(memory), shadows, query);
-    case ShadowMethod::exact:
-        if (query.still) return is_shadowed_by_cells(shadows, query);
-        break;
+    case ShadowMethod::exact: return is_shadowed(*static_cast<ExactShadows *>(memory), shadows, query);
     default: break;
     }
     return is_blocked(surfaces, query.ray, surfaces.skin, query.end, query.triangle, shadows.statistics->shadow.traced);

@@ -50,13 +50,16 @@ void lattice_triangle(const Scene &scene, uint32_t triangle, int exponent, Latti
 
 int still_exponent(const TriangleTree &still) { return still.step_exponent - finer; }
 
-int light_exponent(const TriangleTree &still, const Light &light) {
+int exponent_for(const TriangleTree &still, Real farthest) {
     int exponent = still_exponent(still);
-    if (light.kind == LightKind::parallel) return exponent;
-    const Vec3 &p = light.position;
-    const Real farthest = max(abs(p.x), max(abs(p.y), abs(p.z)));
     while (!(farthest < scale_pow2(Real(1), min(exponent + lattice_bits, 30)))) ++exponent;
     return exponent;
+}
+
+int light_exponent(const TriangleTree &still, const Light &light) {
+    if (light.kind == LightKind::parallel) return still_exponent(still);
+    const Vec3 &p = light.position;
+    return exponent_for(still, max(abs(p.x), max(abs(p.y), abs(p.z))));
 }
 
 ShaftLattice make_shaft_lattice(const Surfaces &surfaces, int exponent) {

@@ -145,9 +145,9 @@ void place_surfaces(const Scene &scene, Arena &arena, Surfaces &surfaces) {
         make_triangle_tree(scene.triangles + surfaces.morph_first, scene.morph_count, scene.materials, arena);
     surfaces.groups = arena.make<BodyGroup>(2 * size_t{scene.body_count});
     surfaces.group_count = 0;
-    Box *boxes = arena.make<Box>(scene.body_count);
+    surfaces.boxes = arena.make<Box>(scene.body_count);
     uint32_t *order = arena.make<uint32_t>(scene.body_count), visible = 0;
-    surfaces.ready = surfaces.morphs.ready && surfaces.groups && boxes && order;
+    surfaces.ready = surfaces.morphs.ready && surfaces.groups && surfaces.boxes && order;
     if (!surfaces.ready) return;
     for (uint32_t i = 0; i < scene.body_count; ++i) {
         const Body &source = scene.bodies[i];
@@ -158,10 +158,10 @@ void place_surfaces(const Scene &scene, Arena &arena, Surfaces &surfaces) {
             body.axis[k] = vec_of(source.axis[k]);
             body.inverse[k] = vec_of(source.inverse[k]);
         }
-        boxes[i] = world_box(body);
+        surfaces.boxes[i] = world_box(body);
         order[visible++] = i;
     }
-    if (visible > 0) surfaces.group_count = make_groups(surfaces, boxes, order, visible, 0);
+    if (visible > 0) surfaces.group_count = make_groups(surfaces, surfaces.boxes, order, visible, 0);
 }
 
 Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts) {
@@ -193,20 +193,28 @@ bool is_blocked_by_still(const Surfaces &surfaces, const Ray &ray, Real begin, R
                    within(skip, 0, surfaces.still_count), occluder, counts);
 }
 
-bool is_blocked_by_moving(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
+bool is_blocked_by_morphs(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
                           TreeCounts &counts) {
     uint32_t occluder;
-    const auto blocks = [&](const TriangleTree &tree, const TriangleRay &local, uint32_t first, uint32_t count) {
-        return any_hit(tree, local, begin, end, within(skip, first, count), occluder, counts);
-    };
-    if (surfaces.morph_count > 0 &&
-        blocks(surfaces.morphs, TriangleRay(ray.origin, ray.direction), surfaces.morph_first, surfaces.morph_count))
-        return true;
-    bool blocked = false;
+    return surfaces.morph_count > 0 &&
+           any_hit(surfaces.morphs, TriangleRay(ray.origin, ray.direction), begin, end,
+                   within(skip, surfaces.morph_first, surfaces.morph_count), occluder, counts);
+}
+
+bool is_blocked_by_body(const PlacedBody &body, const Ray &ray, Real begin, Real end, uint32_t skip,
+                        TreeCounts &counts) {
+    uint32_t occluder;
+    return any_hit(body.tree, ray_in(body, ray), begin, end, within(skip, body.first, body.count), occluder, counts);
+}
+
+bool is_blocked_by_moving(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
+                          TreeCounts &counts) {
+    bool blocked = is_blocked_by_morphs(surfaces, ray, begin, end, skip, counts);
+    if (blocked) return true;
     for_each_body(
         surfaces, ray, counts.node_visits, [end] { return end; },
         [&](const PlacedBody &body) {
-            blocked = blocks(body.tree, ray_in(body, ray), body.first, body.count);
+            blocked = is_blocked_by_body(body, ray, begin, end, skip, counts);
             return !blocked;
         });
     return blocked;

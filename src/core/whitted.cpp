@@ -26,6 +26,7 @@ struct Point {
     uint32_t triangle;
     bool still; // it never moves
     Real u, v;  // in the triangle
+    uint32_t body;
     Real width; // of the cone
 };
 
@@ -100,6 +101,7 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
     point.still = hit.triangle < tracer.surfaces->still_count;
     point.u = hit.u;
     point.v = hit.v;
+    point.body = hit.body;
     point.width = beam.width + tracer.spread * hit.distance;
     point.texture = triangle.texture < 0
                         ? Color(Real(1))
@@ -131,7 +133,8 @@ Color direct_light(const Whitted &tracer, const Point &point, const Vec3 &direct
                                    point.triangle,
                                    point.still,
                                    point.u,
-                                   point.v};
+                                   point.v,
+                                   point.body};
         if (is_shadowed(*tracer.shadows, query)) continue;
         const Real lambert = light.kind == LightKind::constant ? cosine : cosine * inv_pi<Real>;
         const Real highlight = power(dot(mirrored(-to_light, point.normal), -direction), material.shininess);

@@ -2,7 +2,7 @@
 #include "random_rooms.h"
 #include "wisp/camera.h"
 #include "wisp/render.h"
-#include "wisp/shadow_cells.h"
+#include "wisp/exact_shadows.h"
 #include <cstring>
 
 namespace wisp::WISP_ARITH {
@@ -15,7 +15,7 @@ ShadowQuery query_at(const Room &room, uint32_t triangle, uint32_t light, Real u
     const Vec3 corner = vec_of(c[0]), edge1 = vec_of(c[1]) - corner, edge2 = vec_of(c[2]) - corner;
     const Vec3 position = corner + edge1 * u + edge2 * v;
     const Illumination from = illuminate(room.tracer.lights[light], position, position, position);
-    return {{position, -from.direction}, from.distance - room.surfaces.skin, light, triangle, true, u, v};
+    return {{position, -from.direction}, from.distance - room.surfaces.skin, light, triangle, true, u, v, 0};
 }
 
 bool stops(const Room &room, uint32_t triangle, const ShadowQuery &query) {
@@ -156,14 +156,21 @@ struct Narrow : Room {
     }
 };
 
-struct CellMemory {
-    explicit CellMemory(const Scene &scene) : memory(shadow_cell_bytes(scene)) {
-        Arena arena(memory.data(), memory.size());
-        cells = make_shadow_cells(scene, arena);
-        REQUIRE(cells.ready);
+struct ExactMemory {
+    explicit ExactMemory(const Scene &scene) : kept(exact_bytes(scene)), frame(exact_bytes(scene)) {
+        Arena arena(kept.data(), kept.size());
+        exact = make_exact_shadows(scene, arena);
+        REQUIRE(exact);
     }
-    std::vector<unsigned char> memory;
-    ShadowCells cells;
+    // The room's shadows ask it from now on, in a new frame.
+    void begin(Room &room) {
+        room.shadows.method = ShadowMethod::exact;
+        room.shadows.memory = exact;
+        Arena arena(frame.data(), frame.size());
+        REQUIRE(begin_frame(*exact, room.shadows, arena));
+    }
+    std::vector<unsigned char> kept, frame;
+    ExactShadows *exact;
 };
 
 TriangleTree tree_of(const Room &room) { return room.surfaces.still; }
@@ -220,12 +227,12 @@ TEST_CASE(WISP_ARITH_NAME ": shadows are those of rays, frame after frame, while
         if (room.lights.empty()) continue;
         for (LightSource &light : room.lights) light.color = {1, 1, 1}; // at its very corners
         room.build();
-        CellMemory memory(room.scene);
-        if (seed % 5 == 0) memory.cells.block_count = 1 + static_cast<uint32_t>(seed % 40); // they run out
+        ExactMemory memory(room.scene);
+        if (seed % 5 == 0) memory.exact->cells.block_count = 1 + static_cast<uint32_t>(seed % 40); // they run out
         Sequence next{seed};
         const auto below = [&next](size_t count) { return static_cast<uint32_t>(next() * static_cast<double>(count)); };
         for (int frame = 0; frame < 5; ++frame) {
-            update_shadow_cells(memory.cells, room.tracer.lights, room.scene.light_count);
+            memory.begin(room);
             for (int spot = 0; spot < 50; ++spot) {
                 const uint32_t triangle = below(frame % 2 ? 8 : room.scene.still_count),
                                light = below(room.lights.size());
@@ -236,7 +243,7 @@ TEST_CASE(WISP_ARITH_NAME ": shadows are those of rays, frame after frame, while
                     const ShadowQuery query = query_at(room, triangle, light, u, v);
                     room.shadows.method = ShadowMethod::trace;
                     const bool shadowed = is_shadowed(room.shadows, query);
-                    room.shadows.method = ShadowMethod::exact, room.shadows.memory = &memory.cells;
+                    room.shadows.method = ShadowMethod::exact;
                     wrong += is_shadowed(room.shadows, query) != shadowed;
                 }
             }
@@ -311,14 +318,12 @@ TEST_CASE(WISP_ARITH_NAME ": cells are given back when their light moves, and ta
     room.add({-10, 5, -3}, {10, 5, -3}, {0, 5, 12}, 0);
     for (int i = 0; i < 2; ++i) room.light(LightKind::point, {3, 30, 0}, {1, 1, 1});
     room.build();
-    CellMemory memory(room.scene);
-    room.shadows.method = ShadowMethod::exact, room.shadows.memory = &memory.cells;
+    ExactMemory memory(room.scene);
     uint32_t used = 0;
     for (int frame = 0; frame < 20; ++frame) {
         room.lights[0].position.x = frame;
         room.build();
-        room.shadows.method = ShadowMethod::exact, room.shadows.memory = &memory.cells;
-        update_shadow_cells(memory.cells, room.tracer.lights, 2);
+        memory.begin(room);
         const uint64_t before = room.statistics.rays.shadow_culled;
         for (uint32_t light = 0; light < 2; ++light)
             for (int x = 0; x < 128; ++x)
@@ -327,9 +332,9 @@ TEST_CASE(WISP_ARITH_NAME ": cells are given back when their light moves, and ta
         // Most rays to the one that stands are known from the second frame on.
         const uint64_t culled = room.statistics.rays.shadow_culled - before;
         CHECK(culled > (frame == 0 ? 4000 : 12000));
-        if (frame == 3) used = memory.cells.used;
+        if (frame == 3) used = memory.exact->cells.used;
     }
-    CHECK(memory.cells.used < 3 * used);
+    CHECK(memory.exact->cells.used < 3 * used);
 }
 
 } // namespace wisp::WISP_ARITH

@@ -7,7 +7,7 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr ShadowMethod exact_methods[] = {ShadowMethod::cache, ShadowMethod::voxel};
+constexpr ShadowMethod exact_methods[] = {ShadowMethod::cache, ShadowMethod::exact, ShadowMethod::voxel};
 constexpr uint32_t light_counts[] = {0, 1, 3, 15, 16, 40};
 
 std::vector<float> picture(const Scene &scene, const Settings &settings, std::vector<unsigned char> &block,
@@ -125,7 +125,7 @@ TEST_CASE(WISP_ARITH_NAME ": the cache tries the last occluder of a triangle and
         const Vec3 from = vec_of({x, 0, 0.5}), way = room.tracer.lights[light].position - from;
         const Real far = length(way);
         return is_shadowed(room.shadows,
-                           {{from, way / far}, far - room.surfaces.skin, light, triangle, still, Real(0), Real(0)});
+                           {{from, way / far}, far - room.surfaces.skin, light, triangle, still, Real(0), Real(0), 0});
     };
     const uint64_t &extra = room.statistics.shadow.extra_tests, &visits = room.statistics.shadow.traced.node_visits;
     CHECK(ask(0, 0, 0, true)); // nothing is known
