@@ -9,7 +9,7 @@ namespace {
 // Bodies of four triangles, large and small, in heaps and far apart, above a rough floor; lights of all kinds among
 // them, in them, and where they begin.
 struct Crowd : Room {
-    explicit Crowd(uint64_t seed) : next{seed * 919 + 3} {
+    explicit Crowd(uint64_t seed, int most_bodies = 0) : next{seed * 919 + 3} {
         size = seed % 3 == 0 ? 1 : seed % 3 == 1 ? 30 : 1500;
         scene.skin = size * 4e-6;
         material(matte({1, 1, 1}));
@@ -19,7 +19,7 @@ struct Crowd : Room {
             add({at.x, -0.2 * size, at.z}, at + point(0.2), at + point(0.2), pick(6) == 0);
         }
         scene.still_count = 24;
-        const int count = 1 + pick(seed % 5 == 0 ? 200 : 12);
+        const int count = 1 + pick(most_bodies ? most_bodies : seed % 5 == 0 ? 200 : 12);
         for (int b = 0; b < count; ++b) {
             Body body = {};
             body.first = static_cast<uint32_t>(triangles.size());
@@ -122,6 +122,28 @@ TEST_CASE(WISP_ARITH_NAME ": a light's raster has every body that its rays may h
     CHECK(blocked > asked / 10);
     CHECK(unasked > asked / 10);
     CHECK(2 * visits < all_visits);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": whatever ray passes the box of a body is asked of it") {
+    int passed = 0;
+    for (uint64_t seed = 0; seed < 600; ++seed) {
+        Crowd room(seed, 1);
+        if (!room.bodies[0].visible) continue;
+        BodyMemory memory(room);
+        const Vec3 box[2] = {room.surfaces.boxes[0].low, room.surfaces.boxes[0].high};
+        for (uint32_t light = 0; light < room.lights.size(); ++light)
+            for (int corner = 0; corner < 8; ++corner) {
+                const Vec3 at(box[corner & 1].x, box[corner >> 1 & 1].y, box[corner >> 2].z);
+                const Illumination lit = illuminate(room.tracer.lights[light], at, at, at);
+                const Vec3 from = at + lit.direction * real(room.size * (room.pick(2) ? 0.01 : 2) * room.next());
+                const ShadowQuery query = room.query(from, light);
+                bool asked;
+                is_blocked_by_moving(memory.bodies, room.shadows, query, asked);
+                CHECK(asked);
+                ++passed;
+            }
+    }
+    CHECK(passed > 10000);
 }
 
 TEST_CASE(WISP_ARITH_NAME ": what stands between a body and a light is all on its list") {
