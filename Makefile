@@ -83,11 +83,14 @@ test: all $B/tests
 
 # Peers are built only where their packages are.
 PEERS = $(if $(wildcard /usr/include/nanoflann.hpp),$B/peers/point_tree_f32 $B/peers/point_tree_f64) \
-        $(if $(wildcard /usr/include/embree3/rtcore.h),$(ARITHMETICS:%=$B/peers/rays_%))
+        $(if $(wildcard /usr/include/embree3/rtcore.h),$(ARITHMETICS:%=$B/peers/rays_%) $(ARITHMETICS:%=$B/peers/shadow_rays_%))
 $B/peers/point_tree_%: tools/peers/point_tree.cpp $B/core/%/point_tree.o
 	@mkdir -p $(@D)
 	$(CXX) $(CPPFLAGS) $(FLAGS) $(MULTIVERSION) -DWISP_ARITH=$* $< $B/core/$*/point_tree.o -o $@
 $B/peers/rays_%: tools/peers/rays.cpp $(LIBRARY_O)
+	@mkdir -p $(@D)
+	$(CXX) $(CPPFLAGS) $(FLAGS) $(MULTIVERSION) -DWISP_ARITH=$* $< $(LIBRARY_O) -lz -lembree3 -o $@
+$B/peers/shadow_rays_%: tools/peers/shadow_rays.cpp $(LIBRARY_O)
 	@mkdir -p $(@D)
 	$(CXX) $(CPPFLAGS) $(FLAGS) $(MULTIVERSION) -DWISP_ARITH=$* $< $(LIBRARY_O) -lz -lembree3 -o $@
 bench: all $(PEERS)

@@ -7,42 +7,15 @@
 // widest vectors of the machine and once as isa=sse2, which is what bits that do not depend on the machine are held
 // against. What lets light through is not in the scene that it is asked for shadows. Times are medians of five
 // alternating runs; `ratio` is a rival's time over ours. Hits are compared before anything is timed.
-#include "host/error.h"
-#include "host/prepare.h"
-#include "wisp/camera.h"
+#include "embree.h"
 #include "wisp/random.h"
-#include "wisp/triangle_tree.h"
-#include <algorithm>
-#include <chrono>
-#include <cmath>
-#include <cstdio>
-#include <cstdlib>
-#include <embree3/rtcore.h>
-#include <limits>
-#include <memory>
-#include <string>
-#include <vector>
 
 namespace wisp::WISP_ARITH {
 namespace {
 
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-
 double unit(Mt19937 &random) { return random() * 0x1p-32; }
 
 // ---- scenes ----
-
-using Triangles = std::vector<Triangle>;
-
-// What rays are made of.
-struct Place {
-    Triangles triangles;
-    std::vector<Material> materials;
-    Camera camera; // of a picture of `pixels` x `pixels`
-    std::vector<Double3> lights;
-    double skin;
-};
-constexpr int pixels = 512;
 
 Triangle triangle_of(const Double3 &a, const Double3 &b, const Double3 &c) {
     Triangle triangle = {};
@@ -109,44 +82,15 @@ Place room() {
             1e-4};
 }
 
-// p in the world's space.
-Double3 placed(const Body &body, const Double3 &p) {
-    const Double3 *axis = body.axis;
-    return {axis[0].x * p.x + axis[1].x * p.y + axis[2].x * p.z + body.origin.x,
-            axis[0].y * p.x + axis[1].y * p.y + axis[2].y * p.z + body.origin.y,
-            axis[0].z * p.x + axis[1].z * p.y + axis[2].z * p.z + body.origin.z};
-}
-
 Place read_place(const std::string &name) {
     Options options;
     options.width = options.height = pixels;
     PreparedScene prepared;
     prepare_scene(name, read_scene(name), options, 0, prepared);
-    const Scene &scene = prepared.scene;
-    Place place = {{}, {scene.materials, scene.materials + scene.material_count}, scene.camera, {}, scene.skin};
-    const auto add = [&](uint32_t first, uint32_t count, const Body *body) {
-        for (uint32_t i = first; i < first + count; ++i) {
-            place.triangles.push_back(scene.triangles[i]);
-            if (body)
-                for (Double3 &corner : place.triangles.back().corner) corner = placed(*body, corner);
-        }
-    };
-    add(0, scene.still_count, nullptr);
-    for (uint32_t i = 0; i < scene.body_count; ++i)
-        if (scene.bodies[i].visible) add(scene.bodies[i].first, scene.bodies[i].count, &scene.bodies[i]);
-    add(scene.still_count + scene.body_triangle_count, scene.morph_count, nullptr);
-    for (uint32_t i = 0; i < scene.light_count; ++i)
-        if (scene.lights[i].kind != LightKind::parallel) place.lights.push_back(scene.lights[i].position);
-    return place;
+    return place_of(prepared.scene);
 }
 
 // ---- rays ----
-
-struct Query {
-    Vec3 origin, direction;
-    Real end;
-    uint32_t skip; // of wisp alone
-};
 
 struct Rays {
     std::string name;
@@ -186,80 +130,6 @@ class Wisp {
     Real begin_;
 };
 
-class Embree {
-  public:
-    Embree(const Triangles &triangles, double skin, const char *options)
-        : device_(rtcNewDevice(options)), begin_(static_cast<float>(skin)) {
-        rtcSetDeviceMemoryMonitorFunction(
-            device_,
-            [](void *sum, ssize_t change, bool) {
-                *static_cast<ssize_t *>(sum) += change;
-                return true;
-            },
-            &bytes);
-        const double start = now();
-        scene_ = rtcNewScene(device_);
-        rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
-        rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_HIGH);
-        RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-        const size_t count = triangles.size();
-        float *corners = static_cast<float *>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
-                                                                      RTC_FORMAT_FLOAT3, 3 * sizeof(float), 3 * count));
-        uint32_t *indices = static_cast<uint32_t *>(
-            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(uint32_t), count));
-        for (size_t i = 0; i < 3 * count; ++i) {
-            const Double3 &p = triangles[i / 3].corner[i % 3];
-            corners[3 * i] = static_cast<float>(p.x);
-            corners[3 * i + 1] = static_cast<float>(p.y);
-            corners[3 * i + 2] = static_cast<float>(p.z);
-            indices[i] = static_cast<uint32_t>(i);
-        }
-        rtcCommitGeometry(geometry);
-        rtcAttachGeometry(scene_, geometry);
-        rtcReleaseGeometry(geometry);
-        rtcCommitScene(scene_);
-        build_seconds = now() - start;
-    }
-    ~Embree() {
-        rtcReleaseScene(scene_);
-        rtcReleaseDevice(device_);
-    }
-    bool closest(const Query &query, float &distance) const {
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        RTCRayHit asked = {};
-        asked.ray = ray_of(query);
-        asked.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-        rtcIntersect1(scene_, &context, &asked);
-        distance = asked.ray.tfar;
-        return asked.hit.geomID != RTC_INVALID_GEOMETRY_ID;
-    }
-    bool occluded(const Query &query) const {
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        RTCRay ray = ray_of(query);
-        rtcOccluded1(scene_, &context, &ray);
-        return ray.tfar < 0;
-    }
-    double build_seconds;
-    ssize_t bytes = 0;
-
-  private:
-    RTCRay ray_of(const Query &query) const {
-        const auto single = [](Real x) { return static_cast<float>(to_double(x)); };
-        RTCRay ray = {};
-        ray.org_x = single(query.origin.x), ray.org_y = single(query.origin.y), ray.org_z = single(query.origin.z);
-        ray.dir_x = single(query.direction.x), ray.dir_y = single(query.direction.y);
-        ray.dir_z = single(query.direction.z);
-        ray.tnear = begin_, ray.tfar = single(query.end);
-        ray.mask = 0xffffffff;
-        return ray;
-    }
-    RTCDevice device_;
-    RTCScene scene_;
-    float begin_;
-};
-
 // Asked for shadows without what lets light through.
 class Rival {
   public:
@@ -270,12 +140,6 @@ class Rival {
     Embree all;
 
   private:
-    static Triangles opaque(const Place &place) {
-        Triangles triangles;
-        for (const Triangle &triangle : place.triangles)
-            if (!(place.materials[triangle.material].transmission > 0)) triangles.push_back(triangle);
-        return triangles;
-    }
     Embree opaque_;
 };
 
