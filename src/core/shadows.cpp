@@ -1,4 +1,6 @@
 // Hard shadows: by a ray to the light, or by one of the ways to save it.
+#include "wisp/light_buffer.h"
+#include "wisp/local_shadows.h"
 #include "wisp/paper_shadows.h"
 #include "wisp/shadow_cells.h"
 #include "wisp/shadow_cache.h"
@@ -12,6 +14,8 @@ uint64_t shadow_bytes(const Scene &scene, const Settings &settings) {
     case ShadowMethod::paper: return paper_bytes(scene, settings);
     case ShadowMethod::exact: return Arena::bytes<ShadowCells>(1) + shadow_cell_bytes(scene);
     case ShadowMethod::voxel: return voxel_bytes(scene);
+    case ShadowMethod::lightbuffer: return light_buffer_bytes(scene);
+    case ShadowMethod::lie: return local_shadow_bytes(scene);
     default: return 0;
     }
 }
@@ -29,6 +33,8 @@ bool make_shadow_memory(const Scene &scene, const Settings &settings, Arena &are
         break;
     }
     case ShadowMethod::voxel: memory = make_voxel_shadows(scene, arena); break;
+    case ShadowMethod::lightbuffer: memory = make_light_buffer(scene, arena); break;
+    case ShadowMethod::lie: memory = make_local_shadows(scene, arena); break;
     default: return true;
     }
     return memory != nullptr;
@@ -42,6 +48,8 @@ bool begin_frame(Shadows &shadows, const Settings &settings, Arena &arena) {
     case ShadowMethod::exact:
         update_shadow_cells(*static_cast<ShadowCells *>(memory), shadows.lights, shadows.scene->light_count);
         return true;
+    case ShadowMethod::lightbuffer: begin_frame(*static_cast<LightBuffer *>(memory), shadows); return true;
+    case ShadowMethod::lie: begin_frame(*static_cast<LocalShadows *>(memory), shadows); return true;
     default: return true;
     }
 }
@@ -69,6 +77,8 @@ bool is_shadowed(Shadows &shadows, const ShadowQuery &query) {
     case ShadowMethod::exact:
         if (query.still) return is_shadowed_by_cells(shadows, query);
         break;
+    case ShadowMethod::lightbuffer: return is_shadowed(*static_cast<LightBuffer *>(memory), shadows, query);
+    case ShadowMethod::lie: return is_shadowed(*static_cast<LocalShadows *>(memory), shadows, query);
     default: break;
     }
     return is_blocked(surfaces, query.ray, surfaces.skin, query.end, query.triangle, shadows.statistics->shadow.traced);
