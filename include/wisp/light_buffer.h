@@ -54,6 +54,7 @@ struct BufferView {
     LatticePoint origin;
     bool cube;
     int axis, sign; // of the one face, otherwise
+    int64_t edge;   // of a face, in cells
     int64_t slope[2], gain[2];
     int64_t reach; // 0: not a parallel light
     int64_t margin[3], depth_margin;
@@ -69,7 +70,9 @@ struct BufferLight {
 };
 
 struct LightBuffer {
-    uint32_t light_count, entry_count; // of each light
+    uint32_t light_count;
+    uint32_t edge;        // of the face of a cube, in cells
+    uint32_t entry_count; // of each light
     BufferLight *lights;
 };
 

@@ -6,17 +6,24 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr int64_t cube_cells = 128, single_cells = 256; // along an edge of a face
-constexpr uint32_t most_cells = 6 * cube_cells * cube_cells;
-static_assert(single_cells * single_cells <= most_cells, "one face has no more than a cube");
-constexpr uint64_t most_entries = 1u << 23; // of all lights
-constexpr uint32_t most_listed = 512;       // in a cell
-constexpr int32_t nowhere = 0x7fffffff;     // depth
+constexpr uint32_t least_edge = 16, most_edge = 256; // of a cube's face, in cells
+constexpr uint64_t most_entries = 1u << 23;          // of all lights
+constexpr uint32_t most_listed = 512;                // in a cell
+constexpr int32_t nowhere = 0x7fffffff;              // depth
 
 constexpr int coarser = 7, slope_bits = 30, gain_bits = 8;
 constexpr int64_t parallel_reach = 1 << 19;
 constexpr int64_t most_gain = 1 << 16, most_margin = 1 << 10; // so that numbers stay below 2^63
 constexpr int64_t farthest = 1 << 26;                         // steps, as shaft.h says
+
+// Cells along an edge of a cube's face: twice the root of the number of triangles. A single face has as many as a cube.
+uint32_t cube_edge(uint32_t triangles) {
+    uint32_t edge = least_edge;
+    while (edge < most_edge && uint64_t{edge} * edge < 4 * uint64_t{triangles}) ++edge;
+    return edge;
+}
+uint32_t cells_of_cube(uint32_t edge) { return 6 * edge * edge; }
+int64_t single_edge(int64_t edge) { return edge * 12 / 5; }
 
 int64_t size_of(int64_t x) { return x < 0 ? -x : x; }
 int64_t floor_divide(int64_t a, int64_t b) { return a >= 0 ? a / b : -((b - 1 - a) / b); } // b > 0
@@ -34,7 +41,7 @@ struct Face {
           sign(!view.cube ? view.sign
                : face % 2 ? -1
                           : 1),
-          cells(view.cube ? cube_cells : single_cells) {}
+          cells(view.edge) {}
 
     Seen see(const BufferView &view, const LatticePoint &p) const {
         Seen seen;
@@ -64,7 +71,8 @@ LatticePoint corner_of(const LatticeBounds &box, int i) {
 }
 
 // false: what is rounded is too much for cells.
-bool make_view(BufferView &view, const Light &light, const ShaftLattice &lattice, const TriangleTree &still) {
+bool make_view(BufferView &view, const Light &light, const ShaftLattice &lattice, const TriangleTree &still,
+               uint32_t edge) {
     view = {};
     const bool parallel = light.kind == LightKind::parallel;
     LatticeBounds box = {lattice_point(still.bounds.low, lattice.exponent),
@@ -84,6 +92,7 @@ bool make_view(BufferView &view, const Light &light, const ShaftLattice &lattice
     }
     const int64_t far = size_of(way.x[view.axis]);
     view.cube = !parallel && far < 2 * widest;
+    view.edge = view.cube ? edge : single_edge(edge);
     view.sign = way.x[view.axis] < 0 ? -1 : 1;
     view.gain[0] = view.gain[1] = 1 << gain_bits;
     const int64_t margin = lattice.margin + (parallel ? 2 : 0);
@@ -283,7 +292,7 @@ void for_each_cell_of(const BufferLight &light, const LatticePoint (&corner)[3],
     for (uint32_t f = 0; f < faces_of(light.view); ++f) {
         const Face face(light.view, f);
         Outline outline(light.view, light.lattice, face, corner);
-        Outline::Cells waiting[20];
+        Outline::Cells waiting[24];
         ++tests;
         if (!outline.find_cells(face, waiting[0])) continue;
         for (int count = 1; count > 0;) {
@@ -309,7 +318,7 @@ void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &sh
     const TriangleTree &still = shadows.surfaces->still;
     light.lattice = make_shaft_lattice(*shadows.surfaces, light_exponent(still, light.light));
     light.state = BufferLight::useless;
-    if (!make_view(light.view, light.light, light.lattice, still)) return;
+    if (!make_view(light.view, light.light, light.lattice, still, buffer.edge)) return;
     light.state = BufferLight::ready;
     const auto for_each_entry = [&](auto &&visit) {
         for (uint32_t i = 0; i < scene.still_count; ++i) {
@@ -329,13 +338,14 @@ void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &sh
                              });
         }
     };
-    std::fill(light.cells, light.cells + most_cells, BufferCell{0, 0, nowhere});
+    BufferCell *const end = light.cells + cells_of_cube(buffer.edge);
+    std::fill(light.cells, end, BufferCell{0, 0, nowhere});
     for_each_entry([](BufferCell &cell, const BufferEntry &, const Outline &outline, const Outline::Cells &cells) {
         ++cell.count;
         cell.shaded = std::min(cell.shaded, outline.shaded_behind(cells));
     });
     uint32_t used = 0;
-    for (BufferCell *cell = light.cells; cell != light.cells + most_cells; ++cell) {
+    for (BufferCell *cell = light.cells; cell != end; ++cell) {
         cell->first = used;
         if (cell->count > most_listed || cell->count > buffer.entry_count - used) {
             cell->count = BufferCell::traced;
@@ -348,7 +358,7 @@ void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &sh
     for_each_entry([&light](BufferCell &cell, const BufferEntry &entry, const Outline &, const Outline::Cells &) {
         if (cell.count != BufferCell::traced) light.entries[cell.first + cell.count++] = entry;
     });
-    for (BufferCell *cell = light.cells; cell != light.cells + most_cells; ++cell)
+    for (BufferCell *cell = light.cells; cell != end; ++cell)
         if (cell->count != BufferCell::traced)
             std::sort(light.entries + cell->first, light.entries + cell->first + cell->count,
                       [](const BufferEntry &a, const BufferEntry &b) {
@@ -358,7 +368,8 @@ void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &sh
 
 uint32_t entries_for(const Scene &scene) {
     const uint64_t fair = most_entries / std::max(scene.light_count, 1u);
-    return static_cast<uint32_t>(std::min(fair, 16 * uint64_t{scene.still_count} + 2 * most_cells));
+    return static_cast<uint32_t>(
+        std::min(fair, 16 * uint64_t{scene.still_count} + 2 * cells_of_cube(cube_edge(scene.still_count))));
 }
 
 // The cell of a point, and its depth; nullptr: none.
@@ -390,17 +401,18 @@ const BufferCell *find_cell(const BufferLight &light, const TriangleTree &still,
 
 uint64_t light_buffer_bytes(const Scene &scene) {
     return Arena::bytes<LightBuffer>(1) + Arena::bytes<BufferLight>(scene.light_count) +
-           scene.light_count * (Arena::bytes<BufferCell>(most_cells) + Arena::bytes<BufferEntry>(entries_for(scene)));
+           scene.light_count * (Arena::bytes<BufferCell>(cells_of_cube(cube_edge(scene.still_count))) +
+                                Arena::bytes<BufferEntry>(entries_for(scene)));
 }
 
 LightBuffer *make_light_buffer(const Scene &scene, Arena &arena) {
     LightBuffer *buffer = arena.make<LightBuffer>(1);
     BufferLight *lights = arena.make<BufferLight>(scene.light_count);
     if (!buffer || !lights) return nullptr;
-    *buffer = {scene.light_count, entries_for(scene), lights};
+    *buffer = {scene.light_count, cube_edge(scene.still_count), entries_for(scene), lights};
     for (uint32_t l = 0; l < scene.light_count; ++l) {
         lights[l] = {};
-        lights[l].cells = arena.make<BufferCell>(most_cells);
+        lights[l].cells = arena.make<BufferCell>(cells_of_cube(buffer->edge));
         lights[l].entries = arena.make<BufferEntry>(buffer->entry_count);
         if (!lights[l].cells || !lights[l].entries) return nullptr;
     }
