@@ -455,8 +455,7 @@ bool is_shadowed(LightBuffer &buffer, Shadows &shadows, const ShadowQuery &query
         ++statistics.shadow.extra_tests;
         if (is_met(*shadows.scene, entry->triangle, ray, surfaces.skin, query.end)) return true;
     }
-    if (!asked) ++statistics.rays.shadow_dynamic_only;
-    return blocked_by_moving();
+    return asked ? blocked_by_moving() : is_shadowed_by_moving_alone(shadows, query);
 }
 
 } // namespace wisp::WISP_ARITH

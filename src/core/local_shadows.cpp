@@ -124,7 +124,7 @@ bool is_shadowed(LocalShadows &local, Shadows &shadows, const ShadowQuery &query
     }
     switch (cell->kind()) {
     case LocalCell::full: ++statistics.rays.shadow_culled; return true;
-    case LocalCell::null: ++statistics.rays.shadow_dynamic_only; return blocked_by_moving();
+    case LocalCell::null: return is_shadowed_by_moving_alone(shadows, query);
     case LocalCell::list: {
         uint32_t *list = local.lists + cell->place() + 1;
         const TriangleRay ray(query.ray.origin, query.ray.direction);
@@ -137,8 +137,7 @@ bool is_shadowed(LocalShadows &local, Shadows &shadows, const ShadowQuery &query
             std::swap(list[0], list[i]); // it will stop others, too
             return true;
         }
-        if (!asked) ++statistics.rays.shadow_dynamic_only;
-        return blocked_by_moving();
+        return asked ? blocked_by_moving() : is_shadowed_by_moving_alone(shadows, query);
     }
     default: break;
     }

@@ -160,14 +160,7 @@ bool is_shadowed_by_cells(Shadows &shadows, const ShadowQuery &query) {
         ++statistics.rays.shadow_culled;
         return true;
     }
-    if (cell->state == CellState::free) {
-        if (surfaces.morph_count == 0 && surfaces.group_count == 0) {
-            ++statistics.rays.shadow_culled;
-            return false;
-        }
-        ++statistics.rays.shadow_dynamic_only;
-        return moving_block();
-    }
+    if (cell->state == CellState::free) return is_shadowed_by_moving_alone(shadows, query);
     bool stopped = false;
     if (cell->occluder != no_triangle) {
         ++statistics.shadow.extra_tests;

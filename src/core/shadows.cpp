@@ -84,4 +84,16 @@ bool is_shadowed(Shadows &shadows, const ShadowQuery &query) {
     return is_blocked(surfaces, query.ray, surfaces.skin, query.end, query.triangle, shadows.statistics->shadow.traced);
 }
 
+bool is_shadowed_by_moving_alone(Shadows &shadows, const ShadowQuery &query) {
+    const Surfaces &surfaces = *shadows.surfaces;
+    Statistics &statistics = *shadows.statistics;
+    if (surfaces.morph_count == 0 && surfaces.group_count == 0) {
+        ++statistics.rays.shadow_culled;
+        return false;
+    }
+    ++statistics.rays.shadow_dynamic_only;
+    return is_blocked_by_moving(surfaces, query.ray, surfaces.skin, query.end, query.triangle,
+                                statistics.shadow.traced);
+}
+
 } // namespace wisp::WISP_ARITH

@@ -313,11 +313,13 @@ TEST_CASE(WISP_ARITH_NAME ": what has no room in the light buffer is traced") {
 
 TEST_CASE(WISP_ARITH_NAME ": the light buffer asks what a light sees through a cell, as far as the point") {
     AskedRoom room;
+    room.scene.skin = 0.01;
     const uint32_t white = room.material(matte({1, 1, 1}));
     add_floor(room, -1, 2, white);                                                           // 0, 1
     room.add({-0.3, 0.5, 0.3}, {0.3, 0.5, 0.3}, {0.3, 0.5, -0.3}, {-0.3, 0.5, -0.3}, white); // 2, 3
     room.light(LightKind::constant, {0.01, 1, 0.02}, {1, 1, 1});
     room.light(LightKind::parallel, {0, 0, 0}, {1, 1, 1}, {0, -1, 0});
+    room.light(LightKind::constant, {0.05, 0.505, 0.06}, {1, 1, 1}); // on 2 and 3, by less than the skin
     room.build();
     room.ask_by(ShadowMethod::lightbuffer);
     const Statistics &statistics = room.statistics;
@@ -330,16 +332,17 @@ TEST_CASE(WISP_ARITH_NAME ": the light buffer asks what a light sees through a c
         CHECK(statistics.shadow.proofs.triangle_tests > before);
         const uint64_t made = statistics.shadow.proofs.triangle_tests;
         CHECK(extra == 0);
-        CHECK(statistics.rays.shadow_dynamic_only == 2 * light + 1);
+        CHECK(culled == 3 * light + 1);
         room.ask(vec_of({0.1, 0.75, 0.15}), light, 4); // all lies behind the point
         CHECK(extra == 0);
-        CHECK(statistics.rays.shadow_dynamic_only == 2 * light + 2);
-        room.ask(vec_of(light == 0 ? Double3{0.39, -1, 0.4} : Double3{0.15, -1, 0.16}), light,
-                 0); // behind a triangle that covers the cell
+        CHECK(culled == 3 * light + 2);
+        // Behind a triangle that covers the cell.
+        room.ask(vec_of(light == 0 ? Double3{0.39, -1, 0.4} : Double3{0.15, -1, 0.16}), light, 0);
         CHECK(extra == 0);
-        CHECK(culled == light + 1);
+        CHECK(culled == 3 * light + 3);
         CHECK(statistics.shadow.proofs.triangle_tests == made);
     }
+    room.ask(vec_of({0.39, -1, 0.4}), 2, 0);
     CHECK(room.wrong == 0);
     CHECK(room.shadowed == 2);
     CHECK(statistics.shadow.traced.node_visits == 0);
