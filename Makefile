@@ -82,17 +82,18 @@ test: all $B/tests
 	@$B/tests
 
 # Peers are built only where their packages are.
+EMBREE_PEERS = $(foreach p,rays shadow_rays,$(ARITHMETICS:%=$B/peers/$(p)_%))
 PEERS = $(if $(wildcard /usr/include/nanoflann.hpp),$B/peers/point_tree_f32 $B/peers/point_tree_f64) \
-        $(if $(wildcard /usr/include/embree3/rtcore.h),$(ARITHMETICS:%=$B/peers/rays_%) $(ARITHMETICS:%=$B/peers/shadow_rays_%))
-$B/peers/point_tree_%: tools/peers/point_tree.cpp $B/core/%/point_tree.o
+        $(if $(wildcard /usr/include/embree3/rtcore.h),$(EMBREE_PEERS))
+$B/peers/point_tree_f32 $B/peers/point_tree_f64: $B/peers/point_tree_%: tools/peers/point_tree.cpp $B/core/%/point_tree.o
 	@mkdir -p $(@D)
 	$(CXX) $(CPPFLAGS) $(FLAGS) $(MULTIVERSION) -DWISP_ARITH=$* $< $B/core/$*/point_tree.o -o $@
-$B/peers/rays_%: tools/peers/rays.cpp $(LIBRARY_O)
-	@mkdir -p $(@D)
-	$(CXX) $(CPPFLAGS) $(FLAGS) $(MULTIVERSION) -DWISP_ARITH=$* $< $(LIBRARY_O) -lz -lembree3 -o $@
-$B/peers/shadow_rays_%: tools/peers/shadow_rays.cpp $(LIBRARY_O)
-	@mkdir -p $(@D)
-	$(CXX) $(CPPFLAGS) $(FLAGS) $(MULTIVERSION) -DWISP_ARITH=$* $< $(LIBRARY_O) -lz -lembree3 -o $@
+define PEER_RULE
+$(ARITHMETICS:%=$B/peers/$1_%): $B/peers/$1_%: tools/peers/$1.cpp $(LIBRARY_O)
+	@mkdir -p $$(@D)
+	$$(CXX) $$(CPPFLAGS) $$(FLAGS) $$(MULTIVERSION) -DWISP_ARITH=$$* $$< $$(LIBRARY_O) -lz -lembree3 -o $$@
+endef
+$(foreach p,rays shadow_rays,$(eval $(call PEER_RULE,$p)))
 bench: all $(PEERS)
 	tools/bench
 # What `make bench` measures errors against, where it is missing: two hours, resumed where it was stopped.

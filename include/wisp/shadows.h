@@ -39,6 +39,8 @@ void begin_sample(Shadows &shadows, int32_t x, int32_t y, uint32_t sample);
 void see(Shadows &shadows, const Ray &ray, const Hit &hit);
 
 bool is_shadowed(Shadows &shadows, const ShadowQuery &query);
+// The same where it is known that nothing still is in the way, without a test.
+bool is_shadowed_by_moving_alone(Shadows &shadows, const ShadowQuery &query);
 
 // Whether shadows of the one light are those of the other.
 inline bool same_shadows(const Light &a, const Light &b) {

@@ -1,5 +1,7 @@
 // Hard shadows: by a ray to the light, or by one of the ways to save it.
 #include "wisp/exact_shadows.h"
+#include "wisp/light_buffer.h"
+#include "wisp/local_shadows.h"
 #include "wisp/paper_shadows.h"
 #include "wisp/shadow_cache.h"
 #include "wisp/voxel_shadows.h"
@@ -12,6 +14,8 @@ uint64_t shadow_bytes(const Scene &scene, const Settings &settings) {
     case ShadowMethod::paper: return paper_bytes(scene, settings);
     case ShadowMethod::exact: return exact_bytes(scene);
     case ShadowMethod::voxel: return voxel_bytes(scene);
+    case ShadowMethod::lightbuffer: return light_buffer_bytes(scene);
+    case ShadowMethod::lie: return local_shadow_bytes(scene);
     default: return 0;
     }
 }
@@ -23,6 +27,8 @@ bool make_shadow_memory(const Scene &scene, const Settings &settings, Arena &are
     case ShadowMethod::paper: memory = make_paper_shadows(scene, arena); break;
     case ShadowMethod::exact: memory = make_exact_shadows(scene, arena); break;
     case ShadowMethod::voxel: memory = make_voxel_shadows(scene, arena); break;
+    case ShadowMethod::lightbuffer: memory = make_light_buffer(scene, arena); break;
+    case ShadowMethod::lie: memory = make_local_shadows(scene, arena); break;
     default: return true;
     }
     return memory != nullptr;
@@ -34,6 +40,8 @@ bool begin_frame(Shadows &shadows, const Settings &settings, Arena &arena) {
     case ShadowMethod::paper: return begin_frame(*static_cast<PaperShadows *>(memory), shadows, settings, arena);
     case ShadowMethod::voxel: begin_frame(*static_cast<VoxelShadows *>(memory), shadows); return true;
     case ShadowMethod::exact: return begin_frame(*static_cast<ExactShadows *>(memory), shadows, arena);
+    case ShadowMethod::lightbuffer: begin_frame(*static_cast<LightBuffer *>(memory), shadows); return true;
+    case ShadowMethod::lie: begin_frame(*static_cast<LocalShadows *>(memory), shadows); return true;
     default: return true;
     }
 }
@@ -59,9 +67,23 @@ bool is_shadowed(Shadows &shadows, const ShadowQuery &query) {
     case ShadowMethod::paper: return is_shadowed(*static_cast<PaperShadows *>(memory), shadows, query);
     case ShadowMethod::voxel: return is_shadowed(*static_cast<VoxelShadows *>(memory), shadows, query);
     case ShadowMethod::exact: return is_shadowed(*static_cast<ExactShadows *>(memory), shadows, query);
+    case ShadowMethod::lightbuffer: return is_shadowed(*static_cast<LightBuffer *>(memory), shadows, query);
+    case ShadowMethod::lie: return is_shadowed(*static_cast<LocalShadows *>(memory), shadows, query);
     default: break;
     }
     return is_blocked(surfaces, query.ray, surfaces.skin, query.end, query.triangle, shadows.statistics->shadow.traced);
+}
+
+bool is_shadowed_by_moving_alone(Shadows &shadows, const ShadowQuery &query) {
+    const Surfaces &surfaces = *shadows.surfaces;
+    Statistics &statistics = *shadows.statistics;
+    if (surfaces.morph_count == 0 && surfaces.group_count == 0) {
+        ++statistics.rays.shadow_culled;
+        return false;
+    }
+    ++statistics.rays.shadow_dynamic_only;
+    return is_blocked_by_moving(surfaces, query.ray, surfaces.skin, query.end, query.triangle,
+                                statistics.shadow.traced);
 }
 
 } // namespace wisp::WISP_ARITH

@@ -63,12 +63,12 @@ int light_exponent(const TriangleTree &still, const Light &light) {
 }
 
 ShaftLattice make_shaft_lattice(const Surfaces &surfaces, int exponent) {
-    const auto steps = [exponent](double length) { // rounded up
-        return int64_t{1} - floor_to_int(-scale_pow2(length, -exponent));
-    };
-    const int64_t error = std::is_same_v<Real, float> ? 1 << 8 : std::is_same_v<Real, double> ? 1 : steps(0x1p-14);
+    const auto steps = [exponent](Real length) { return int64_t{floor_to_int(scale_pow2(length, -exponent))} + 1; };
+    const int64_t error = std::is_same_v<Real, float>    ? 1 << 8
+                          : std::is_same_v<Real, double> ? 1
+                                                         : steps(Real(0x1p-14));
     const int64_t blur = std::is_same_v<Real, float> ? 1 << 6 : error + 1;
-    return {exponent, error + 3, blur, floor_to_int(scale_pow2(surfaces.skin, -exponent)) + int64_t{1}};
+    return {exponent, error + 3, blur, steps(surfaces.skin)};
 }
 
 LatticePoint lattice_point(const Vec3 &p, int exponent) {

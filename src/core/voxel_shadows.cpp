@@ -99,10 +99,7 @@ bool is_shadowed(VoxelShadows &voxels, Shadows &shadows, const ShadowQuery &quer
         ++statistics.rays.shadow_culled;
         return true;
     }
-    if (state == null || state == query.triangle) {
-        ++statistics.rays.shadow_dynamic_only;
-        return blocked_by_moving();
-    }
+    if (state == null || state == query.triangle) return is_shadowed_by_moving_alone(shadows, query);
     uint32_t occluder;
     const bool blocked = is_blocked_by_still(surfaces, query.ray, surfaces.skin, query.end, query.triangle, occluder,
                                              statistics.shadow.traced);

@@ -220,12 +220,12 @@ const std::vector<Entry> &table() {
          }},
         {"depth", "N", "longest chain of reflected and refracted rays behind a camera ray (10)",
          [](Options &o, const std::string &v) { o.depth = static_cast<uint32_t>(integer_in(v, 0, 64)); }},
-        {"shadows", "trace|cache|paper|exact|voxel",
+        {"shadows", "trace|cache|paper|exact|voxel|lightbuffer|lie",
          "how shadows of surfaces are found: by rays; the last occluder first; by what was met before; without rays "
-         "where proved, of cells, of voxels (trace)",
+         "where proved, of cells, of voxels; by lists of what a light sees, of what may be in the way (trace)",
          [](Options &o, const std::string &v) {
              o.shadows = static_cast<ShadowMethod>(
-                 one_of(v, {"trace", "cache", "paper", "exact", "voxel", "lightbuffer", "lie"}, 5));
+                 one_of(v, {"trace", "cache", "paper", "exact", "voxel", "lightbuffer", "lie"}, 7));
          }},
         {"frame-count", "N", "divide the animation's time into N frames instead of the scene's own number",
          [](Options &o, const std::string &v) { o.frame_count = integer_in(v, 1, 1000000000); }},

@@ -28,7 +28,7 @@ TEST_CASE("command line: wrong usage ends with 2 and one line") {
                                          "render " + desk.s() + " --frames 0:1 -o a.png",
                                          "render " + desk.s() + " -o a.jpg",
                                          "render " + desk.s() + " --quiet=1",
-                                         std::string("render fixtures/surfaces.aff --shadows lie"),
+                                         std::string("render fixtures/surfaces.aff --shadows soft"),
                                          std::string("render fixtures/surfaces.aff --shadows paper --crop 0,0,4,4"),
                                          std::string("render fixtures/surfaces.aff --shadows paper --frames 1"),
                                          std::string("render fixtures/surfaces.aff --shadows paper --frames 0:2:2"),

@@ -475,7 +475,8 @@ TEST_CASE("options: names, forms and ranges") {
         {"error-out", "e.passes", "option 'error-out': found 'e.passes', expected a file name that ends in .pfm"},
         {"step", "nan", "option 'step': found 'nan', expected a number above 0, at most 1000.000000"},
         {"reference", "", "option 'reference': found '', expected 1"},
-        {"shadows", "lie", "option 'shadows': found 'lie', this version does not support it yet"},
+        {"shadows", "soft",
+         "option 'shadows': found 'soft', expected trace, cache, paper, exact, voxel, lightbuffer, lie"},
         {"digest", "no", "option 'digest': found 'no', expected 1"},
         {"bogus", "", "there is no option 'bogus'; 'wisp help' lists them"},
     };
