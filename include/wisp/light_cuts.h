@@ -81,8 +81,13 @@ inline Real power(Real base, Real exponent) {
     return base > Real(0) ? exp(exponent * log(min(base, Real(1)))) : Real(0);
 }
 
+struct LightOfCut {
+    Color sum;
+    uint32_t clusters; // of the cut, left in the heap; all else are lights themselves
+};
+
 // What the lights give to the point. respond(light, illumination) tells the factor of one.
-template <class Respond> Color light_of_cut(const LightCuts &cuts, const LitPoint &point, Respond &&respond) {
+template <class Respond> LightOfCut light_of_cut(const LightCuts &cuts, const LitPoint &point, Respond &&respond) {
     CutNode *const heap = cuts.heap;
     uint32_t size = 0, lights = 0; // of the cut: nodes with children, and without
     Color of_lights(Real(0)), estimate(Real(0));
@@ -91,7 +96,7 @@ template <class Respond> Color light_of_cut(const LightCuts &cuts, const LitPoin
         const bool leaf = node.children == 0;
         CutNode cut = {leaf ? Real(0) : most_light(cuts, node, point), index, {}, Color(Real(0))};
         if (!leaf && !(cut.bound > Real(0))) return;
-        if (leaf || cut.bound < no_bound) {
+        if (cut.bound < no_bound) {
             const Light light = representative(cuts, node);
             const Illumination from = illuminate(light, point.position, point.position, point.position);
             const bool same = known.known && node.light == known_light;
@@ -116,7 +121,7 @@ template <class Respond> Color light_of_cut(const LightCuts &cuts, const LitPoin
             // What has come and gone has left its rounding in the estimate: it is added up anew.
             estimate = of_lights;
             for (uint32_t i = 0; i < size; ++i) estimate += heap[i].given;
-            if (size == 0 || is_fine()) return estimate;
+            if (size == 0 || is_fine()) return {estimate, size};
         }
         const CutNode cut = pop(heap, size);
         const LightNode &node = cuts.nodes[cut.node];

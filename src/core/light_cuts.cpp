@@ -10,9 +10,9 @@ namespace {
 constexpr Real nearest_known = Real(0x1p-8); // nearer to a box no direction is sure
 constexpr int strongest_exponent = 16;       // of irradiances that a bound is known for
 // Bounds hold for what is computed: so much is added, relative to the sizes of vectors and to the bound; and, in units
-// of the last place, where a number has a last place of its own.
+// of the last place, for numbers that are so small that they have a last place of their own.
 constexpr Real vector_slack = Real(0x1p-20), bound_slack = Real(0x1p-12);
-constexpr Real last_place = Real(std::is_same<Real, Fixed>::value ? 0x1p-32 : 0);
+constexpr Real last_place = Real(std::is_same<Real, Fixed>::value ? 0x1p-32 : 0x1p-120);
 
 // Where a node's box has the light: parallel ones are as if a unit away.
 Vec3 place_of(const Light &light) { return light.kind == LightKind::parallel ? -light.direction : light.position; }
@@ -218,9 +218,12 @@ Real most_light(const LightCuts &cuts, const LightNode &node, const LitPoint &po
     Color irradiance = node.color;
     if (falls_off) irradiance = irradiance / box.nearest / box.nearest + Color(rounding * Real(256));
     const Real lambert = kind == LightKind::constant ? cosine : cosine * inv_pi<Real>;
-    const Real highlight = power(min(Real(1), most_cosine(box, point.mirrored) + vector_slack), point.shininess);
-    const Color factor = point.diffuse * lambert + point.specular * highlight + Color(last_place * Real(16));
-    const Real bound = largest(irradiance * factor);
+    const Real off = most_cosine(box, point.mirrored);
+    const bool shines = off > Real(0) || point.shininess == Real(0);
+    const Real highlight = shines ? power(min(Real(1), off + vector_slack), point.shininess) : Real(0);
+    const Color factor = point.diffuse * lambert + point.specular * highlight;
+    if (!(largest(factor) > Real(0))) return Real(0);
+    const Real bound = largest(irradiance * (factor + Color(last_place * Real(16))));
     return bound + bound * bound_slack + rounding;
 }
 

@@ -149,9 +149,10 @@ Color direct_light(const Whitted &tracer, const Point &point, const Vec3 &direct
                           point.material->specular,
                           point.material->shininess};
     if (!(largest(lit.diffuse) > Real(0)) && !(largest(lit.specular) > Real(0))) return sum;
-    return light_of_cut(*tracer.cuts, lit, [&](uint32_t i, const Illumination &from) {
+    const auto ask = [&](uint32_t i, const Illumination &from) {
         return respond(tracer, point, direction, i, from, factor) ? factor : Color(Real(0));
-    });
+    };
+    return light_of_cut(*tracer.cuts, lit, ask).sum;
 }
 
 Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight);
