@@ -167,6 +167,9 @@ enum class Direction : uint8_t { flux, mean };
 // photons.
 enum class Estimate : uint8_t { kernel, knn };
 
+// Which lights a point of a surface asks: all, or clusters of them.
+enum class LightChoice : uint8_t { all, cuts };
+
 // How hard shadows of surfaces are found (C): by a ray to every light; by the last occluder first; by the paper's
 // method; by others' methods; without a ray where that is proved.
 enum class ShadowMethod : uint8_t { trace, cache, paper, exact, voxel, lightbuffer, lie };
@@ -194,6 +197,7 @@ struct Settings {
     IrradianceMap irradiance;
     double irradiance_step;         // distance of its points at most, in units of H
     Method method;                  // how smoke is rendered
+    LightChoice lights;             // of surfaces
     bool reference;                 // path tracing, ...
     uint32_t first_pass, last_pass; // ... passes first_pass <= i < last_pass <= 2^31 of `samples` rays a pixel each
 };

@@ -4,6 +4,7 @@
 //
 // where tex is the texture's colour and E D is divided by pi for lights of physical units (all but `l`).
 #pragma once
+#include "wisp/light_cuts.h"
 #include "wisp/shadows.h"
 
 namespace wisp::WISP_ARITH {
@@ -25,6 +26,7 @@ struct Whitted {
     uint32_t depth; // of the longest chain of rays behind the camera's
     Real spread;    // by which a camera ray widens on a unit of its way: the edge of a pixel
     Statistics *statistics;
+    const LightCuts *cuts = nullptr; // where not every light is asked
 };
 
 // Radiance along a camera ray.

@@ -280,6 +280,9 @@ Status render_surfaces(const Scene &scene, const Settings &settings, Arena &aren
     const Light *lights = make_lights(scene, arena);
     if (!surfaces.ready || !materials || !lights) return Status::out_of_memory;
     statistics.bytes.triangle_trees = arena.mark();
+    LightCuts cuts;
+    const bool cut = settings.lights == LightChoice::cuts;
+    if (cut && !make_light_cuts(lights, scene.light_count, arena, cuts)) return Status::out_of_memory;
     Shadows shadows = {&scene, &surfaces, lights, &statistics, settings.shadows, kept.shadows};
     statistics.bytes.mode_words = shadow_bytes(scene, settings);
     if (!begin_frame(shadows, settings, arena)) return Status::out_of_memory;
@@ -287,7 +290,7 @@ Status render_surfaces(const Scene &scene, const Settings &settings, Arena &aren
                             materials,      lights,
                             &shadows,       vec_of(scene.background),
                             settings.depth, length(vec_of(scene.camera.down)),
-                            &statistics};
+                            &statistics,    cut ? &cuts : nullptr};
     const Status status =
         fill(scene, settings, observer, rgb, statistics, [&](const Ray &ray, int32_t x, int32_t y, uint32_t sample) {
             begin_sample(shadows, x, y, sample);
@@ -331,8 +334,10 @@ Plan plan(const Scene &scene, const Settings &settings) {
     if (plan.surfaces) {
         plan.bytes.triangle_trees = surface_bytes(scene) + placement_bytes(scene);
         plan.bytes.shadows = shadow_bytes(scene, settings);
-        plan.bytes.arena = plan.bytes.triangle_trees + plan.bytes.shadows + Arena::bytes<Surfaces>(1) +
-                           Arena::bytes<SurfaceMaterial>(scene.material_count) + Arena::bytes<Light>(scene.light_count);
+        if (settings.lights == LightChoice::cuts) plan.bytes.light_cuts = light_cut_bytes(scene);
+        plan.bytes.arena = plan.bytes.triangle_trees + plan.bytes.shadows + plan.bytes.light_cuts +
+                           Arena::bytes<Surfaces>(1) + Arena::bytes<SurfaceMaterial>(scene.material_count) +
+                           Arena::bytes<Light>(scene.light_count);
         return plan;
     }
     const double density_step = settings.reference ? 0 : settings.density_step;

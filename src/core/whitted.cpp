@@ -109,38 +109,53 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
     return point;
 }
 
-// base^exponent for 0 <= base <= 1.
-Real power(Real base, Real exponent) {
-    if (exponent == Real(0)) return Real(1);
-    return base > Real(0) ? exp(exponent * log(min(base, Real(1)))) : Real(0);
+// What the irradiance from light i is multiplied by, seen along `direction`; false: nothing comes of it. A light behind
+// the triangle's plane gives nothing, whatever the interpolated normal says, and none is blocked by the triangle
+// itself.
+bool respond(const Whitted &tracer, const Point &point, const Vec3 &direction, uint32_t i, const Illumination &from,
+             Color &factor) {
+    const SurfaceMaterial &material = *point.material;
+    const Vec3 to_light = -from.direction;
+    const Real cosine = dot(point.normal, to_light);
+    if (!(dot(point.plane, to_light) > Real(0)) || !(cosine > Real(0)) || !(largest(from.irradiance) > Real(0)))
+        return false;
+    const ShadowQuery query = {{point.position, to_light},
+                               from.distance - tracer.surfaces->skin,
+                               i,
+                               point.triangle,
+                               point.still,
+                               point.u,
+                               point.v,
+                               point.body};
+    if (is_shadowed(*tracer.shadows, query)) return false;
+    const Real lambert = tracer.lights[i].kind == LightKind::constant ? cosine : cosine * inv_pi<Real>;
+    const Real highlight = power(dot(mirrored(-to_light, point.normal), -direction), material.shininess);
+    factor = material.diffuse * point.texture * lambert + material.specular * highlight;
+    return true;
 }
 
-// What the lights give, seen along `direction`. A light behind the triangle's plane gives nothing, whatever the
-// interpolated normal says, and none is blocked by the triangle itself.
+// What the lights give, seen along `direction`.
 Color direct_light(const Whitted &tracer, const Point &point, const Vec3 &direction) {
-    const SurfaceMaterial &material = *point.material;
-    Color sum(Real(0));
-    for (uint32_t i = 0; i < tracer.scene->light_count; ++i) {
-        const Light &light = tracer.lights[i];
-        const Illumination from = illuminate(light, point.position, point.position, point.position);
-        const Vec3 to_light = -from.direction;
-        const Real cosine = dot(point.normal, to_light);
-        if (!(dot(point.plane, to_light) > Real(0)) || !(cosine > Real(0)) || !(largest(from.irradiance) > Real(0)))
-            continue;
-        const ShadowQuery query = {{point.position, to_light},
-                                   from.distance - tracer.surfaces->skin,
-                                   i,
-                                   point.triangle,
-                                   point.still,
-                                   point.u,
-                                   point.v,
-                                   point.body};
-        if (is_shadowed(*tracer.shadows, query)) continue;
-        const Real lambert = light.kind == LightKind::constant ? cosine : cosine * inv_pi<Real>;
-        const Real highlight = power(dot(mirrored(-to_light, point.normal), -direction), material.shininess);
-        sum += from.irradiance * (material.diffuse * point.texture * lambert + material.specular * highlight);
+    Color sum(Real(0)), factor;
+    if (!tracer.cuts) {
+        for (uint32_t i = 0; i < tracer.scene->light_count; ++i) {
+            const Illumination from = illuminate(tracer.lights[i], point.position, point.position, point.position);
+            if (respond(tracer, point, direction, i, from, factor)) sum += from.irradiance * factor;
+        }
+        return sum;
     }
-    return sum;
+    const LitPoint lit = {point.position,
+                          point.plane,
+                          point.normal,
+                          mirrored(direction, point.normal),
+                          point.material->diffuse * point.texture,
+                          point.material->specular,
+                          point.material->shininess};
+    if (!(largest(lit.diffuse) > Real(0)) && !(largest(lit.specular) > Real(0))) return sum;
+    const auto ask = [&](uint32_t i, const Illumination &from) {
+        return respond(tracer, point, direction, i, from, factor) ? factor : Color(Real(0));
+    };
+    return light_of_cut(*tracer.cuts, lit, ask).sum;
 }
 
 Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight);

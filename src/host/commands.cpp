@@ -86,6 +86,7 @@ Settings settings_of(const Options &options, const PreparedScene &prepared) {
     settings.samples = options.samples;
     settings.depth = options.depth;
     settings.shadows = options.shadows;
+    settings.lights = options.lights;
     settings.check_shadows = options.verbose && settings.shadows == ShadowMethod::paper;
     settings.photons = options.photons;
     settings.seed = options.seed;
@@ -444,6 +445,10 @@ void print_surface_stages(const Request &request, const Scene &scene, const Plan
                 scene.texture_count ? number(scene.texture_count) + " of " + number(texels) + " texels" : "none");
     print_stage("shadows", scene.light_count > 0, plan.bytes.shadows,
                 scene.light_count ? "a ray to each of " + number(scene.light_count) + " lights" : "there is no light");
+    if (request.options.lights == LightChoice::cuts)
+        print_stage("light cuts", scene.light_count > 1, plan.bytes.light_cuts,
+                    scene.light_count > 1 ? "a tree of the lights; rays to clusters that err by less than 2 %"
+                                          : "of no use: there are not several lights");
     print_stage("recursion", (mirrors || passes) && request.options.depth > 0, 0,
                 !mirrors && !passes ? "nothing mirrors or lets light through"
                                     : std::string(mirrors ? "reflected" : "") + (mirrors && passes ? " and " : "") +
@@ -601,6 +606,7 @@ int plan_command(const std::vector<std::string> &arguments) {
         print_stage("march", plan.smoke, 0,
                     plan.smoke ? "camera rays through the smoke" : "rays see the background alone");
     }
+    if (options.lights == LightChoice::cuts) print_stage("light cuts", false, 0, "of no use: there is no surface");
     print_stage("arena", true, plan.bytes.arena, std::string("all of it, in ") + core(request.options.arithmetic).name);
     print_notes(request.options, prepared);
     if (request.options.verbose)

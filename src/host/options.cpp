@@ -214,9 +214,10 @@ const std::vector<Entry> &table() {
          }},
         {"quiet", nullptr, "no word but errors", [](Options &o, const std::string &) { o.quiet = true; }},
         {"verbose", nullptr, "say more", [](Options &o, const std::string &) { o.verbose = true; }},
-        {"lights", "all", "which lights are asked (all)",
-         [](Options &, const std::string &v) {
-             one_of(v, {"all", "cuts"}, 1);
+        {"lights", "all|cuts",
+         "which lights a point of a surface asks: all; clusters of them, split where they may err by 2 % (all)",
+         [](Options &o, const std::string &v) {
+             o.lights = static_cast<LightChoice>(one_of(v, {"all", "cuts"}, 2));
          }},
         {"depth", "N", "longest chain of reflected and refracted rays behind a camera ray (10)",
          [](Options &o, const std::string &v) { o.depth = static_cast<uint32_t>(integer_in(v, 0, 64)); }},

@@ -31,6 +31,7 @@ struct Options {
     std::optional<int64_t> frame_count; // that of the scene
     uint32_t depth = 10;
     ShadowMethod shadows = ShadowMethod::trace;
+    LightChoice lights = LightChoice::all;
     std::optional<Method> method;
     std::optional<Estimate> estimate;
     std::optional<Deposit> deposit;

@@ -222,7 +222,8 @@ double brightness(const LightSource &light, const Double3 &middle, double radius
 }
 
 // The same for surfaces, of which all else is within coordinate_limit.
-void check_surface_range(const std::string &name, const PreparedScene &prepared, bool fixed) {
+void check_surface_range(const std::string &name, const PreparedScene &prepared, const Options &options) {
+    const bool fixed = options.arithmetic == Arithmetic::fixed;
     const auto refuse = [&name](const std::string &what) {
         throw InputError(name + ":1: " + what + ", expected a scene that fits");
     };
@@ -230,11 +231,15 @@ void check_surface_range(const std::string &name, const PreparedScene &prepared,
     if (!(largest_component(prepared.scene.camera.origin) <= farthest))
         refuse("the camera is too far from the surfaces for this arithmetic");
     if (fixed && length(prepared.scene.camera.corner) > 0x1p15) refuse("the view is too wide for fixed point");
+    double sum = 0;
     for (const LightSource &light : prepared.lights) {
         if (light.kind != LightKind::parallel && !(largest_component(light.position) <= farthest))
             refuse("a light is too far from the surfaces for this arithmetic");
         if (fixed && largest(light.color) > 0x1p30) refuse("a light is too strong for fixed point");
+        sum += largest(light.color);
     }
+    if (fixed && options.lights == LightChoice::cuts && sum > 0x1p30)
+        refuse("the lights together are too strong for cuts in fixed point");
     if (prepared.scene.radiance_exponent > 120) refuse("it is too bright for a picture of 32-bit numbers");
     if (!fixed) return;
     for (uint32_t i = 0; i < prepared.scene.body_count; ++i) {
@@ -402,7 +407,7 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
     scene.smoke_count = static_cast<uint32_t>(prepared.smokes.size());
     if (prepared.surfaces) prepared.surfaces->show(scene, file, dim);
     if (prepared.surfaces)
-        check_surface_range(name, prepared, options.arithmetic == Arithmetic::fixed);
+        check_surface_range(name, prepared, options);
     else
         check_range(name, file, prepared, extent, options);
 }

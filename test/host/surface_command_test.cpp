@@ -182,4 +182,56 @@ TEST_CASE("command line: fixed point reaches lights and cameras that are far out
     }
 }
 
+TEST_CASE("command line: cuts of many lights take fewer shadow rays; where they are of no use nothing changes") {
+    const Stage desk;
+    const auto many = [](const std::string &kind, int count, double far, double strong) {
+        std::string text;
+        for (int i = 0; i < count; ++i)
+            text += kind + " " + std::to_string(far + 0.01 * (i % 7)) + " " + std::to_string(far + 0.02 * (i % 11)) +
+                    " " + std::to_string(far) + " " + (std::to_string(strong) + " ") + std::to_string(strong) + " " +
+                    std::to_string(strong) + "\n";
+        return text;
+    };
+    const auto rays = [&](const std::string &options) {
+        desk.sum(desk.draw(corners + many("l", 150, 9, 0.01) + many("lp", 150, 8, 1),
+                           options + " --stats " + desk.file("a.json")));
+        const std::string counts = text_of(desk.file("a.json")), name = "\"shadow\": ";
+        return std::atoi(counts.c_str() + counts.find(name) + name.size());
+    };
+    for (const std::string arithmetic : {"--arith f32", "--arith f64", "--arith fixed"}) {
+        CAPTURE(arithmetic);
+        const int all = rays(arithmetic + " --lights all");
+        const Bytes picture = read_file(desk.file("t.pfm"));
+        CHECK(rays(arithmetic) == all);
+        CHECK(read_file(desk.file("t.pfm")) == picture);
+        CHECK(rays(arithmetic + " --lights cuts") < all / 2);
+        const Bytes cut = read_file(desk.file("t.pfm"));
+        CHECK(cut != picture);
+        CHECK(rays(arithmetic + " --lights=cuts --shadows exact") < all / 2);
+        CHECK(read_file(desk.file("t.pfm")) == cut);
+        desk.sum(
+            desk.draw("render lights cuts\n" + corners + many("l", 150, 9, 0.01) + many("lp", 150, 8, 1), arithmetic));
+        CHECK(read_file(desk.file("t.pfm")) == cut);
+    }
+    const std::string strong = corners + many("lp", 200, 100, 1e6);
+    CHECK(desk.draw(strong, "--arith fixed").status == 0);
+    CHECK(desk.draw(strong, "--arith f32 --lights cuts").status == 0);
+    desk.refuses(desk.draw(strong, "--arith fixed --lights cuts"), 3,
+                 desk.file("t.aff") +
+                     ":1: the lights together are too strong for cuts in fixed point, expected a scene "
+                     "that fits");
+    desk.refuses(desk.draw(corners, "--lights some"), 2, "option 'lights': found 'some', expected all, cuts");
+    const std::string plan = "plan fixtures/surfaces.aff --lights ";
+    CHECK(desk.wisp(plan + "all").out.find("light cuts") == std::string::npos);
+    CHECK(desk.wisp(plan + "cuts").out.find("light cuts     ") != std::string::npos);
+    CHECK(desk.wisp("plan " + desk.s() + " --lights cuts").out.find("of no use: there is no surface") !=
+          std::string::npos);
+    for (const std::string way : {"", " --reference --passes 0:1"}) {
+        const std::string smoke = "render " + desk.s() + " -q --digest" + way;
+        const Ran all = desk.wisp(smoke);
+        CHECK(all.status == 0);
+        CHECK(desk.wisp(smoke + " --lights cuts").out == all.out);
+    }
+}
+
 } // namespace wisp
