@@ -171,7 +171,7 @@ struct AskedRoom : Room {
         const Illumination way = illuminate(tracer.lights[light], from, from, from);
         const bool still = triangle < scene.still_count;
         const ShadowQuery query = {
-            {from, -way.direction}, way.distance - surfaces.skin, light, triangle, still, {}, {}};
+            {from, -way.direction}, way.distance - surfaces.skin, light, triangle, still, {}, {}, 0};
         TreeCounts unused = {};
         const bool right = is_blocked(surfaces, query.ray, surfaces.skin, query.end, triangle, unused);
         ++asked;
