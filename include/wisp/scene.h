@@ -171,7 +171,7 @@ enum class Estimate : uint8_t { kernel, knn };
 enum class LightChoice : uint8_t { all, cuts };
 
 // How hard shadows of surfaces are found (C): by a ray to every light; by the last occluder first; by the paper's
-// method; by others' methods; without a ray where that is proved.
+// method; without a ray where that is proved; by others' methods.
 enum class ShadowMethod : uint8_t { trace, cache, paper, exact, voxel, lightbuffer, lie };
 
 struct Crop {

@@ -26,6 +26,11 @@ struct Shadows {
     void *memory = nullptr;                    // ... this is what it keeps from frame to frame, if anything
 };
 
+// That of the settings; without lights there is nothing to keep.
+inline ShadowMethod shadow_method(const Scene &scene, const Settings &settings) {
+    return scene.light_count == 0 ? ShadowMethod::trace : settings.shadows;
+}
+
 // What a method keeps from frame to frame, as long as the scene has the same still triangles and number of lights;
 // false: the arena was too small. And the bytes of that and of a frame, at most.
 bool make_shadow_memory(const Scene &scene, const Settings &settings, Arena &arena, void *&memory);

@@ -283,7 +283,7 @@ Status render_surfaces(const Scene &scene, const Settings &settings, Arena &aren
     LightCuts cuts;
     const bool cut = settings.lights == LightChoice::cuts;
     if (cut && !make_light_cuts(lights, scene.light_count, arena, cuts)) return Status::out_of_memory;
-    Shadows shadows = {&scene, &surfaces, lights, &statistics, settings.shadows, kept.shadows};
+    Shadows shadows = {&scene, &surfaces, lights, &statistics, shadow_method(scene, settings), kept.shadows};
     statistics.bytes.mode_words = shadow_bytes(scene, settings);
     if (!begin_frame(shadows, settings, arena)) return Status::out_of_memory;
     const Whitted tracer = {&scene,         &surfaces,

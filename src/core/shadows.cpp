@@ -9,7 +9,7 @@
 namespace wisp::WISP_ARITH {
 
 uint64_t shadow_bytes(const Scene &scene, const Settings &settings) {
-    switch (settings.shadows) {
+    switch (shadow_method(scene, settings)) {
     case ShadowMethod::cache: return shadow_cache_bytes(scene);
     case ShadowMethod::paper: return paper_bytes(scene, settings);
     case ShadowMethod::exact: return exact_bytes(scene);
@@ -22,7 +22,7 @@ uint64_t shadow_bytes(const Scene &scene, const Settings &settings) {
 
 bool make_shadow_memory(const Scene &scene, const Settings &settings, Arena &arena, void *&memory) {
     memory = nullptr;
-    switch (settings.shadows) {
+    switch (shadow_method(scene, settings)) {
     case ShadowMethod::cache: memory = make_shadow_cache(scene, arena); break;
     case ShadowMethod::paper: memory = make_paper_shadows(scene, arena); break;
     case ShadowMethod::exact: memory = make_exact_shadows(scene, arena); break;

@@ -223,7 +223,7 @@ const std::vector<Entry> &table() {
          [](Options &o, const std::string &v) { o.depth = static_cast<uint32_t>(integer_in(v, 0, 64)); }},
         {"shadows", "trace|cache|paper|exact|voxel|lightbuffer|lie",
          "how shadows of surfaces are found: by rays; the last occluder first; by what was met before; without rays "
-         "where proved, of cells, of voxels; by lists of what a light sees, of what may be in the way (trace)",
+         "where proved, of cells, of voxels; by lists of what a light sees, of what may be in the way (exact)",
          [](Options &o, const std::string &v) {
              o.shadows = static_cast<ShadowMethod>(
                  one_of(v, {"trace", "cache", "paper", "exact", "voxel", "lightbuffer", "lie"}, 7));

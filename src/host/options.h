@@ -30,7 +30,7 @@ struct Options {
     std::optional<Frames> frames;       // all
     std::optional<int64_t> frame_count; // that of the scene
     uint32_t depth = 10;
-    ShadowMethod shadows = ShadowMethod::trace;
+    ShadowMethod shadows = ShadowMethod::exact;
     LightChoice lights = LightChoice::all;
     std::optional<Method> method;
     std::optional<Estimate> estimate;
