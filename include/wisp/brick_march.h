@@ -9,13 +9,13 @@ struct BrickMarcher {
     const Medium *medium;         // resampled
     const LightDepths *depths;    // to all lights, over the medium's bricks
     const Irradiance *irradiance; // or nullptr: nothing scatters twice
-    Color background;
+    Shadows *shadows;             // of surfaces; nullptr: there are none
     Real step;
     Statistics *statistics;
 };
 
 // As the other `march`: steps lie at the same places along the ray, and those outside of bricks are passed over. Depths
 // are kept, and transmittances of steps multiplied in groups of eight.
-Color march(BrickMarcher &marcher, const Ray &ray);
+Through march(BrickMarcher &marcher, const Ray &ray, Real end);
 
 } // namespace wisp::WISP_ARITH

@@ -16,6 +16,9 @@ struct View {
 
 // What the rays of a crop may pass: the four planes through the eye and its sides.
 struct ViewBounds {
+    ViewBounds() : origin(Real(0)) { // all that there is
+        for (Vec3 &n : normal) n = Vec3(Real(0));
+    }
     ViewBounds(const View &view, const Crop &crop) : origin(view.origin) {
         const auto along = [&](int32_t x, int32_t y) {
             return view.corner + view.right * Real(x) + view.down * Real(y);

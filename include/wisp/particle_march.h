@@ -13,7 +13,6 @@ struct ParticleMarcher {
     const Color *const *sources;  // one array a smoke
     const Irradiance *irradiance; // of what `sources` leave out, or nullptr
     SingleScatterer lights;
-    Color background;
     Real step;
     // Workspace: the window's steps and `lanes` more behind them, that much for each smoke in `sigma`.
     Real *middle, *sigma, *red, *green, *blue;
@@ -23,7 +22,7 @@ struct ParticleMarcher {
 
 // As `march`, with the elements' source functions in place of photons: each particle is visited once a window, not once
 // a step.
-Color march(ParticleMarcher &marcher, const Ray &ray);
+Through march(ParticleMarcher &marcher, const Ray &ray, Real end);
 
 bool make_window(const Scene &scene, Arena &arena, ParticleMarcher &marcher); // false: the arena was too small
 uint64_t window_bytes(const Scene &scene);

@@ -34,6 +34,8 @@ struct Birth {
     const Emitter *emitter;
 };
 Birth emit_photon(const Medium &medium, const Emitters &emitters, uint64_t key);
+// Photons of a parallel light start near the smoke: whether a surface stops them on the way there.
+bool is_stopped_before(const Medium &medium, const Birth &birth);
 
 // Whether photons are needed, and what tells them apart.
 struct PhotonNeeds {
@@ -58,6 +60,10 @@ void trace_photon(const Medium &medium, const Emitters &emitters, uint64_t key, 
         ++counts.escaped;
         return;
     }
+    if (is_stopped_before(medium, birth)) {
+        ++counts.blocked;
+        return;
+    }
     const bool constant = emitter.light && emitter.light->kind == LightKind::constant;
     const uint32_t first_stored = emitter.light ? 1 : 0;
     Real falloff = Real(1);
@@ -73,8 +79,15 @@ void trace_photon(const Medium &medium, const Emitters &emitters, uint64_t key, 
         },
         [&](const Photon &photon, Real end, uint32_t number) {
             if (number >= first_stored) fly(photon, end, photon.power * falloff);
+        },
+        [&](const Ray &ray, uint32_t number) { // a light may stand on a surface
+            return free_way(medium, ray,
+                            medium.surfaces && number == 0 && emitter.light ? medium.surfaces->skin : Real(0));
         });
-    ++(fate == Fate::absorbed ? counts.absorbed : fate == Fate::escaped ? counts.escaped : counts.capped);
+    ++(fate == Fate::absorbed  ? counts.absorbed
+       : fate == Fate::escaped ? counts.escaped
+       : fate == Fate::blocked ? counts.blocked
+                               : counts.capped);
 }
 
 template <class Collect>

@@ -7,7 +7,7 @@
 
 namespace wisp::WISP_ARITH {
 
-enum class Fate { absorbed, escaped, capped };
+enum class Fate { absorbed, escaped, blocked, capped };
 
 constexpr uint32_t most_collisions = 1000000; // of one photon; more of them are counted as capped
 
@@ -17,16 +17,23 @@ struct NoFlight {
     void operator()(const Photon &, Real, uint32_t) const {}
 };
 
+// Nothing stops a photon, unless a walk is told what does.
+struct NoStop {
+    Real operator()(const Ray &, uint32_t) const { return path_end; }
+};
+
 // `photon` flies on from where it is; `event` numbers its flights from 1. At each collision `visit(collision, number,
 // position, photon)` sees the photon as it arrives, before the roulette; number counts from 0. `flight(photon, end,
-// number)` sees it at the start of the flight to that collision.
-template <class Medium, class Visit, class Flight = NoFlight>
-Fate walk(const Medium &medium, Photon photon, uint64_t key, Visit &&visit, Flight &&flight = {}) {
+// number)` sees it at the start of the flight to that collision. `stop(ray, number)` is where something ends the
+// flight: path_end where nothing does.
+template <class Medium, class Visit, class Flight = NoFlight, class Stop = NoStop>
+Fate walk(const Medium &medium, Photon photon, uint64_t key, Visit &&visit, Flight &&flight = {}, Stop &&stop = {}) {
     for (uint32_t number = 0; number < most_collisions; ++number) {
         const Event event = photon_event(key, number + 1);
-        const auto collision = first_collision(medium, photon.ray, path_end, event);
-        flight(photon, collision.found ? collision.distance : path_end, number);
-        if (!collision.found) return Fate::escaped;
+        const Real end = stop(photon.ray, number);
+        const auto collision = first_collision(medium, photon.ray, end, event);
+        flight(photon, collision.found ? collision.distance : end, number);
+        if (!collision.found) return end < path_end ? Fate::blocked : Fate::escaped;
         photon.ray.origin += photon.ray.direction * collision.distance;
         visit(collision, number, photon);
 

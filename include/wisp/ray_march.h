@@ -2,14 +2,24 @@
 #pragma once
 #include "wisp/irradiance.h"
 #include "wisp/light_depths.h"
+#include "wisp/shadows.h"
 
 namespace wisp::WISP_ARITH {
+
+// What comes out of a stretch of a ray, seen from where it begins: what the smoke in it sends, and which part of what
+// lies behind.
+struct Through {
+    Color radiance;
+    Real transmittance;
+};
+const Through nothing_between = {Color(Real(0)), Real(1)};
 
 // The lights as a march asks them.
 struct SingleScatterer {
     const Light *lights;
     uint32_t light_count;
     const LightDepths *depths; // kept depths, or nullptr: every depth is found exactly
+    Shadows *shadows;          // of surfaces; nullptr: there are none
 };
 
 // All that a ray asks of the scene; one for the whole picture.
@@ -18,10 +28,9 @@ struct Marcher {
     SingleScatterer lights;
     const PhotonMap *photon_maps; // one a smoke, or nullptr
     const Irradiance *irradiance; // instead of those, or nullptr
-    Color background;
-    Real step;                 // length of a step
-    const Real *gather_radius; // one a smoke
-    Real *extinctions;         // workspace, one a smoke
+    Real step;                    // length of a step
+    const Real *gather_radius;    // one a smoke
+    Real *extinctions;            // workspace, one a smoke
     Gather gather;
     Statistics *statistics;
 };
@@ -59,9 +68,9 @@ inline Step step_of(const Ray &ray, Real from, Real dx) {
 Color single_scattering(const Medium &medium, const SingleScatterer &lights, const Step &step, const Vec3 &out,
                         const Real *extinctions, Statistics &statistics);
 
-// Radiance along the ray from where it comes: emission, single scattering from every light, multiple scattering from
-// the photon maps, and the attenuated background. Extinction and the lights are sampled in the middle of each step,
+// What comes along the ray from distances 0 to `end`: emission, single scattering from every light, multiple scattering
+// from the photon maps. Extinction and the lights are sampled in the middle of each step,
 // within which they count as constant: their integral over the step is exact for any depth (S1, numerics E4).
-Color march(Marcher &marcher, const Ray &ray);
+Through march(Marcher &marcher, const Ray &ray, Real end);
 
 } // namespace wisp::WISP_ARITH

@@ -7,7 +7,7 @@
 #include "wisp/arena.h"
 #include "wisp/random.h"
 #include "wisp/render.h"
-#include "wisp/smoke.h"
+#include "wisp/ray_march.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -24,18 +24,24 @@ struct PathTracer {
     const Medium *medium;
     const Light *lights;
     uint32_t light_count;
-    Color background;
     Majorants majorants;
     Statistics *statistics;
+    Shadows *shadows; // of surfaces; nullptr: there are none
 };
 
 // Where a free path along the ray ends, if before `end`: the collision's distance, and with whose density.
 // Unbiased: tentative collisions of rate sigma_m are real ones with probability sigma_t / sigma_m.
 MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 &generator);
 
-// One sample of the radiance along the ray from where it comes: its expectation is the radiance (S1).
-Color sample_radiance(const PathTracer &tracer, Ray ray, Pcg32 &generator);
+// `radiance`, and one sample of what smoke sends along the ray from distances 0 to `end`: its expectation is right
+// (S1). A path that meets a surface ends there: those give no light to smoke.
+Color sample_radiance(const PathTracer &tracer, Ray ray, Real end, Color radiance, Pcg32 &generator);
 
 uint64_t reference_bytes(const Scene &scene);
+bool make_path_tracer(const Scene &scene, const Medium &medium, const Light *lights, Shadows *shadows, Arena &arena,
+                      Statistics &statistics, PathTracer &tracer); // false: the arena was too small
+
+// A pixel's pass has draws of its own: a crop, or a part of the passes, is a part of the whole.
+Pcg32 pass_generator(const Settings &settings, uint32_t pass, int32_t x, int32_t y);
 
 } // namespace wisp::WISP_ARITH

@@ -59,7 +59,7 @@ struct Plan {
         uint64_t triangle_trees; // of what never changes its form, and of what does
         uint64_t shadows;        // what finding them keeps from frame to frame
         uint64_t light_cuts;
-        uint64_t arena;          // everything, in one block
+        uint64_t arena; // everything, in one block
     } bytes;
 };
 

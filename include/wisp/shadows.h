@@ -44,6 +44,17 @@ void begin_sample(Shadows &shadows, int32_t x, int32_t y, uint32_t sample);
 void see(Shadows &shadows, const Ray &ray, const Hit &hit);
 
 bool is_shadowed(Shadows &shadows, const ShadowQuery &query);
+// Of a point of space that the light reaches so; nothing where `shadows` is nullptr.
+inline bool is_shadowed(Shadows *shadows, uint32_t light, const Vec3 &x, const Illumination &from) {
+    return shadows && is_shadowed(*shadows, {{x, -from.direction},
+                                             from.distance - shadows->surfaces->skin,
+                                             light,
+                                             no_triangle,
+                                             false,
+                                             Real(0),
+                                             Real(0),
+                                             shadows->surfaces->body_count});
+}
 // The same where it is known that nothing still is in the way, without a test.
 bool is_shadowed_by_moving_alone(Shadows &shadows, const ShadowQuery &query);
 

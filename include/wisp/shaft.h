@@ -38,7 +38,7 @@ struct ShaftLattice {
     int64_t skin; // that of the scene, rounded up
 };
 ShaftLattice make_shaft_lattice(const Surfaces &surfaces, int exponent);
-int still_exponent(const TriangleTree &still); // where lights are not considered
+int still_exponent(const TriangleTree &still);              // where lights are not considered
 int exponent_for(const TriangleTree &still, Real farthest); // where other coordinates are up to this
 int light_exponent(const TriangleTree &still, const Light &light);
 

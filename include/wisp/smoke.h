@@ -1,6 +1,7 @@
 // The smoke of a scene: what the march, the shadows and the photons ask of it.
 #pragma once
 #include "wisp/light.h"
+#include "wisp/surfaces.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -19,10 +20,11 @@ struct Smoke {
 struct Medium {
     const Smoke *smokes;
     uint32_t count;
-    const Bricks *bricks; // to which the densities are resampled; nullptr where they are exact
-    Box bounds;           // of all supports; empty without particles
-    Sphere sphere;        // around them
-    bool ready;           // false: the arena was too small
+    const Bricks *bricks;               // to which the densities are resampled; nullptr where they are exact
+    Box bounds;                         // of all supports; empty without particles
+    Sphere sphere;                      // around them
+    bool ready;                         // false: the arena was too small
+    const Surfaces *surfaces = nullptr; // that stop its photons; nullptr: there are none
 
     bool empty() const { return !(bounds.low.x < bounds.high.x); }
 };
@@ -34,6 +36,9 @@ uint64_t medium_bytes(const Scene &scene, double density_step);
 
 // int sigma_t of all smokes over the ray's distances 0 to `end`.
 Real optical_depth(const Medium &medium, const Ray &ray, Real end);
+
+// How far the ray goes from `begin` on until an opaque surface stops it: path_end where none does.
+Real free_way(const Medium &medium, const Ray &ray, Real begin);
 
 // Whether there is smoke in the cells of the brick around a node of a field, given in cells. `bricks` are the medium's
 // own where it has been resampled.

@@ -52,6 +52,7 @@ struct Hit {
     uint32_t body;       // or body_count: none
 };
 Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts);
+Hit nearest_opaque_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, TreeCounts &counts);
 
 // Whether an opaque triangle is at a distance in (begin, end): one that never moves, and then which; one that changes
 // its form; one of a body; one of those two; any.

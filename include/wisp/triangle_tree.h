@@ -90,6 +90,10 @@ uint64_t triangle_tree_bytes(uint32_t count);
 bool nearest_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t skip, SurfaceHit &hit,
                  TreeCounts &counts);
 
+// The same of triangles that let no light through.
+bool nearest_opaque_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t skip,
+                        SurfaceHit &hit, TreeCounts &counts);
+
 // Whether any triangle that lets no light through is hit in (begin, end), and which: the first that the search meets.
 bool any_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t skip, uint32_t &occluder,
              TreeCounts &counts);

@@ -2,9 +2,11 @@
 //
 //     I = am A tex + sum over lights of E (D tex max(0, N L) + S max(0, R V)^shininess) + S reflected + T transmitted
 //
-// where tex is the texture's colour and E D is divided by pi for lights of physical units (all but `l`).
+// where tex is the texture's colour and E D is divided by pi for lights of physical units (all but `l`). Smoke dims E,
+// and what each ray sees, camera ray, reflected or refracted: it is where its particles are, in glass, too.
 #pragma once
 #include "wisp/light_cuts.h"
+#include "wisp/ray_march.h"
 #include "wisp/shadows.h"
 
 namespace wisp::WISP_ARITH {
@@ -27,6 +29,10 @@ struct Whitted {
     Real spread;    // by which a camera ray widens on a unit of its way: the edge of a pixel
     Statistics *statistics;
     const LightCuts *cuts = nullptr; // where not every light is asked
+    // Smoke, where there is any: what lights shine through, and what a ray sees of it up to a distance.
+    const Medium *medium = nullptr;
+    void *marcher = nullptr;
+    Through (*through)(void *marcher, const Ray &ray, Real end) = nullptr;
 };
 
 // Radiance along a camera ray.

@@ -64,6 +64,16 @@ WISP_VISITOR void illuminate_group(const Light &light, const Ray &ray, const Gro
     if (nearest < near) illuminate_each(light, ray, group, lit);
 }
 
+// What surfaces leave of a light's share in each step.
+void shade(const BrickMarcher &marcher, const Light &light, uint32_t number, const Ray &ray, const Group &group,
+           Lanes &share) {
+    for (uint32_t l = 0; l < lanes; ++l) {
+        if (!(group.dx[l] > Real(0)) || !(share[l] > Real(0))) continue;
+        const Vec3 x = ray.origin + ray.direction * group.t[l];
+        if (is_shadowed(marcher.shadows, number, x, illuminate(light, x, x, x))) share[l] = Real(0);
+    }
+}
+
 // sum of p L from all sides: of the lights after the smoke before them, and of the irradiance map.
 WISP_VISITOR void gather_light(const BrickMarcher &marcher, const Smoke &smoke, const Ray &ray, const Group &group,
                                LaneColor &scattered) {
@@ -88,6 +98,7 @@ WISP_VISITOR void gather_light(const BrickMarcher &marcher, const Smoke &smoke, 
             else
                 for (uint32_t l = 0; l < lanes; ++l) p[l] = smoke.phase(Vec3(lit.x[l], lit.y[l], lit.z[l]), out);
             for (uint32_t l = 0; l < lanes; ++l) p[l] *= lit.irradiance[l] * exp(-max(Real(0), tau[l]));
+            if (marcher.shadows) shade(marcher, from, light, ray, group, p);
             if (brightest > Real(0)) add(scattered, p, from.color / brightest);
             for (uint32_t l = 0; l < lanes; ++l) at.node[l] += nodes;
         }
@@ -214,10 +225,10 @@ WISP_WIDE void march_group(const BrickMarcher &marcher, const Ray &ray, const Br
 
 } // namespace
 
-Color march(BrickMarcher &marcher, const Ray &ray) {
+Through march(BrickMarcher &marcher, const Ray &ray, Real end) {
     const Medium &medium = *marcher.medium;
-    Real begin = Real(0), end = path_end;
-    if (medium.empty() || !clip(medium.bounds, ray, begin, end)) return marcher.background;
+    Real begin = Real(0);
+    if (medium.empty() || !clip(medium.bounds, ray, begin, end)) return nothing_between;
     const Ray inside = {ray.origin + ray.direction * begin, ray.direction};
     const Real length = end - begin, inverse_step = Real(1) / marcher.step;
     const int32_t steps = floor_to_int(length * inverse_step) + 1;
@@ -245,7 +256,7 @@ Color march(BrickMarcher &marcher, const Ray &ray) {
         for (uint32_t l = waiting; l < lanes; ++l) group.step[l] = steps; // of no length
         march_group(marcher, inside, in_bricks, length, group, so_far);
     }
-    return so_far.radiance + marcher.background * exp(-so_far.depth.value);
+    return {so_far.radiance, exp(-so_far.depth.value)};
 }
 
 } // namespace wisp::WISP_ARITH

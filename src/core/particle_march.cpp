@@ -92,10 +92,10 @@ bool make_window(const Scene &scene, Arena &arena, ParticleMarcher &marcher) {
     return marcher.middle && marcher.red && marcher.green && marcher.blue && marcher.sigma && marcher.extinctions;
 }
 
-Color march(ParticleMarcher &marcher, const Ray &ray) {
+Through march(ParticleMarcher &marcher, const Ray &ray, Real end) {
     const Medium &medium = *marcher.medium;
-    Real begin = Real(0), end = path_end;
-    if (medium.empty() || !clip(medium.bounds, ray, begin, end)) return marcher.background;
+    Real begin = Real(0);
+    if (medium.empty() || !clip(medium.bounds, ray, begin, end)) return nothing_between;
 
     const Ray inside = {ray.origin + ray.direction * begin, ray.direction};
     const Real length = end - begin, step = marcher.step, inverse_step = Real(1) / step;
@@ -144,7 +144,7 @@ Color march(ParticleMarcher &marcher, const Ray &ray) {
             depth.add(s);
         }
     }
-    return radiance + marcher.background * exp(-depth.value);
+    return {radiance, exp(-depth.value)};
 }
 
 } // namespace wisp::WISP_ARITH

@@ -163,7 +163,7 @@ Real draw_tent(Real x, Real cell, Real low, Real high, Pcg32 &generator) {
 Real exponential(Pcg32 &generator) { return -log(unit_open<Real>(generator())); }
 
 struct Arrival {
-    bool found;
+    bool found, stopped; // it collides; or else, a surface stops it
     uint32_t smoke;
     Vec3 position;
 };
@@ -182,12 +182,22 @@ template <class Density> uint32_t smoke_at(const Medium &medium, Pcg32 &generato
     return chosen;
 }
 
+// Whether a surface stands between a point and the light that it would have.
+bool is_out_of_light(const Medium &medium, const Vec3 &x, const Illumination &from) {
+    if (!medium.surfaces) return false;
+    const Real skin = medium.surfaces->skin;
+    TreeCounts unused = {};
+    return is_blocked(*medium.surfaces, {x, -from.direction}, skin, from.distance - skin, no_triangle, unused);
+}
+
 // One flight: pass(brick, place in it, 1 / rate) at every tentative collision.
 template <class Pass> Arrival fly(const Tracer &tracer, const Ray &ray, Pcg32 &generator, Pass &&pass) {
-    Arrival arrival = {false, 0, ray.origin};
+    Arrival arrival = {false, false, 0, ray.origin};
     const Bricks &bricks = tracer.bricks;
     const Medium &medium = tracer.medium;
     Real begin = Real(0), end = path_end;
+    end = free_way(medium, ray, Real(0));
+    arrival.stopped = end < path_end;
     if (!clip(bricks.bounds, ray, begin, end)) return arrival;
     Real rest = exponential(generator);
     uint32_t tentative = 0;
@@ -211,7 +221,7 @@ template <class Pass> Arrival fly(const Tracer &tracer, const Ray &ray, Pcg32 &g
             const auto density = [&](const BrickField &field) { return extinction(field, brick, p); };
             const Real sigma = sum_of_smokes(medium, density);
             if (!(unit_half_open<Real>(generator()) * rate < sigma)) continue;
-            arrival = {true, smoke_at(medium, generator, density), ray.origin + ray.direction * t};
+            arrival = {true, false, smoke_at(medium, generator, density), ray.origin + ray.direction * t};
             return false;
         }
     });
@@ -264,13 +274,18 @@ void trace_photon(const Tracer &tracer, const BrickDeposits &deposits, uint64_t 
     ++counts.emitted;
     Color power = deposits.channels == 1 ? Color(Real(1)) : source.color / source.brightest;
     const bool glows = source.light >= tracer.depths.light_count;
-    Arrival at = {!glows, 0, ray.origin};
+    Arrival at = {!glows, false, 0, ray.origin};
     if (glows) {
         const Phase::Cosine angle = Phase(Real(0)).sample(unit_open<Real>(generator()));
         const Real turns = unit_half_open<Real>(generator());
         ray.direction = deflect(Vec3(Real(0), Real(0), Real(1)), angle, turns);
     } else {
-        ray.direction = illuminate(tracer.depths.lights[source.light], ray.origin, ray.origin, ray.origin).direction;
+        const Illumination from = illuminate(tracer.depths.lights[source.light], ray.origin, ray.origin, ray.origin);
+        if (is_out_of_light(medium, ray.origin, from)) {
+            ++counts.blocked;
+            return;
+        }
+        ray.direction = from.direction;
         at.smoke = smoke_at(medium, generator, [&](const BrickField &field) { return extinction(field, ray.origin); });
         ++counts.collisions;
     }
@@ -295,7 +310,7 @@ void trace_photon(const Tracer &tracer, const BrickDeposits &deposits, uint64_t 
         });
         if (counts.capped != capped) return;
         if (!at.found) {
-            ++counts.escaped;
+            ++(at.stopped ? counts.blocked : counts.escaped);
             return;
         }
         ++counts.collisions;

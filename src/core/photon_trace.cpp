@@ -50,6 +50,14 @@ Birth emit_photon(const Medium &medium, const Emitters &emitters, uint64_t key) 
     return {photon, &emitter};
 }
 
+bool is_stopped_before(const Medium &medium, const Birth &birth) {
+    const Light *light = birth.emitter->light;
+    if (!medium.surfaces || !light || light->kind != LightKind::parallel) return false;
+    const Ray &ray = birth.photon.ray;
+    TreeCounts unused = {};
+    return is_blocked(*medium.surfaces, {ray.origin, -ray.direction}, Real(0), path_end, no_triangle, unused);
+}
+
 PhotonUnit photon_unit(Real power, uint64_t emitted) {
     if (emitted == 0 || !(power > Real(0))) return {Real(1), 0};
     int32_t shift = 0; // emitted / 2^shift in [2^29, 2^30)

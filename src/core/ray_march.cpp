@@ -32,7 +32,7 @@ Color single_scattering(const Medium &medium, const SingleScatterer &lights, con
         for (uint32_t i = 0; i < medium.count; ++i)
             if (extinctions[i] > Real(0))
                 scattered += medium.smokes[i].albedo * (extinctions[i] * medium.smokes[i].phase(light.direction, out));
-        if (!(largest(scattered) > Real(0))) continue;
+        if (!(largest(scattered) > Real(0)) || is_shadowed(lights.shadows, l, step.middle, light)) continue;
         if (!lights.depths) ++statistics.rays.shadow;
         const Real depth = lights.depths ? light_depth(*lights.depths, l, step.middle)
                                          : optical_depth(medium, {step.middle, -light.direction}, light.distance);
@@ -41,10 +41,10 @@ Color single_scattering(const Medium &medium, const SingleScatterer &lights, con
     return sum;
 }
 
-Color march(Marcher &marcher, const Ray &ray) {
+Through march(Marcher &marcher, const Ray &ray, Real end) {
     const Medium &medium = *marcher.medium;
-    Real begin = Real(0), end = path_end;
-    if (medium.empty() || !clip(medium.bounds, ray, begin, end)) return marcher.background;
+    Real begin = Real(0);
+    if (medium.empty() || !clip(medium.bounds, ray, begin, end)) return nothing_between;
 
     // Distances count from where the ray enters: what a camera far away costs is one rounding of that point.
     const Ray inside = {ray.origin + ray.direction * begin, ray.direction};
@@ -76,7 +76,7 @@ Color march(Marcher &marcher, const Ray &ray) {
         radiance += source * (exp(-depth.value) * mean_transmittance(s) * dx);
         depth.add(s);
     }
-    return radiance + marcher.background * exp(-depth.value);
+    return {radiance, exp(-depth.value)};
 }
 
 } // namespace wisp::WISP_ARITH

@@ -1,6 +1,5 @@
 // Unbiased volumetric path tracing (S1).
 #include "wisp/reference.h"
-#include "wisp/camera.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -19,7 +18,8 @@ struct Source {
     Color radiance;
     Real sigma;
 };
-Source scattered_once(const PathTracer &tracer, const Light &light, const Ray &ray, Real t) {
+Source scattered_once(const PathTracer &tracer, uint32_t number, const Ray &ray, Real t) {
+    const Light &light = tracer.lights[number];
     const Medium &medium = *tracer.medium;
     const Vec3 x = ray.origin + ray.direction * t;
     const Illumination arriving = illuminate(light, x, x, x);
@@ -33,7 +33,11 @@ Source scattered_once(const PathTracer &tracer, const Light &light, const Ray &r
     source.radiance = source.radiance * arriving.irradiance;
     tracer.statistics->smoke.density_evaluations += medium.count;
     if (!(largest(source.radiance) > Real(0))) return source;
-    ++tracer.statistics->rays.shadow;
+    if (tracer.shadows && is_shadowed(tracer.shadows, number, x, arriving)) {
+        source.radiance = Color(Real(0));
+        return source;
+    }
+    if (!tracer.shadows) ++tracer.statistics->rays.shadow;
     source.radiance = source.radiance * exp(-optical_depth(medium, {x, -arriving.direction}, arriving.distance));
     return source;
 }
@@ -79,13 +83,13 @@ Color single_scattering(const PathTracer &tracer, const Ray &ray, Real end, cons
         const Light &light = tracer.lights[l];
         if (!stands_in_smoke(tracer, light)) {
             if (!collision.found) continue;
-            const Source source = scattered_once(tracer, light, ray, collision.distance);
+            const Source source = scattered_once(tracer, l, ray, collision.distance);
             if (source.sigma > Real(0)) sum += source.radiance / source.sigma;
             continue;
         }
         const EquiAngular angular(light, ray, end);
         const auto weighted = [&](Real t) {
-            const Source source = scattered_once(tracer, light, ray, t);
+            const Source source = scattered_once(tracer, l, ray, t);
             if (!(largest(source.radiance) > Real(0))) return Color(Real(0));
             const Real through = exp(-optical_depth(*tracer.medium, ray, t));
             return source.radiance * (through / (source.sigma * through + angular.density(t)));
@@ -160,14 +164,14 @@ MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 
     return collision;
 }
 
-Color sample_radiance(const PathTracer &tracer, Ray ray, Pcg32 &generator) {
+Color sample_radiance(const PathTracer &tracer, Ray ray, Real end, Color radiance, Pcg32 &generator) {
     const Medium &medium = *tracer.medium;
-    Color radiance = tracer.background;
-    if (largest(radiance) > Real(0)) radiance = radiance * exp(-optical_depth(medium, ray, path_end));
+    if (medium.empty()) return radiance;
     Color throughput(Real(1));
     for (uint32_t number = 0; number < longest_path; ++number) {
-        Real begin = Real(0), end = path_end;
-        if (medium.empty() || !clip(medium.bounds, ray, begin, end)) return radiance;
+        if (number > 0) end = free_way(medium, ray, Real(0));
+        Real begin = Real(0);
+        if (!clip(medium.bounds, ray, begin, end)) return radiance;
         ray.origin += ray.direction * begin;
         end -= begin;
         const MediumCollision collision = track(tracer, ray, end, generator);
@@ -190,54 +194,21 @@ Color sample_radiance(const PathTracer &tracer, Ray ray, Pcg32 &generator) {
     return radiance;
 }
 
-uint64_t reference_bytes(const Scene &scene) {
-    return medium_bytes(scene, 0) + Arena::bytes<Light>(scene.light_count) + Arena::bytes<Real>(most_majorants);
+uint64_t reference_bytes(const Scene &scene) { return medium_bytes(scene, 0) + Arena::bytes<Real>(most_majorants); }
+
+bool make_path_tracer(const Scene &scene, const Medium &medium, const Light *lights, Shadows *shadows, Arena &arena,
+                      Statistics &statistics, PathTracer &tracer) {
+    tracer = {&medium, lights, scene.light_count, {}, &statistics, shadows};
+    if (medium.empty()) return true;
+    tracer.majorants = make_majorants(medium, finest_length(scene), arena);
+    return tracer.majorants.sigma != nullptr;
 }
 
-Status render_reference(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer,
-                        PixelSums *sums, Statistics &statistics) {
-    statistics.bytes.arena_size = arena.size();
-    if (!observer(Stage::trees, 0, 1)) return Status::stopped;
-    const Medium medium = make_medium(scene, 0, arena);
-    const Light *lights = make_lights(scene, arena);
-    if (!medium.ready || !lights) return Status::out_of_memory;
-    PathTracer tracer = {&medium, lights, scene.light_count, vec_of(scene.background), {}, &statistics};
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) statistics.smoke.particles += scene.smokes[i].count;
-    statistics.bytes.particle_tree = arena.mark();
-    if (!medium.empty()) {
-        tracer.majorants = make_majorants(medium, finest_length(scene), arena);
-        if (!tracer.majorants.sigma) return Status::out_of_memory;
-    }
-    statistics.bytes.arena_peak = arena.peak();
-
-    const View view(scene.camera);
-    const Pattern pattern(settings.samples);
-    const Crop &crop = settings.crop;
-    const uint64_t rows = static_cast<uint64_t>(crop.y1 - crop.y0);
-    const uint32_t passes = settings.last_pass - settings.first_pass;
-    for (uint32_t pass = 0; pass < passes; ++pass)
-        for (int32_t y = crop.y0; y < crop.y1; ++y) {
-            const uint64_t row = static_cast<uint64_t>(y - crop.y0);
-            if (!observer(Stage::render, pass * rows + row, passes * rows)) return Status::stopped;
-            for (int32_t x = crop.x0; x < crop.x1; ++x) {
-                // A pixel's pass has draws of its own: a crop, or a part of the passes, is a part of the whole.
-                const uint64_t place = static_cast<uint64_t>(settings.first_pass + pass) << 32 |
-                                       static_cast<uint64_t>(y) << 16 | static_cast<uint64_t>(x);
-                const Event seed = photon_event(settings.seed, place);
-                Pcg32 generator(uint64_t{seed.high} << 32 | seed.low);
-                PixelSums &pixel =
-                    sums[row * static_cast<uint64_t>(crop.x1 - crop.x0) + static_cast<uint64_t>(x - crop.x0)];
-                for (uint32_t i = 0; i < settings.samples; ++i) {
-                    const Color sample = sample_radiance(
-                        tracer, view.ray_through(Real(x) + pattern.u(i), Real(y) + pattern.v(i)), generator);
-                    add_sample(pixel.channels[0], sample.x);
-                    add_sample(pixel.channels[1], sample.y);
-                    add_sample(pixel.channels[2], sample.z);
-                    ++statistics.rays.primary;
-                }
-            }
-        }
-    return Status::done;
+Pcg32 pass_generator(const Settings &settings, uint32_t pass, int32_t x, int32_t y) {
+    const uint64_t place =
+        static_cast<uint64_t>(pass) << 32 | static_cast<uint64_t>(y) << 16 | static_cast<uint64_t>(x);
+    const Event seed = photon_event(settings.seed, place);
+    return Pcg32(uint64_t{seed.high} << 32 | seed.low);
 }
 
 } // namespace wisp::WISP_ARITH

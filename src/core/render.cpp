@@ -10,12 +10,17 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-uint64_t march_bytes(const Scene &scene) {
-    return Arena::bytes<Light>(scene.light_count) + 2 * Arena::bytes<Real>(scene.smoke_count);
-}
+uint64_t march_bytes(const Scene &scene) { return 2 * Arena::bytes<Real>(scene.smoke_count); }
 
 // So many smoothing lengths of the finest smoke.
 Real step_length(const Scene &scene, double lengths) { return finest_length(scene) * to_real<Real>(lengths); }
+
+// What rays meet.
+struct World {
+    const Light *lights;
+    Surfaces *surfaces; // nullptr: there are none
+    Medium medium;
+};
 
 // All that the rays of one frame have in common.
 struct Frame {
@@ -23,6 +28,8 @@ struct Frame {
     const Settings &settings;
     const Medium &medium;
     const Light *lights;
+    const Whitted *surfaces; // how they are shaded; nullptr: there are none
+    Shadows *in_smoke;       // that they cast into smoke, or nullptr
     const Observer &observer;
     Arena &arena;
     float *rgb;
@@ -55,9 +62,26 @@ Status fill(const Scene &scene, const Settings &settings, const Observer &observ
     return Status::done;
 }
 
+// What comes along the ray to the eye, through the smoke of a marcher, in front of the background or of surfaces.
 template <class Marcher> Status render_frame(const Frame &frame, Marcher &marcher) {
-    return fill(frame.scene, frame.settings, frame.observer, frame.rgb, frame.statistics,
-                [&marcher](const Ray &ray, int32_t, int32_t, uint32_t) { return march(marcher, ray); });
+    const auto picture = [&frame](auto &&radiance) {
+        return fill(frame.scene, frame.settings, frame.observer, frame.rgb, frame.statistics, radiance);
+    };
+    if (!frame.surfaces) {
+        const Color background = vec_of(frame.scene.background);
+        return picture([&](const Ray &ray, int32_t, int32_t, uint32_t) {
+            const Through through = march(marcher, ray, path_end);
+            return through.radiance + background * through.transmittance;
+        });
+    }
+    Whitted tracer = *frame.surfaces;
+    tracer.medium = &frame.medium;
+    tracer.marcher = &marcher;
+    tracer.through = [](void *any, const Ray &ray, Real end) { return march(*static_cast<Marcher *>(any), ray, end); };
+    return picture([&tracer](const Ray &ray, int32_t x, int32_t y, uint32_t sample) {
+        begin_sample(*tracer.shadows, x, y, sample);
+        return trace(tracer, ray);
+    });
 }
 
 // The cells of the bricks in smoothing lengths, 0 where no bricks are needed, and how far apart the points of the
@@ -94,7 +118,7 @@ bool find_bricks(const Frame &frame, Bricks &made, const Bricks *&bricks) {
 
 // How the march asks the lights. False: the arena was too small.
 bool ask_lights(const Frame &frame, const Bricks *bricks, LightDepths &depths, SingleScatterer &lights) {
-    lights = {frame.lights, frame.scene.light_count, nullptr};
+    lights = {frame.lights, frame.scene.light_count, nullptr, frame.in_smoke};
     if (!(frame.settings.light_step > 0) || lights.light_count == 0 || frame.medium.empty()) return true;
     lights.depths = &depths;
     return make_light_depths(frame.medium, frame.lights, lights.light_count, *bricks,
@@ -114,7 +138,7 @@ IrradianceRequest request_irradiance(const Frame &frame, const Bricks *bricks) {
             steps.irradiance,
             irradiance_tolerance(frame.settings),
             photon_needs(frame.scene, frame.settings).directions,
-            ViewBounds(View(frame.scene.camera), frame.settings.crop)};
+            frame.surfaces ? ViewBounds() : ViewBounds(View(frame.scene.camera), frame.settings.crop)};
 }
 
 // All of a march but its lights and its photons. False: the arena was too small.
@@ -122,7 +146,6 @@ bool make_marcher(const Frame &frame, Marcher &marcher) {
     const Scene &scene = frame.scene;
     marcher = {};
     marcher.medium = &frame.medium;
-    marcher.background = vec_of(scene.background);
     marcher.step = step_length(scene, frame.settings.step);
     marcher.statistics = &frame.statistics;
     Real *radius = frame.arena.make<Real>(scene.smoke_count);
@@ -212,7 +235,6 @@ Status render_map(const Frame &frame, MapSums &sums) {
         !ask_lights(frame, bricks, depths, marcher.lights))
         return Status::out_of_memory;
     marcher.medium = &frame.medium;
-    marcher.background = vec_of(scene.background);
     marcher.step = step_length(scene, frame.settings.step);
     marcher.statistics = &frame.statistics;
     return render_frame(frame, marcher);
@@ -254,52 +276,10 @@ Status render_bricks(const Frame &frame, MapSums &sums) {
     BrickMarcher marcher = {&frame.medium,
                             &depths,
                             deposits.bricks ? &irradiance : nullptr,
-                            vec_of(scene.background),
+                            frame.in_smoke,
                             step_length(scene, settings.step),
                             &frame.statistics};
     return render_frame(frame, marcher);
-}
-
-// Whitted's ray tracing (C). Trees of what never changes its form are built by the first frame, for all, and room is
-// made for what shadows learn.
-Status render_surfaces(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer, float *rgb,
-                       Statistics &statistics, Kept &kept) {
-    if (!observer(Stage::trees, 0, 1)) return Status::stopped;
-    if (!kept.surfaces || kept.lights != scene.light_count) {
-        Surfaces *made = arena.make<Surfaces>(1);
-        if (!made) return Status::out_of_memory;
-        *made = make_surfaces(scene, arena);
-        void *memory;
-        if (!made->ready || !make_shadow_memory(scene, settings, arena, memory)) return Status::out_of_memory;
-        kept = {made, memory, scene.light_count, arena.mark()};
-    }
-    arena.rewind(kept.end);
-    Surfaces &surfaces = *static_cast<Surfaces *>(kept.surfaces);
-    place_surfaces(scene, arena, surfaces);
-    const SurfaceMaterial *materials = make_surface_materials(scene, arena);
-    const Light *lights = make_lights(scene, arena);
-    if (!surfaces.ready || !materials || !lights) return Status::out_of_memory;
-    statistics.bytes.triangle_trees = arena.mark();
-    LightCuts cuts;
-    const bool cut = settings.lights == LightChoice::cuts;
-    if (cut && !make_light_cuts(lights, scene.light_count, arena, cuts)) return Status::out_of_memory;
-    Shadows shadows = {&scene, &surfaces, lights, &statistics, shadow_method(scene, settings), kept.shadows};
-    statistics.bytes.mode_words = shadow_bytes(scene, settings);
-    if (!begin_frame(shadows, settings, arena)) return Status::out_of_memory;
-    const Whitted tracer = {&scene,         &surfaces,
-                            materials,      lights,
-                            &shadows,       vec_of(scene.background),
-                            settings.depth, length(vec_of(scene.camera.down)),
-                            &statistics,    cut ? &cuts : nullptr};
-    const Status status =
-        fill(scene, settings, observer, rgb, statistics, [&](const Ray &ray, int32_t x, int32_t y, uint32_t sample) {
-            begin_sample(shadows, x, y, sample);
-            return trace(tracer, ray);
-        });
-    end_frame(shadows);
-    statistics.bytes.arena_size = arena.size();
-    statistics.bytes.arena_peak = arena.peak();
-    return status;
 }
 
 // Numbers of a particle map.
@@ -309,20 +289,81 @@ uint64_t count_of_sums(const Scene &scene, const Settings &settings, const Mediu
     return plan_brick_photons(scene, settings, medium.bricks->count, stride).sums;
 }
 
-// Builds what all methods begin with, and does the work.
-template <class Work>
-Status with_smoke(const Scene &scene, double density_step, Arena &arena, const Observer &observer,
-                  Statistics &statistics, Work &&work) {
-    statistics.bytes.arena_size = arena.size();
+bool has_smoke(const Scene &scene) {
+    for (uint32_t i = 0; i < scene.smoke_count; ++i)
+        if (!scene.smokes[i].empty()) return true;
+    return false;
+}
+
+// What rays meet: surfaces, of which the trees of what never changes its form are built by the first frame for all,
+// beside room for what shadows learn (C); smoke, where there is any.
+Status make_world(const Scene &scene, const Settings &settings, double density_step, Arena &arena,
+                  const Observer &observer, Statistics &statistics, Kept &kept, World &world) {
     if (!observer(Stage::trees, 0, 1)) return Status::stopped;
-    const Medium medium = make_medium(scene, density_step, arena);
-    const Light *lights = make_lights(scene, arena);
-    if (!medium.ready || !lights) return Status::out_of_memory;
+    statistics.bytes.arena_size = arena.size();
+    world.surfaces = nullptr;
+    if (scene.triangle_count() > 0) {
+        if (!kept.surfaces || kept.lights != scene.light_count) {
+            world.surfaces = arena.make<Surfaces>(1);
+            if (!world.surfaces) return Status::out_of_memory;
+            *world.surfaces = make_surfaces(scene, arena);
+            void *memory;
+            if (!world.surfaces->ready || !make_shadow_memory(scene, settings, arena, memory))
+                return Status::out_of_memory;
+            kept = {world.surfaces, memory, scene.light_count, arena.mark()};
+        }
+        arena.rewind(kept.end);
+        world.surfaces = static_cast<Surfaces *>(kept.surfaces);
+        place_surfaces(scene, arena, *world.surfaces);
+        if (!world.surfaces->ready) return Status::out_of_memory;
+        statistics.bytes.triangle_trees = arena.mark();
+    }
+    world.lights = make_lights(scene, arena);
+    if (!world.lights) return Status::out_of_memory;
+    world.medium = {};
+    if (world.surfaces && !has_smoke(scene)) return Status::done;
+    const size_t mark = arena.mark();
+    world.medium = make_medium(scene, density_step, arena);
+    world.medium.surfaces = world.surfaces;
+    if (!world.medium.ready) return Status::out_of_memory;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) statistics.smoke.particles += scene.smokes[i].count;
-    statistics.bytes.particle_tree = arena.mark();
-    const Status status = work(medium, lights);
-    statistics.bytes.arena_peak = arena.peak();
-    return status;
+    statistics.bytes.particle_tree = arena.mark() - mark;
+    return Status::done;
+}
+
+// How the surfaces of a frame are shaded.
+struct Shading {
+    Shadows shadows, in_smoke;
+    LightCuts cuts;
+    Whitted tracer;
+};
+// False: the arena was too small.
+bool make_shading(const Scene &scene, const Settings &settings, const World &world, const Kept &kept, Arena &arena,
+                  Statistics &statistics, Shading &shading) {
+    const SurfaceMaterial *materials = make_surface_materials(scene, arena);
+    const bool cut = settings.lights == LightChoice::cuts;
+    if (!materials || (cut && !make_light_cuts(world.lights, scene.light_count, arena, shading.cuts))) return false;
+    shading.shadows = {&scene, world.surfaces, world.lights, &statistics, shadow_method(scene, settings), kept.shadows};
+    statistics.bytes.mode_words = shadow_bytes(scene, settings);
+    if (!begin_frame(shading.shadows, settings, arena)) return false;
+    shading.in_smoke = shading.shadows;
+    // The paper's method knows triangles alone.
+    if (shading.in_smoke.method == ShadowMethod::paper) shading.in_smoke.method = ShadowMethod::trace;
+    shading.tracer = {&scene,           world.surfaces,
+                      materials,        world.lights,
+                      &shading.shadows, vec_of(scene.background),
+                      settings.depth,   length(vec_of(scene.camera.down)),
+                      &statistics,      cut ? &shading.cuts : nullptr};
+    return true;
+}
+
+// Surfaces alone.
+Status render_surfaces(const Frame &frame) {
+    return fill(frame.scene, frame.settings, frame.observer, frame.rgb, frame.statistics,
+                [&frame](const Ray &ray, int32_t x, int32_t y, uint32_t sample) {
+                    begin_sample(*frame.surfaces->shadows, x, y, sample);
+                    return trace(*frame.surfaces, ray);
+                });
 }
 
 } // namespace
@@ -336,14 +377,14 @@ Plan plan(const Scene &scene, const Settings &settings) {
         plan.bytes.shadows = shadow_bytes(scene, settings);
         if (settings.lights == LightChoice::cuts) plan.bytes.light_cuts = light_cut_bytes(scene);
         plan.bytes.arena = plan.bytes.triangle_trees + plan.bytes.shadows + plan.bytes.light_cuts +
-                           Arena::bytes<Surfaces>(1) + Arena::bytes<SurfaceMaterial>(scene.material_count) +
-                           Arena::bytes<Light>(scene.light_count);
-        return plan;
+                           Arena::bytes<Surfaces>(1) + Arena::bytes<SurfaceMaterial>(scene.material_count);
     }
+    plan.bytes.arena += Arena::bytes<Light>(scene.light_count);
+    if (plan.surfaces && !plan.smoke) return plan;
     const double density_step = settings.reference ? 0 : settings.density_step;
     plan.bytes.particle_tree = medium_bytes(scene, density_step);
     if (settings.reference) {
-        plan.bytes.arena = reference_bytes(scene);
+        plan.bytes.arena += reference_bytes(scene);
         return plan;
     }
     const PhotonNeeds needs = photon_needs(scene, settings);
@@ -359,7 +400,7 @@ Plan plan(const Scene &scene, const Settings &settings) {
     const bool on_bricks = settings.method == Method::map && resampled;
     if (needs.traced && (on_bricks || settings.irradiance != IrradianceMap::none))
         plan.bytes.irradiance = irradiance_bytes(scene, bricks.count, steps.irradiance, needs.directions);
-    plan.bytes.arena = plan.bytes.particle_tree + plan.bytes.light_depths + plan.bytes.irradiance + march_bytes(scene);
+    plan.bytes.arena += plan.bytes.particle_tree + plan.bytes.light_depths + plan.bytes.irradiance + march_bytes(scene);
     if (!resampled) plan.bytes.arena += bricks.bytes;
     if (on_bricks) {
         const BrickPhotonPlan photons = plan_brick_photons(scene, settings, bricks.count, steps.irradiance);
@@ -395,39 +436,122 @@ Plan plan(const Scene &scene, const Settings &settings) {
 
 Status render(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer, float *rgb,
               Statistics &statistics, MapSums *sums, Kept *kept) {
-    if (scene.triangle_count() > 0) {
-        Kept own = {};
-        return render_surfaces(scene, settings, arena, observer, rgb, statistics, kept ? *kept : own);
+    Kept own = {};
+    if (!kept) kept = &own;
+    World world;
+    Status status = make_world(scene, settings, settings.density_step, arena, observer, statistics, *kept, world);
+    if (status != Status::done) return status;
+    Shading shading;
+    if (world.surfaces && !make_shading(scene, settings, world, *kept, arena, statistics, shading))
+        return Status::out_of_memory;
+    const Medium &medium = world.medium;
+    const Frame frame = {scene,
+                         settings,
+                         medium,
+                         world.lights,
+                         world.surfaces ? &shading.tracer : nullptr,
+                         world.surfaces ? &shading.in_smoke : nullptr,
+                         observer,
+                         arena,
+                         rgb,
+                         statistics};
+    if (world.surfaces && medium.empty()) {
+        status = render_surfaces(frame);
+    } else if (settings.method != Method::map) {
+        status = render_direct(frame);
+    } else {
+        MapSums for_this_picture = {};
+        if (!sums) {
+            for_this_picture.capacity = count_of_sums(scene, settings, medium);
+            for_this_picture.values = arena.make<int64_t>(for_this_picture.capacity);
+            if (!for_this_picture.values) return Status::out_of_memory;
+            sums = &for_this_picture;
+        }
+        status = medium.bricks ? render_bricks(frame, *sums) : render_map(frame, *sums);
     }
-    return with_smoke(scene, settings.density_step, arena, observer, statistics,
-                      [&](const Medium &medium, const Light *lights) {
-                          const Frame frame = {scene, settings, medium, lights, observer, arena, rgb, statistics};
-                          if (settings.method != Method::map) return render_direct(frame);
-                          MapSums own = {};
-                          if (!sums) { // for this picture alone
-                              own.capacity = count_of_sums(scene, settings, medium);
-                              own.values = arena.make<int64_t>(own.capacity);
-                              if (!own.values) return Status::out_of_memory;
-                              sums = &own;
-                          }
-                          return medium.bricks ? render_bricks(frame, *sums) : render_map(frame, *sums);
-                      });
+    if (world.surfaces) end_frame(shading.shadows);
+    statistics.bytes.arena_peak = arena.peak();
+    return status;
 }
 
 Status trace_map(const Scene &scene, const Settings &settings, const Batches &batches, Arena &arena,
                  const Observer &observer, MapSums &sums, Statistics &statistics) {
-    return with_smoke(scene, settings.density_step, arena, observer, statistics,
-                      [&](const Medium &medium, const Light *lights) {
-                          if (medium.bricks) {
-                              LightDepths depths;
-                              BrickDeposits deposits = {};
-                              return trace_bricks(scene, medium, lights, settings, batches, observer, arena, sums,
-                                                  statistics, depths, deposits);
-                          }
-                          ParticleMap map;
-                          return trace_particle_map(scene, medium, lights, settings, photon_needs(scene, settings),
-                                                    batches, observer, arena, sums, statistics, map);
-                      });
+    Kept kept = {};
+    World world;
+    Status status = make_world(scene, settings, settings.density_step, arena, observer, statistics, kept, world);
+    if (status != Status::done) return status;
+    if (world.medium.bricks) {
+        LightDepths depths;
+        BrickDeposits deposits = {};
+        status = trace_bricks(scene, world.medium, world.lights, settings, batches, observer, arena, sums, statistics,
+                              depths, deposits);
+    } else {
+        ParticleMap map;
+        status = trace_particle_map(scene, world.medium, world.lights, settings, photon_needs(scene, settings), batches,
+                                    observer, arena, sums, statistics, map);
+    }
+    statistics.bytes.arena_peak = arena.peak();
+    return status;
+}
+
+Status render_reference(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer,
+                        PixelSums *sums, Statistics &statistics) {
+    Kept kept = {};
+    World world;
+    const Status status = make_world(scene, settings, 0, arena, observer, statistics, kept, world);
+    if (status != Status::done) return status;
+    Shading shading;
+    PathTracer paths;
+    if ((world.surfaces && !make_shading(scene, settings, world, kept, arena, statistics, shading)) ||
+        !make_path_tracer(scene, world.medium, world.lights, world.surfaces ? &shading.in_smoke : nullptr, arena,
+                          statistics, paths))
+        return Status::out_of_memory;
+    statistics.bytes.arena_peak = arena.peak();
+
+    struct Sampler {
+        const PathTracer &paths;
+        Pcg32 generator;
+    };
+    const auto sample = [&](const Ray &ray, Sampler &sampler) {
+        if (world.surfaces) {
+            Whitted tracer = shading.tracer;
+            if (!world.medium.empty()) tracer.medium = &world.medium;
+            tracer.marcher = &sampler;
+            tracer.through = [](void *any, const Ray &part, Real end) {
+                Sampler &own = *static_cast<Sampler *>(any);
+                return Through{sample_radiance(own.paths, part, end, Color(Real(0)), own.generator),
+                               exp(-optical_depth(*own.paths.medium, part, end))};
+            };
+            return trace(tracer, ray);
+        }
+        Color behind = vec_of(scene.background);
+        if (largest(behind) > Real(0)) behind = behind * exp(-optical_depth(world.medium, ray, path_end));
+        return sample_radiance(paths, ray, path_end, behind, sampler.generator);
+    };
+    const View view(scene.camera);
+    const Pattern pattern(settings.samples);
+    const Crop &crop = settings.crop;
+    const uint64_t rows = static_cast<uint64_t>(crop.y1 - crop.y0);
+    const uint32_t passes = settings.last_pass - settings.first_pass;
+    for (uint32_t pass = 0; pass < passes; ++pass) {
+        PixelSums *pixel = sums;
+        for (int32_t y = crop.y0; y < crop.y1; ++y) {
+            const uint64_t row = static_cast<uint64_t>(y - crop.y0);
+            if (!observer(Stage::render, pass * rows + row, passes * rows)) return Status::stopped;
+            for (int32_t x = crop.x0; x < crop.x1; ++x, ++pixel) {
+                Sampler sampler = {paths, pass_generator(settings, settings.first_pass + pass, x, y)};
+                for (uint32_t i = 0; i < settings.samples; ++i) {
+                    const Color color =
+                        sample(view.ray_through(Real(x) + pattern.u(i), Real(y) + pattern.v(i)), sampler);
+                    add_sample(pixel->channels[0], color.x);
+                    add_sample(pixel->channels[1], color.y);
+                    add_sample(pixel->channels[2], color.z);
+                    ++statistics.rays.primary;
+                }
+            }
+        }
+    }
+    return Status::done;
 }
 
 } // namespace wisp::WISP_ARITH

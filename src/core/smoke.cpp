@@ -121,6 +121,12 @@ Real optical_depth(const Medium &medium, const Ray &ray, Real end) {
     return depth;
 }
 
+Real free_way(const Medium &medium, const Ray &ray, Real begin) {
+    if (!medium.surfaces) return path_end;
+    TreeCounts unused = {};
+    return nearest_opaque_hit(*medium.surfaces, ray, begin, path_end, unused).distance;
+}
+
 MediumCollision first_collision(const Medium &medium, const Ray &ray, Real end, Event event) {
     MediumCollision nearest = {false, end, 0, 0};
     for (uint32_t i = 0; i < medium.count; ++i) {

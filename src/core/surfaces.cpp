@@ -164,14 +164,19 @@ void place_surfaces(const Scene &scene, Arena &arena, Surfaces &surfaces) {
     if (visible > 0) surfaces.group_count = make_groups(surfaces, surfaces.boxes, order, visible, 0);
 }
 
-Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts) {
+namespace {
+
+// By a tree's search(tree, ray, begin, end, skip, hit, counts).
+template <class Search>
+Hit find_nearest(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts,
+                 Search &&search) {
     Hit hit = {false, end, Real(0), Real(0), no_triangle, surfaces.body_count};
     const auto look = [&](const TriangleTree &tree, const TriangleRay &local, uint32_t first, uint32_t count,
                           uint32_t body) {
         SurfaceHit found;
         // A little beyond the hit so far, for one at the same distance.
         const Real reach = min(end, hit.distance + (hit.distance * Real(0x1p-20) + Real(0x1p-32)));
-        if (!nearest_hit(tree, local, begin, reach, within(skip, first, count), found, counts)) return;
+        if (!search(tree, local, begin, reach, within(skip, first, count), found, counts)) return;
         if (found.distance < hit.distance || (found.distance == hit.distance && first + found.triangle < hit.triangle))
             hit = {true, found.distance, found.u, found.v, first + found.triangle, body};
     };
@@ -185,6 +190,17 @@ Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, 
             return true;
         });
     return hit;
+}
+
+} // namespace
+
+Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts) {
+    return find_nearest(surfaces, ray, begin, end, skip, counts, [](auto &&...all) { return nearest_hit(all...); });
+}
+
+Hit nearest_opaque_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, TreeCounts &counts) {
+    return find_nearest(surfaces, ray, begin, end, no_triangle, counts,
+                        [](auto &&...all) { return nearest_opaque_hit(all...); });
 }
 
 bool is_blocked_by_still(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,

@@ -611,13 +611,15 @@ WISP_VISITOR void search(const TriangleTree &tree, const TriangleRay &ray, Param
 
 } // namespace
 
-WISP_WIDE bool nearest_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t skip,
-                           SurfaceHit &hit, TreeCounts &counts) {
+template <bool opaque_only>
+WISP_VISITOR bool find_nearest(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t skip,
+                               SurfaceHit &hit, TreeCounts &counts) {
     const Real dominant = ray.direction[static_cast<int>(ray.z)];
     Parameter search_end = span_of(end, dominant).high;
     hit = {end, no_triangle, Real(0), Real(0)};
     search(tree, ray, span_of(begin, dominant).low, search_end, skip, counts,
            [&](uint32_t marked, const TriangleHit &found) {
+               if (opaque_only && (marked & lets_light_through) != 0) return false;
                const uint32_t triangle = marked & ~lets_light_through;
                if (!(found.distance > begin) || !(found.distance < end)) return false;
                if (hit.distance < found.distance || (found.distance == hit.distance && hit.triangle < triangle))
@@ -627,6 +629,16 @@ WISP_WIDE bool nearest_hit(const TriangleTree &tree, const TriangleRay &ray, Rea
                return false;
            });
     return hit.triangle != no_triangle;
+}
+
+WISP_WIDE bool nearest_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t skip,
+                           SurfaceHit &hit, TreeCounts &counts) {
+    return find_nearest<false>(tree, ray, begin, end, skip, hit, counts);
+}
+
+WISP_WIDE bool nearest_opaque_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t skip,
+                                  SurfaceHit &hit, TreeCounts &counts) {
+    return find_nearest<true>(tree, ray, begin, end, skip, hit, counts);
 }
 
 WISP_WIDE bool any_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t skip,

@@ -128,9 +128,10 @@ bool respond(const Whitted &tracer, const Point &point, const Vec3 &direction, u
                                point.v,
                                point.body};
     if (is_shadowed(*tracer.shadows, query)) return false;
+    const Real passing = tracer.medium ? exp(-optical_depth(*tracer.medium, query.ray, from.distance)) : Real(1);
     const Real lambert = tracer.lights[i].kind == LightKind::constant ? cosine : cosine * inv_pi<Real>;
     const Real highlight = power(dot(mirrored(-to_light, point.normal), -direction), material.shininess);
-    factor = material.diffuse * point.texture * lambert + material.specular * highlight;
+    factor = (material.diffuse * point.texture * lambert + material.specular * highlight) * passing;
     return true;
 }
 
@@ -192,10 +193,8 @@ bool refraction(const Point &point, const Vec3 &direction, Vec3 &way) {
     return true;
 }
 
-Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight) {
-    TreeCounts unused = {};
-    const Hit hit = nearest_hit(*tracer.surfaces, beam.ray, begin, path_end, beam.skip, unused);
-    if (depth == 0) see(*tracer.shadows, beam.ray, hit);
+// What the surface that a beam hits, if any, sends back along it.
+Color shade(const Whitted &tracer, const Beam &beam, const Hit &hit, uint32_t depth, Real weight) {
     if (!hit.found) return tracer.background;
     const Point point = point_at(tracer, beam, hit);
     const SurfaceMaterial &material = *point.material;
@@ -209,6 +208,15 @@ Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth,
         follow(tracer, point, reflection(point, direction), mirror, depth, weight, tracer.statistics->rays.reflected);
     if (passes) radiance += follow(tracer, point, inside, passing, depth, weight, tracer.statistics->rays.refracted);
     return radiance;
+}
+
+Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight) {
+    TreeCounts unused = {};
+    const Hit hit = nearest_hit(*tracer.surfaces, beam.ray, begin, path_end, beam.skip, unused);
+    if (depth == 0) see(*tracer.shadows, beam.ray, hit);
+    if (!tracer.medium) return shade(tracer, beam, hit, depth, weight);
+    const Through smoke = tracer.through(tracer.marcher, beam.ray, hit.found ? hit.distance : path_end);
+    return smoke.radiance + shade(tracer, beam, hit, depth, weight * smoke.transmittance) * smoke.transmittance;
 }
 
 } // namespace

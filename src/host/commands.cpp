@@ -103,9 +103,9 @@ Settings settings_of(const Options &options, const PreparedScene &prepared) {
 bool uses_map(const Settings &settings) { return !settings.reference && settings.method == Method::map; }
 
 Plan checked_plan(const Request &request, const Scene &scene, const Settings &settings) {
-    if (scene.triangle_count() > 0 && settings.reference)
-        throw Error(exit_usage, request.name + ": option 'reference' is for smoke, expected a scene without surfaces");
-    if (scene.triangle_count() > 0 && uses_map(settings))
+    bool smoke = false;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) smoke |= !scene.smokes[i].empty();
+    if (scene.triangle_count() > 0 && !smoke && uses_map(settings))
         throw Error(exit_usage, request.name + ": found options of the particle map, expected none without smoke");
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
         if (scene.smokes[i].is_grid() && settings.method == Method::map && settings.estimate == Estimate::knn)
@@ -398,6 +398,7 @@ void check_options(const Request &request) {
                         std::string("option '") + option + "' does not go with --shadows paper: " + expected);
         };
         if (options.crop) refuse("crop", "it learns from whole pictures");
+        if (options.reference) refuse("reference", "its pixels would be wrong");
         if (request.frames.first != 0 || request.frames.step != 1)
             refuse("frames", "it learns from frame to frame, expected all from 0 on");
     }

@@ -256,6 +256,16 @@ void check_surface_range(const std::string &name, const PreparedScene &prepared,
     }
 }
 
+// Surfaces give the unit of length, so that it is that of every frame; in fixed point smoke is neither fine nor coarse
+// in it.
+void check_beside_surfaces(const std::string &name, const Extent &extent, double scale, const Options &options) {
+    if (options.arithmetic != Arithmetic::fixed) return;
+    if (!(extent.smallest_h * scale >= 0x1p-4 && extent.largest_h * scale <= 0x1p7))
+        throw InputError(name + ":1: beside these surfaces the smoke is too " +
+                         (extent.smallest_h * scale < 1 ? "fine" : "coarse") +
+                         " for fixed point, expected smoothing lengths of 1/10000 to 1/10 of their size");
+}
+
 // Refuses what leaves the range of the arithmetic: of float, and of fixed-point numbers, which end at 2^31.
 void check_range(const std::string &name, const SceneFile &file, const PreparedScene &prepared, const Extent &extent,
                  const Options &options) {
@@ -362,14 +372,17 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
     double scale = extent.any ? std::ldexp(1.0, -exponent_of(extent.smallest_h)) : 1;
     double radius = (0.5 * length(extent.high - extent.low) + 2 * extent.largest_h) * scale;
     if (file.graph.has_surfaces()) {
-        if (!file.smokes.empty())
-            throw InputError(file.smokes[0].where + "found smoke beside surfaces, which this version does not support "
-                                                    "yet, expected one of them");
         if (!prepared.surfaces) prepared.surfaces.emplace(name, file, file.animation ? file.animation->start : 0);
         prepared.surfaces->pose(name, file, time);
         center = prepared.surfaces->center;
         scale = prepared.surfaces->scale;
-        radius = prepared.surfaces->radius;
+        if (extent.any) { // around both
+            const Double3 low = (extent.low - center) * scale, high = (extent.high - center) * scale;
+            radius = std::max({prepared.surfaces->radius, length(low), length(high)});
+            check_beside_surfaces(name, extent, scale, options);
+        } else {
+            radius = prepared.surfaces->radius;
+        }
     }
 
     for (size_t i = 0; i < smokes; ++i)
@@ -406,10 +419,8 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
     scene.smokes = prepared.smokes.data();
     scene.smoke_count = static_cast<uint32_t>(prepared.smokes.size());
     if (prepared.surfaces) prepared.surfaces->show(scene, file, dim);
-    if (prepared.surfaces)
-        check_surface_range(name, prepared, options);
-    else
-        check_range(name, file, prepared, extent, options);
+    if (prepared.surfaces) check_surface_range(name, prepared, options);
+    check_range(name, file, prepared, extent, options);
 }
 
 } // namespace wisp

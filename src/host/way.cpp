@@ -59,6 +59,14 @@ void choose_way(const Options &options, const Scene &scene, Settings &settings) 
     if (on_particles && options.density_step.value_or(0) > 0)
         throw Error(exit_usage, "option 'density-step': found resampled smoke, expected 0 with --deposit, --direction "
                                 "mean, --estimate knn or --irradiance none of --smoke map");
+    // What particles send to the eye is not what mirrors see of them.
+    bool anisotropic = false;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) anisotropic |= scene.smokes[i].asymmetry != 0;
+    if (scene.triangle_count() > 0 && anisotropic && on_particles && !nearest &&
+        settings.irradiance == IrradianceMap::none)
+        throw Error(exit_usage,
+                    "option 'irradiance': found none, expected a map beside surfaces where the phase is not "
+                    "0");
     // Cells of 0.55 smoothing lengths, and smaller ones in smoke that is deep within them.
     const double finest = resamples ? 0.55 * std::clamp(0.14 / depth_of_length(scene), 0.4, 1.0) : 0.55;
     settings.density_step =

@@ -20,22 +20,24 @@ SmokeSource box_of(double half_x, double half_y, double half_z, double sigma) {
 
 // A path tracer for one smoke and some lights.
 struct Tracer {
-    Tracer(const SmokeSource &source, const std::vector<LightSource> &sources, Double3 background = {0, 0, 0})
-        : built({source}) {
+    Tracer(const SmokeSource &source, const std::vector<LightSource> &sources, Double3 background_ = {0, 0, 0})
+        : built({source}), background(vec_of(background_)) {
         for (const LightSource &light : sources) lights.push_back(make_light(light));
         memory.resize(8 << 20);
         Arena arena(memory.data(), memory.size());
-        tracer = {&built.medium, lights.data(), uint32_t(lights.size()), vec_of(background), {}, &statistics};
+        tracer = {&built.medium, lights.data(), uint32_t(lights.size()), {}, &statistics, nullptr};
         tracer.majorants = make_majorants(built.medium, real(source.smallest_h), arena);
         REQUIRE(tracer.majorants.sigma);
     }
     // The first channel of a sample, the draws being those of number i.
     double sample(const Ray &ray, uint64_t i) const {
         Pcg32 generator(i * 0x9e3779b97f4a7c15u);
-        return at(sample_radiance(tracer, ray, generator).x);
+        const Color behind = background * exp(-optical_depth(built.medium, ray, path_end));
+        return at(sample_radiance(tracer, ray, path_end, behind, generator).x);
     }
 
     BuiltMedium built;
+    Color background;
     std::vector<Light> lights;
     Statistics statistics;
     std::vector<unsigned char> memory;
