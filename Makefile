@@ -33,11 +33,11 @@ TEST_O       = $(foreach a,$(ARITHMETICS),$(CORE:%=$B/test/core/$a/%.o) \
                $(patsubst test/host/%.cpp,$B/test/cases/%.o,$(wildcard test/host/*.cpp)) \
                $(FUZZ:%=$B/test/fuzz/%.o) $B/test/main.o
 
-all: $B/wisp $B/plume
+all: $B/wisp $B/plume $B/wake
 
 $B/wisp: $(CORE_O) $(HOST_O)
 	$(CXX) $(FLAGS) $^ -lz -o $@
-$B/plume: $B/tools/plume.o $(filter-out $B/host/main.o,$(HOST_O)) $(CORE_O)
+$B/plume $B/wake: $B/%: $B/tools/%.o $(filter-out $B/host/main.o,$(HOST_O)) $(CORE_O)
 	$(CXX) $(FLAGS) $^ -lz -o $@
 $B/tests: $(TEST_O)
 	$(CXX) $^ -lz -lmpfr -lgmp -o $@
@@ -75,7 +75,7 @@ $B/test/main.o: test/main.cpp
 	$(CXX) $(CPPFLAGS) $(TEST_FLAGS) -c $< -o $@
 
 demo: $B/wisp
-	$B/wisp render fixtures/demo.aff -o $B/demo.png
+	$B/wisp render fixtures/wake.aff --frames 2 -o $B/demo.png
 	@echo "the picture is $B/demo.png"
 
 test: all $B/tests

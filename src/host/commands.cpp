@@ -447,7 +447,6 @@ void print_surface_stages(const Request &request, const Scene &scene, const Plan
     uint64_t texels = 0;
     for (uint32_t i = 0; i < scene.texture_count; ++i)
         texels += static_cast<uint64_t>(scene.textures[i].width) * static_cast<uint64_t>(scene.textures[i].height);
-    print_stage("smoke", false, 0, "there is none: no particle tree, photon or march");
     print_stage("triangle trees", true, plan.bytes.triangle_trees,
                 number(scene.still_count) + " triangles in one tree, built once" +
                     (scene.body_count
@@ -469,7 +468,6 @@ void print_surface_stages(const Request &request, const Scene &scene, const Plan
                                     : std::string(mirrors ? "reflected" : "") + (mirrors && passes ? " and " : "") +
                                           (passes ? "refracted" : "") + " rays, at most " +
                                           number(request.options.depth) + " in a chain");
-    print_stage("arena", true, plan.bytes.arena, std::string("all of it, in ") + core(request.options.arithmetic).name);
 }
 
 void print_notes(const Options &options, const PreparedScene &prepared) {
@@ -541,9 +539,14 @@ int plan_command(const std::vector<std::string> &arguments) {
     MapFile map;
     if (!options.map_in.empty()) find_map(request, request.frames.first, prepared, settings, plan, map);
 
-    if (plan.surfaces) {
-        print_surface_stages(request, prepared.scene, plan);
+    const auto print_arena = [&] {
+        print_stage("arena", true, plan.bytes.arena, std::string("all of it, in ") + core(options.arithmetic).name);
         print_notes(options, prepared);
+    };
+    if (plan.surfaces) print_surface_stages(request, prepared.scene, plan);
+    if (plan.surfaces && !plan.smoke) {
+        print_stage("smoke", false, 0, "there is none: no particle tree, photon or march");
+        print_arena();
         return exit_done;
     }
     uint64_t particles = 0;
@@ -567,7 +570,9 @@ int plan_command(const std::vector<std::string> &arguments) {
         print_stage("particle tree", plan.smoke, plan.bytes.particle_tree,
                     plan.smoke ? density : "there are no particles");
     if (settings.reference) {
-        print_stage("majorants", plan.smoke, plan.bytes.arena - plan.bytes.particle_tree,
+        print_stage("majorants", plan.smoke,
+                    plan.bytes.arena - plan.bytes.particle_tree - plan.bytes.triangle_trees - plan.bytes.shadows -
+                        plan.bytes.light_cuts,
                     plan.smoke ? "bounds of the density, for free paths" : "there is no smoke");
         print_stage("paths", true, 0,
                     std::to_string(uint64_t{settings.last_pass - settings.first_pass} * settings.samples) + " a pixel");
@@ -619,11 +624,13 @@ int plan_command(const std::vector<std::string> &arguments) {
                     : settings.light_step > 0   ? "nothing lights any smoke"
                                                 : "--light-step 0: every depth is found exactly");
         print_stage("march", plan.smoke, 0,
-                    plan.smoke ? "camera rays through the smoke" : "rays see the background alone");
+                    !plan.smoke     ? "rays see the background alone"
+                    : plan.surfaces ? "all rays through the smoke, up to what they hit"
+                                    : "camera rays through the smoke");
     }
-    if (options.lights == LightChoice::cuts) print_stage("light cuts", false, 0, "of no use: there is no surface");
-    print_stage("arena", true, plan.bytes.arena, std::string("all of it, in ") + core(request.options.arithmetic).name);
-    print_notes(request.options, prepared);
+    if (options.lights == LightChoice::cuts && !plan.surfaces)
+        print_stage("light cuts", false, 0, "of no use: there is no surface");
+    print_arena();
     if (request.options.verbose)
         for (const std::string &line : particle_report(prepared, core(request.options.arithmetic)))
             std::printf("%s\n", line.c_str());

@@ -32,7 +32,7 @@ struct Tracer {
     // The first channel of a sample, the draws being those of number i.
     double sample(const Ray &ray, uint64_t i) const {
         Pcg32 generator(i * 0x9e3779b97f4a7c15u);
-        const Color behind = background * exp(-optical_depth(built.medium, ray, path_end));
+        const Color behind = background * wisp::exp(-optical_depth(built.medium, ray, path_end));
         return at(sample_radiance(tracer, ray, path_end, behind, generator).x);
     }
 

@@ -90,6 +90,15 @@ TEST_CASE("plume: makes its fixture again, byte for byte") {
     CHECK(made("--sph --rate 28 --frame 215") == read_file("fixtures/plume.vtk"));
 }
 
+TEST_CASE("wake: makes its fixtures again, byte for byte") {
+    TemporaryFolder folder;
+    REQUIRE(std::system(("build/wake fixtures/wake.aff -o " + folder.file("%d.vtk")).c_str()) == 0);
+    CHECK(folder.entries() == 5);
+    for (int frame = 0; frame < 5; ++frame)
+        CHECK(read_file(folder.file(std::to_string(frame) + ".vtk")) ==
+              read_file("fixtures/wake_000" + std::to_string(frame) + ".vtk"));
+}
+
 TEST_CASE("plume: particles stay in the box and rise, with finite velocities") {
     const Bytes early = made("--sph --rate 28 --frame 5"), late = read_file("fixtures/plume.vtk");
     const Particles particles = particles_of(late);
