@@ -15,6 +15,15 @@ uint64_t march_bytes(const Scene &scene) { return 2 * Arena::bytes<Real>(scene.s
 // So many smoothing lengths of the finest smoke.
 Real step_length(const Scene &scene, double lengths) { return finest_length(scene) * to_real<Real>(lengths); }
 
+// So many lights are seen in smoke: none where it is black.
+uint32_t lights_in_smoke(const Scene &scene) {
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        const Double3 &albedo = scene.smokes[i].albedo;
+        if (!scene.smokes[i].empty() && (albedo.x > 0 || albedo.y > 0 || albedo.z > 0)) return scene.light_count;
+    }
+    return 0;
+}
+
 // What rays meet.
 struct World {
     const Light *lights;
@@ -118,7 +127,7 @@ bool find_bricks(const Frame &frame, Bricks &made, const Bricks *&bricks) {
 
 // How the march asks the lights. False: the arena was too small.
 bool ask_lights(const Frame &frame, const Bricks *bricks, LightDepths &depths, SingleScatterer &lights) {
-    lights = {frame.lights, frame.scene.light_count, nullptr, frame.in_smoke};
+    lights = {frame.lights, lights_in_smoke(frame.scene), nullptr, frame.in_smoke};
     if (!(frame.settings.light_step > 0) || lights.light_count == 0 || frame.medium.empty()) return true;
     lights.depths = &depths;
     return make_light_depths(frame.medium, frame.lights, lights.light_count, *bricks,
@@ -246,7 +255,7 @@ Status trace_bricks(const Scene &scene, const Medium &medium, const Light *light
                     const Batches &batches, const Observer &observer, Arena &arena, MapSums &sums,
                     Statistics &statistics, LightDepths &depths, BrickDeposits &deposits) {
     const BrickSteps steps = brick_steps(scene, settings);
-    if (!make_light_depths(medium, lights, scene.light_count, *medium.bricks, steps.light, arena,
+    if (!make_light_depths(medium, lights, lights_in_smoke(scene), *medium.bricks, steps.light, arena,
                            &statistics.rays.shadow, depths))
         return Status::out_of_memory;
     const PhotonNeeds needs = photon_needs(scene, settings);
@@ -393,8 +402,9 @@ Plan plan(const Scene &scene, const Settings &settings) {
     plan.photon_powers = needs.powers;
     const BrickSteps steps = brick_steps(scene, settings);
     const BrickPlan bricks = steps.cell > 0 ? plan_bricks(scene, steps.cell) : BrickPlan{0, 0, Real(0)};
-    if (settings.light_step > 0 && plan.smoke && scene.light_count > 0)
-        plan.bytes.light_depths = light_depth_bytes(bricks.count, scene.light_count, steps.light);
+    const uint32_t lights = lights_in_smoke(scene);
+    if (settings.light_step > 0 && plan.smoke && lights > 0)
+        plan.bytes.light_depths = light_depth_bytes(bricks.count, lights, steps.light);
     const bool resampled = plan.smoke && density_step > 0 && can_resample(scene);
     plan.bricks = resampled ? bricks.count : 0;
     const bool on_bricks = settings.method == Method::map && resampled;
@@ -409,8 +419,9 @@ Plan plan(const Scene &scene, const Settings &settings) {
         plan.bytes.particle_map = photons.bytes;
         // Depths are kept to start photons by, wanted or not for the march.
         if (plan.bytes.light_depths == 0) {
-            plan.bytes.light_depths = light_depth_bytes(bricks.count, scene.light_count, steps.light);
-            plan.bytes.arena += plan.bytes.light_depths;
+            const uint64_t bytes = light_depth_bytes(bricks.count, lights, steps.light);
+            if (lights > 0) plan.bytes.light_depths = bytes;
+            plan.bytes.arena += bytes;
         }
         plan.bytes.arena += plan.bytes.particle_map;
         return plan;

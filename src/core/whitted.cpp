@@ -202,7 +202,7 @@ Color shade(const Whitted &tracer, const Beam &beam, const Hit &hit, uint32_t de
     Color radiance = material.ambient * point.texture + direct_light(tracer, point, direction);
     const Color passing(material.transmission);
     Vec3 inside;
-    const bool passes = refraction(point, direction, inside);
+    const bool passes = material.transmission > Real(0) && refraction(point, direction, inside);
     const Color mirror = material.specular + (passes ? Color(Real(0)) : passing);
     radiance +=
         follow(tracer, point, reflection(point, direction), mirror, depth, weight, tracer.statistics->rays.reflected);

@@ -621,7 +621,7 @@ int plan_command(const std::vector<std::string> &arguments) {
                                               : "--irradiance none: estimated at every step");
         print_stage("light depths", plan.bytes.light_depths > 0, plan.bytes.light_depths,
                     plan.bytes.light_depths > 0 ? "at most; around smoke"
-                    : settings.light_step > 0   ? "nothing lights any smoke"
+                    : settings.light_step > 0   ? "no light is scattered by any smoke"
                                                 : "--light-step 0: every depth is found exactly");
         print_stage("march", plan.smoke, 0,
                     !plan.smoke     ? "rays see the background alone"
