@@ -175,7 +175,7 @@ TEST_CASE(WISP_ARITH_NAME ": the paper's shadows are those of a second implement
     uint64_t asked = 0, different = 0, culled = 0, moving = 0, tests = 0, wrong = 0;
     for (uint64_t seed = 0; seed < 150; ++seed) {
         const double sizes[] = {1, 16, 1024};
-        const uint32_t light_counts[] = {0, 1, 3, 15, 16, 40};
+        const uint32_t light_counts[] = {2, 1, 3, 15, 16, 40};
         RoomFrames room(seed, sizes[seed % 3], light_counts[seed / 3 % 6], ShadowMethod::paper, seed % 2 == 0);
         SecondPaper second(room);
         std::vector<bool> wrong_here;
@@ -240,7 +240,7 @@ TEST_CASE(WISP_ARITH_NAME ": what was wholly seen in the light asks moving trian
             const uint64_t visits = traced.statistics.shadow.traced.node_visits;
             CHECK(second.statistics.shadow.traced.node_visits == (lights > 15 ? visits / lights * (lights - 15) : 0));
             CHECK(second.statistics.shadow.extra_tests == 0); // one triangle, seen whole
-            CHECK(second.statistics.shadow.checked);
+            CHECK(second.statistics.shadow.checked == (lights > 0));
             CHECK(second.statistics.shadow.wrong_pixels == 0);
             // A light goes elsewhere: all is traced again.
             if (lights == 0) continue;

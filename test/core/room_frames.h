@@ -39,7 +39,7 @@ class RoomFrames : public RandomRoom {
         Arena arena(kept_.data(), kept_.size());
         surfaces = make_surfaces(scene, arena);
         REQUIRE(make_shadow_memory(scene, settings, arena, memory_));
-        heard.method = method;
+        heard.method = shadow_method(scene, settings);
     }
 
     void change() {
