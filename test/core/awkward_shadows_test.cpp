@@ -138,7 +138,7 @@ void fill_with_lights(AwkwardRoom &room) {
     room.sun({0.6, 0, -0.8});
 }
 
-// `known`: so many of a hundred shadows exact knows without a ray, at least.
+// Of a hundred shadows exact knows `least_known` without a ray.
 void check_asked(void (*fill)(AwkwardRoom &), uint64_t least_known) {
     for (const ShadowMethod method : exact_methods) {
         CAPTURE(static_cast<int>(method));
