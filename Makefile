@@ -107,6 +107,11 @@ convergence: $B/wisp
 hard-cases: $B/tests
 	tools/hard_cases
 
+# Every shadow of SCENES random scenes, in each arithmetic: of exact, and of tracing.
+SCENES ?= 3000
+random-scenes: $B/tests
+	WISP_SCENES=$(SCENES) $B/tests -tc="*: random scenes*"
+
 # The goldens anew, as a difference to look at; nobody runs this to make a red test green.
 golden: $B/wisp
 	tools/golden $B/wisp > $B/goldens.txt
@@ -146,6 +151,6 @@ deps:
 clean:
 	rm -rf $B
 
-.PHONY: all demo test convergence hard-cases golden same-bits bench truth fuzz deps clean
+.PHONY: all demo test convergence hard-cases random-scenes golden same-bits bench truth fuzz deps clean
 .SECONDARY:
 -include $(shell find $B -name '*.d' 2>/dev/null)

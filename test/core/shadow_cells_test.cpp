@@ -1,4 +1,5 @@
 // Shadows that are known without a ray: whatever is proved is what every ray would find, and pictures are the same.
+#include "asked_shadows.h"
 #include "random_rooms.h"
 #include "wisp/camera.h"
 #include "wisp/render.h"
@@ -9,15 +10,6 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-// The shadow ray of a point of a still triangle, as whitted.cpp sends it.
-ShadowQuery query_at(const Room &room, uint32_t triangle, uint32_t light, Real u, Real v) {
-    const Double3 *c = room.triangles[triangle].corner;
-    const Vec3 corner = vec_of(c[0]), edge1 = vec_of(c[1]) - corner, edge2 = vec_of(c[2]) - corner;
-    const Vec3 position = corner + edge1 * u + edge2 * v;
-    const Illumination from = illuminate(room.tracer.lights[light], position, position, position);
-    return {{position, -from.direction}, from.distance - room.surfaces.skin, light, triangle, true, u, v, 0};
-}
-
 bool stops(const Room &room, uint32_t triangle, const ShadowQuery &query) {
     const Triangle &t = room.triangles[triangle];
     const Vec3 a = vec_of(t.corner[0]), b = vec_of(t.corner[1]), c = vec_of(t.corner[2]);
@@ -25,35 +17,6 @@ bool stops(const Room &room, uint32_t triangle, const ShadowQuery &query) {
     return triangle != query.triangle && has_area(a, b, c) && !(room.materials[t.material].transmission > 0) &&
            meet(TriangleRay(query.ray.origin, query.ray.direction), a, b, c, hit) &&
            hit.distance > room.surfaces.skin && hit.distance < query.end;
-}
-
-CellPlace random_cell(Sequence &next) {
-    CellPlace place = {0, 0, finest_cell};
-    for (int depth = static_cast<int>(next() * 9); depth > 0; --depth) {
-        const int part = place.size / 2, child = static_cast<int>(next() * 4);
-        if (child == 1 || child == 3) place.u += part;
-        if (child == 2 || child == 3) place.v += part;
-        place.size = child == 3 ? -part : part;
-    }
-    return place;
-}
-
-// Of a cell: its corners, its edges, its inside.
-void random_weights(const CellPlace &cell, Sequence &next, Real &u, Real &v) {
-    double s = next(), t = next();
-    if (s + t > 1) s = 1 - s, t = 1 - t;
-    const int kind = static_cast<int>(next() * 8);
-    if (kind == 0) s = 0, t = 0;
-    if (kind == 1) s = 1, t = 0;
-    if (kind == 2) s = 0, t = 1;
-    if (kind == 3) s = 0;
-    if (kind == 4) t = 0;
-    if (kind == 5) t = 1 - s;
-    u = real((cell.u + s * cell.size) / finest_cell);
-    v = real((cell.v + t * cell.size) / finest_cell);
-    // What `meet` gives: each is 0 or more, and their sum exceeds 1 by no more than their rounding.
-    u = max(u, Real(0));
-    v = max(v, Real(0));
 }
 
 // A receiver, a light, and what touches the shaft from one of its cells to the light, or nearly.

@@ -1,23 +1,13 @@
 // Ways to find shadows whose results are those of tracing: every shadow and every picture.
+#include "asked_shadows.h"
 #include "room_frames.h"
-#include "wisp/render.h"
 #include <memory>
 
 namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr ShadowMethod exact_methods[] = {ShadowMethod::cache, ShadowMethod::exact, ShadowMethod::voxel,
-                                          ShadowMethod::lightbuffer, ShadowMethod::lie};
 constexpr uint32_t light_counts[] = {0, 1, 3, 15, 16, 40};
-
-std::vector<float> picture(const Scene &scene, const Settings &settings, std::vector<unsigned char> &block,
-                           Statistics &statistics, Kept &kept) {
-    std::vector<float> rgb(static_cast<size_t>(room_pixels) * room_pixels * 3);
-    Arena arena(block.data(), block.size());
-    REQUIRE(render(scene, settings, arena, Observer{}, rgb.data(), statistics, nullptr, &kept) == Status::done);
-    return rgb;
-}
 
 } // namespace
 
@@ -225,18 +215,7 @@ void fill_awkwardly(AskedRoom &room, uint64_t seed, double size) {
     room.add({eye.x, 0, -size}, {eye.x, 0, size}, {eye.x - size, 0.1 * size, 0}, white); // an edge where cells begin
     room.add({eye.x, 0.1 * size, 0}, {eye.x, 0.1 * size, 0.1 * size}, {eye.x + size, 0.2 * size, 0}, white);
     const Double3 box = point(0.5), wide = {0.2 * size, 0.3 * size, 0.1 * size};
-    for (int a = 0; a < 3; ++a)
-        for (const double side : {-1.0, 1.0}) {
-            Double3 corner[4];
-            for (int i = 0; i < 4; ++i) {
-                double at[3];
-                at[a] = side;
-                at[(a + 1) % 3] = i == 0 || i == 3 ? -1 : 1;
-                at[(a + 2) % 3] = i < 2 ? -1 : 1;
-                corner[i] = box + Double3{at[0] * wide.x, at[1] * wide.y, at[2] * wide.z};
-            }
-            room.add(corner[0], corner[1], corner[2], corner[3], white);
-        }
+    add_box(room, box, wide, white);
     for (int i = 0; i < 60; ++i) {
         const double part = i % 3 == 0 ? 1e-5 : i % 3 == 1 ? 0.1 : 1;
         const Double3 middle = point(0.8), a = middle + point(part), b = middle + point(part), c = middle + point(part);
