@@ -66,6 +66,8 @@ Seen look(Place &place, Way way, const Double3 &from, const Double3 &along, uint
     Scene scene = place.scene;
     scene.camera = {from, along, {0, 0, 0}, {0, 0, 0}};
     if (way == Way::reference) {
+        for (SmokeSource &smoke : place.smokes)
+            if (smoke.is_grid()) smoke.smallest_h = smoke.largest_h = 2; // wide majorants: all are equal
         double noise;
         const double red = reference_of(scene, 1, passes, noise, 10)[0];
         return {red, red > 0 ? noise * red : 0, {}};
@@ -78,7 +80,7 @@ Seen look(Place &place, Way way, const Double3 &from, const Double3 &along, uint
 }
 
 // Of a sum of some 60 depths of about 0.03, and of its exponential.
-constexpr double dimming_error = std::is_same_v<Real, double> ? 1.2e-7 : 64 * unit_error;
+constexpr double dimming_error = std::max(1.2e-7, 64 * unit_error); // and of a float
 
 void check_dimmed(Place &place, const Double3 &from, const Double3 &along, double expected) {
     for (const Way way : {Way::direct, Way::volume, Way::bricks, Way::elements, Way::reference}) {
@@ -261,7 +263,7 @@ TEST_CASE(WISP_ARITH_NAME
         }
         // What is scattered twice is less than the albedo of all.
         const Seen truth = look(opaque, Way::reference, from, along, 2000);
-        CHECK(truth.error < 0.03 * half.sum);
+        CHECK(truth.error < 0.05 * half.sum);
         CHECK(std::fabs(truth.red - half.sum) < 4 * truth.error + albedo * all.sum);
         CHECK(look(clear, Way::reference, from, along, 50).red == look(none, Way::reference, from, along, 50).red);
         CHECK(look(clear, Way::reference, from, along, 50).red > 0);
@@ -339,7 +341,7 @@ TEST_CASE(WISP_ARITH_NAME ": photons in a closed box do not escape, and each end
                 place.smokes[0].emission = {1, 1, 1};
             else
                 place.light(LightKind::point, {0.5, 2, 0.5}, {9, 9, 9});
-            const auto n =
+            const Statistics::Photons n =
                 look(place, each.way, {0, 0, 2.4}, {0, 0, -1}, 0, with_photons(each, 3000)).statistics.photons;
             CHECK(n.emitted == 3000);
             CHECK(adds_up(n));
@@ -347,14 +349,13 @@ TEST_CASE(WISP_ARITH_NAME ": photons in a closed box do not escape, and each end
             CHECK(n.blocked > 300);
             CHECK(n.absorbed > 100);
             CHECK(n.stored > 300);
-            // Walls that light passes: the same walks, out of the box.
+            // Through walls that light passes they leave.
             place.materials[0].transmission = 0.5;
             const auto out =
                 look(place, each.way, {0, 0, 2.4}, {0, 0, -1}, 0, with_photons(each, 3000)).statistics.photons;
             CHECK(out.blocked == 0);
             CHECK(adds_up(out));
-            if (each.way != Way::bricks) continue;
-            CHECK(out.escaped >= n.blocked - n.collisions);
+            CHECK(out.escaped > 300);
         }
 }
 
