@@ -8,8 +8,7 @@ namespace {
 
 constexpr uint64_t most_voxels = 1u << 18;
 constexpr int64_t rim = 1 << 9; // steps around the bounds, for points that are rounded
-// States that are no triangle.
-// No triangle has these numbers, and they are not no_triangle either: a point of space asks as that.
+// States that are no triangle, nor no_triangle, as which points of space ask.
 enum : uint32_t { unknown = 0xfffffffe, complicated = 0xfffffffd, full = 0xfffffffc, null = 0xfffffffb };
 
 uint64_t voxel_count(const VoxelShadows &voxels) {
