@@ -217,7 +217,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E14: an object in the smoke ends the marc
 
 TEST_CASE(WISP_ARITH_NAME
           ": a plate between a light and smoke shades half of it; one that light passes shades nothing") {
-    constexpr double sigma = 0.4, albedo = 0.0009765625, step = 1.0 / 32, y = 0.4, z = 0.2;
+    constexpr double sigma = 0.4, albedo = 0.0009765625, step = 1.0 / 16, y = 0.4, z = 0.2;
     const Double3 from = {-6, y, z}, along = {1, 0, 0};
     const LightSource lights[] = {{LightKind::parallel, {}, {0, -0.96, -0.28}, 2, {512, 512, 512}},
                                   {LightKind::constant, {0.5, 6, 0.25}, {0, -1, 0}, 2, {512, 512, 512}},
@@ -228,7 +228,7 @@ TEST_CASE(WISP_ARITH_NAME
         // Above the smoke, at y = 3, over x < 0.
         const auto place_with = [&](const Material &material) {
             Place place;
-            place.smokes = {fog(sigma, 32)};
+            place.smokes = {fog(sigma, 16)};
             place.smokes[0].albedo = {albedo, albedo, albedo};
             const uint32_t number = place.material(material);
             place.add({-9, 3, -9}, {0, 3, -9}, {0, 3, 9}, {-9, 3, 9}, number);
@@ -247,14 +247,14 @@ TEST_CASE(WISP_ARITH_NAME
         for (Triangle &triangle : none.triangles)
             for (Double3 &corner : triangle.corner) corner.y = -9;
         // A shadow's edge falls somewhere in a step, and is taken to be at an end of it; so does that of a cone, twice.
-        const double dx = step * fog(sigma, 32).smallest_h;
+        const double dx = step * fog(sigma, 16).smallest_h;
         const double edges = light.kind == LightKind::spot ? 3 : 1, bar = 0.5 * edges * dx * half.greatest;
-        CHECK(bar < 0.01 * half.sum);
+        CHECK(bar < 0.02 * half.sum);
         for (const Way way : marched) {
             CAPTURE(static_cast<int>(way));
             const double shaded = look(opaque, way, from, along, 0, fine).red,
                          open = look(none, way, from, along, 0, fine).red;
-            // Depths that are kept between nodes 1/8 apart curve by less than 0.02 of sigma.
+            // Depths that are kept between nodes 1/4 apart curve by less than 0.02 of sigma.
             CHECK(std::fabs(shaded - half.sum) < bar + 1e-3 * half.sum);
             CHECK(std::fabs(open - all.sum) < bar + 1e-3 * all.sum);
             CHECK(look(clear, way, from, along, 0, fine).red == open);
@@ -502,7 +502,7 @@ TEST_CASE(WISP_ARITH_NAME ": pictures of smoke among surfaces are those of the r
     // tenth of it. Depths that are kept between nodes 1.1 smoothing lengths apart err by 1 %.
     for (const Way way : {Way::bricks, Way::direct, Way::elements}) {
         CAPTURE(static_cast<int>(way));
-        Settings settings = cellar_settings(way, pixels, 20000);
+        Settings settings = cellar_settings(way, pixels, 10000);
         settings.gather = 10; // so near that their ball does not blur either
         const Rendered picture = render_in_memory(scene, settings);
         settings.photons = 0;
@@ -577,7 +577,7 @@ TEST_CASE(WISP_ARITH_NAME
             Settings settings = cellar_settings(way, room_pixels, 300);
             settings.depth = room.depth;
             settings.shadows = method;
-            settings.step = 1.5;
+            settings.step = 2;
             settings.light_step = 1;
             std::vector<unsigned char> memory(plan(room.scene, settings).bytes.arena);
             const auto draw = [&](size_t bytes, Kept &kept) {
@@ -607,6 +607,7 @@ TEST_CASE(WISP_ARITH_NAME
                     CHECK(std::memcmp(&part.rgb[27 * y], &frame.rgb[3 * (room_pixels * (y + 5) + 3)],
                                       27 * sizeof(float)) == 0);
                 settings.crop = {0, 0, room_pixels, room_pixels};
+                if (method != ShadowMethod::exact) continue;
                 for (const size_t sixths : {0, 2, 4, 5}) { // too little is said, or it suffices
                     none = {};
                     const Rendered less = draw(memory.size() * sixths / 6, none);
@@ -625,7 +626,7 @@ TEST_CASE(WISP_ARITH_NAME
 TEST_CASE(WISP_ARITH_NAME
           ": the paper's shadows of surfaces in smoke err where it says so, those in the smoke do not") {
     uint64_t wrong = 0;
-    for (uint64_t seed = 720; seed < 723; ++seed) {
+    for (uint64_t seed = 720; seed < 726; ++seed) {
         RoomFrames room(seed, 16, 3, ShadowMethod::paper, false);
         const std::vector<Particle> particles = cloud(60, 8, 2.5, 4);
         const SmokeSource smoke = smoke_of(particles);
