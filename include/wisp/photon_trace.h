@@ -80,9 +80,10 @@ void trace_photon(const Medium &medium, const Emitters &emitters, uint64_t key, 
         [&](const Photon &photon, Real end, uint32_t number) {
             if (number >= first_stored) fly(photon, end, photon.power * falloff);
         },
-        [&](const Ray &ray, uint32_t number) { // a light may stand on a surface
-            return free_way(medium, ray,
-                            medium.surfaces && number == 0 && emitter.light ? medium.surfaces->skin : Real(0));
+        [&](const Ray &ray, uint32_t number) {
+            const bool from_lamp = number == 0 && emitter.light && emitter.light->kind != LightKind::parallel;
+            const Real begin = from_lamp && medium.surfaces ? medium.surfaces->skin : Real(0); // it may stand on one
+            return free_way(medium, ray, begin);
         });
     ++(fate == Fate::absorbed  ? counts.absorbed
        : fate == Fate::escaped ? counts.escaped

@@ -8,8 +8,8 @@ namespace {
 
 constexpr uint64_t most_voxels = 1u << 18;
 constexpr int64_t rim = 1 << 9; // steps around the bounds, for points that are rounded
-// States that are no triangle.
-enum : uint32_t { unknown = 0xffffffff, complicated = 0xfffffffe, full = 0xfffffffd, null = 0xfffffffc };
+// States that are no triangle, nor no_triangle, as which points of space ask.
+enum : uint32_t { unknown = 0xfffffffe, complicated = 0xfffffffd, full = 0xfffffffc, null = 0xfffffffb };
 
 uint64_t voxel_count(const VoxelShadows &voxels) {
     return uint64_t{voxels.count[0]} * voxels.count[1] * voxels.count[2];

@@ -262,7 +262,7 @@ void check_beside_surfaces(const std::string &name, const Extent &extent, double
     if (options.arithmetic != Arithmetic::fixed) return;
     if (!(extent.smallest_h * scale >= 0x1p-4 && extent.largest_h * scale <= 0x1p7))
         throw InputError(name + ":1: beside these surfaces the smoke is too " +
-                         (extent.smallest_h * scale < 1 ? "fine" : "coarse") +
+                         (extent.smallest_h * scale < 0x1p-4 ? "fine" : "coarse") +
                          " for fixed point, expected smoothing lengths of 1/10000 to 1/10 of their size");
 }
 

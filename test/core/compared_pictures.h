@@ -22,9 +22,11 @@ inline double sum_of(const std::vector<float> &values) {
 }
 
 // The mean of the reference's samples, and the relative noise of all.
-inline std::vector<float> reference_of(const Scene &scene, int pixels, uint32_t passes, double &noise) {
+inline std::vector<float> reference_of(const Scene &scene, int pixels, uint32_t passes, double &noise,
+                                       uint32_t depth = 0) {
     Settings settings = small_settings(pixels);
     settings.reference = true;
+    settings.depth = depth;
     settings.last_pass = passes;
     std::vector<unsigned char> memory(plan(scene, settings).bytes.arena);
     Arena arena(memory.data(), memory.size());

@@ -20,6 +20,10 @@ struct Whole {
     Scene scene = {};
     Settings settings = {};
     std::string arithmetic = "f32";
+    // With build_walls: one still, one of a body, one that changes its form.
+    std::vector<Triangle> triangles;
+    std::vector<Material> materials;
+    std::vector<Body> bodies;
 
     Whole() {
         for (SmokeSource &smoke : smokes) {
@@ -47,12 +51,23 @@ struct Whole {
         settings.step = 0.5;
     }
     using Identity = std::string (*)(const Scene &, const Settings &, const std::string &);
+    void build_walls() {
+        for (int i = 0; i < 3; ++i) triangles.push_back({{{1, 2, 3}, {4, 5, 6}, {7, 8, 0}}, {}, {}, 0, -1});
+        materials.push_back({{1, 1, 1}, {1, 1, 1}, {0, 0, 0}, 1, 0, 1});
+        bodies.push_back({1, 1, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, true});
+        scene.still_count = scene.body_triangle_count = scene.morph_count = 1;
+        scene.material_count = scene.body_count = 1;
+        scene.skin = 1e-3;
+    }
     std::string name(Identity identity = identity_of_samples) {
         smokes[0].particles = particles.data();
         smokes[0].count = static_cast<uint32_t>(particles.size());
         smokes[1].grid.density = density.data();
         scene.lights = lights;
         scene.smokes = smokes;
+        scene.triangles = triangles.data();
+        scene.materials = materials.data();
+        scene.bodies = bodies.data();
         return identity(scene, settings, arithmetic);
     }
 };
@@ -176,4 +191,43 @@ TEST_CASE("identity: views, steps and pictures leave that of a map alone") {
         add_vector(changes, [=](Whole &w) -> Double3 & { return w.scene.camera.*field; });
     for (const Change &change : changes) CHECK(name_after(change, identity_of_map) == name);
     CHECK(name != Whole().name());
+}
+
+TEST_CASE(
+    "identity: with surfaces both change with where those are and whether light passes, samples with their looks") {
+    const auto walled = [](const Change &change) {
+        return [change](Whole &w) {
+            w.build_walls();
+            change(w);
+        };
+    };
+    std::vector<Change> places = {[](Whole &) {},
+                                  [](Whole &w) { w.materials[0].transmission = 0.5; },
+                                  [](Whole &w) { w.scene.skin += 0x1p-40; },
+                                  [](Whole &w) { w.scene.morph_count = 0; },
+                                  [](Whole &w) { w.bodies[0].visible = false; },
+                                  [](Whole &w) { w.scene.body_triangle_count = 2, w.scene.morph_count = 0; }};
+    for (size_t i = 0; i < 3; ++i)
+        for (int k = 0; k < 3; ++k) add_vector(places, [=](Whole &w) -> Double3 & { return w.triangles[i].corner[k]; });
+    add_vector(places, [](Whole &w) -> Double3 & { return w.bodies[0].origin; });
+    for (int k = 0; k < 3; ++k) add_vector(places, [=](Whole &w) -> Double3 & { return w.bodies[0].axis[k]; });
+    for (Change &change : places) change = walled(change);
+    check_changes(places, identity_of_map);
+    check_changes(places, identity_of_samples);
+
+    std::vector<Change> looks = {
+        [](Whole &w) { w.materials[0].index += 0x1p-40; }, [](Whole &w) { w.materials[0].shininess += 0x1p-40; },
+        [](Whole &w) { w.settings.depth += 1; }, [](Whole &w) { w.settings.lights = LightChoice::cuts; }};
+    for (Double3 Material::*field : {&Material::ambient, &Material::diffuse, &Material::specular})
+        add_vector(looks, [=](Whole &w) -> Double3 & { return w.materials[0].*field; });
+    add_vector(looks, [](Whole &w) -> Double3 & { return w.triangles[2].normal[1]; });
+    const std::string map = name_after(walled([](Whole &) {}), identity_of_map);
+    for (Change &change : looks) {
+        change = walled(change);
+        CHECK(name_after(change, identity_of_map) == map);
+    }
+    check_changes(looks, identity_of_samples);
+    // However shadows are found, they are the same.
+    CHECK(name_after(walled([](Whole &w) { w.settings.shadows = ShadowMethod::exact; })) ==
+          name_after(walled([](Whole &) {})));
 }

@@ -121,8 +121,6 @@ TEST_CASE("prepared surfaces: what is needed of a material, ambient light and li
 TEST_CASE("prepared surfaces: what does not fit is refused with the reason") {
     Options fixed;
     fixed.arithmetic = Arithmetic::fixed;
-    CHECK(refused("smoke box 0 0 0 1 1 1 1 {}\n" + floor_of_six) ==
-          "s.aff:2: found smoke beside surfaces, which this version does not support yet, expected one of them");
     CHECK(refused("a 0 8 2\n" + floor_of_six + mover) == "no error");
     const std::string flies = "a 0 8 2\n" + floor_of_six + "x a { " + triangle +
                               " }\nk a { transl 4 0 0 0 0 0 0 0 0 0 0 0 0 0 0 8 99 0 0 0 0 0 8 99 0 0 0 0 0 }";
@@ -137,4 +135,37 @@ TEST_CASE("prepared surfaces: what does not fit is refused with the reason") {
     CHECK(refused("lp 99 0 0 1 1 1\n" + floor_of_six, fixed) == "no error"); // in smaller units
     CHECK(refused("tt nowhere.ppm 0 0 0 0 0 1 0 0 1 0 0 1 0 0 1") ==
           "nowhere.ppm: cannot be opened: No such file or directory");
+}
+
+TEST_CASE("prepared surfaces: smoke beside them is in their units, in fixed point neither fine nor coarse") {
+    Options fixed;
+    fixed.arithmetic = Arithmetic::fixed;
+    PreparedScene prepared;
+    prepare_scene("s.aff", scene_of("smoke box 0 1 0 1 2 2 3 {}\n" + floor_of_six), {}, 0, prepared);
+    REQUIRE(prepared.scene.smoke_count == 1);
+    REQUIRE(prepared.scene.still_count == 2);
+    const SmokeSource &smoke = prepared.scene.smokes[0];
+    constexpr double scale = 512; // as without smoke
+    CHECK(prepared.scene.camera.origin.z == 9 * scale);
+    CHECK(smoke.grid.half.x == 0.5 * scale);
+    CHECK(smoke.grid.half.z == scale);
+    CHECK(smoke.grid.extinction == doctest::Approx(3 / scale).epsilon(1e-12));
+    CHECK(smoke.smallest_h == doctest::Approx(scale / 20).epsilon(1e-12));
+    const Double3 corner = prepared.scene.triangles[0].corner[0] * (1 / scale);
+    const Double3 middle = smoke.grid.center * (1 / scale);
+    CHECK(distance(middle - corner, Double3{0.5, 1.5, 1} - Double3{-3, 0, 3}) < 1e-12);
+
+    const auto cube = [](double edge) {
+        const std::string far = std::to_string(edge);
+        return "smoke box 0 0 0 " + far + " " + far + " " + far + " 1 {}\n";
+    };
+    const std::string too = "s.aff:1: beside these surfaces the smoke is too ",
+                      end = " for fixed point, expected smoothing lengths of 1/10000 to 1/10 of their size";
+    // A twentieth of the edge, times 512: from 1/16 to 128.
+    for (const char *edge : {"0.00245", "1", "4.99"})
+        CHECK(refused(cube(std::stod(edge)) + floor_of_six, fixed) == "no error");
+    CHECK(refused(cube(0.00243) + floor_of_six, fixed) == too + "fine" + end);
+    CHECK(refused(cube(5.01) + floor_of_six, fixed) == too + "coarse" + end);
+    CHECK(refused(cube(0.02) + cube(5.01) + floor_of_six, fixed) == too + "coarse" + end); // h of 0.512 and 128.3
+    for (const double edge : {0.00243, 5.01}) CHECK(refused(cube(edge) + floor_of_six) == "no error");
 }
