@@ -39,6 +39,11 @@ void add_lights_and_smokes(Digest &digest, const Scene &scene) {
     for (uint32_t i = 0; i < scene.smoke_count; ++i) add(digest, scene.smokes[i]);
 }
 
+void add_triangles(Digest &digest, const Scene &scene, uint32_t first, uint32_t count) {
+    static_assert(sizeof(Triangle) == 24 * sizeof(double) + 2 * sizeof(uint32_t), "triangles are hashed as an array");
+    if (count > 0) digest.add_array(scene.triangles + first, count * sizeof(Triangle));
+}
+
 } // namespace
 
 std::string identity_of_map(const Scene &scene, const Settings &settings, const std::string &arithmetic) {
@@ -58,6 +63,43 @@ std::string identity_of_samples(const Scene &scene, const Settings &settings, co
     add_lights_and_smokes(digest, scene);
     const Crop &crop = settings.crop;
     digest.add(crop.x0, crop.y0, crop.x1, crop.y1, settings.samples, settings.seed);
+    return digest.finish();
+}
+
+std::string identity_of_shapes(const Scene &scene) {
+    static_assert(sizeof(Material) == 12 * sizeof(double), "materials are hashed as an array");
+    Digest digest;
+    digest.add(scene.still_count, scene.body_triangle_count, scene.material_count, scene.texture_count);
+    add_triangles(digest, scene, 0, scene.still_count + scene.body_triangle_count);
+    if (scene.material_count > 0) digest.add_array(scene.materials, scene.material_count * sizeof(Material));
+    for (uint32_t i = 0; i < scene.texture_count; ++i) { // the smaller levels follow from the first
+        const Texture &texture = scene.textures[i];
+        digest.add(texture.width, texture.height);
+        const size_t texels = static_cast<size_t>(texture.width) * static_cast<size_t>(texture.height);
+        digest.add_array(texture.texels, texels * 3 * sizeof(uint16_t));
+    }
+    return digest.finish();
+}
+
+std::string identity_of_picture(const Scene &scene, const std::string &shapes, const Settings &settings, int width,
+                                int height, const std::string &arithmetic) {
+    Digest digest;
+    const Camera &camera = scene.camera;
+    digest.add(std::string(version), arithmetic, width, height, camera.origin, camera.corner, camera.right, camera.down,
+               scene.background, scene.radiance_exponent, scene.light_count, scene.smoke_count);
+    add_lights_and_smokes(digest, scene);
+    digest.add(shapes, scene.body_count, scene.morph_count, scene.skin);
+    add_triangles(digest, scene, scene.still_count + scene.body_triangle_count, scene.morph_count);
+    for (uint32_t i = 0; i < scene.body_count; ++i) {
+        const Body &body = scene.bodies[i];
+        digest.add(body.first, body.count, body.origin, body.visible);
+        for (int k = 0; k < 3; ++k) digest.add(body.axis[k], body.inverse[k]);
+    }
+    const Settings &s = settings;
+    digest.add(s.samples, s.depth, s.shadows, s.photons, s.seed, s.gather, s.gather_radius, s.step, s.deposit,
+               s.direction, s.estimate, s.density_step, s.light_step, s.irradiance, s.irradiance_step, s.method,
+               s.lights, s.reference);
+    if (s.reference) digest.add(s.first_pass, s.last_pass);
     return digest.finish();
 }
 
