@@ -129,6 +129,7 @@ SOURCES_scene = $(addprefix src/host/,scene_file.cpp scene_tokens.cpp shape_pars
 SOURCES_texture = $(addprefix src/host/,texture.cpp picture.cpp files.cpp stb_image_write.cpp)
 SOURCES_volume = src/host/volume.cpp
 SOURCES_passes = $(addprefix src/host/,passes.cpp sealed_file.cpp options.cpp sha256.cpp)
+SOURCES_proof = $(addprefix src/host/,proof.cpp files.cpp sealed_file.cpp options.cpp sha256.cpp)
 SOURCES_map = $(addprefix src/host/,map_file.cpp sealed_file.cpp options.cpp sha256.cpp)
 fuzz: $(FUZZ:%=$B/fuzz/%)
 	for f in $(FUZZ); do mkdir -p $B/fuzz/corpus/$$f && $B/fuzz/$$f -max_total_time=$(SECONDS) -max_len=65536 \
