@@ -63,6 +63,7 @@ class Process {
             "exec build/wisp " + arguments + " > " + desk.file("out") + " 2> " + desk.file("err");
         id_ = fork();
         if (id_ == 0) {
+            for (int number : {SIGINT, SIGTERM}) std::signal(number, SIG_DFL); // a background job ignores them
             execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
             _exit(127);
         }
@@ -200,9 +201,9 @@ TEST_CASE("sequence command: particles of a frame, and grids, are part of its sc
         CHECK(kept(option) == 2);
     }
     // Maps, errors and sums are made with the picture.
-    for (const std::string option : {"--smoke map --map-out " + desk.file("m_%d.map"),
-                                     "--reference --passes 0:2 --error-out " + desk.file("e_%d.pfm"),
-                                     "--reference --passes 0:2 -o " + desk.file("e_%d.passes")})
+    for (const std::string &option : {"--smoke map --map-out " + desk.file("m_%d.map"),
+                                      "--reference --passes 0:2 --error-out " + desk.file("e_%d.pfm"),
+                                      "--reference --passes 0:2 -o " + desk.file("e_%d.passes")})
         for (int i = 0; i < 2; ++i) CHECK(kept(option) == 0);
 }
 

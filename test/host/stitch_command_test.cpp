@@ -8,8 +8,10 @@ namespace {
 
 struct Table : Desk {
     Table() {
-        write("b.aff", lit("box -1 -1 -1 1 1 1 1.5 { phase 0.3 emission 0.2 0.1 0 }\nsmoke puff.vtk { radius "
-                           "0.3 mass 1 extinction 0.02 }"));
+        write("p.aff", lit("puff.vtk { radius 0.3 mass 1 extinction 0.02 phase 0.3 }"));
+        write("b.aff",
+              lit("box -1 -1 -1 1 1 1 1.5 { phase 0.3 emission 0.2 0.1 0 }\nsmoke puff.vtk { radius 0.3 mass 1 "
+                  "extinction 0.02 }"));
     }
     // A part, and its name behind a space.
     std::string part(const std::string &command, int i, const Crop &crop) const {
@@ -40,11 +42,13 @@ struct Table : Desk {
 TEST_CASE("stitch command: a picture in 2, 3 and 7 parts is that of one run, as .pfm and as .png") {
     const Table desk;
     const std::string surfaces = "render fixtures/surfaces.aff -q --spp 1 --frames 2 --size 40x31",
-                      smoke = "render " + desk.file("b.aff") + " -q --size 40x31 ";
+                      smoke = "render " + desk.file("b.aff") + " -q --size 40x31 ",
+                      particles = "render " + desk.file("p.aff") + " -q --size 40x31 ";
     uint32_t state = 5;
     for (const std::string &command :
-         {surfaces, surfaces + " --arith f64 --shadows exact", surfaces + " --arith fixed", smoke + "--smoke map",
-          smoke + "--smoke direct --irradiance adaptive", smoke + "--reference --passes 0:2 --arith fixed"}) {
+         {surfaces, surfaces + " --arith f64 --shadows exact", surfaces + " --arith fixed", particles,
+          particles + " --irradiance adaptive --arith fixed", smoke + "--smoke map --irradiance none",
+          smoke + "--smoke direct --irradiance none", smoke + "--reference --passes 0:2 --arith fixed"}) {
         CAPTURE(command);
         REQUIRE(desk.wisp(command + " -o " + desk.file("one.pfm") + " -o " + desk.file("one.png")).status == 0);
         for (int parts : {2, 3, 7}) {
