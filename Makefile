@@ -107,6 +107,10 @@ convergence: $B/wisp
 hard-cases: $B/tests
 	tools/hard_cases
 
+# The recipes for many processes and machines, with kills, on a Slurm of its own: two minutes.
+cluster: $B/wisp
+	tools/cluster_test
+
 # The goldens anew, as a difference to look at; nobody runs this to make a red test green.
 golden: $B/wisp
 	tools/golden $B/wisp > $B/goldens.txt
@@ -147,6 +151,6 @@ deps:
 clean:
 	rm -rf $B
 
-.PHONY: all demo test convergence hard-cases golden same-bits bench truth fuzz deps clean
+.PHONY: all demo test convergence hard-cases golden same-bits bench truth fuzz cluster deps clean
 .SECONDARY:
 -include $(shell find $B -name '*.d' 2>/dev/null)
