@@ -276,7 +276,7 @@ TEST_CASE("sequence command: killed at any moment, the next run goes on and leav
     Reel desk;
     desk.write("out", "");
     desk.write("err", "");
-    const std::string options = "--digest --size 200x150";
+    const std::string options = "--digest --size 120x90";
     const auto clear = [&] {
         for (const std::string &name : desk.names())
             if (name.compare(0, 2, "f_") == 0) std::filesystem::remove(desk.file(name));
