@@ -111,6 +111,9 @@ hard-cases: $B/tests
 SCENES ?= 3000
 random-scenes: $B/tests
 	WISP_SCENES=$(SCENES) $B/tests -tc="*: random scenes*"
+# The recipes for many processes and machines, with kills, on a Slurm of its own: two minutes.
+cluster: $B/wisp
+	tools/cluster_test
 
 # The goldens anew, as a difference to look at; nobody runs this to make a red test green.
 golden: $B/wisp
@@ -134,6 +137,7 @@ SOURCES_scene = $(addprefix src/host/,scene_file.cpp scene_tokens.cpp shape_pars
 SOURCES_texture = $(addprefix src/host/,texture.cpp picture.cpp files.cpp stb_image_write.cpp)
 SOURCES_volume = src/host/volume.cpp
 SOURCES_passes = $(addprefix src/host/,passes.cpp sealed_file.cpp options.cpp sha256.cpp)
+SOURCES_proof = $(addprefix src/host/,proof.cpp files.cpp sealed_file.cpp options.cpp sha256.cpp)
 SOURCES_map = $(addprefix src/host/,map_file.cpp sealed_file.cpp options.cpp sha256.cpp)
 fuzz: $(FUZZ:%=$B/fuzz/%)
 	for f in $(FUZZ); do mkdir -p $B/fuzz/corpus/$$f && $B/fuzz/$$f -max_total_time=$(SECONDS) -max_len=65536 \
@@ -151,6 +155,6 @@ deps:
 clean:
 	rm -rf $B
 
-.PHONY: all demo test convergence hard-cases random-scenes golden same-bits bench truth fuzz deps clean
+.PHONY: all demo test convergence hard-cases random-scenes golden same-bits bench truth fuzz cluster deps clean
 .SECONDARY:
 -include $(shell find $B -name '*.d' 2>/dev/null)

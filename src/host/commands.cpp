@@ -3,19 +3,23 @@
 #include "host/error.h"
 #include "host/files.h"
 #include "host/identity.h"
+#include "host/interrupt.h"
 #include "host/map_file.h"
 #include "host/particle_report.h"
 #include "host/passes.h"
 #include "host/picture.h"
 #include "host/prepare.h"
+#include "host/proof.h"
 #include "host/sha256.h"
 #include "host/statistics_json.h"
+#include "host/stitch.h"
 #include "host/version.h"
 #include "host/way.h"
 #include <chrono>
 #include <cstdio>
 #include <memory>
 #include <new>
+#include <optional>
 #include <unistd.h>
 
 namespace wisp {
@@ -133,7 +137,7 @@ class Watch {
     Observer observer() {
         return {this, [](void *self, Stage stage, uint64_t done, uint64_t total) {
                     static_cast<Watch *>(self)->hear(stage, done, total);
-                    return true;
+                    return heard_signal() == 0;
                 }};
     }
     void finish() {
@@ -189,18 +193,55 @@ void write_output(const Options &options, const std::string &path, const Bytes &
     if (options.verbose) std::fprintf(stderr, "wrote %s\n", path.c_str());
 }
 
+// Whether a later run, or `wisp stitch`, can tell what this output is: one of several frames, or a part. Pictures of
+// the paper's shadows depend on the frames before them, and are never kept.
+bool carries_proof(const Options &options, const std::string &output) {
+    return (options.crop || has_number(output)) && !ends_in(output, ".passes") &&
+           options.shadows != ShadowMethod::paper;
+}
+
+// Whether all that is asked for of a frame can be had from files of an earlier run. Only a .pfm tells the digest.
+bool can_keep(const Options &options) {
+    if (options.outputs.empty() || !options.error_out.empty() || !options.map_out.empty()) return false;
+    bool exact = false;
+    for (const std::string &output : options.outputs) {
+        if (!carries_proof(options, output)) return false;
+        exact = exact || ends_in(output, ".pfm");
+    }
+    return exact || (!options.digest && options.stats.empty());
+}
+
+void print_digest(const Options &options, const Bytes &pfm, int64_t frame) {
+    std::printf("%s  %s\n", sha256(pfm.data(), pfm.size()).text, digest_name(options, frame).c_str());
+}
+
+// What its proof says of an output.
+Proof proof_of(const Options &options, const std::string &output, const Proof &picture) {
+    Proof proof = picture;
+    if (ends_in(output, ".png")) proof.exposure = options.exposure;
+    return proof;
+}
+
 // All that was asked for of a picture, the digest included. `passes`: of --reference, else nullptr.
 void write_outputs(const Options &options, const Picture &picture, const Bytes &pfm, const Passes *passes,
-                   int64_t frame) {
-    for (const std::string &output : options.outputs)
-        write_output(options, numbered(output, frame),
-                     ends_in(output, ".png")      ? png_bytes(picture, options.exposure)
-                     : ends_in(output, ".passes") ? passes_bytes(*passes)
-                                                  : pfm);
+                   int64_t frame, const std::optional<Proof> &proof = std::nullopt) {
+    for (const std::string &output : options.outputs) {
+        const std::string path = numbered(output, frame);
+        if (ends_in(output, ".passes")) {
+            write_output(options, path, passes_bytes(*passes));
+            continue;
+        }
+        const Bytes bytes = ends_in(output, ".png") ? png_bytes(picture, options.exposure) : pfm;
+        if (!proof || !carries_proof(options, output)) {
+            write_output(options, path, bytes);
+            continue;
+        }
+        write_proved(path, bytes, proof_of(options, output, *proof));
+        if (options.verbose) std::fprintf(stderr, "wrote %s\n", path.c_str());
+    }
     if (!options.error_out.empty())
         write_output(options, numbered(options.error_out, frame), pfm_bytes(error_picture(*passes)));
-    if (options.digest)
-        std::printf("%s  %s\n", sha256(pfm.data(), pfm.size()).text, digest_name(options, frame).c_str());
+    if (options.digest) print_digest(options, pfm, frame);
 }
 
 // The sums of `--reference`, empty as yet.
@@ -259,15 +300,51 @@ bool find_map(const Request &request, int64_t frame, const PreparedScene &prepar
                 request.name + ": the plan's " + std::to_string(plan.bytes.arena) + " bytes do not suffice");
 }
 
+[[noreturn]] void stop(const Request &request, int64_t frame) {
+    const int signal = heard_signal();
+    throw Error(static_cast<Exit>(exit_signal + signal),
+                request.name + ": stopped by " + signal_name(signal) + " in frame " + std::to_string(frame));
+}
+
 // What lives from frame to frame.
 struct Sequence {
     PreparedScene prepared;
+    std::string shapes; // identity_of_shapes(), where it was asked for
     std::unique_ptr<unsigned char[]> block;
     uint64_t bytes = 0; // of the block
     Kept kept = {};     // in it
     MapFile map;        // the particle map of the frame before
     Sha256 digest;
 };
+
+std::optional<Proof> find_proof(const Options &options, const Settings &settings, Sequence &sequence) {
+    bool asked = false;
+    for (const std::string &output : options.outputs) asked = asked || carries_proof(options, output);
+    if (!asked) return std::nullopt;
+    const PreparedScene &prepared = sequence.prepared;
+    if (sequence.shapes.empty()) sequence.shapes = identity_of_shapes(prepared.scene);
+    const std::string scene = identity_of_picture(prepared.scene, sequence.shapes, settings, prepared.width,
+                                                  prepared.height, core(options.arithmetic).name);
+    return Proof{scene, prepared.width, prepared.height, settings.crop};
+}
+
+// True when every output of the frame is there already, as it would be made; then its digest is told.
+bool keep_frame(const Options &options, const Proof &proof, int64_t frame, Sequence &sequence) {
+    Bytes pfm;
+    for (const std::string &output : options.outputs) {
+        auto bytes = proved_bytes(numbered(output, frame), proof_of(options, output, proof));
+        if (!bytes) return false;
+        if (ends_in(output, ".pfm")) pfm = std::move(*bytes);
+    }
+    sequence.digest.update(pfm.data(), pfm.size());
+    if (options.digest) print_digest(options, pfm, frame);
+    for (const std::string &output : options.outputs) {
+        const std::string path = numbered(output, frame);
+        for (const std::string &file : {path, proof_path(path)}) tidy_up(file);
+        if (options.verbose) std::fprintf(stderr, "kept %s\n", path.c_str());
+    }
+    return true;
+}
 
 FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequence) {
     FrameReport report = {};
@@ -280,6 +357,9 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     if (options.verbose)
         for (const std::string &note : prepared.notes) std::fprintf(stderr, "%s\n", note.c_str());
     const Settings settings = settings_of(options, prepared);
+    const std::optional<Proof> proof = find_proof(options, settings, sequence);
+    report.kept = can_keep(options) && keep_frame(options, *proof, frame, sequence);
+    if (report.kept) return report;
     const Plan plan = checked_plan(request, prepared.scene, settings);
     const bool mapped = uses_map(settings);
     const bool traced = mapped && find_map(request, frame, prepared, settings, plan, map);
@@ -316,6 +396,7 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
                              mapped ? &sums : nullptr, &sequence.kept);
     }
     watch.finish();
+    if (status == Status::stopped) stop(request, frame);
     if (status != Status::done) fail(request, plan, frame, status);
     if (report.statistics.photons.store_full && !options.quiet)
         std::fprintf(stderr, "%s: the photon store was full after %llu of %llu photons; power is divided by those\n",
@@ -333,7 +414,7 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     if (!options.map_out.empty()) write_output(options, numbered(options.map_out, frame), map_bytes(map));
     if (!options.batches) {
         const Bytes pfm = pfm_bytes(picture);
-        write_outputs(options, picture, pfm, settings.reference ? &passes : nullptr, frame);
+        write_outputs(options, picture, pfm, settings.reference ? &passes : nullptr, frame, proof);
         sequence.digest.update(pfm.data(), pfm.size());
     }
     report.seconds.trees = watch.seconds(Stage::trees);
@@ -485,8 +566,15 @@ int render_command(const std::vector<std::string> &arguments) {
     RunReport report;
     report.version = version;
     report.arithmetic = core(options.arithmetic).name;
-    for (int64_t frame = request.frames.first; frame <= request.frames.last; frame += request.frames.step)
+    hear_signals();
+    size_t kept = 0;
+    for (int64_t frame = request.frames.first; frame <= request.frames.last; frame += request.frames.step) {
+        if (heard_signal()) stop(request, frame);
         report.frames.push_back(render_frame(request, frame, sequence));
+        kept += report.frames.back().kept;
+    }
+    if (kept > 0 && !options.quiet)
+        std::fprintf(stderr, "kept %zu of %zu frames, which were there already\n", kept, report.frames.size());
     report.digest = sequence.digest.finish().text;
     if (!options.stats.empty()) write_file(options.stats, statistics_json(report));
     return exit_done;
@@ -525,6 +613,29 @@ int merge_command(const std::vector<std::string> &arguments) {
         add_passes(passes, parse_passes(read_file(line.files[i]), line.files[i]), line.files[i]);
     const Picture picture = mean_picture(passes);
     write_outputs(options, picture, pfm_bytes(picture), &passes, 0);
+    return exit_done;
+}
+
+int stitch_command(const std::vector<std::string> &arguments) {
+    const CommandLine line = parse_arguments(arguments);
+    Options options;
+    for (const auto &[name, value] : line.options) {
+        if (name != "output" && name != "exposure" && name != "digest" && name != "quiet" && name != "verbose")
+            throw Error(exit_usage,
+                        "option '--" + name + "' is none of stitch, expected --output, --exposure or --digest");
+        set_option(options, name, value, "");
+    }
+    if (line.files.empty()) throw Error(exit_usage, "found no part to stitch, expected .pfm files of --crop");
+    for (const std::string &part : line.files)
+        if (!ends_in(part, ".pfm"))
+            throw Error(exit_usage, "found '" + part + "' to stitch, expected a .pfm file of --crop");
+    for (const std::string &output : options.outputs)
+        if (!ends_in(output, ".pfm") && !ends_in(output, ".png"))
+            throw Error(exit_usage, "option 'output': found '" + output + "', expected .pfm or .png of stitch");
+    if (options.outputs.empty() && !options.digest)
+        throw Error(exit_usage, "found nothing to make of the parts, expected --output or --digest");
+    const Picture picture = stitch(line.files);
+    write_outputs(options, picture, pfm_bytes(picture), nullptr, 0);
     return exit_done;
 }
 

@@ -11,4 +11,7 @@ int plan_command(const std::vector<std::string> &arguments);
 // `wisp merge A.passes B.passes ... -o FILE`: the picture (.png, .pfm) of all passes together, or their sums (.passes).
 int merge_command(const std::vector<std::string> &arguments);
 
+// `wisp stitch PART.pfm ... -o WHOLE`: the picture (.png, .pfm) of parts rendered with --crop.
+int stitch_command(const std::vector<std::string> &arguments);
+
 } // namespace wisp

@@ -6,7 +6,15 @@
 namespace wisp {
 
 // Exit statuses of the command line.
-enum Exit { exit_done = 0, exit_difference = 1, exit_usage = 2, exit_input = 3, exit_memory = 4, exit_output = 5 };
+enum Exit {
+    exit_done = 0,
+    exit_difference = 1,
+    exit_usage = 2,
+    exit_input = 3,
+    exit_memory = 4,
+    exit_output = 5,
+    exit_signal = 128 // and the signal's number, as shells say it
+};
 
 struct Error : std::runtime_error {
     Error(Exit status_, const std::string &line) : std::runtime_error(line), status(status_) {}

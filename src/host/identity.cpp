@@ -39,39 +39,35 @@ void add_lights_and_smokes(Digest &digest, const Scene &scene) {
     for (uint32_t i = 0; i < scene.smoke_count; ++i) add(digest, scene.smokes[i]);
 }
 
-void add(Digest &digest, const Double3 (&axes)[3]) {
-    for (const Double3 &axis : axes) digest.add(axis);
+void add_triangles(Digest &digest, const Scene &scene, uint32_t first, uint32_t count) {
+    static_assert(sizeof(Triangle) == 24 * sizeof(double) + 2 * sizeof(uint32_t), "triangles are hashed as an array");
+    if (count > 0) digest.add_array(scene.triangles + first, count * sizeof(Triangle));
 }
 
-// Where triangles are, what they are made of, and what is seen of them.
-void add_surfaces(Digest &digest, const Scene &scene, bool looks) {
-    digest.add(scene.still_count, scene.body_triangle_count, scene.morph_count, scene.body_count, scene.skin);
-    for (uint32_t i = 0; i < scene.triangle_count(); ++i) {
-        const Triangle &triangle = scene.triangles[i];
-        add(digest, triangle.corner);
-        digest.add(scene.materials[triangle.material].transmission > 0);
-        if (!looks) continue;
-        add(digest, triangle.normal);
-        for (const auto &texel : triangle.texel) digest.add(texel[0], texel[1]);
-        digest.add(triangle.material, triangle.texture);
-    }
+void add_bodies(Digest &digest, const Scene &scene) {
+    digest.add(scene.body_count, scene.morph_count, scene.skin);
     for (uint32_t i = 0; i < scene.body_count; ++i) {
         const Body &body = scene.bodies[i];
-        digest.add(body.first, body.count, body.visible, body.origin);
-        if (!body.visible) continue;
-        add(digest, body.axis);
-        add(digest, body.inverse);
+        digest.add(body.first, body.count, body.origin, body.visible);
+        for (int k = 0; k < 3; ++k) digest.add(body.axis[k], body.inverse[k]);
     }
-    for (uint32_t i = 0; looks && i < scene.material_count; ++i) {
-        const Material &m = scene.materials[i];
-        digest.add(m.ambient, m.diffuse, m.specular, m.shininess, m.transmission, m.index);
+}
+
+// Of surfaces what photons know: where they are, and whether light passes.
+void add_walls(Digest &digest, const Scene &scene) {
+    digest.add(scene.still_count, scene.body_triangle_count);
+    for (uint32_t i = 0; i < scene.triangle_count(); ++i) {
+        const Triangle &triangle = scene.triangles[i];
+        for (const Double3 &corner : triangle.corner) digest.add(corner);
+        digest.add(scene.materials[triangle.material].transmission > 0);
     }
-    for (uint32_t i = 0; looks && i < scene.texture_count; ++i) {
-        const Texture &texture = scene.textures[i];
-        digest.add(texture.width, texture.height);
-        digest.add_array(texture.texels, size_t{3} * static_cast<size_t>(texture.width) *
-                                             static_cast<size_t>(texture.height) * sizeof(uint16_t));
-    }
+    add_bodies(digest, scene);
+}
+
+// What moves and changes its form; what never does is in identity_of_shapes.
+void add_moving(Digest &digest, const Scene &scene) {
+    add_bodies(digest, scene);
+    add_triangles(digest, scene, scene.still_count + scene.body_triangle_count, scene.morph_count);
 }
 
 } // namespace
@@ -82,7 +78,7 @@ std::string identity_of_map(const Scene &scene, const Settings &settings, const 
     add_lights_and_smokes(digest, scene);
     digest.add(settings.photons, settings.seed, settings.deposit, settings.direction, settings.density_step);
     if (settings.density_step > 0) digest.add(settings.light_step, settings.irradiance_step);
-    if (scene.triangle_count() > 0) add_surfaces(digest, scene, false);
+    if (scene.triangle_count() > 0) add_walls(digest, scene);
     return digest.finish();
 }
 
@@ -95,9 +91,41 @@ std::string identity_of_samples(const Scene &scene, const Settings &settings, co
     const Crop &crop = settings.crop;
     digest.add(crop.x0, crop.y0, crop.x1, crop.y1, settings.samples, settings.seed);
     if (scene.triangle_count() > 0) {
-        add_surfaces(digest, scene, true);
-        digest.add(settings.depth, settings.lights);
+        digest.add(identity_of_shapes(scene), settings.depth, settings.lights);
+        add_moving(digest, scene);
     }
+    return digest.finish();
+}
+
+std::string identity_of_shapes(const Scene &scene) {
+    static_assert(sizeof(Material) == 12 * sizeof(double), "materials are hashed as an array");
+    Digest digest;
+    digest.add(scene.still_count, scene.body_triangle_count, scene.material_count, scene.texture_count);
+    add_triangles(digest, scene, 0, scene.still_count + scene.body_triangle_count);
+    if (scene.material_count > 0) digest.add_array(scene.materials, scene.material_count * sizeof(Material));
+    for (uint32_t i = 0; i < scene.texture_count; ++i) { // the smaller levels follow from the first
+        const Texture &texture = scene.textures[i];
+        digest.add(texture.width, texture.height);
+        const size_t texels = static_cast<size_t>(texture.width) * static_cast<size_t>(texture.height);
+        digest.add_array(texture.texels, texels * 3 * sizeof(uint16_t));
+    }
+    return digest.finish();
+}
+
+std::string identity_of_picture(const Scene &scene, const std::string &shapes, const Settings &settings, int width,
+                                int height, const std::string &arithmetic) {
+    Digest digest;
+    const Camera &camera = scene.camera;
+    digest.add(std::string(version), arithmetic, width, height, camera.origin, camera.corner, camera.right, camera.down,
+               scene.background, scene.radiance_exponent, scene.light_count, scene.smoke_count);
+    add_lights_and_smokes(digest, scene);
+    digest.add(shapes);
+    add_moving(digest, scene);
+    const Settings &s = settings;
+    digest.add(s.samples, s.depth, s.shadows, s.photons, s.seed, s.gather, s.gather_radius, s.step, s.deposit,
+               s.direction, s.estimate, s.density_step, s.light_step, s.irradiance, s.irradiance_step, s.method,
+               s.lights, s.reference);
+    if (s.reference) digest.add(s.first_pass, s.last_pass);
     return digest.finish();
 }
 

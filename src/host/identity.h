@@ -12,4 +12,12 @@ std::string identity_of_samples(const Scene &scene, const Settings &settings, co
 // The same of the photons of a particle map: no camera, picture or background, and nothing that only marching uses.
 std::string identity_of_map(const Scene &scene, const Settings &settings, const std::string &arithmetic);
 
+// The same of what never changes from frame to frame: triangles that keep their form, materials, textures.
+std::string identity_of_shapes(const Scene &scene);
+
+// The same of a frame's whole picture, width x height, whatever part of it is rendered: everything but the crop.
+// `shapes` is identity_of_shapes() of any frame.
+std::string identity_of_picture(const Scene &scene, const std::string &shapes, const Settings &settings, int width,
+                                int height, const std::string &arithmetic);
+
 } // namespace wisp

@@ -25,7 +25,7 @@ void print_error(std::string line) {
 
 int run(const std::vector<std::string> &words) {
     if (words.empty())
-        throw Error(exit_usage, "found no command, expected render, plan, compare, merge, help or version");
+        throw Error(exit_usage, "found no command, expected render, plan, compare, merge, stitch, help or version");
     const std::string &command = words[0];
     const std::vector<std::string> arguments(words.begin() + 1, words.end());
     if (command == "help" || command == "--help" || command == "-h") {
@@ -38,10 +38,11 @@ int run(const std::vector<std::string> &words) {
     }
     if (command == "compare") return compare_command(arguments);
     if (command == "merge") return merge_command(arguments);
+    if (command == "stitch") return stitch_command(arguments);
     if (command == "inspect") throw Error(exit_usage, "command 'inspect' is not supported yet by this version");
     if (command != "render" && command != "plan")
-        throw Error(exit_usage,
-                    "there is no command '" + command + "', expected render, plan, compare, merge, help or version");
+        throw Error(exit_usage, "there is no command '" + command +
+                                    "', expected render, plan, compare, merge, stitch, help or version");
     if (const char *fault = arithmetic_fault())
         throw Error(exit_usage, std::string("this process does not compute as wisp needs it: ") + fault);
     return command == "render" ? render_command(arguments) : plan_command(arguments);

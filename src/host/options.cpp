@@ -314,6 +314,7 @@ std::string help_text() {
                        "wisp plan SCENE [options]       the stages that this scene needs, and the bytes of each\n"
                        "wisp compare A B [options]      how two .pfm pictures differ; exit 1 when they do\n"
                        "wisp merge A B [...] -o FILE    the picture of several .passes together, or .map as one .map\n"
+                       "wisp stitch A B [...] -o FILE   the picture of parts rendered with --crop, as .pfm\n"
                        "wisp help | version\n\n"
                        "Options, written --x V or --x=V; -o is --output, -q --quiet, -v --verbose:\n";
     for (const Entry &entry : table()) {
@@ -325,7 +326,8 @@ std::string help_text() {
     text +=
         "\nOptions of compare: --tolerance REL allows that relative RMSE, --error FILE.pfm are B's standard errors,\n"
         "--json FILE, --diff FILE.png\n"
-        "Exit: 0 done, 1 pictures differ, 2 wrong usage, 3 bad input, 4 does not fit in memory, 5 could not write\n";
+        "Exit: 0 done, 1 pictures differ, 2 wrong usage, 3 bad input, 4 does not fit in memory, 5 could not write,\n"
+        "128 + N stopped by signal N; frames that are there already as they would be made are kept\n";
     return text;
 }
 

@@ -29,6 +29,8 @@ class Object {
 std::string quoted(const std::string &text) { return '"' + text + '"'; }
 
 std::string frame_json(const FrameReport &report) {
+    if (report.kept)
+        return Object().add("frame", static_cast<uint64_t>(report.frame)).add("kept", std::string("true")).text();
     const Statistics &s = report.statistics;
     Object seconds, rays, shadow, photons, smoke, bytes;
     seconds.add("read", report.seconds.read).add("trees", report.seconds.trees).add("photons", report.seconds.photons);

@@ -8,6 +8,7 @@ namespace wisp {
 
 struct FrameReport {
     int64_t frame;
+    bool kept; // the files of an earlier run: nothing was counted
     struct {
         double read, trees, photons, irradiance, render, total;
     } seconds;

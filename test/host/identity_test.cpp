@@ -1,5 +1,5 @@
-// The names of a picture's samples, and of a particle map, change with everything that they depend on, and with nothing
-// else.
+// The names of a picture, of its samples, and of a particle map, change with everything that they depend on, and with
+// nothing else.
 #include "host/identity.h"
 #include <doctest/doctest.h>
 #include <functional>
@@ -10,22 +10,26 @@ using namespace wisp;
 
 namespace {
 
-// A scene of particles, a grid and a box under two lights, and the memory behind it.
+// A scene of particles, a grid, a box and triangles under two lights, and the memory behind it.
 struct Whole {
     std::vector<Particle> particles = {{{1, 2, 3}, 0.5, 0.25}, {{2, 2, 3}, 0.75, 0.125}};
     std::vector<float> density = {0.5f, 1, 1.5f, 2};
     LightSource lights[2] = {{LightKind::spot, {1, 2, 3}, {0, 0, 1}, 0.5, {4, 5, 6}},
                              {LightKind::parallel, {0, 0, 0}, {0, 1, 0}, 2, {1, 1, 1}}};
     SmokeSource smokes[3] = {};
+    Triangle triangles[3] = {}; // still, of a body, of changing form
+    Body body = {1, 1, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {1, 2, 3}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, true};
+    Material materials[2] = {};
+    uint16_t texels[5 * 3] = {}; // 2 x 2 and 1
+    Texture texture = {2, 2, 2, texels};
     Scene scene = {};
     Settings settings = {};
     std::string arithmetic = "f32";
-    // With build_walls: one still, one of a body, one that changes its form.
-    std::vector<Triangle> triangles;
-    std::vector<Material> materials;
-    std::vector<Body> bodies;
 
     Whole() {
+        scene.still_count = scene.body_triangle_count = scene.morph_count = scene.body_count = 1;
+        scene.material_count = 2;
+        scene.texture_count = 1;
         for (SmokeSource &smoke : smokes) {
             smoke.albedo = {0.5, 0.25, 0.125};
             smoke.asymmetry = 0.5;
@@ -51,26 +55,23 @@ struct Whole {
         settings.step = 0.5;
     }
     using Identity = std::string (*)(const Scene &, const Settings &, const std::string &);
-    void build_walls() {
-        for (int i = 0; i < 3; ++i) triangles.push_back({{{1, 2, 3}, {4, 5, 6}, {7, 8, 0}}, {}, {}, 0, -1});
-        materials.push_back({{1, 1, 1}, {1, 1, 1}, {0, 0, 0}, 1, 0, 1});
-        bodies.push_back({1, 1, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, true});
-        scene.still_count = scene.body_triangle_count = scene.morph_count = 1;
-        scene.material_count = scene.body_count = 1;
-        scene.skin = 1e-3;
-    }
     std::string name(Identity identity = identity_of_samples) {
         smokes[0].particles = particles.data();
         smokes[0].count = static_cast<uint32_t>(particles.size());
         smokes[1].grid.density = density.data();
         scene.lights = lights;
         scene.smokes = smokes;
-        scene.triangles = triangles.data();
-        scene.materials = materials.data();
-        scene.bodies = bodies.data();
+        scene.triangles = triangles;
+        scene.bodies = &body;
+        scene.materials = materials;
+        scene.textures = &texture;
         return identity(scene, settings, arithmetic);
     }
 };
+
+std::string of_picture(const Scene &scene, const Settings &settings, const std::string &arithmetic) {
+    return identity_of_picture(scene, identity_of_shapes(scene), settings, 30, 40, arithmetic);
+}
 
 using Change = std::function<void(Whole &)>;
 
@@ -195,23 +196,14 @@ TEST_CASE("identity: views, steps and pictures leave that of a map alone") {
 
 TEST_CASE(
     "identity: with surfaces both change with where those are and whether light passes, samples with their looks") {
-    const auto walled = [](const Change &change) {
-        return [change](Whole &w) {
-            w.build_walls();
-            change(w);
-        };
-    };
-    std::vector<Change> places = {[](Whole &) {},
-                                  [](Whole &w) { w.materials[0].transmission = 0.5; },
-                                  [](Whole &w) { w.scene.skin += 0x1p-40; },
-                                  [](Whole &w) { w.scene.morph_count = 0; },
-                                  [](Whole &w) { w.bodies[0].visible = false; },
+    std::vector<Change> places = {[](Whole &w) { w.materials[0].transmission = 0.5; },
+                                  [](Whole &w) { w.scene.skin += 0x1p-40; }, [](Whole &w) { w.scene.morph_count = 0; },
+                                  [](Whole &w) { w.body.visible = false; },
                                   [](Whole &w) { w.scene.body_triangle_count = 2, w.scene.morph_count = 0; }};
     for (size_t i = 0; i < 3; ++i)
         for (int k = 0; k < 3; ++k) add_vector(places, [=](Whole &w) -> Double3 & { return w.triangles[i].corner[k]; });
-    add_vector(places, [](Whole &w) -> Double3 & { return w.bodies[0].origin; });
-    for (int k = 0; k < 3; ++k) add_vector(places, [=](Whole &w) -> Double3 & { return w.bodies[0].axis[k]; });
-    for (Change &change : places) change = walled(change);
+    add_vector(places, [](Whole &w) -> Double3 & { return w.body.origin; });
+    for (int k = 0; k < 3; ++k) add_vector(places, [=](Whole &w) -> Double3 & { return w.body.axis[k]; });
     check_changes(places, identity_of_map);
     check_changes(places, identity_of_samples);
 
@@ -221,13 +213,76 @@ TEST_CASE(
     for (Double3 Material::*field : {&Material::ambient, &Material::diffuse, &Material::specular})
         add_vector(looks, [=](Whole &w) -> Double3 & { return w.materials[0].*field; });
     add_vector(looks, [](Whole &w) -> Double3 & { return w.triangles[2].normal[1]; });
-    const std::string map = name_after(walled([](Whole &) {}), identity_of_map);
-    for (Change &change : looks) {
-        change = walled(change);
-        CHECK(name_after(change, identity_of_map) == map);
-    }
+    const std::string map = Whole().name(identity_of_map);
+    for (const Change &change : looks) CHECK(name_after(change, identity_of_map) == map);
     check_changes(looks, identity_of_samples);
     // However shadows are found, they are the same.
-    CHECK(name_after(walled([](Whole &w) { w.settings.shadows = ShadowMethod::exact; })) ==
-          name_after(walled([](Whole &) {})));
+    CHECK(name_after([](Whole &w) { w.settings.shadows = ShadowMethod::exact; }) == Whole().name());
+}
+
+TEST_CASE("identity: that of a picture changes with every number that a pixel may depend on, not with the crop") {
+    std::vector<Change> changes = changes_of_contents();
+    const std::vector<Change> more = {
+        [](Whole &w) { w.settings.samples += 1; },
+        [](Whole &w) { w.settings.depth += 1; },
+        [](Whole &w) { w.settings.shadows = ShadowMethod::exact; },
+        [](Whole &w) { w.settings.lights = LightChoice::cuts; },
+        [](Whole &w) { w.settings.photons += uint64_t{1} << 40; },
+        [](Whole &w) { w.settings.seed += uint64_t{1} << 40; },
+        [](Whole &w) { w.settings.gather += 1; },
+        [](Whole &w) { w.settings.gather_radius = 1; },
+        [](Whole &w) { w.settings.step = 1; },
+        [](Whole &w) { w.settings.deposit = Deposit::path; },
+        [](Whole &w) { w.settings.direction = Direction::mean; },
+        [](Whole &w) { w.settings.estimate = Estimate::knn; },
+        [](Whole &w) { w.settings.density_step = 1; },
+        [](Whole &w) { w.settings.light_step = 1; },
+        [](Whole &w) { w.settings.irradiance = IrradianceMap::adaptive; },
+        [](Whole &w) { w.settings.irradiance_step = 1; },
+        [](Whole &w) { w.settings.method = Method::map; },
+        [](Whole &w) { w.settings.reference = false; },
+        [](Whole &w) { w.settings.first_pass = 1; },
+        [](Whole &w) { w.settings.last_pass += 1; },
+        [](Whole &w) { w.scene.skin = 1; },
+        [](Whole &w) { w.scene.material_count = 1; },
+        [](Whole &w) { w.scene.texture_count = 0; },
+        [](Whole &w) { w.scene.body_count = 0; },
+        [](Whole &w) { w.scene.morph_count = 0; },
+        [](Whole &w) { w.texture.width = 1; },
+        [](Whole &w) { w.texture.height = 1; },
+        [](Whole &w) { w.texels[11] = 1; },
+        [](Whole &w) { w.body.first = 0; },
+        [](Whole &w) { w.body.count = 0; },
+        [](Whole &w) { w.body.visible = false; },
+    };
+    changes.insert(changes.end(), more.begin(), more.end());
+    add_vector(changes, [](Whole &w) -> Double3 & { return w.scene.background; });
+    add_vector(changes, [](Whole &w) -> Double3 & { return w.body.origin; });
+    for (Double3 Camera::*field : {&Camera::origin, &Camera::corner, &Camera::right, &Camera::down})
+        add_vector(changes, [=](Whole &w) -> Double3 & { return w.scene.camera.*field; });
+    for (Double3 Material::*field : {&Material::ambient, &Material::diffuse, &Material::specular})
+        add_vector(changes, [=](Whole &w) -> Double3 & { return w.materials[1].*field; });
+    for (double Material::*field : {&Material::shininess, &Material::transmission, &Material::index})
+        changes.push_back([=](Whole &w) { w.materials[1].*field = 1; });
+    for (int i = 0; i < 3; ++i) {
+        add_vector(changes, [=](Whole &w) -> Double3 & { return w.body.axis[i]; });
+        add_vector(changes, [=](Whole &w) -> Double3 & { return w.body.inverse[i]; });
+        for (int k = 0; k < 3; ++k) { // of the i-th triangle
+            add_vector(changes, [=](Whole &w) -> Double3 & { return w.triangles[i].corner[k]; });
+            add_vector(changes, [=](Whole &w) -> Double3 & { return w.triangles[i].normal[k]; });
+            for (int u : {0, 1}) changes.push_back([=](Whole &w) { w.triangles[i].texel[k][u] = 0.5; });
+        }
+        changes.push_back([=](Whole &w) { w.triangles[i].material = 1; });
+        changes.push_back([=](Whole &w) { w.triangles[i].texture = -1; });
+    }
+    check_changes(changes, of_picture);
+    CHECK(name_after([](Whole &w) { w.settings.crop = {0, 0, 1, 1}; }, of_picture) == Whole().name(of_picture));
+    CHECK(name_after([](Whole &w) { w.settings.check_shadows = true; }, of_picture) == Whole().name(of_picture));
+    Whole whole;
+    whole.name();
+    std::set<std::string> sizes;
+    for (int width : {30, 40})
+        for (int height : {30, 40})
+            sizes.insert(identity_of_picture(whole.scene, "", whole.settings, width, height, "f32"));
+    CHECK(sizes.size() == 4);
 }

@@ -1,0 +1,6 @@
+wisp picture 1
+sha256 cd0f20e3af759ef5775da3d4d3f7e3c0ab687bc5478c6e10ef3a341fe61dd2f3
+scene aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
+size 64 48
+crop 0 0 65 48
+picture aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa

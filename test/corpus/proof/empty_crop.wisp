@@ -1,0 +1,6 @@
+wisp picture 1
+sha256 7fbe25f8ba7d9500f51f4c15a1895169fe905296b2095bee286fa1b3385baeb2
+scene aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
+size 64 48
+crop 5 5 5 9
+picture aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa

@@ -1,0 +1,7 @@
+wisp picture 1
+sha256 bb889b6ad42fcb95e94702735f8b1957f19739b5bf3018cebe94ea87c0cbc8af
+scene aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
+size 64 48
+crop 0 0 64 48
+picture aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
+exposure 0

@@ -1,0 +1,6 @@
+wisp picture 1
+sha256 6c0e5fa21cd8a02a4bb7f2f296991119298204129850a3833435185e9f578a91
+scene aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
+size 64 48
+crop 0 0 64
+picture aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa

@@ -1,0 +1,6 @@
+wisp picture 1
+sha256 6e7e5536fc2e0adb867acfd0c7b0f4215b99adf8e8ac50922c3b3d684413c3ef
+scene aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
+size 64 48
+crop 0 0 9223372036854775807 48
+picture aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa

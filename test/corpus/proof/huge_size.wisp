@@ -1,0 +1,6 @@
+wisp picture 1
+sha256 2ddc6fd6bdc8c00d51940ca823f4d9ac9abe16a2e0532b6de59467ebefdb81c7
+scene aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
+size 99999999999999999999 48
+crop 0 0 64 48
+picture aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa

@@ -1,0 +1,6 @@
+wisp picture 1
+sha256 b0b54c1c89c37e353237e963633ea33b451f8f95905a6682ec6ff530974f6a06
+scene aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
+size 65536 65536
+crop 0 0 65536 65536
+picture aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa

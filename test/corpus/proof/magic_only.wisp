@@ -1,0 +1,1 @@
+wisp picture 1

@@ -1,0 +1,7 @@
+wisp picture 1
+sha256 85a75ecb856f7c29d2184082753deb9938938b2c9144a1882be4823376cf8aa4
+scene aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
+size 64 48
+crop 0 0 64 48
+picture aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
+more

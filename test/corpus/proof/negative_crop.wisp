@@ -1,0 +1,6 @@
+wisp picture 1
+sha256 74c8f5f8f26bbfd9405bef2d8c464091248599ae51bb06ef44a22ec27512d3fe
+scene aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
+size 64 48
+crop -1 0 64 48
+picture aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa

@@ -1,0 +1,6 @@
+wisp picture 1
+sha256 d88c29308a3795098647fd4a0a4989b04d78ac170863e9f955f1a842fa9fc177
+scene aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
+size -64 48
+crop 0 0 64 48
+picture aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa

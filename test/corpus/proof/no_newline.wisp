@@ -1,0 +1,6 @@
+wisp picture 1
+sha256 74aae511e5b4ff7ee42d907a0894dc974a359634d9451218521b7a686c7c299a
+scene aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
+size 64 48
+crop 0 0 64 48
+picture aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa

@@ -1,0 +1,6 @@
+wisp picture 1
+sha256 ee76162f49a710304e3f0712486fa981814bbe68fc4a4aa4c11dee1117a90ed7
+scene aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
+size 64 48
+crop 0 0 64 48
+picture 

@@ -1,0 +1,6 @@
+wisp picture 1
+sha256 5c29347aba150606682add4940f279228f80e03ade6c04e49b496175ba2093a6
+scene aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
+size 64 48
+crop 3 4 10 40
+picture aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa

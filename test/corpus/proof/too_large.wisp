@@ -1,0 +1,6 @@
+wisp picture 1
+sha256 a11c486455385551579733554266745642e41779d3a5ada68c5d3b04b9a1b628
+scene aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
+size 65537 1
+crop 0 0 65537 1
+picture aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa

@@ -1,0 +1,6 @@
+wisp picture 1
+sha256 8af16143367edadbb143ec46b52f6a0d8a252c514dc93252b60fafa3a7064a88
+scene aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
+size 64 48
+crop 0 0 64 48
+picture aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa

@@ -1,0 +1,6 @@
+wisp picture 1
+sha256 ca064804860ff325a3bca0b3a3d99819258c08aa15bc02a5d111673bbddc0b7d
+scene aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
+size 64 48
+crop 9 9 5 5
+picture aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa

@@ -1,0 +1,6 @@
+wisp picture 1
+sha256 c9cd99dbfc17481ad07c78053249156f7799e11c34650d6ef3c294952883d9e2
+scene aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
+size a b
+crop 0 0 64 48
+picture aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa

@@ -1,0 +1,6 @@
+wisp picture 1
+sha256 a4894254cd78adb2bdb54d78475a6196bb48939940ef370f35a4c08a27826bf8
+scene aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
+size 0 48
+crop 0 0 0 48
+picture aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
