@@ -108,7 +108,7 @@ class AskedShadows {
     // The room is as it is now.
     void begin() {
         room_.build();
-        room_.shadows.method = settings_.shadows;
+        room_.shadows.method = shadow_method(room_.scene, settings_);
         room_.shadows.memory = memory_;
         Arena arena(frame_.data(), frame_.size());
         REQUIRE(begin_frame(room_.shadows, settings_, arena));
