@@ -107,7 +107,7 @@ TEST_CASE("command line: smoke and surfaces that do not go together are refused 
     cave.write_scene();
     CHECK(cave.digest("--smoke map --irradiance none --density-step 0") != "");
     cave.refuses(cave.draw("--digest --reference --passes 0:1 --shadows paper"), 2);
-    cave.write_scene("900"); // the surfaces are large, the smoke is fine
+    cave.write_scene("9000"); // the surfaces are large, the smoke is fine
     const Ran fine = cave.draw("--digest --arith fixed");
     cave.refuses(fine, 3);
     CHECK(fine.err.find("the smoke is too fine for fixed point") != std::string::npos);
