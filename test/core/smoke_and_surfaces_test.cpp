@@ -404,9 +404,12 @@ TEST_CASE(WISP_ARITH_NAME ": behind a wall in the smoke photons leave nothing, w
         CHECK(seen_at(-0.5) > 0);
         CHECK(seen_at(clear) == 0);
         CHECK(seen_at(1.2) == 0);
+        const auto truth_at = [&](double x) { return look(place, Way::reference, {x, 0.1, 4}, {0, 0, -1}, 200).red; };
+        CHECK(truth_at(0.05) == 0);
         place.materials[0].transmission = 1;
         CHECK(seen_at(clear) > 0);
         CHECK(seen_at(1.2) > 0);
+        CHECK(truth_at(0.05) > 0);
     }
 }
 

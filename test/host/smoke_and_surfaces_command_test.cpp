@@ -24,7 +24,7 @@ struct Cave : Desk {
     std::string digest(const std::string &options = "") const {
         const Ran ran = draw("--digest " + options);
         CHECK(ran.status == 0);
-        CHECK(ran.err.empty());
+        CHECK(ran.err == "");
         return ran.out;
     }
 };
@@ -39,7 +39,7 @@ TEST_CASE("command line: smoke and surfaces are one picture, by every way, in ev
         std::string of[2];
         for (const bool smoke : {true, false})
             for (const std::string arithmetic : {"--arith f32 ", "--arith f64 ", "--arith fixed "}) {
-                cave.write_scene("1.2", "", smoke ? "" : "transform 1 1 1 0 1 0 0 0 0 99\n"); // behind the camera
+                cave.write_scene("1.2", "", smoke ? "" : "transform 1 1 1 0 1 0 0 0 0 9\n"); // behind the camera
                 const std::string digest = cave.digest(arithmetic + way);
                 CHECK(lines(digest) == 1);
                 CHECK(cave.digest(arithmetic + way) == digest);
@@ -107,7 +107,7 @@ TEST_CASE("command line: smoke and surfaces that do not go together are refused 
     cave.write_scene();
     CHECK(cave.digest("--smoke map --irradiance none --density-step 0") != "");
     cave.refuses(cave.draw("--digest --reference --passes 0:1 --shadows paper"), 2);
-    cave.write_scene("900"); // the surfaces are large, the smoke is fine
+    cave.write_scene("9000"); // the surfaces are large, the smoke is fine
     const Ran fine = cave.draw("--digest --arith fixed");
     cave.refuses(fine, 3);
     CHECK(fine.err.find("the smoke is too fine for fixed point") != std::string::npos);
