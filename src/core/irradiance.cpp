@@ -210,9 +210,11 @@ Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Es
     Points points;
     if (!make_points(bricks, stride, request.flux, arena, points)) return map;
     for (uint64_t i = 0; i < points.count; ++i) points.known[i] = false;
+    // Sharpening reads two nodes beyond what is seen: where those are known must not depend on the crop.
+    const Vec3 reach = bricks.cell * Real(3 * stride);
     for (uint32_t b = 0; b < bricks.count; ++b) {
         const Vec3 low = low_of(bricks, b);
-        const bool seen = request.view.may_see({low, low + bricks.lattice.edge});
+        const bool seen = request.view.may_see({low - reach, low + bricks.lattice.edge + reach});
         for (uint32_t k = 0; k < points.nodes; ++k) {
             const Cell at = cell_of_index(points.along, k), node = {at.x * stride, at.y * stride, at.z * stride};
             const uint64_t here = uint64_t{b} * points.nodes + k;

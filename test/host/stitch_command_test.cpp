@@ -47,7 +47,8 @@ TEST_CASE("stitch command: a picture in 2, 3 and 7 parts is that of one run, as 
     uint32_t state = 5;
     for (const std::string &command :
          {surfaces, surfaces + " --arith f64 --shadows exact", surfaces + " --arith fixed", particles,
-          particles + " --irradiance adaptive --arith fixed", smoke + "--smoke map --irradiance none",
+          particles + " --irradiance adaptive --arith fixed", smoke + "--smoke map", smoke + "--smoke volume",
+          smoke + "--smoke direct --irradiance adaptive", smoke + "--smoke map --irradiance none",
           smoke + "--smoke direct --irradiance none", smoke + "--reference --passes 0:2 --arith fixed"}) {
         CAPTURE(command);
         REQUIRE(desk.wisp(command + " -o " + desk.file("one.pfm") + " -o " + desk.file("one.png")).status == 0);
