@@ -5,6 +5,7 @@
 #include "temporary_folder.h"
 #include <doctest/doctest.h>
 #include <fstream>
+#include <map>
 #include <sstream>
 
 using namespace wisp;
@@ -60,21 +61,25 @@ TEST_CASE("f32 and fixed are within a thousandth of f64") {
     // way (one in some hundred of those with many collisions), so the pictures differ as those of other seeds do, by
     // far less: that is counted apart.
     const Studio studio;
+    std::map<std::string, Picture> known;
+    const auto in_f64 = [&](const std::string &scene) -> const Picture & {
+        const auto found = known.find(scene);
+        return found != known.end() ? found->second : known[scene] = studio.render(scene, "f64");
+    };
     for (const Golden &golden : goldens()) {
         if (golden.arithmetic == "f64") continue;
         CAPTURE(golden.scene);
         CAPTURE(golden.arithmetic);
         const std::string single = golden.scene + " --photons 0", other_seed = golden.scene + " --seed 2";
         const bool paths = golden.scene.find("--reference") != std::string::npos; // they diverge as photons do
-        if (!paths)
-            CHECK(compare(studio.render(single, golden.arithmetic), studio.render(single, "f64")).relative_rmse < 1e-3);
+        if (!paths) CHECK(compare(studio.render(single, golden.arithmetic), in_f64(single)).relative_rmse < 1e-3);
         if (golden.scene.find("surfaces.aff") == 0) continue; // nothing there is drawn by lot
-        const Picture exact = studio.render(golden.scene, "f64");
+        const Picture &exact = in_f64(golden.scene);
         // Photons of resampled smoke start by sums over all nodes, whose last digits move some (a tenth in fixed point)
         // to another node.
         const bool resampled = !paths && golden.scene.find("--smoke direct") == std::string::npos &&
                                golden.scene.find("--deposit") == std::string::npos;
-        const double noise = compare(studio.render(other_seed, "f64"), exact).relative_rmse;
+        const double noise = compare(in_f64(other_seed), exact).relative_rmse;
         CHECK(compare(studio.render(golden.scene, golden.arithmetic), exact).relative_rmse <
               (resampled ? 0.4 : 0.1) * noise);
     }

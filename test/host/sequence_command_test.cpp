@@ -148,7 +148,7 @@ TEST_CASE("sequence command: a frame is kept only for the same scene, options an
     Reel desk;
     CHECK(desk.kept() == 0);
     for (const std::string option : {"--arith f64", "--arith fixed", "--size 81x60", "--spp 2", "--depth 3",
-                                     "--shadows exact", "--lights cuts", "--seed 2", "--frame-count 6 --frames 1:3"}) {
+                                     "--shadows trace", "--lights cuts", "--seed 2", "--frame-count 6 --frames 1:3"}) {
         CAPTURE(option);
         CHECK(desk.kept(option) == 0);
         CHECK(desk.kept(option) == (option.find("frames") == std::string::npos ? 5 : 3));
