@@ -159,7 +159,7 @@ TEST_CASE("sequence command: a frame is kept only for the same scene, options an
     CHECK(desk.kept("--exposure 1") == 5);
     CHECK(desk.kept() == 0);
     // What changes no pixel.
-    for (const std::string option : {"--memory 1G", "--progress never", "--shadows trace", "--frame-count 5"})
+    for (const std::string option : {"--memory 1G", "--progress never", "--shadows exact", "--frame-count 5"})
         CHECK(desk.kept(option) == 5);
     const std::string tiles = text_of(desk.file("tiles.ppm")), still = text_of(desk.file("still.aff"));
     desk.write("still.aff", "# a comment\n" + still);
