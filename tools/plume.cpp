@@ -2,11 +2,11 @@
 // particles that it carries (plume_particles.h), and writes frames as legacy VTK files.
 // The same options give the same bytes on every machine.
 #include "plume_particles.h"
+#include "vtk_writer.h"
 #include "host/error.h"
 #include "host/files.h"
 #include "host/options.h"
 #include <cstdio>
-#include <cstring>
 #include <new>
 #include <string>
 
@@ -93,33 +93,16 @@ Request parse(const std::vector<std::string> &words) {
     return request;
 }
 
-// ---- Legacy VTK: a line of text in front of each array of big-endian values.
-
-void append(Bytes &bytes, const std::string &text) { bytes.insert(bytes.end(), text.begin(), text.end()); }
-void append(Bytes &bytes, uint32_t word) {
-    for (int shift = 24; shift >= 0; shift -= 8) bytes.push_back(static_cast<uint8_t>(word >> shift));
-}
-void append(Bytes &bytes, double value) {
-    const float rounded = static_cast<float>(value);
-    uint32_t bits;
-    std::memcpy(&bits, &rounded, sizeof bits);
-    append(bytes, bits);
-}
-void append(Bytes &bytes, const Vec3 &v) {
-    for (int axis = 0; axis < 3; ++axis) append(bytes, v[axis]);
-}
-
 Bytes vtk_bytes(const Smoke &smoke, const Velocity &air) {
     const uint32_t count = static_cast<uint32_t>(smoke.position().size());
     const std::string n = std::to_string(count);
-    Bytes bytes;
-    append(bytes, "# vtk DataFile Version 4.1\nwisp plume\nBINARY\nDATASET POLYDATA\nPOINTS " + n + " float\n");
-    for (const Vec3 &p : smoke.position()) append(bytes, p);
+    Bytes bytes = vtk_head("wisp plume", count);
+    for (const Vec3 &p : smoke.position()) append_position(bytes, p);
     append(bytes, "\nVERTICES 1 " + std::to_string(count + 1) + "\n"); // one cell, so that viewers draw the points
     append(bytes, count);
     for (uint32_t i = 0; i < count; ++i) append(bytes, i);
     append(bytes, "\nPOINT_DATA " + n + "\nVECTORS velocity float\n");
-    for (uint32_t i = 0; i < count; ++i) append(bytes, smoke.velocity(i, air));
+    for (uint32_t i = 0; i < count; ++i) append_position(bytes, smoke.velocity(i, air));
     append(bytes, "\nSCALARS density float 1\nLOOKUP_TABLE default\n");
     for (const double density : smoke.density()) append(bytes, density);
     append(bytes, std::string("\n"));

@@ -8,14 +8,13 @@
 // project's own sine alone: the same options give the same bytes on every machine.
 #include "host/double3.h"
 #include "host/error.h"
-#include "host/files.h"
 #include "host/motion.h"
 #include "host/options.h"
 #include "host/prepare.h"
 #include "wisp/elementary.h"
 #include "wisp/random.h"
+#include "vtk_writer.h"
 #include <cstdio>
-#include <cstring>
 #include <string>
 #include <vector>
 
@@ -66,19 +65,9 @@ Double3 air_at(const Double3 &p, double time) {
     return v;
 }
 
-void append(Bytes &bytes, const std::string &text) { bytes.insert(bytes.end(), text.begin(), text.end()); }
-void append(Bytes &bytes, double x) { // big-endian
-    const float single = static_cast<float>(x);
-    uint32_t word;
-    std::memcpy(&word, &single, sizeof word);
-    for (int shift = 24; shift >= 0; shift -= 8) bytes.push_back(static_cast<unsigned char>(word >> shift));
-}
 Bytes vtk_bytes(const std::vector<Particle> &smoke) {
-    Bytes bytes;
-    append(bytes, "# vtk DataFile Version 4.1\nwisp wake\nBINARY\nDATASET POLYDATA\nPOINTS " +
-                      std::to_string(smoke.size()) + " float\n");
-    for (const Particle &particle : smoke)
-        for (const double x : {particle.at.x, particle.at.y, particle.at.z}) append(bytes, x);
+    Bytes bytes = vtk_head("wisp wake", smoke.size());
+    for (const Particle &particle : smoke) append_position(bytes, particle.at);
     append(bytes, std::string("\n"));
     return bytes;
 }

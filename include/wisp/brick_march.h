@@ -17,5 +17,6 @@ struct BrickMarcher {
 // As the other `march`: steps lie at the same places along the ray, and those outside of bricks are passed over. Depths
 // are kept, and transmittances of steps multiplied in groups of eight.
 Through march(BrickMarcher &marcher, const Ray &ray, Real end);
+Through march(Heard<BrickMarcher> &marcher, const Ray &ray, Real end);
 
 } // namespace wisp::WISP_ARITH

@@ -45,7 +45,7 @@ Real finest_length(const Scene &scene);
 Bricks make_bricks(const Scene &scene, double lengths, Arena &arena);
 
 // The cells of a grid are cut in so many along each edge: where a trilinear field is resampled nothing is lost.
-constexpr int32_t parts_within(double lengths) { return lengths > 0.75 ? 1 : 2; }
+constexpr int32_t parts_within(double lengths) { return order_of(lengths) > order_of(0.75) ? 1 : 2; }
 
 struct BrickPlan {
     uint64_t count; // of bricks, at most

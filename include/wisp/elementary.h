@@ -27,6 +27,13 @@ template <class T> constexpr T inv_four_pi = T(0.0795774715459476678844);
 
 template <class T> constexpr T min(T a, T b) { return b < a ? b : a; }
 template <class T> constexpr T max(T a, T b) { return a < b ? b : a; }
+// int32_t is `long` on some machines of 32 bits, and then not the type of a literal.
+template <class A, class B>
+using SameInteger = std::enable_if_t<!std::is_same_v<A, B> && std::is_integral_v<A> && std::is_integral_v<B> &&
+                                         sizeof(A) == sizeof(B) && std::is_signed_v<A> == std::is_signed_v<B>,
+                                     A>;
+template <class A, class B> constexpr SameInteger<A, B> min(A a, B b) { return b < a ? static_cast<A>(b) : a; }
+template <class A, class B> constexpr SameInteger<A, B> max(A a, B b) { return a < b ? static_cast<A>(b) : a; }
 
 constexpr float abs(float x) { return __builtin_fabsf(x); }
 constexpr double abs(double x) { return __builtin_fabs(x); }
@@ -34,7 +41,9 @@ constexpr Fixed abs(Fixed x) { return x < Fixed(0) ? -x : x; }
 
 // The nearest T; in Fixed what lies outside [-2^31, 2^31) becomes the limit on its side, without a trap.
 template <class T> constexpr T to_real(double x) { return static_cast<T>(x); }
-template <> constexpr Fixed to_real(double x) { return Fixed::from_raw(detail::raw_from_double(x).raw); }
+template <> constexpr Fixed to_real(double x) { return Fixed::from_raw(detail::raw_from_float(x).raw); }
+template <class T> constexpr T to_real(float x) { return static_cast<T>(x); }
+template <> constexpr Fixed to_real(float x) { return Fixed::from_raw(detail::raw_from_float(x).raw); }
 
 namespace detail {
 template <class Float> constexpr Float fixed_to_float(Fixed x, int exponent) {

@@ -14,13 +14,21 @@
 #if defined(__SIZEOF_INT128__) && !defined(__wasm__) // on wasm a 128-bit product costs four times the portable one
 #define WISP_NATIVE_INT128
 #endif
-// Targets with an FPU for double.
-#if defined(__SSE2__) || defined(__aarch64__) || defined(__wasm__) || defined(__powerpc64__) || defined(__s390x__) ||  \
-    (defined(__ARM_FP) && (__ARM_FP & 8)) || (defined(__riscv_flen) && __riscv_flen >= 64)
+// Targets with an FPU for double, unless the build does without.
+#if !defined(WISP_INTEGERS) &&                                                                                         \
+    (defined(__SSE2__) || defined(__aarch64__) || defined(__wasm__) || defined(__powerpc64__) || defined(__s390x__) || \
+     (defined(__ARM_FP) && (__ARM_FP & 8)) || (defined(__riscv_flen) && __riscv_flen >= 64))
 #define WISP_HARDWARE_DOUBLE
 #endif
 
 namespace wisp {
+
+// Where doubles save time in fixed point, integers find the same bits without them.
+#ifdef WISP_HARDWARE_DOUBLE
+constexpr bool hardware_double = true;
+#else
+constexpr bool hardware_double = false;
+#endif
 
 #ifdef WISP_TRAP
 // Called when a Fixed leaves its range or divides by zero. The test program defines it, and throws in it.
@@ -248,14 +256,14 @@ template <class Float> constexpr Float nearest_float(bool negative, uint64_t mag
 }
 
 // x in units of 2^-32; infinities and NaN saturate too.
-constexpr Saturated raw_from_double(double x) {
-    const uint64_t bits = to_bits(x);
-    const bool negative = (bits >> 63) != 0;
-    const int field = static_cast<int>((bits >> 52) & 0x7ff);
-    const int64_t fraction = static_cast<int64_t>(bits & 0xfffffffffffff);
-    const int64_t mantissa = field == 0 ? fraction : fraction | (int64_t{1} << 52);
-    const int exponent = (field == 0 ? 1 : field) - 1075 + 32;
-    return scale(negative ? -mantissa : mantissa, exponent);
+template <class Float> constexpr Saturated raw_from_float(Float x) {
+    using Format = FloatFormat<Float>;
+    const uint64_t bits = to_bits(x), magnitude = bits & (Format::infinity | (Format::infinity - 1));
+    const int field = static_cast<int>(magnitude >> Format::fraction_bits);
+    const int64_t leading = int64_t{1} << Format::fraction_bits;
+    const int64_t fraction = static_cast<int64_t>(magnitude) & (leading - 1);
+    const int64_t mantissa = field == 0 ? fraction : fraction | leading;
+    return scale(bits != magnitude ? -mantissa : mantissa, (field == 0 ? 0 : field - 1) + Format::min_exponent + 32);
 }
 template <class Integer> constexpr Saturated raw_from_integer(Integer i) {
     int64_t raw = 0;
@@ -277,7 +285,7 @@ struct Fixed {
     template <class Integer, class = std::enable_if_t<std::is_integral<Integer>::value>>
     constexpr explicit Fixed(Integer i) : raw_(detail::checked(detail::raw_from_integer(i))) {}
     // The nearest Fixed: for constants. For values of run time that may not fit there is to_real.
-    constexpr explicit Fixed(double x) : raw_(detail::checked(detail::raw_from_double(x))) {}
+    constexpr explicit Fixed(double x) : raw_(detail::checked(detail::raw_from_float(x))) {}
 
     static constexpr Fixed from_raw(int64_t raw) {
         Fixed x(0);

@@ -11,8 +11,7 @@
 //
 //   along   away from the light, along an axis: a light amid the triangles has a cube of six faces; one far from them a
 //           single face, along the axis that is nearest to its way to them
-//   across  along the next two axes, less along * slope (the way's), times gain, which is such that all triangles lie
-//   in
+//   across  along the next two axes, less along * slope (the way's), times gain, such that all triangles lie in
 //           -along to along, for a parallel light in -reach to reach; a cube's slopes are 0, its gains 1
 //
 // So the cells are those of across / along, and a parallel light is one before which all points lie `reach` away. A ray

@@ -21,17 +21,12 @@ struct LocalCell {
     uint32_t word;
 };
 
-struct LocalLight {
-    Light light; // as it was when its cells asked
-    ShaftLattice lattice;
-};
-
 struct LocalShadows {
     uint32_t light_count;
     int exponent; // of the octrees' steps
     LatticePoint low;
     int64_t edge; // of the root; 0: before the first frame
-    LocalLight *lights;
+    ShaftLight *lights;
     LocalCell *cells; // the roots of the lights, then eights
     uint32_t *lists;
     uint32_t cell_count, list_words;

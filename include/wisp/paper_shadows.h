@@ -10,8 +10,7 @@
 // - A ray that asks moving triangles alone is a culled one: what it meets is not added to the shadow mode.
 // - A hit is a hit, whether of what is still or what moves: a shadow of something that has moved on may stay.
 // - What is known of a light that is not where it was in the frame before is forgotten, and triangles begin anew: a
-// mode
-//   that a frame's first ray has set would be taken for the whole triangle's by the second.
+//   mode that a frame's first ray has set would be taken for the whole triangle's by the second.
 // - Lights beyond the fifteenth have no bits: their rays are traced.
 #pragma once
 #include "wisp/mode_word.h"

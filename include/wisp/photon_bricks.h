@@ -31,9 +31,30 @@ BrickPhotonPlan plan_brick_photons(const Scene &scene, const Settings &settings,
 // Flights no longer than `longest` of which the sums hold any one's.
 uint64_t most_brick_flights(Real longest);
 
+// One thing that photons start from: a light's first collisions, or the glow of a smoke.
+struct PhotonSource {
+    uint32_t light; // or that many lights and more: a smoke
+    uint32_t smoke;
+    Color color;    // per unit of brightness
+    Real brightest; // its largest channel
+};
+
+// Where photons start, whatever their number and whatever stands in their way.
+struct PhotonStarts {
+    const PhotonSource *sources;
+    uint32_t source_count;
+    const Real *rate;       // by brick: tentative collisions per unit of length
+    int32_t shift;          // brightness is times 2^shift: in fixed point that of a thin smoke keeps its digits
+    Real greatest;          // of all nodes' brightness
+    const uint64_t *before; // by source and brick: the weights before; one more at the end
+};
+// False: the arena was too small. `depths`: to all lights, over the medium's bricks.
+bool make_photon_starts(const Scene &scene, const Medium &medium, const LightDepths &depths, Arena &arena,
+                        PhotonStarts &starts);
+
 // Adds what the photons of `batches` leave, none perhaps, to `sums`, and makes `deposits` of those as if all were
-// there. `depths`: to all lights, over the medium's bricks.
-Status trace_brick_photons(const Scene &scene, const Medium &medium, const LightDepths &depths,
+// there.
+Status trace_brick_photons(const Medium &medium, const LightDepths &depths, const PhotonStarts &starts,
                            const Settings &settings, const PhotonNeeds &needs, int32_t stride, const Batches &batches,
                            const Observer &observer, Arena &arena, MapSums &sums, Statistics &statistics,
                            BrickDeposits &deposits);

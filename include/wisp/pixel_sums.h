@@ -33,4 +33,11 @@ inline void add_sample(PixelSums::Channel &channel, Fixed sample) {
 }
 inline void add_sample(PixelSums::Channel &channel, double sample) { add_sample(channel, to_real<Fixed>(sample)); }
 
+inline double to_double(const WideSum &sum) {
+    return scale_pow2(static_cast<double>(sum.high), 64) + static_cast<double>(sum.low);
+}
+
+// A pixel's value from a mean of its samples as they are summed, whose unit was 2^exponent.
+inline float radiance_of(double mean, int exponent) { return to_float_scaled(mean, exponent - 32); }
+
 } // namespace wisp

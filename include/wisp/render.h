@@ -1,6 +1,7 @@
 // The core's door: what a scene needs, and its picture, in any of the three arithmetics.
 #pragma once
 #include "wisp/arena.h"
+#include "wisp/journal.h"
 #include "wisp/pixel_sums.h"
 #include "wisp/random.h"
 #include "wisp/scene.h"
@@ -63,13 +64,14 @@ struct Plan {
     } bytes;
 };
 
-// What lives from frame to frame, at the beginning of the arena: trees of triangles that never change their form, and
-// what the way of finding shadows has learnt. The caller keeps it beside its arena, and gives both to the next frame of
-// the same scene and settings; nothing is kept at first, and nothing of a scene without triangles.
+// What lives from frame to frame, at the beginning of the arena: trees of triangles that never change their form, what
+// the way of finding shadows has learnt, and the resampled smoke with its light. The caller keeps it
+// beside its arena, and gives both to the next frame of the same scene and settings; nothing is kept at first.
 struct Kept {
-    void *surfaces, *shadows;
+    void *surfaces, *shadows, *smoke;
     uint32_t lights; // as many as the scene had
-    size_t end;      // of its memory
+    size_t surfaces_end, smoke_end;
+    bool same_smoke; // the caller knows: smoke and lights are bit for bit those of the frame before
 };
 
 // `plan` adds no more than a few operations a particle; `render` fills `rgb` with (x1 - x0) * (y1 - y0) linear
@@ -81,13 +83,17 @@ struct Kept {
 // to the sums, and to the counters. Sums of all batches together are those that `render` traces. Unless the status is
 // done, what is in the sums is of no use.
 //
+// The rays of one pixel of the crop are told to a `journal`. Pixels before it in the crop are rendered first, so the
+// shadows that it tells are decided by what those have taught; a crop of the pixel alone is the quickest.
+//
 // With settings.reference, `render_reference` takes its place: it adds the samples of the passes to the crop's `sums`,
 // top row first; a sample's unit is 2^scene.radiance_exponent.
 #define WISP_DECLARE_ENTRY(arithmetic)                                                                                 \
     namespace arithmetic {                                                                                             \
     Plan plan(const Scene &scene, const Settings &settings);                                                           \
     Status render(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer, float *rgb,    \
-                  Statistics &statistics, MapSums *sums = nullptr, Kept *kept = nullptr);                              \
+                  Statistics &statistics, MapSums *sums = nullptr, Kept *kept = nullptr,                               \
+                  const Journal *journal = nullptr);                                                                   \
     Status trace_map(const Scene &scene, const Settings &settings, const Batches &batches, Arena &arena,               \
                      const Observer &observer, MapSums &sums, Statistics &statistics);                                 \
     Status render_reference(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer,      \

@@ -9,13 +9,14 @@
 //   file gives the same picture.
 // Coordinates must lie within +-coordinate_limit; the caller refuses a scene that does not.
 #pragma once
-#include <cstdint>
+#include "wisp/double_bits.h"
 
 namespace wisp {
 
 struct Double3 {
     double x, y, z;
 };
+inline bool any_above_zero(const Double3 &v) { return order_of(v.x) > 0 || order_of(v.y) > 0 || order_of(v.z) > 0; }
 
 constexpr double coordinate_limit = 8192; // squares of distances stay below 2^31, the range of Fixed
 
@@ -139,7 +140,8 @@ inline bool is_aligned_grid(const Scene &scene) {
         ++smokes;
         if (scene.smokes[i].is_grid()) grid = &scene.smokes[i].grid;
     }
-    return smokes == 1 && grid && grid->axis[0].x == 1 && grid->axis[1].y == 1 && grid->axis[2].z == 1;
+    return smokes == 1 && grid && order_of(grid->axis[0].x) == order_of(1.0) &&
+           order_of(grid->axis[1].y) == order_of(1.0) && order_of(grid->axis[2].z) == order_of(1.0);
 }
 
 // Whether the scene's smoke can be resampled to a lattice along the axes (S4-1): particles, or such a grid.

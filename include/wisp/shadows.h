@@ -58,6 +58,22 @@ inline bool is_shadowed(Shadows *shadows, uint32_t light, const Vec3 &x, const I
 // The same where it is known that nothing still is in the way, without a test.
 bool is_shadowed_by_moving_alone(Shadows &shadows, const ShadowQuery &query);
 
+// By a ray, counted as traced: as those of surfaces.h.
+inline bool is_blocked(const Shadows &shadows, const ShadowQuery &query) {
+    const Surfaces &surfaces = *shadows.surfaces;
+    return is_blocked(surfaces, query.ray, surfaces.skin, query.end, query.triangle, shadows.statistics->shadow.traced);
+}
+inline bool is_blocked_by_still(const Shadows &shadows, const ShadowQuery &query, uint32_t &occluder) {
+    const Surfaces &surfaces = *shadows.surfaces;
+    return is_blocked_by_still(surfaces, query.ray, surfaces.skin, query.end, query.triangle, occluder,
+                               shadows.statistics->shadow.traced);
+}
+inline bool is_blocked_by_moving(const Shadows &shadows, const ShadowQuery &query) {
+    const Surfaces &surfaces = *shadows.surfaces;
+    return is_blocked_by_moving(surfaces, query.ray, surfaces.skin, query.end, query.triangle,
+                                shadows.statistics->shadow.traced);
+}
+
 // Whether shadows of the one light are those of the other.
 inline bool same_shadows(const Light &a, const Light &b) {
     return a.kind == b.kind && a.position == b.position && a.direction == b.direction &&

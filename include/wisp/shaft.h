@@ -42,7 +42,17 @@ int still_exponent(const TriangleTree &still);              // where lights are 
 int exponent_for(const TriangleTree &still, Real farthest); // where other coordinates are up to this
 int light_exponent(const TriangleTree &still, const Light &light);
 
+// A light, and the lattice of its shafts: those of the frame that was asked of last.
+struct ShaftLight {
+    Light light;
+    ShaftLattice lattice;
+};
+// Takes the light of this frame; false: its shadows are what they were. `known`: there was a frame before.
+bool follow_light(ShaftLight &light, const Shadows &shadows, uint32_t number, bool known);
+
 LatticePoint lattice_point(const Vec3 &p, int exponent); // rounded down
+// Whether a point has one, of the lattice where lights are not considered.
+bool is_on_lattice(const TriangleTree &still, const Vec3 &p);
 
 class Shaft {
   public:

@@ -18,7 +18,7 @@ struct Smoke {
 
 // All smokes of a scene. Their densities add; a photon collides with the nearest of their collisions.
 struct Medium {
-    const Smoke *smokes;
+    Smoke *smokes;
     uint32_t count;
     const Bricks *bricks;               // to which the densities are resampled; nullptr where they are exact
     Box bounds;                         // of all supports; empty without particles

@@ -210,9 +210,14 @@ inline bool on_a_line(Fixed ax, Fixed ay, Fixed bx, Fixed by, Fixed cx, Fixed cy
 
 namespace WISP_ARITH {
 
+// The axis of the component that is largest in magnitude; of equal ones the last.
+inline uint32_t largest_axis(const Vec3 &v) {
+    const Real x = abs(v.x), y = abs(v.y), z = abs(v.z);
+    return x > y ? (x > z ? 0 : 2) : (y > z ? 1 : 2);
+}
+
 inline TriangleRay::TriangleRay(const Vec3 &origin_, const Vec3 &direction_) : origin(origin_), direction(direction_) {
-    const Real size_x = abs(direction.x), size_y = abs(direction.y), size_z = abs(direction.z);
-    z = size_x > size_y ? (size_x > size_z ? 0 : 2) : (size_y > size_z ? 1 : 2);
+    z = largest_axis(direction);
     x = z == 2 ? 0 : z + 1;
     y = x == 2 ? 0 : x + 1;
     shear_x = detail::shear_of(direction[static_cast<int>(x)], direction[static_cast<int>(z)]);

@@ -9,9 +9,7 @@
 
 namespace wisp::WISP_ARITH {
 
-struct VoxelLight {
-    Light light; // as it was when the voxels asked
-    ShaftLattice lattice;
+struct VoxelLight : ShaftLight {
     uint32_t *state; // of each voxel: what is known, or the one triangle that may stop rays
 };
 

@@ -37,5 +37,6 @@ struct Whitted {
 
 // Radiance along a camera ray.
 Color trace(const Whitted &tracer, const Ray &ray);
+Color trace(const Heard<Whitted> &tracer, const Ray &ray);
 
 } // namespace wisp::WISP_ARITH

@@ -22,14 +22,11 @@ uint32_t body_lights_of(const Scene &scene) {
     return scene.body_count ? std::min(scene.light_count, most_body_lights / scene.body_count) : 0;
 }
 
-int largest_axis(const Vec3 &v) {
-    const Real x = abs(v.x), y = abs(v.y), z = abs(v.z);
-    return x > y ? (x > z ? 0 : 2) : (y > z ? 1 : 2);
-}
 struct Axes {
     int a, b, c;
 };
-Axes axes_from(int a) {
+Axes axes_from(uint32_t first) {
+    const int a = static_cast<int>(first);
     const int b = a == 2 ? 0 : a + 1;
     return {a, b, b == 2 ? 0 : b + 1};
 }
@@ -49,7 +46,7 @@ Real quotient(Real x, Real a) { return x >= a ? Real(1) : x <= -a ? Real(-1) : x
 
 // The rectangle of a box on a side of the light's cube; false: it is not there.
 bool rectangle_on_side(const Light &light, uint32_t side, const Box &box, Rectangle &rectangle) {
-    const Axes axes = axes_from(static_cast<int>(side / 2));
+    const Axes axes = axes_from(side / 2);
     Vec3 low = box.low - light.position - Vec3(beside), high = box.high - light.position + Vec3(beside);
     if (side % 2 == 1) std::swap(low, high), low = -low, high = -high;
     const int across[2] = {axes.b, axes.c};
@@ -104,8 +101,8 @@ Steps steps_of(const LightRaster &raster, const Rectangle &rectangle) {
     for (int i = 0; i < 2; ++i) {
         const Real from = (rectangle.low[i] - raster.low[i]) * raster.steps[i],
                    to = (rectangle.high[i] - raster.low[i]) * raster.steps[i];
-        steps.first[i] = std::min(std::max(floor_to_int(from - rim), 0), end);
-        steps.last[i] = std::min(std::max(floor_to_int(to + rim), 0), end);
+        steps.first[i] = min(max(floor_to_int(from - rim), 0), end);
+        steps.last[i] = min(max(floor_to_int(to + rim), 0), end);
     }
     return steps;
 }
@@ -182,7 +179,7 @@ const uint32_t *find_step(const BodyShadows &bodies, const Light &light, const S
     for (int i = 0; i < 2; ++i) {
         const Real at = (place[i] - raster.low[i]) * raster.steps[i];
         if (at < -rim || at > Real(end) + rim) return nullptr;
-        step[i] = std::min(std::max(floor_to_int(at), 0), end - 1);
+        step[i] = min(max(floor_to_int(at), 0), end - 1);
     }
     return raster.starts + static_cast<uint32_t>(step[1] * end + step[0]);
 }
@@ -262,7 +259,7 @@ bool is_blocked_by_moving(const BodyShadows &bodies, const Shadows &shadows, con
     asked = surfaces.morph_count > 0;
     if (query.light >= bodies.raster_lights) {
         asked = asked || surfaces.group_count > 0;
-        return is_blocked_by_moving(surfaces, query.ray, surfaces.skin, query.end, query.triangle, counts);
+        return is_blocked_by_moving(shadows, query);
     }
     if (is_blocked_by_morphs(surfaces, query.ray, surfaces.skin, query.end, query.triangle, counts)) return true;
     const uint32_t *step = find_step(bodies, shadows.lights[query.light], query);

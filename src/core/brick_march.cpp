@@ -9,6 +9,7 @@ namespace {
 // A group of steps of one ray. Lanes behind the last and outside of bricks have no length.
 struct Group {
     int32_t step[lanes];
+    Real begin;  // of the march, from the ray's origin
     Lanes t, dx; // middles, and lengths
     LanePoints points;
 };
@@ -26,6 +27,15 @@ WISP_VISITOR void add(LaneColor &color, const Lanes &amount, const Color &value)
         color.blue[l] += amount[l] * value.z;
     }
 }
+// The same of the light that is scattered, by a smoke's extinctions and its albedo.
+WISP_VISITOR void add(LaneColor &color, const Lanes &extinction, const LaneColor &scattered, const Color &albedo) {
+    for (uint32_t l = 0; l < lanes; ++l) {
+        color.red[l] += extinction[l] * (albedo.x * scattered.red[l]);
+        color.green[l] += extinction[l] * (albedo.y * scattered.green[l]);
+        color.blue[l] += extinction[l] * (albedo.z * scattered.blue[l]);
+    }
+}
+inline Color color_of(const LaneColor &color, uint32_t l) { return Color(color.red[l], color.green[l], color.blue[l]); }
 
 // What the brightest channel of a light sends to each step, before any smoke, and whither.
 struct LaneLight {
@@ -64,22 +74,56 @@ WISP_VISITOR void illuminate_group(const Light &light, const Ray &ray, const Gro
     if (nearest < near) illuminate_each(light, ray, group, lit);
 }
 
+// Each step's entry of a light, where it is heard.
+template <bool heard> struct LaneNotes {
+    template <class Ask> bool is_blocked(uint32_t, const Statistics &, Ask &&ask) { return ask(); }
+};
+template <> struct LaneNotes<true> {
+    template <class Ask> bool is_blocked(uint32_t lane, const Statistics &statistics, Ask &&ask) {
+        const Statistics before = statistics;
+        const bool blocked = ask();
+        tell_answer(entry[lane], before, statistics, blocked);
+        return blocked;
+    }
+    // The smoke has the extinctions `here`, and scatters `p` of the light's brightest channel.
+    void tell_lanes(const Journal &journal, const Light &light, const Color &color, const Ray &ray, const Group &group,
+                    const LaneLight &lit, const Lanes &tau, const Color &albedo, const Lanes &here, const Lanes &p) {
+        for (uint32_t l = 0; l < lanes; ++l) {
+            if (!(here[l] > Real(0))) continue;
+            const Vec3 x = ray.origin + ray.direction * group.t[l];
+            const Real depth = max(Real(0), tau[l]);
+            entry[l].step = group.step[l];
+            entry[l].faces = true;
+            entry[l].direction = told(Vec3(lit.x[l], lit.y[l], lit.z[l]));
+            entry[l].distance = to_double(illuminate(light, x, x, x).distance);
+            entry[l].irradiance = told(color * lit.irradiance[l]);
+            entry[l].optical_depth = to_double(depth);
+            entry[l].transmittance = to_double(exp(-depth));
+            entry[l].contribution = told(albedo * color * (here[l] * p[l]));
+            tell(journal, entry[l]);
+        }
+    }
+    JournalEntry::Light entry[lanes] = {};
+};
+
 // What surfaces leave of a light's share in each step.
+template <bool heard>
 void shade(const BrickMarcher &marcher, const Light &light, uint32_t number, const Ray &ray, const Group &group,
-           Lanes &share) {
+           Lanes &share, LaneNotes<heard> &notes) {
     for (uint32_t l = 0; l < lanes; ++l) {
         if (!(group.dx[l] > Real(0)) || !(share[l] > Real(0))) continue;
         const Vec3 x = ray.origin + ray.direction * group.t[l];
-        if (is_shadowed(marcher.shadows, number, x, illuminate(light, x, x, x))) share[l] = Real(0);
+        const auto is_blocked = [&] { return is_shadowed(marcher.shadows, number, x, illuminate(light, x, x, x)); };
+        if (notes.is_blocked(l, *marcher.statistics, is_blocked)) share[l] = Real(0);
     }
 }
 
-// sum of p L from all sides: of the lights after the smoke before them, and of the irradiance map.
-WISP_VISITOR void gather_light(const BrickMarcher &marcher, const Smoke &smoke, const Ray &ray, const Group &group,
-                               LaneColor &scattered) {
+// sum of p L of the lights, after the smoke before them. `here` are the smoke's extinctions.
+template <class M>
+WISP_VISITOR void gather_lights(const M &marcher, const Smoke &smoke, const Ray &ray, const Group &group,
+                                const Lanes &here, LaneColor &scattered) {
     const LightDepths &depths = *marcher.depths;
     const Vec3 out = -ray.direction;
-    set(scattered, Color(Real(0)));
     if (depths.light_count > 0) {
         LanePlaces at;
         find_places(group.points, depths.stride, static_cast<int32_t>(depths.light_count), at);
@@ -98,11 +142,27 @@ WISP_VISITOR void gather_light(const BrickMarcher &marcher, const Smoke &smoke, 
             else
                 for (uint32_t l = 0; l < lanes; ++l) p[l] = smoke.phase(Vec3(lit.x[l], lit.y[l], lit.z[l]), out);
             for (uint32_t l = 0; l < lanes; ++l) p[l] *= lit.irradiance[l] * exp(-max(Real(0), tau[l]));
-            if (marcher.shadows) shade(marcher, from, light, ray, group, p);
+            LaneNotes<is_heard<M>> notes;
+            if (marcher.shadows) shade(marcher, from, light, ray, group, p, notes);
             if (brightest > Real(0)) add(scattered, p, from.color / brightest);
+            if constexpr (is_heard<M>) {
+                for (JournalEntry::Light &entry : notes.entry) {
+                    entry.light = light;
+                    entry.smoke = static_cast<uint32_t>(&smoke - marcher.medium->smokes);
+                }
+                if (brightest > Real(0))
+                    notes.tell_lanes(*marcher.journal, from, from.color / brightest, ray, group, lit, tau, smoke.albedo,
+                                     here, p);
+            }
             for (uint32_t l = 0; l < lanes; ++l) at.node[l] += nodes;
         }
     }
+}
+
+// The same of the irradiance map.
+WISP_VISITOR void gather_scattered(const BrickMarcher &marcher, const Smoke &smoke, const Ray &ray, const Group &group,
+                                   LaneColor &scattered) {
+    const Vec3 out = -ray.direction;
     if (!marcher.irradiance) return;
     const Irradiance &map = *marcher.irradiance;
     int32_t first[lanes], stride[lanes], exponent[lanes];
@@ -160,8 +220,14 @@ inline Real mean_transmittance_of(Real s, Real e) {
     return s < Real(0.125) ? series : quotient;
 }
 
-WISP_WIDE void march_group(const BrickMarcher &marcher, const Ray &ray, const BrickRay &in_bricks, Real length,
-                           Group &group, Progress &so_far) {
+// What is heard of a group: the parts of its sources.
+struct LaneParts {
+    LaneColor single, multiple, emission;
+};
+
+template <class M>
+WISP_VISITOR void march_lanes(const M &marcher, const Ray &ray, const BrickRay &in_bricks, Real length, Group &group,
+                              Progress &so_far) {
     const Medium &medium = *marcher.medium;
     const Bricks &bricks = *medium.bricks;
     const Real step_length = marcher.step;
@@ -178,6 +244,12 @@ WISP_WIDE void march_group(const BrickMarcher &marcher, const Ray &ray, const Br
     LaneColor source;
     for (uint32_t l = 0; l < lanes; ++l) sigma[l] = Real(0);
     set(source, Color(Real(0)));
+    LaneParts parts;
+    if constexpr (is_heard<M>) {
+        set(parts.single, Color(Real(0)));
+        set(parts.multiple, Color(Real(0)));
+        set(parts.emission, Color(Real(0)));
+    }
     for (uint32_t s = 0; s < medium.count; ++s) {
         const Smoke &smoke = medium.smokes[s];
         if (!smoke.field.is_bricks) continue;
@@ -193,7 +265,17 @@ WISP_WIDE void march_group(const BrickMarcher &marcher, const Ray &ray, const Br
         if (!(any > Real(0))) continue;
         const Color glow = (Color(Real(1)) - smoke.albedo) * smoke.emission;
         LaneColor scattered;
-        gather_light(marcher, smoke, ray, group, scattered);
+        set(scattered, Color(Real(0)));
+        gather_lights(marcher, smoke, ray, group, here, scattered);
+        if constexpr (is_heard<M>) {
+            LaneColor again;
+            set(again, Color(Real(0)));
+            gather_scattered(marcher, smoke, ray, group, again);
+            add(parts.single, here, scattered, smoke.albedo);
+            add(parts.multiple, here, again, smoke.albedo);
+            add(parts.emission, here, glow);
+        }
+        gather_scattered(marcher, smoke, ray, group, scattered);
         for (uint32_t l = 0; l < lanes; ++l) {
             sigma[l] += here[l];
             source.red[l] += here[l] * (smoke.albedo.x * scattered.red[l] + glow.x);
@@ -219,22 +301,36 @@ WISP_WIDE void march_group(const BrickMarcher &marcher, const Ray &ray, const Br
         source.green[l] *= weight[l];
         source.blue[l] *= weight[l];
     }
+    if constexpr (is_heard<M>)
+        for (uint32_t l = 0; l < lanes; ++l)
+            tell_step(marcher, group.step[l], group.begin + group.t[l], group.dx[l], sigma[l], so_deep + before[l],
+                      color_of(parts.single, l), color_of(parts.multiple, l), color_of(parts.emission, l),
+                      color_of(source, l));
     so_far.radiance += Color(sum_of_lanes(source.red), sum_of_lanes(source.green), sum_of_lanes(source.blue));
     so_far.depth.add(sum);
 }
 
-} // namespace
+WISP_WIDE void march_group(const BrickMarcher &marcher, const Ray &ray, const BrickRay &in_bricks, Real length,
+                           Group &group, Progress &so_far) {
+    march_lanes(marcher, ray, in_bricks, length, group, so_far);
+}
+void march_group(const Heard<BrickMarcher> &marcher, const Ray &ray, const BrickRay &in_bricks, Real length,
+                 Group &group, Progress &so_far) {
+    march_lanes(marcher, ray, in_bricks, length, group, so_far);
+}
 
-Through march(BrickMarcher &marcher, const Ray &ray, Real end) {
+template <class M> Through march_of(M &marcher, const Ray &ray, Real end) {
     const Medium &medium = *marcher.medium;
     Real begin = Real(0);
-    if (medium.empty() || !clip(medium.bounds, ray, begin, end)) return nothing_between;
+    if (medium.empty() || !clip(medium.bounds, ray, begin, end)) return nothing_between();
     const Ray inside = {ray.origin + ray.direction * begin, ray.direction};
     const Real length = end - begin, inverse_step = Real(1) / marcher.step;
     const int32_t steps = floor_to_int(length * inverse_step) + 1;
     const BrickRay in_bricks(*medium.bricks, inside);
+    tell_march(marcher, begin, end, steps);
     Progress so_far;
     Group group;
+    group.begin = begin;
     uint32_t waiting = 0; // steps of the next group
     int32_t next = 0;     // the first step that no brick has had
     for_each_brick(*medium.bricks, inside, Real(0), length, [&](uint32_t, Real from, Real to) {
@@ -256,7 +352,12 @@ Through march(BrickMarcher &marcher, const Ray &ray, Real end) {
         for (uint32_t l = waiting; l < lanes; ++l) group.step[l] = steps; // of no length
         march_group(marcher, inside, in_bricks, length, group, so_far);
     }
-    return {so_far.radiance, exp(-so_far.depth.value)};
+    return tell_end(marcher, so_far.depth.value, {so_far.radiance, exp(-so_far.depth.value)});
 }
+
+} // namespace
+
+Through march(BrickMarcher &marcher, const Ray &ray, Real end) { return march_of(marcher, ray, end); }
+Through march(Heard<BrickMarcher> &marcher, const Ray &ray, Real end) { return march_of(marcher, ray, end); }
 
 } // namespace wisp::WISP_ARITH

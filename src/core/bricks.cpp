@@ -26,8 +26,8 @@ Layout layout_of(const Vec3 &low, const Vec3 &cell, const Box &bounds) {
 // Half the edges of the box, along x, y and z, around a grid that may be turned.
 Vec3 reach_of(const GridSource &grid) {
     const auto along = [&grid](double x, double y, double z) {
-        return abs(to_real<Real>(x * grid.half.x)) + abs(to_real<Real>(y * grid.half.y)) +
-               abs(to_real<Real>(z * grid.half.z));
+        return abs(to_real<Real>(product(x, grid.half.x))) + abs(to_real<Real>(product(y, grid.half.y))) +
+               abs(to_real<Real>(product(z, grid.half.z)));
     };
     const Double3 *axis = grid.axis;
     return Vec3(along(axis[0].x, axis[1].x, axis[2].x), along(axis[0].y, axis[1].y, axis[2].y),
@@ -113,7 +113,7 @@ template <class Visit> void for_each_touched(const Scene &scene, const Layout &l
         for (int32_t z = 0; z < grid.nz; ++z)
             for (int32_t y = 0; y < grid.ny; ++y)
                 for (int32_t x = 0; x < grid.nx; ++x)
-                    if (*density++ > 0) { // its tent covers the cells x and x + 1, and at the border one more
+                    if (order_of(*density++) > 0) { // its tent covers the cells x and x + 1, and at the border one more
                         const auto first = [parts](int32_t at) { return max(at - 1, 0) * parts / brick_cells; };
                         const auto last = [parts](int32_t at, int32_t most) {
                             return min((at + 3) * parts / brick_cells, most - 1);

@@ -31,17 +31,13 @@ void prove(const Shadows &shadows, const ShadowQuery &query, const CellPlace &pl
 // A ray from a cell of which nothing is proved: its last occluder first, then the tree. Learns from what it meets.
 bool ask_still(ShadowCells &cells, ShadowCell &cell, const CellPlace &place, Shadows &shadows,
                const ShadowQuery &query) {
-    const Surfaces &surfaces = *shadows.surfaces;
-    Statistics &statistics = *shadows.statistics;
     bool stopped = false;
     if (cell.occluder != no_triangle) {
-        ++statistics.shadow.extra_tests;
+        ++shadows.statistics->shadow.extra_tests;
         stopped = is_met(*shadows.scene, cell.occluder, TriangleRay(query.ray.origin, query.ray.direction),
-                         surfaces.skin, query.end);
+                         shadows.surfaces->skin, query.end);
     }
-    if (!stopped)
-        stopped = is_blocked_by_still(surfaces, query.ray, surfaces.skin, query.end, query.triangle, cell.occluder,
-                                      statistics.shadow.traced);
+    if (!stopped) stopped = is_blocked_by_still(shadows, query, cell.occluder);
     cell.count_ray(stopped, rays_before_split);
     if (cell.state() == CellState::unknown && cell.lit() && cell.shaded()) cell.set_state(CellState::partial);
     if (cell.state() == CellState::unknown && cell.rays() == rays_before_proof) prove(shadows, query, place, cell);
@@ -69,8 +65,7 @@ bool begin_frame(ExactShadows &exact, const Shadows &shadows, Arena &arena) {
 }
 
 bool is_shadowed(ExactShadows &exact, Shadows &shadows, const ShadowQuery &query) {
-    const Surfaces &surfaces = *shadows.surfaces;
-    Statistics &statistics = *shadows.statistics;
+    auto &rays = shadows.statistics->rays;
     CellPlace place;
     ShadowCell *cell = nullptr;
     BodyLight *body = nullptr;
@@ -79,7 +74,7 @@ bool is_shadowed(ExactShadows &exact, Shadows &shadows, const ShadowQuery &query
     else
         body = find_body_light(exact.bodies, shadows, query);
     if (cell && cell->state() == CellState::blocked) {
-        ++statistics.rays.shadow_culled;
+        ++rays.shadow_culled;
         return true;
     }
     const bool known = cell ? cell->state() == CellState::free : body && body->blocker_count == 0;
@@ -87,13 +82,12 @@ bool is_shadowed(ExactShadows &exact, Shadows &shadows, const ShadowQuery &query
         uint32_t occluder;
         if (cell                    ? ask_still(exact.cells, *cell, place, shadows, query)
             : body && body->known() ? is_blocked_by_listed(*body, shadows, query)
-                                    : is_blocked_by_still(surfaces, query.ray, surfaces.skin, query.end, query.triangle,
-                                                          occluder, statistics.shadow.traced))
+                                    : is_blocked_by_still(shadows, query, occluder))
             return true;
     }
     bool asked;
     const bool blocked = is_blocked_by_moving(exact.bodies, shadows, query, asked);
-    if (known) ++(asked ? statistics.rays.shadow_dynamic_only : statistics.rays.shadow_culled);
+    if (known) ++(asked ? rays.shadow_dynamic_only : rays.shadow_culled);
     return blocked;
 }
 

@@ -211,7 +211,7 @@ GridField make_grid_field(const GridSource &source, uint32_t dimension, Arena &a
     if (!values) return field;
     const Real sigma = to_real<Real>(source.extinction);
     for (uint64_t i = 0; i < source.count(); ++i)
-        values[i] = source.density ? sigma * to_real<Real>(static_cast<double>(source.density[i])) : sigma;
+        values[i] = source.density ? sigma * to_real<Real>(source.density[i]) : sigma;
     field.extinction = values;
     field.ready = true;
     return field;

@@ -324,7 +324,8 @@ void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &sh
         for (uint32_t i = 0; i < scene.still_count; ++i) {
             const Triangle &triangle = scene.triangles[i];
             const Vec3 corner[3] = {vec_of(triangle.corner[0]), vec_of(triangle.corner[1]), vec_of(triangle.corner[2])};
-            if (scene.materials[triangle.material].transmission > 0 || !has_area(corner[0], corner[1], corner[2]))
+            if (order_of(scene.materials[triangle.material].transmission) > 0 ||
+                !has_area(corner[0], corner[1], corner[2]))
                 continue;
             const LatticePoint points[3] = {lattice_point(corner[0], light.lattice.exponent),
                                             lattice_point(corner[1], light.lattice.exponent),
@@ -367,7 +368,7 @@ void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &sh
 }
 
 uint32_t entries_for(const Scene &scene) {
-    const uint64_t fair = most_entries / std::max(scene.light_count, 1u);
+    const uint64_t fair = most_entries / max(scene.light_count, 1u);
     return static_cast<uint32_t>(
         std::min(fair, 16 * uint64_t{scene.still_count} + 2 * cells_of_cube(cube_edge(scene.still_count))));
 }
@@ -430,11 +431,7 @@ void begin_frame(LightBuffer &buffer, const Shadows &shadows) {
 bool is_shadowed(LightBuffer &buffer, Shadows &shadows, const ShadowQuery &query) {
     const Surfaces &surfaces = *shadows.surfaces;
     Statistics &statistics = *shadows.statistics;
-    const auto blocked_by_moving = [&] {
-        return is_blocked_by_moving(surfaces, query.ray, surfaces.skin, query.end, query.triangle,
-                                    statistics.shadow.traced);
-    };
-    if (surfaces.still.triangle_count == 0) return blocked_by_moving();
+    if (surfaces.still.triangle_count == 0) return is_blocked_by_moving(shadows, query);
     BufferLight &light = buffer.lights[query.light];
     if (light.state == BufferLight::unasked) make_lists(buffer, light, shadows);
     int64_t depth;
@@ -444,8 +441,7 @@ bool is_shadowed(LightBuffer &buffer, Shadows &shadows, const ShadowQuery &query
         ++statistics.rays.shadow_culled;
         return true;
     }
-    if (!cell || cell->count == BufferCell::traced)
-        return is_blocked(surfaces, query.ray, surfaces.skin, query.end, query.triangle, statistics.shadow.traced);
+    if (!cell || cell->count == BufferCell::traced) return is_blocked(shadows, query);
     const TriangleRay ray(query.ray.origin, query.ray.direction);
     const BufferEntry *const first = light.entries + cell->first;
     bool asked = false;
@@ -455,7 +451,7 @@ bool is_shadowed(LightBuffer &buffer, Shadows &shadows, const ShadowQuery &query
         ++statistics.shadow.extra_tests;
         if (is_met(*shadows.scene, entry->triangle, ray, surfaces.skin, query.end)) return true;
     }
-    return asked ? blocked_by_moving() : is_shadowed_by_moving_alone(shadows, query);
+    return asked ? is_blocked_by_moving(shadows, query) : is_shadowed_by_moving_alone(shadows, query);
 }
 
 } // namespace wisp::WISP_ARITH

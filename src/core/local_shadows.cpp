@@ -22,7 +22,7 @@ void forget(LocalShadows &local) {
 }
 
 // What is known of a cell after a ray from it has been traced; `occluder` stopped it, if anything did.
-LocalCell look(LocalShadows &local, const Shadows &shadows, const LocalLight &light, const LatticeBounds &box,
+LocalCell look(LocalShadows &local, const Shadows &shadows, const ShaftLight &light, const LatticeBounds &box,
                bool may_cut, bool blocked, uint32_t occluder) {
     const Shaft shaft(light.lattice, box, light.light);
     if (blocked && is_cut_by(shadows, light.lattice, shaft, occluder)) return cell_of(LocalCell::full);
@@ -48,13 +48,13 @@ LocalCell look(LocalShadows &local, const Shadows &shadows, const LocalLight &li
 } // namespace
 
 uint64_t local_shadow_bytes(const Scene &scene) {
-    return Arena::bytes<LocalShadows>(1) + Arena::bytes<LocalLight>(scene.light_count) +
+    return Arena::bytes<LocalShadows>(1) + Arena::bytes<ShaftLight>(scene.light_count) +
            Arena::bytes<LocalCell>(uint64_t{scene.light_count} + most_cells) + Arena::bytes<uint32_t>(most_words);
 }
 
 LocalShadows *make_local_shadows(const Scene &scene, Arena &arena) {
     LocalShadows *local = arena.make<LocalShadows>(1);
-    LocalLight *lights = arena.make<LocalLight>(scene.light_count);
+    ShaftLight *lights = arena.make<ShaftLight>(scene.light_count);
     LocalCell *cells = arena.make<LocalCell>(size_t{scene.light_count} + most_cells);
     uint32_t *lists = arena.make<uint32_t>(most_words);
     if (!local || !lights || !cells || !lists) return nullptr;
@@ -82,10 +82,7 @@ void begin_frame(LocalShadows &local, const Shadows &shadows) {
         forget(local);
     }
     for (uint32_t l = 0; l < local.light_count; ++l) {
-        LocalLight &light = local.lights[l];
-        if (!first && same_shadows(light.light, shadows.lights[l])) continue;
-        light.light = shadows.lights[l];
-        light.lattice = make_shaft_lattice(*shadows.surfaces, light_exponent(still, light.light));
+        if (!follow_light(local.lights[l], shadows, l, !first)) continue;
         local.wasteful = local.wasteful || local.cells[l].kind() == LocalCell::cut;
         local.cells[l] = cell_of(LocalCell::unknown);
     }
@@ -96,15 +93,10 @@ void begin_frame(LocalShadows &local, const Shadows &shadows) {
 bool is_shadowed(LocalShadows &local, Shadows &shadows, const ShadowQuery &query) {
     const Surfaces &surfaces = *shadows.surfaces;
     Statistics &statistics = *shadows.statistics;
-    const auto blocked_by_moving = [&] {
-        return is_blocked_by_moving(surfaces, query.ray, surfaces.skin, query.end, query.triangle,
-                                    statistics.shadow.traced);
-    };
-    if (surfaces.still.triangle_count == 0) return blocked_by_moving();
-    const LocalLight &light = local.lights[query.light];
+    if (surfaces.still.triangle_count == 0) return is_blocked_by_moving(shadows, query);
+    const ShaftLight &light = local.lights[query.light];
     const Vec3 &from = query.ray.origin;
-    const Real farthest = surfaces.still.largest * Real(2); // the lattice reaches as far
-    bool within = abs(from.x) <= farthest && abs(from.y) <= farthest && abs(from.z) <= farthest;
+    bool within = is_on_lattice(surfaces.still, from);
     LatticePoint at = local.low, low = local.low;
     if (within) at = lattice_point(from, local.exponent);
     for (int a = 0; a < 3; ++a) within = within && at.x[a] >= low.x[a] && at.x[a] < low.x[a] + local.edge;
@@ -137,13 +129,12 @@ bool is_shadowed(LocalShadows &local, Shadows &shadows, const ShadowQuery &query
             std::swap(list[0], list[i]); // it will stop others, too
             return true;
         }
-        return asked ? blocked_by_moving() : is_shadowed_by_moving_alone(shadows, query);
+        return asked ? is_blocked_by_moving(shadows, query) : is_shadowed_by_moving_alone(shadows, query);
     }
     default: break;
     }
     uint32_t occluder;
-    const bool blocked = is_blocked_by_still(surfaces, query.ray, surfaces.skin, query.end, query.triangle, occluder,
-                                             statistics.shadow.traced);
+    const bool blocked = is_blocked_by_still(shadows, query, occluder);
     if (cell->kind() == LocalCell::unknown) {
         LatticeBounds box;
         const int shift = light.lattice.exponent - local.exponent; // to longer steps
@@ -153,7 +144,7 @@ bool is_shadowed(LocalShadows &local, Shadows &shadows, const ShadowQuery &query
         }
         *cell = look(local, shadows, light, box, depth < most_depth, blocked, occluder);
     }
-    return blocked || blocked_by_moving();
+    return blocked || is_blocked_by_moving(shadows, query);
 }
 
 } // namespace wisp::WISP_ARITH

@@ -149,7 +149,7 @@ bool make_packed_map(const Scene &scene, const PhotonNeeds &needs, Direction kep
     packed.one_channel = !needs.powers;
     packed.kept = kept;
     for (uint32_t i = 0; i < packed.count; ++i) {
-        const bool directions = scene.smokes[i].asymmetry != 0;
+        const bool directions = order_of(scene.smokes[i].asymmetry) != 0;
         MapEntries &entries = packed.of_smoke[i];
         entries = {};
         entries.count = elements_of(scene.smokes[i]);
@@ -164,7 +164,8 @@ uint64_t packed_map_bytes(const Scene &scene, const PhotonNeeds &needs) {
     if (!needs.traced) return 0;
     uint64_t bytes = Arena::bytes<MapEntries>(scene.smoke_count);
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
-        bytes += Arena::bytes<uint32_t>(elements_of(scene.smokes[i])) * (scene.smokes[i].asymmetry != 0 ? 2 : 1);
+        bytes +=
+            Arena::bytes<uint32_t>(elements_of(scene.smokes[i])) * (order_of(scene.smokes[i].asymmetry) != 0 ? 2 : 1);
     return bytes;
 }
 

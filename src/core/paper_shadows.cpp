@@ -97,8 +97,7 @@ bool is_shadowed(PaperShadows &paper, Shadows &shadows, const ShadowQuery &query
         shadowed = true;
     } else if (known == ShadowMode::none) {
         ++statistics.rays.shadow_dynamic_only;
-        shadowed = is_blocked_by_moving(surfaces, query.ray, surfaces.skin, query.end, query.triangle,
-                                        statistics.shadow.traced);
+        shadowed = is_blocked_by_moving(shadows, query);
     } else {
         shadowed = traced(statistics.shadow.traced);
         mode.add_shadow(query.light, shadowed);

@@ -49,7 +49,7 @@ Status make_deposits(const Scene &scene, const PhotonNeeds &needs, Direction kep
             return count <= sums.capacity ? sums.values + (count - numbers) : nullptr;
         };
         d.power = take(uint64_t{d.count} * d.channels);
-        if (scene.smokes[i].asymmetry != 0) d.flux = take(uint64_t{d.count} * 3);
+        if (order_of(scene.smokes[i].asymmetry) != 0) d.flux = take(uint64_t{d.count} * 3);
     }
     if (sums.count != 0) return sums.count == count ? Status::done : Status::wrong_sums;
     if (count > sums.capacity) return Status::out_of_memory;
@@ -88,7 +88,7 @@ ParticleMapPlan plan_particle_map(const Scene &scene, const Settings &settings) 
                  Arena::bytes<Emitter>(uint64_t{scene.light_count} + scene.smoke_count);
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const uint64_t count = elements_of(scene.smokes[i]);
-        plan.sums += count * ((plan.needs.powers ? 3 : 1) + (scene.smokes[i].asymmetry != 0 ? 3 : 0));
+        plan.sums += count * ((plan.needs.powers ? 3 : 1) + (order_of(scene.smokes[i].asymmetry) != 0 ? 3 : 0));
     }
     plan.bytes += Arena::bytes<int64_t>(plan.sums);
     return plan;

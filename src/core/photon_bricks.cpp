@@ -18,14 +18,6 @@ template <class Density> Real sum_of_smokes(const Medium &medium, Density &&dens
     return sum;
 }
 
-// One thing that photons start from: a light's first collisions, or the glow of a smoke.
-struct Source {
-    uint32_t light; // or that many lights and more: a smoke
-    uint32_t smoke;
-    Color color;    // per unit of brightness
-    Real brightest; // its largest channel
-};
-
 Color glow_of(const Smoke &smoke) { return (Color(Real(1)) - smoke.albedo) * smoke.emission * four_pi<Real>; }
 
 // Which part of the tent around a node, of half-width `cell`, lies between low and high.
@@ -60,59 +52,57 @@ Real irradiance_at(const Light &light, Real brightness, const Vec3 &x, Real cell
     return brightness / distance / distance;
 }
 
-// All that tracing needs.
-struct Tracer {
+// What light there is.
+struct Lit {
     const Medium &medium;
     const Bricks &bricks;
     const LightDepths &depths;
-    const Source *sources;
-    uint32_t source_count;
-    const Real *rate;       // by brick: tentative collisions per unit of length
-    int32_t shift;          // brightness is times 2^shift: in fixed point that of a thin smoke keeps its digits
-    Real greatest;          // of all nodes' brightness
-    const uint64_t *before; // by source and brick: the weights before; one more at the end
+    const PhotonStarts &starts;
+};
+// All that tracing needs.
+struct Tracer : Lit {
     Statistics &statistics;
 };
 
 // What starts around a node, per unit of volume, in the largest channel.
-Real brightness_at(const Tracer &tracer, const Source &source, uint32_t brick, const Cell &node, const Real *depth) {
+Real brightness_at(const Lit &lit, const PhotonSource &source, uint32_t brick, const Cell &node, const Real *depth) {
     const Cell count = {along, along, along};
     const size_t at = static_cast<size_t>(index_of(count, node));
-    const Medium &medium = tracer.medium;
-    const Real sigma = source.light >= tracer.depths.light_count
+    const Medium &medium = lit.medium;
+    const Real sigma = source.light >= lit.depths.light_count
                            ? medium.smokes[source.smoke].field.bricks.nodes(brick)[at]
                            : sum_of_smokes(medium, [&](const BrickField &field) { return field.nodes(brick)[at]; });
     if (!(sigma > Real(0))) return Real(0);
-    const Vec3 x = node_of(tracer.bricks, brick, node), &cell = tracer.bricks.cell;
-    const Real here = scale_pow2(sigma, tracer.shift) * volume_share(tracer.bricks.bounds, x, cell);
+    const Vec3 x = node_of(lit.bricks, brick, node), &cell = lit.bricks.cell;
+    const Real here = scale_pow2(sigma, lit.starts.shift) * volume_share(lit.bricks.bounds, x, cell);
     if (!depth) return here * source.brightest;
     const Vec3 p(Real(node.x), Real(node.y), Real(node.z));
-    const Real tau = between_nodes(place_of(p, tracer.depths.stride), tracer.depths.stride,
-                                   [depth](uint32_t n) { return depth[n]; });
-    return here * irradiance_at(tracer.depths.lights[source.light], source.brightest, x, largest(cell)) *
+    const Real tau =
+        between_nodes(place_of(p, lit.depths.stride), lit.depths.stride, [depth](uint32_t n) { return depth[n]; });
+    return here * irradiance_at(lit.depths.lights[source.light], source.brightest, x, largest(cell)) *
            exp(-max(Real(0), tau));
 }
 
 // visit(node, its brightness) for those nodes of a brick that no later brick holds too.
-template <class Visit> void for_each_source_node(const Tracer &tracer, uint32_t s, uint32_t brick, Visit &&visit) {
-    const Source &source = tracer.sources[s];
-    const LightDepths &depths = tracer.depths;
+template <class Visit> void for_each_source_node(const Lit &lit, uint32_t s, uint32_t brick, Visit &&visit) {
+    const PhotonSource &source = lit.starts.sources[s];
+    const LightDepths &depths = lit.depths;
     const Real *depth = source.light < depths.light_count
                             ? light_depths_of(depths, brick) + size_t{source.light} * nodes_of(depths.stride)
                             : nullptr;
-    const Cell &at = tracer.bricks.place[brick], &count = tracer.bricks.lattice.count;
+    const Cell &at = lit.bricks.place[brick], &count = lit.bricks.lattice.count;
     const auto last = [](int32_t i, int32_t n) { return i + 1 < n ? brick_cells : along; };
     for (int32_t z = 0; z < last(at.z, count.z); ++z)
         for (int32_t y = 0; y < last(at.y, count.y); ++y)
             for (int32_t x = 0; x < last(at.x, count.x); ++x) {
                 const Cell node = {x, y, z};
-                const Real here = brightness_at(tracer, source, brick, node, depth);
+                const Real here = brightness_at(lit, source, brick, node, depth);
                 if (here > Real(0)) visit(node, here);
             }
 }
 
-uint32_t weight_of(const Tracer &tracer, Real brightness) {
-    return static_cast<uint32_t>(floor_to_int(scale_pow2(min(brightness / tracer.greatest, Real(1)), weight_bits)));
+uint32_t weight_of(const Lit &lit, Real brightness) {
+    return static_cast<uint32_t>(floor_to_int(scale_pow2(min(brightness / lit.starts.greatest, Real(1)), weight_bits)));
 }
 
 // The weights of one source and brick, node by node, for photons that come in ascending order.
@@ -125,26 +115,26 @@ struct Cursor {
 };
 
 // Where photon `target` of all weights starts.
-void seek(const Tracer &tracer, uint64_t target, Cursor &cursor) {
-    const uint64_t entries = uint64_t{tracer.source_count} * tracer.bricks.count;
+void seek(const Lit &lit, uint64_t target, Cursor &cursor) {
+    const uint64_t entries = uint64_t{lit.starts.source_count} * lit.bricks.count;
     uint64_t entry = cursor.entry;
-    if (entry == UINT64_MAX || !(target < tracer.before[entry + 1]) || target < tracer.before[entry]) {
+    if (entry == UINT64_MAX || !(target < lit.starts.before[entry + 1]) || target < lit.starts.before[entry]) {
         uint64_t low = 0, high = entries; // before[low] <= target < before[high]
         while (high - low > 1) {
             const uint64_t middle = low + (high - low) / 2;
-            (tracer.before[middle] <= target ? low : high) = middle;
+            (lit.starts.before[middle] <= target ? low : high) = middle;
         }
         entry = low;
     }
     if (entry != cursor.entry) {
         cursor.entry = entry;
         cursor.count = cursor.next = 0;
-        for_each_source_node(tracer, static_cast<uint32_t>(entry / tracer.bricks.count),
-                             static_cast<uint32_t>(entry % tracer.bricks.count), [&](const Cell &node, Real here) {
+        for_each_source_node(lit, static_cast<uint32_t>(entry / lit.bricks.count),
+                             static_cast<uint32_t>(entry % lit.bricks.count), [&](const Cell &node, Real here) {
                                  cursor.node[cursor.count] = node;
-                                 cursor.weight[cursor.count++] = weight_of(tracer, here);
+                                 cursor.weight[cursor.count++] = weight_of(lit, here);
                              });
-        cursor.end = tracer.before[entry] + cursor.weight[0];
+        cursor.end = lit.starts.before[entry] + cursor.weight[0];
     }
     while (!(target < cursor.end) && cursor.next + 1 < cursor.count) cursor.end += cursor.weight[++cursor.next];
 }
@@ -202,7 +192,7 @@ template <class Pass> Arrival fly(const Tracer &tracer, const Ray &ray, Pcg32 &g
     Real rest = exponential(generator);
     uint32_t tentative = 0;
     for_each_brick(bricks, ray, begin, end, [&](uint32_t brick, Real from, Real to) {
-        const Real rate = tracer.rate[brick], inverse_rate = Real(1) / rate;
+        const Real rate = tracer.starts.rate[brick], inverse_rate = Real(1) / rate;
         const Vec3 start = place_in(bricks, brick, ray.origin), way = ray.direction * bricks.inverse_cell;
         for (Real t = from;;) {
             const Real depth = rate * (to - t);
@@ -263,7 +253,7 @@ void trace_photon(const Tracer &tracer, const BrickDeposits &deposits, uint64_t 
     seek(tracer, target, cursor);
     const Bricks &bricks = tracer.bricks;
     const Medium &medium = tracer.medium;
-    const Source &source = tracer.sources[cursor.entry / bricks.count];
+    const PhotonSource &source = tracer.starts.sources[cursor.entry / bricks.count];
     const uint32_t brick = static_cast<uint32_t>(cursor.entry % bricks.count);
     const Vec3 node = node_of(bricks, brick, cursor.node[cursor.next]);
     const Box &box = bricks.bounds;
@@ -322,6 +312,10 @@ void trace_photon(const Tracer &tracer, const BrickDeposits &deposits, uint64_t 
     }
 }
 
+detail::Wide whole_product(uint64_t a, uint64_t b) { // both below 2^63
+    return detail::product<detail::Wide>(static_cast<int64_t>(a), static_cast<int64_t>(b));
+}
+
 uint32_t source_limit(const Scene &scene) { return scene.light_count + scene.smoke_count; }
 
 } // namespace
@@ -335,34 +329,21 @@ BrickPhotonPlan plan_brick_photons(const Scene &scene, const Settings &settings,
     BrickPhotonPlan plan = {photon_needs(scene, settings), 0, 0};
     if (!plan.needs.traced) return plan;
     plan.sums = bricks * nodes_of(stride) * ((plan.needs.powers ? 3 : 1) + (plan.needs.directions ? 3 : 0));
-    plan.bytes = Arena::bytes<int64_t>(plan.sums) + Arena::bytes<Source>(source_limit(scene)) +
+    plan.bytes = Arena::bytes<int64_t>(plan.sums) + Arena::bytes<PhotonSource>(source_limit(scene)) +
                  Arena::bytes<Real>(bricks) + Arena::bytes<uint64_t>(source_limit(scene) * bricks + 1) +
                  Arena::bytes<Cursor>(1);
     return plan;
 }
 
-Status trace_brick_photons(const Scene &scene, const Medium &medium, const LightDepths &depths,
-                           const Settings &settings, const PhotonNeeds &needs, int32_t stride, const Batches &batches,
-                           const Observer &observer, Arena &arena, MapSums &sums, Statistics &statistics,
-                           BrickDeposits &deposits) {
+bool make_photon_starts(const Scene &scene, const Medium &medium, const LightDepths &depths, Arena &arena,
+                        PhotonStarts &starts) {
     const Bricks &bricks = *medium.bricks;
-    const uint64_t nodes = uint64_t{bricks.count} * nodes_of(stride);
-    deposits = {&bricks, stride, sums.values, nullptr, needs.powers ? 3u : 1u, Color(Real(1)), {Real(1), 0}};
-    const uint64_t powers = nodes * deposits.channels, numbers = powers + (needs.directions ? nodes * 3 : 0);
-    if (needs.directions) deposits.flux = sums.values + powers;
-    if (sums.count != 0 && sums.count != numbers) return Status::wrong_sums;
-    if (numbers > sums.capacity) return Status::out_of_memory;
-    for (uint64_t i = 0; sums.count == 0 && i < numbers; ++i) sums.values[i] = 0;
-    sums.count = numbers;
-    statistics.bytes.particle_map = numbers * sizeof(int64_t);
-
-    const size_t mark = arena.mark();
-    Source *sources = arena.make<Source>(source_limit(scene));
+    starts = {};
+    PhotonSource *sources = arena.make<PhotonSource>(source_limit(scene));
     Real *rate = arena.make<Real>(bricks.count);
     uint64_t *before = arena.make<uint64_t>(uint64_t{source_limit(scene)} * bricks.count + 1);
-    Cursor *cursor = arena.make<Cursor>(1);
-    if (!sources || !rate || !before || !cursor) return Status::out_of_memory;
-    uint32_t count = 0;
+    if (!sources || !rate || !before) return false;
+    uint32_t &count = starts.source_count;
     const auto add = [&](uint32_t light, uint32_t smoke, const Color &color) {
         if (largest(color) > Real(0)) sources[count++] = {light, smoke, color, largest(color)};
     };
@@ -379,33 +360,56 @@ Status trace_brick_photons(const Scene &scene, const Medium &medium, const Light
         densest = max(densest, greatest);
     }
 
-    Tracer tracer = {medium, bricks, depths, sources, count, rate, 0, Real(0), before, statistics};
+    starts.sources = sources;
+    starts.rate = rate;
+    starts.before = before;
     if (densest > Real(0))
-        while (scale_pow2(densest, tracer.shift) < Real(0x1p11) && tracer.shift < 31) ++tracer.shift;
+        while (scale_pow2(densest, starts.shift) < Real(0x1p11) && starts.shift < 31) ++starts.shift;
+    const Lit lit = {medium, bricks, depths, starts};
     for (uint32_t s = 0; s < count; ++s)
         for (uint32_t b = 0; b < bricks.count; ++b)
-            for_each_source_node(tracer, s, b,
-                                 [&](const Cell &, Real here) { tracer.greatest = max(tracer.greatest, here); });
+            for_each_source_node(lit, s, b,
+                                 [&](const Cell &, Real here) { starts.greatest = max(starts.greatest, here); });
     uint64_t total = 0;
     for (uint32_t s = 0; s < count; ++s)
         for (uint32_t b = 0; b < bricks.count; ++b) {
             before[uint64_t{s} * bricks.count + b] = total;
-            for_each_source_node(tracer, s, b, [&](const Cell &, Real here) { total += weight_of(tracer, here); });
+            for_each_source_node(lit, s, b, [&](const Cell &, Real here) { total += weight_of(lit, here); });
         }
     before[uint64_t{count} * bricks.count] = total;
-    if (total == 0) {
-        arena.rewind(mark);
-        return Status::done;
-    }
-    deposits.photon_color = sources[0].color / sources[0].brightest;
+    return true;
+}
+
+Status trace_brick_photons(const Medium &medium, const LightDepths &depths, const PhotonStarts &starts,
+                           const Settings &settings, const PhotonNeeds &needs, int32_t stride, const Batches &batches,
+                           const Observer &observer, Arena &arena, MapSums &sums, Statistics &statistics,
+                           BrickDeposits &deposits) {
+    const Bricks &bricks = *medium.bricks;
+    const uint64_t nodes = uint64_t{bricks.count} * nodes_of(stride);
+    deposits = {&bricks, stride, sums.values, nullptr, needs.powers ? 3u : 1u, Color(Real(1)), {Real(1), 0}};
+    const uint64_t powers = nodes * deposits.channels, numbers = powers + (needs.directions ? nodes * 3 : 0);
+    if (needs.directions) deposits.flux = sums.values + powers;
+    if (sums.count != 0 && sums.count != numbers) return Status::wrong_sums;
+    if (numbers > sums.capacity) return Status::out_of_memory;
+    for (uint64_t i = 0; sums.count == 0 && i < numbers; ++i) sums.values[i] = 0;
+    sums.count = numbers;
+    statistics.bytes.particle_map = numbers * sizeof(int64_t);
+
+    const uint64_t total = starts.before[uint64_t{starts.source_count} * bricks.count];
+    if (total == 0) return Status::done;
+    deposits.photon_color = starts.sources[0].color / starts.sources[0].brightest;
     const Real volume = bricks.cell.x * bricks.cell.y * bricks.cell.z;
     const Real power = scaled_integer<Real>(static_cast<int64_t>(total), -weight_bits) *
-                       scale_pow2(tracer.greatest * volume, -tracer.shift);
+                       scale_pow2(starts.greatest * volume, -starts.shift);
     deposits.unit = photon_unit(power, settings.photons);
 
+    const size_t mark = arena.mark();
+    Cursor *cursor = arena.make<Cursor>(1);
+    if (!cursor) return Status::out_of_memory;
+    const Tracer tracer = {{medium, bricks, depths, starts}, statistics};
     cursor->entry = UINT64_MAX;
     const auto share = [&](uint64_t photon) {
-        return static_cast<uint64_t>(static_cast<unsigned __int128>(photon) * total / settings.photons);
+        return detail::divide(whole_product(photon, total), settings.photons).quotient;
     };
     const auto &counts = statistics.photons;
     const uint64_t most = most_brick_flights(length(bricks.bounds.high - bricks.bounds.low));
@@ -416,9 +420,10 @@ Status trace_brick_photons(const Scene &scene, const Medium &medium, const Light
             // Photon i takes the i-th of equal parts of all weights, at a place in it of its own.
             Pcg32 generator(key);
             const uint64_t from = share(photon), width = share(photon + 1) - from;
-            const uint64_t target =
-                from + static_cast<uint64_t>((static_cast<unsigned __int128>(width) * generator()) >> 32);
-            trace_photon(tracer, deposits, target, generator, *cursor);
+            const detail::Wide place = whole_product(width, generator());
+            const uint64_t in_part =
+                static_cast<uint64_t>(detail::high_word(place)) << 32 | detail::low_word(place) >> 32;
+            trace_photon(tracer, deposits, from + in_part, generator, *cursor);
             ++photon;
             return fits = counts.stored + counts.emitted <= most;
         });

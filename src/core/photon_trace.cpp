@@ -17,7 +17,11 @@ const Emitter &choose(const Emitters &emitters, Event event) {
     return emitters.list[i];
 }
 
-double largest_of(const Double3 &c) { return max(c.x, max(c.y, c.z)); }
+double largest_of(const Double3 &c) {
+    const auto larger = [](double a, double b) { return order_of(a) < order_of(b) ? b : a; };
+    return larger(c.x, larger(c.y, c.z));
+}
+bool same(double a, double b) { return order_of(a) == order_of(b); }
 
 } // namespace
 
@@ -77,10 +81,10 @@ PhotonNeeds photon_needs(const Scene &scene, const Settings &settings) {
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const SmokeSource &smoke = scene.smokes[i];
         if (smoke.empty()) continue;
-        if (largest_of(smoke.albedo) > 0) scatters = true;
-        if (largest_of(smoke.emission) > 0) glows = true;
-        if (smoke.asymmetry != 0) needs.directions = true;
-        if (smoke.albedo.x != smoke.albedo.y || smoke.albedo.y != smoke.albedo.z) grey = false;
+        if (any_above_zero(smoke.albedo)) scatters = true;
+        if (any_above_zero(smoke.emission)) glows = true;
+        if (order_of(smoke.asymmetry) != 0) needs.directions = true;
+        if (!same(smoke.albedo.x, smoke.albedo.y) || !same(smoke.albedo.y, smoke.albedo.z)) grey = false;
     }
     needs.traced = scatters && (glows || scene.light_count > 0) && settings.photons > 0;
     if (!needs.traced) return {};
@@ -90,11 +94,14 @@ PhotonNeeds photon_needs(const Scene &scene, const Settings &settings) {
     for (uint32_t i = 0; i < scene.light_count; ++i) {
         const Double3 &c = scene.lights[i].color;
         const double brightest = largest_of(c);
-        if (!(brightest > 0)) continue;
+        if (!any_above_zero(c)) continue;
         if (!color) color = &c;
         const double first = largest_of(*color); // compared without dividing
-        if (c.x * first != color->x * brightest || c.y * first != color->y * brightest ||
-            c.z * first != color->z * brightest || scene.lights[i].kind == LightKind::constant)
+        const auto same_hue = [&](double mine, double other) {
+            return same(product(mine, first), product(other, brightest));
+        };
+        if (!same_hue(c.x, color->x) || !same_hue(c.y, color->y) || !same_hue(c.z, color->z) ||
+            scene.lights[i].kind == LightKind::constant)
             needs.powers = true;
     }
     return needs;

@@ -457,7 +457,7 @@ Cut cut_after(const Candidates &c, uint32_t k, uint32_t inside, const uint32_t *
                                [&](auto n) { return count_up_to(c.distance, c.count, from_ordinal(n, Real())) >= k; });
     const Real bound = from_ordinal(ordinal, Real());
     const uint32_t wanted = k - count_below(c.distance, c.count, bound);
-    return {bound, least(0u, no_point, [&](uint32_t n) { return count_tied(c, bound, id, n) >= wanted; })};
+    return {bound, least(uint32_t{0}, no_point, [&](uint32_t n) { return count_tied(c, bound, id, n) >= wanted; })};
 }
 
 // Copies the first k candidates, those within the cut; the arrays may be the candidates' own.

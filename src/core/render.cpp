@@ -18,24 +18,35 @@ Real step_length(const Scene &scene, double lengths) { return finest_length(scen
 // So many lights are seen in smoke: none where it is black.
 uint32_t lights_in_smoke(const Scene &scene) {
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        const Double3 &albedo = scene.smokes[i].albedo;
-        if (!scene.smokes[i].empty() && (albedo.x > 0 || albedo.y > 0 || albedo.z > 0)) return scene.light_count;
+        if (!scene.smokes[i].empty() && any_above_zero(scene.smokes[i].albedo)) return scene.light_count;
     }
     return 0;
 }
 
+// Smoke, and what is kept over it for the march: it depends on nothing but the smoke and the lights.
+struct BuiltSmoke {
+    Medium medium;
+    Bricks own_bricks;    // for what is kept, where the smoke is not resampled
+    const Bricks *bricks; // those, or the medium's; nullptr: none are needed
+    LightDepths depths;
+    bool has_depths;
+    PhotonStarts starts; // of photons of resampled smoke
+    uint64_t bytes;      // of the medium
+};
+
 // What rays meet.
 struct World {
     const Light *lights;
-    Surfaces *surfaces; // nullptr: there are none
-    Medium medium;
+    Surfaces *surfaces;      // nullptr: there are none
+    const BuiltSmoke *smoke; // nullptr: there are surfaces alone
 };
 
 // All that the rays of one frame have in common.
 struct Frame {
     const Scene &scene;
     const Settings &settings;
-    const Medium &medium;
+    const BuiltSmoke &smoke;
+    const Medium &medium; // the smoke's
     const Light *lights;
     const Whitted *surfaces; // how they are shaded; nullptr: there are none
     Shadows *in_smoke;       // that they cast into smoke, or nullptr
@@ -43,12 +54,18 @@ struct Frame {
     Arena &arena;
     float *rgb;
     Statistics &statistics;
+    const Journal *journal; // of one pixel, or nullptr
 };
 
-// The picture of radiance(ray, x, y, sample), the pixel's column and row.
-template <class Radiance>
-Status fill(const Scene &scene, const Settings &settings, const Observer &observer, float *rgb, Statistics &statistics,
-            Radiance &&radiance) {
+// The picture of radiance(ray, x, y, sample), the pixel's column and row; heard_radiance(ray, x, y, sample) is the
+// same, of the pixel that is told.
+template <class Radiance, class HeardRadiance>
+Status fill(const Frame &frame, Radiance &&radiance, HeardRadiance &&heard_radiance) {
+    const Scene &scene = frame.scene;
+    const Settings &settings = frame.settings;
+    const Observer &observer = frame.observer;
+    Statistics &statistics = frame.statistics;
+    float *rgb = frame.rgb;
     const View view(scene.camera);
     const Crop &crop = settings.crop;
     const uint32_t samples = settings.samples;
@@ -58,39 +75,70 @@ Status fill(const Scene &scene, const Settings &settings, const Observer &observ
         if (!observer(Stage::render, row, static_cast<uint64_t>(crop.y1 - crop.y0))) return Status::stopped;
         for (int32_t x = crop.x0; x < crop.x1; ++x) {
             Color sum(Real(0));
+            const bool heard = frame.journal && frame.journal->x == x && frame.journal->y == y;
             for (uint32_t i = 0; i < samples; ++i) {
-                sum += radiance(view.ray_through(Real(x) + pattern.u(i), Real(y) + pattern.v(i)), x, y, i);
+                const Real column = Real(x) + pattern.u(i), row_ = Real(y) + pattern.v(i);
+                const Ray ray = view.ray_through(column, row_);
                 ++statistics.rays.primary;
+                if (!heard) {
+                    sum += radiance(ray, x, y, i);
+                    continue;
+                }
+                tell(*frame.journal, JournalEntry::Sample{i, to_double(column), to_double(row_)});
+                const Color seen = heard_radiance(ray, x, y, i);
+                tell(*frame.journal, JournalEntry::SampleEnd{i, told(seen)});
+                sum += seen;
             }
             const Color mean = sum / Real(static_cast<int32_t>(samples));
             *rgb++ = to_float_scaled(mean.x, scene.radiance_exponent);
             *rgb++ = to_float_scaled(mean.y, scene.radiance_exponent);
             *rgb++ = to_float_scaled(mean.z, scene.radiance_exponent);
+            if (heard) tell(*frame.journal, JournalEntry::Pixel{samples, told(mean), {rgb[-3], rgb[-2], rgb[-1]}});
         }
     }
     return Status::done;
 }
 
+// Surfaces as the tracer sees them, and as one that is heard does.
+Status render_surfaces(const Frame &frame, const Whitted &tracer, const Whitted &heard) {
+    const auto radiance_of = [](const auto &seeing) {
+        return [&seeing](const Ray &ray, int32_t x, int32_t y, uint32_t sample) {
+            begin_sample(*seeing.shadows, x, y, sample);
+            return trace(seeing, ray);
+        };
+    };
+    const Heard<Whitted> telling = {heard, frame.journal};
+    return fill(frame, radiance_of(tracer), radiance_of(telling));
+}
+
 // What comes along the ray to the eye, through the smoke of a marcher, in front of the background or of surfaces.
 template <class Marcher> Status render_frame(const Frame &frame, Marcher &marcher) {
-    const auto picture = [&frame](auto &&radiance) {
-        return fill(frame.scene, frame.settings, frame.observer, frame.rgb, frame.statistics, radiance);
-    };
+    Heard<Marcher> telling = {marcher, frame.journal};
     if (!frame.surfaces) {
         const Color background = vec_of(frame.scene.background);
-        return picture([&](const Ray &ray, int32_t, int32_t, uint32_t) {
-            const Through through = march(marcher, ray, path_end);
-            return through.radiance + background * through.transmittance;
-        });
+        return fill(
+            frame,
+            [&](const Ray &ray, int32_t, int32_t, uint32_t) {
+                const Through through = march(marcher, ray, path_end);
+                return through.radiance + background * through.transmittance;
+            },
+            [&](const Ray &ray, int32_t, int32_t, uint32_t) {
+                tell_camera_ray(telling, ray);
+                const Through through = march(telling, ray, path_end);
+                const Color radiance = through.radiance + background * through.transmittance;
+                tell_ray_end(telling, false, through, background, radiance);
+                return radiance;
+            });
     }
-    Whitted tracer = *frame.surfaces;
-    tracer.medium = &frame.medium;
+    Whitted tracer = *frame.surfaces, heard = tracer;
+    tracer.medium = heard.medium = &frame.medium;
     tracer.marcher = &marcher;
     tracer.through = [](void *any, const Ray &ray, Real end) { return march(*static_cast<Marcher *>(any), ray, end); };
-    return picture([&tracer](const Ray &ray, int32_t x, int32_t y, uint32_t sample) {
-        begin_sample(*tracer.shadows, x, y, sample);
-        return trace(tracer, ray);
-    });
+    heard.marcher = &telling;
+    heard.through = [](void *any, const Ray &ray, Real end) {
+        return march(*static_cast<Heard<Marcher> *>(any), ray, end);
+    };
+    return render_surfaces(frame, tracer, heard);
 }
 
 // The cells of the bricks in smoothing lengths, 0 where no bricks are needed, and how far apart the points of the
@@ -101,38 +149,29 @@ struct BrickSteps {
 };
 int32_t stride_within(double cell, double step) {
     int32_t stride = 1;
-    while (stride < brick_cells && cell * (2 * stride) <= step) stride *= 2;
+    for (double wider = product(cell, 2); stride < brick_cells && order_of(wider) <= order_of(step);
+         wider = product(wider, 2))
+        stride *= 2;
     return stride;
 }
 BrickSteps brick_steps(const Scene &scene, const Settings &settings) {
     const double density = can_resample(scene) ? settings.density_step : 0;
     const bool irradiance = settings.irradiance != IrradianceMap::none;
-    double cell = density > 0 && is_aligned_grid(scene) ? 1.0 / parts_within(density) : density;
-    if (!(density > 0)) {
+    double cell = density;
+    if (order_of(density) > 0) {
+        if (is_aligned_grid(scene)) cell = parts_within(density) == 1 ? 1 : 0.5;
+    } else {
         cell = settings.light_step;
-        if (irradiance && !(cell > 0 && cell < settings.irradiance_step)) cell = settings.irradiance_step;
+        if (irradiance && !(order_of(cell) > 0 && order_of(cell) < order_of(settings.irradiance_step)))
+            cell = settings.irradiance_step;
     }
     return {cell, stride_within(cell, settings.light_step), stride_within(cell, settings.irradiance_step)};
 }
 
-// The bricks of a frame: the medium's, or made for what is kept over them. False: the arena was too small.
-bool find_bricks(const Frame &frame, Bricks &made, const Bricks *&bricks) {
-    bricks = frame.medium.bricks;
-    const BrickSteps steps = brick_steps(frame.scene, frame.settings);
-    if (bricks || !(steps.cell > 0)) return true;
-    made = make_bricks(frame.scene, steps.cell, frame.arena);
-    bricks = &made;
-    return made.ready;
-}
-
-// How the march asks the lights. False: the arena was too small.
-bool ask_lights(const Frame &frame, const Bricks *bricks, LightDepths &depths, SingleScatterer &lights) {
-    lights = {frame.lights, lights_in_smoke(frame.scene), nullptr, frame.in_smoke};
-    if (!(frame.settings.light_step > 0) || lights.light_count == 0 || frame.medium.empty()) return true;
-    lights.depths = &depths;
-    return make_light_depths(frame.medium, frame.lights, lights.light_count, *bricks,
-                             brick_steps(frame.scene, frame.settings).light, frame.arena, &frame.statistics.rays.shadow,
-                             depths);
+// How the march asks the lights.
+SingleScatterer ask_lights(const Frame &frame) {
+    return {frame.lights, lights_in_smoke(frame.scene), frame.smoke.has_depths ? &frame.smoke.depths : nullptr,
+            frame.in_smoke};
 }
 
 // Adaptive bricks are given as many points as keep what lies between them within this part of the brick's brightest.
@@ -140,21 +179,22 @@ Real irradiance_tolerance(const Settings &settings) {
     return settings.irradiance == IrradianceMap::adaptive ? Real(0.02) : Real(0);
 }
 
-IrradianceRequest request_irradiance(const Frame &frame, const Bricks *bricks) {
+IrradianceRequest request_irradiance(const Frame &frame) {
     const BrickSteps steps = brick_steps(frame.scene, frame.settings);
     return {&frame.medium,
-            bricks,
+            frame.smoke.bricks,
             steps.irradiance,
             irradiance_tolerance(frame.settings),
             photon_needs(frame.scene, frame.settings).directions,
             frame.surfaces ? ViewBounds() : ViewBounds(View(frame.scene.camera), frame.settings.crop)};
 }
 
-// All of a march but its lights and its photons. False: the arena was too small.
+// All of a march but its photons. False: the arena was too small.
 bool make_marcher(const Frame &frame, Marcher &marcher) {
     const Scene &scene = frame.scene;
     marcher = {};
     marcher.medium = &frame.medium;
+    marcher.lights = ask_lights(frame);
     marcher.step = step_length(scene, frame.settings.step);
     marcher.statistics = &frame.statistics;
     Real *radius = frame.arena.make<Real>(scene.smoke_count);
@@ -174,11 +214,6 @@ Status render_direct(const Frame &frame) {
     if (!make_marcher(frame, marcher)) return Status::out_of_memory;
     const PhotonPlan photons = plan_photons(scene, settings);
     if (photons.traced && !make_gather(settings.gather, frame.arena, marcher.gather)) return Status::out_of_memory;
-    LightDepths depths;
-    Bricks made;
-    const Bricks *bricks;
-    if (!find_bricks(frame, made, bricks) || !ask_lights(frame, bricks, depths, marcher.lights))
-        return Status::out_of_memory;
     const PhotonMaps maps = trace_photons(frame.medium, frame.lights, scene.light_count, settings, photons,
                                           frame.observer, frame.arena, frame.statistics);
     if (maps.status != Status::done) return maps.status;
@@ -186,8 +221,8 @@ Status render_direct(const Frame &frame) {
     Irradiance irradiance;
     if (settings.irradiance != IrradianceMap::none && maps.of_smoke) {
         if (!frame.observer(Stage::irradiance, 0, 1)) return Status::stopped;
-        irradiance = make_irradiance(request_irradiance(frame, bricks), maps.of_smoke, marcher.gather_radius,
-                                     marcher.gather, frame.arena, frame.statistics);
+        irradiance = make_irradiance(request_irradiance(frame), maps.of_smoke, marcher.gather_radius, marcher.gather,
+                                     frame.arena, frame.statistics);
         if (!irradiance.ready) return Status::out_of_memory;
         frame.statistics.bytes.irradiance = bytes_of(irradiance);
         marcher.irradiance = &irradiance;
@@ -196,12 +231,10 @@ Status render_direct(const Frame &frame) {
 }
 
 // The paper's way to read the particle map: the nearest particles at every step.
-Status render_nearest_elements(const Frame &frame, const Bricks *bricks, const PackedMap &map) {
+Status render_nearest_elements(const Frame &frame, const PackedMap &map) {
     Marcher marcher;
-    LightDepths depths;
     if (!make_marcher(frame, marcher) || !make_element_maps(frame.medium, map, frame.arena, marcher.photon_maps) ||
-        !make_gather(frame.settings.gather, frame.arena, marcher.gather) ||
-        !ask_lights(frame, bricks, depths, marcher.lights))
+        !make_gather(frame.settings.gather, frame.arena, marcher.gather))
         return Status::out_of_memory;
     return render_frame(frame, marcher);
 }
@@ -223,45 +256,36 @@ Status render_map(const Frame &frame, MapSums &sums) {
     pack_map(map, packed);
     frame.arena.rewind(after);
 
-    Bricks made;
-    const Bricks *bricks;
-    if (!find_bricks(frame, made, bricks)) return Status::out_of_memory;
     ParticleMarcher marcher = {};
     Irradiance irradiance;
     if (frame.settings.irradiance != IrradianceMap::none && packed.of_smoke) {
         if (!frame.observer(Stage::irradiance, 0, 1)) return Status::stopped;
-        irradiance = make_irradiance(request_irradiance(frame, bricks), packed, frame.arena);
+        irradiance = make_irradiance(request_irradiance(frame), packed, frame.arena);
         if (!irradiance.ready) return Status::out_of_memory;
         frame.statistics.bytes.irradiance = bytes_of(irradiance);
         marcher.irradiance = &irradiance;
         packed.of_smoke = nullptr; // the sources hold emission alone
     }
     if (!frame.observer(Stage::render, 0, 1)) return Status::stopped;
-    if (frame.settings.estimate == Estimate::knn) return render_nearest_elements(frame, bricks, packed);
+    if (frame.settings.estimate == Estimate::knn) return render_nearest_elements(frame, packed);
     marcher.sources = make_sources(scene, frame.medium, packed, vec_of(scene.camera.origin), frame.arena);
-    LightDepths depths;
-    if (!marcher.sources || !make_window(scene, frame.arena, marcher) ||
-        !ask_lights(frame, bricks, depths, marcher.lights))
-        return Status::out_of_memory;
+    if (!marcher.sources || !make_window(scene, frame.arena, marcher)) return Status::out_of_memory;
+    marcher.lights = ask_lights(frame);
     marcher.medium = &frame.medium;
     marcher.step = step_length(scene, frame.settings.step);
     marcher.statistics = &frame.statistics;
     return render_frame(frame, marcher);
 }
 
-// The depths that photons start by and steps are lit by, and what the photons of `batches` leave with what is in
-// `sums`.
-Status trace_bricks(const Scene &scene, const Medium &medium, const Light *lights, const Settings &settings,
-                    const Batches &batches, const Observer &observer, Arena &arena, MapSums &sums,
-                    Statistics &statistics, LightDepths &depths, BrickDeposits &deposits) {
-    const BrickSteps steps = brick_steps(scene, settings);
-    if (!make_light_depths(medium, lights, lights_in_smoke(scene), *medium.bricks, steps.light, arena,
-                           &statistics.rays.shadow, depths))
-        return Status::out_of_memory;
+// What the photons of `batches` leave on resampled smoke, with what is in `sums`.
+Status trace_bricks(const Scene &scene, const BuiltSmoke &smoke, const Settings &settings, const Batches &batches,
+                    const Observer &observer, Arena &arena, MapSums &sums, Statistics &statistics,
+                    BrickDeposits &deposits) {
     const PhotonNeeds needs = photon_needs(scene, settings);
     if (!needs.traced) return sums.count == 0 ? Status::done : Status::wrong_sums;
-    return trace_brick_photons(scene, medium, depths, settings, needs, steps.irradiance, batches, observer, arena, sums,
-                               statistics, deposits);
+    return trace_brick_photons(smoke.medium, smoke.depths, smoke.starts, settings, needs,
+                               brick_steps(scene, settings).irradiance, batches, observer, arena, sums, statistics,
+                               deposits);
 }
 
 // S4-3 and S4-4 on resampled smoke: photons leave their power at the nodes of the bricks, from which the irradiance map
@@ -269,11 +293,10 @@ Status trace_bricks(const Scene &scene, const Medium &medium, const Light *light
 Status render_bricks(const Frame &frame, MapSums &sums) {
     const Scene &scene = frame.scene;
     const Settings &settings = frame.settings;
-    LightDepths depths;
     BrickDeposits deposits = {};
     const Batches batches = sums.count == 0 ? all_batches(settings) : Batches{0, 0};
-    const Status status = trace_bricks(scene, frame.medium, frame.lights, settings, batches, frame.observer,
-                                       frame.arena, sums, frame.statistics, depths, deposits);
+    const Status status = trace_bricks(scene, frame.smoke, settings, batches, frame.observer, frame.arena, sums,
+                                       frame.statistics, deposits);
     if (status != Status::done) return status;
     Irradiance irradiance = {};
     if (deposits.bricks) {
@@ -283,7 +306,7 @@ Status render_bricks(const Frame &frame, MapSums &sums) {
         frame.statistics.bytes.irradiance = bytes_of(irradiance);
     }
     BrickMarcher marcher = {&frame.medium,
-                            &depths,
+                            &frame.smoke.depths,
                             deposits.bricks ? &irradiance : nullptr,
                             frame.in_smoke,
                             step_length(scene, settings.step),
@@ -304,39 +327,85 @@ bool has_smoke(const Scene &scene) {
     return false;
 }
 
+// False: the arena was too small. `marched`: smoke is marched through, not photons traced alone.
+bool make_smoke(const Scene &scene, const Settings &settings, bool marched, const Light *lights, Arena &arena,
+                Statistics &statistics, BuiltSmoke &smoke) {
+    const size_t mark = arena.mark();
+    smoke.medium = make_medium(scene, settings.reference ? 0 : settings.density_step, arena);
+    smoke.bytes = arena.mark() - mark;
+    smoke.bricks = smoke.medium.bricks;
+    smoke.has_depths = false;
+    if (!smoke.medium.ready || settings.reference) return smoke.medium.ready;
+    const BrickSteps steps = brick_steps(scene, settings);
+    if (!smoke.bricks && order_of(steps.cell) > 0 && marched) {
+        smoke.own_bricks = make_bricks(scene, steps.cell, arena);
+        if (!smoke.own_bricks.ready) return false;
+        smoke.bricks = &smoke.own_bricks;
+    }
+    // Photons start by the depths in resampled smoke, which is marched by them, too.
+    const uint32_t count = lights_in_smoke(scene);
+    const bool starts = settings.method == Method::map && smoke.medium.bricks;
+    smoke.has_depths = starts || (marched && order_of(settings.light_step) > 0 && count > 0 && !smoke.medium.empty());
+    if (smoke.has_depths && !make_light_depths(smoke.medium, lights, count, *smoke.bricks, steps.light, arena,
+                                               &statistics.rays.shadow, smoke.depths))
+        return false;
+    return !starts || !photon_needs(scene, settings).traced ||
+           make_photon_starts(scene, smoke.medium, smoke.depths, arena, smoke.starts);
+}
+
+// Smoke of the frame before, or made; behind what is kept of surfaces. False: the arena was too small.
+bool find_smoke(const Scene &scene, const Settings &settings, bool marched, World &world, Arena &arena,
+                Statistics &statistics, Kept &kept) {
+    BuiltSmoke *smoke = static_cast<BuiltSmoke *>(kept.smoke);
+    if (!smoke || !kept.same_smoke) {
+        kept.smoke = nullptr;
+        smoke = arena.make<BuiltSmoke>(1);
+        if (!smoke || !make_smoke(scene, settings, marched, world.lights, arena, statistics, *smoke)) return false;
+        kept.smoke = smoke;
+        kept.smoke_end = arena.mark();
+    }
+    arena.rewind(kept.smoke_end);
+    smoke->medium.surfaces = world.surfaces;
+    smoke->depths.lights = world.lights;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) smoke->medium.smokes[i].source = &scene.smokes[i];
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) statistics.smoke.particles += scene.smokes[i].count;
+    statistics.bytes.particle_tree = smoke->bytes;
+    world.smoke = smoke;
+    return true;
+}
+
 // What rays meet: surfaces, of which the trees of what never changes its form are built by the first frame for all,
 // beside room for what shadows learn (C); smoke, where there is any.
-Status make_world(const Scene &scene, const Settings &settings, double density_step, Arena &arena,
-                  const Observer &observer, Statistics &statistics, Kept &kept, World &world) {
+Status make_world(const Scene &scene, const Settings &settings, bool marched, Arena &arena, const Observer &observer,
+                  Statistics &statistics, Kept &kept, World &world) {
     if (!observer(Stage::trees, 0, 1)) return Status::stopped;
     statistics.bytes.arena_size = arena.size();
-    world.surfaces = nullptr;
-    if (scene.triangle_count() > 0) {
-        if (!kept.surfaces || kept.lights != scene.light_count) {
-            world.surfaces = arena.make<Surfaces>(1);
-            if (!world.surfaces) return Status::out_of_memory;
-            *world.surfaces = make_surfaces(scene, arena);
-            void *memory;
-            if (!world.surfaces->ready || !make_shadow_memory(scene, settings, arena, memory))
-                return Status::out_of_memory;
-            kept = {world.surfaces, memory, scene.light_count, arena.mark()};
-        }
-        arena.rewind(kept.end);
-        world.surfaces = static_cast<Surfaces *>(kept.surfaces);
-        place_surfaces(scene, arena, *world.surfaces);
-        if (!world.surfaces->ready) return Status::out_of_memory;
-        statistics.bytes.triangle_trees = arena.mark();
+    world = {};
+    const bool surfaces = scene.triangle_count() > 0;
+    if (surfaces && (!kept.surfaces || kept.lights != scene.light_count)) {
+        kept = {};
+        Surfaces *built = arena.make<Surfaces>(1);
+        if (!built) return Status::out_of_memory;
+        *built = make_surfaces(scene, arena);
+        void *memory;
+        if (!built->ready || !make_shadow_memory(scene, settings, arena, memory)) return Status::out_of_memory;
+        kept.surfaces = built;
+        kept.shadows = memory;
+        kept.lights = scene.light_count;
+        kept.surfaces_end = arena.mark();
     }
+    arena.rewind(kept.surfaces_end);
+    world.surfaces = static_cast<Surfaces *>(kept.surfaces);
     world.lights = make_lights(scene, arena);
     if (!world.lights) return Status::out_of_memory;
-    world.medium = {};
-    if (world.surfaces && !has_smoke(scene)) return Status::done;
-    const size_t mark = arena.mark();
-    world.medium = make_medium(scene, density_step, arena);
-    world.medium.surfaces = world.surfaces;
-    if (!world.medium.ready) return Status::out_of_memory;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) statistics.smoke.particles += scene.smokes[i].count;
-    statistics.bytes.particle_tree = arena.mark() - mark;
+    if ((!surfaces || has_smoke(scene)) && !find_smoke(scene, settings, marched, world, arena, statistics, kept))
+        return Status::out_of_memory;
+    if (surfaces) {
+        const size_t mark = arena.mark();
+        place_surfaces(scene, arena, *world.surfaces);
+        if (!world.surfaces->ready) return Status::out_of_memory;
+        statistics.bytes.triangle_trees = kept.surfaces_end + (arena.mark() - mark);
+    }
     return Status::done;
 }
 
@@ -366,20 +435,11 @@ bool make_shading(const Scene &scene, const Settings &settings, const World &wor
     return true;
 }
 
-// Surfaces alone.
-Status render_surfaces(const Frame &frame) {
-    return fill(frame.scene, frame.settings, frame.observer, frame.rgb, frame.statistics,
-                [&frame](const Ray &ray, int32_t x, int32_t y, uint32_t sample) {
-                    begin_sample(*frame.surfaces->shadows, x, y, sample);
-                    return trace(*frame.surfaces, ray);
-                });
-}
-
 } // namespace
 
 Plan plan(const Scene &scene, const Settings &settings) {
     Plan plan = {};
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) plan.smoke |= !scene.smokes[i].empty();
+    plan.smoke = has_smoke(scene);
     plan.surfaces = scene.triangle_count() > 0;
     if (plan.surfaces) {
         plan.bytes.triangle_trees = surface_bytes(scene) + placement_bytes(scene);
@@ -391,6 +451,7 @@ Plan plan(const Scene &scene, const Settings &settings) {
     plan.bytes.arena += Arena::bytes<Light>(scene.light_count);
     if (plan.surfaces && !plan.smoke) return plan;
     const double density_step = settings.reference ? 0 : settings.density_step;
+    plan.bytes.arena += Arena::bytes<BuiltSmoke>(1);
     plan.bytes.particle_tree = medium_bytes(scene, density_step);
     if (settings.reference) {
         plan.bytes.arena += reference_bytes(scene);
@@ -401,11 +462,11 @@ Plan plan(const Scene &scene, const Settings &settings) {
     plan.photon_directions = needs.directions;
     plan.photon_powers = needs.powers;
     const BrickSteps steps = brick_steps(scene, settings);
-    const BrickPlan bricks = steps.cell > 0 ? plan_bricks(scene, steps.cell) : BrickPlan{0, 0, Real(0)};
+    const BrickPlan bricks = order_of(steps.cell) > 0 ? plan_bricks(scene, steps.cell) : BrickPlan{0, 0, Real(0)};
     const uint32_t lights = lights_in_smoke(scene);
-    if (settings.light_step > 0 && plan.smoke && lights > 0)
+    if (order_of(settings.light_step) > 0 && plan.smoke && lights > 0)
         plan.bytes.light_depths = light_depth_bytes(bricks.count, lights, steps.light);
-    const bool resampled = plan.smoke && density_step > 0 && can_resample(scene);
+    const bool resampled = plan.smoke && order_of(density_step) > 0 && can_resample(scene);
     plan.bricks = resampled ? bricks.count : 0;
     const bool on_bricks = settings.method == Method::map && resampled;
     if (needs.traced && (on_bricks || settings.irradiance != IrradianceMap::none))
@@ -446,18 +507,20 @@ Plan plan(const Scene &scene, const Settings &settings) {
 }
 
 Status render(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer, float *rgb,
-              Statistics &statistics, MapSums *sums, Kept *kept) {
+              Statistics &statistics, MapSums *sums, Kept *kept, const Journal *journal) {
     Kept own = {};
     if (!kept) kept = &own;
     World world;
-    Status status = make_world(scene, settings, settings.density_step, arena, observer, statistics, *kept, world);
+    Status status = make_world(scene, settings, true, arena, observer, statistics, *kept, world);
     if (status != Status::done) return status;
     Shading shading;
     if (world.surfaces && !make_shading(scene, settings, world, *kept, arena, statistics, shading))
         return Status::out_of_memory;
-    const Medium &medium = world.medium;
+    const BuiltSmoke none = {}, &smoke = world.smoke ? *world.smoke : none;
+    const Medium &medium = smoke.medium;
     const Frame frame = {scene,
                          settings,
+                         smoke,
                          medium,
                          world.lights,
                          world.surfaces ? &shading.tracer : nullptr,
@@ -465,9 +528,10 @@ Status render(const Scene &scene, const Settings &settings, Arena &arena, const 
                          observer,
                          arena,
                          rgb,
-                         statistics};
+                         statistics,
+                         journal};
     if (world.surfaces && medium.empty()) {
-        status = render_surfaces(frame);
+        status = render_surfaces(frame, shading.tracer, shading.tracer);
     } else if (settings.method != Method::map) {
         status = render_direct(frame);
     } else {
@@ -489,16 +553,15 @@ Status trace_map(const Scene &scene, const Settings &settings, const Batches &ba
                  const Observer &observer, MapSums &sums, Statistics &statistics) {
     Kept kept = {};
     World world;
-    Status status = make_world(scene, settings, settings.density_step, arena, observer, statistics, kept, world);
+    Status status = make_world(scene, settings, false, arena, observer, statistics, kept, world);
     if (status != Status::done) return status;
-    if (world.medium.bricks) {
-        LightDepths depths;
+    const Medium &medium = world.smoke->medium;
+    if (medium.bricks) {
         BrickDeposits deposits = {};
-        status = trace_bricks(scene, world.medium, world.lights, settings, batches, observer, arena, sums, statistics,
-                              depths, deposits);
+        status = trace_bricks(scene, *world.smoke, settings, batches, observer, arena, sums, statistics, deposits);
     } else {
         ParticleMap map;
-        status = trace_particle_map(scene, world.medium, world.lights, settings, photon_needs(scene, settings), batches,
+        status = trace_particle_map(scene, medium, world.lights, settings, photon_needs(scene, settings), batches,
                                     observer, arena, sums, statistics, map);
     }
     statistics.bytes.arena_peak = arena.peak();
@@ -509,34 +572,36 @@ Status render_reference(const Scene &scene, const Settings &settings, Arena &are
                         PixelSums *sums, Statistics &statistics) {
     Kept kept = {};
     World world;
-    const Status status = make_world(scene, settings, 0, arena, observer, statistics, kept, world);
+    const Status status = make_world(scene, settings, true, arena, observer, statistics, kept, world);
     if (status != Status::done) return status;
+    const BuiltSmoke none = {};
+    const Medium &medium = (world.smoke ? *world.smoke : none).medium;
     Shading shading;
     PathTracer paths;
     if ((world.surfaces && !make_shading(scene, settings, world, kept, arena, statistics, shading)) ||
-        !make_path_tracer(scene, world.medium, world.lights, world.surfaces ? &shading.in_smoke : nullptr, arena,
-                          statistics, paths))
+        !make_path_tracer(scene, medium, world.lights, world.surfaces ? &shading.in_smoke : nullptr, arena, statistics,
+                          paths))
         return Status::out_of_memory;
     statistics.bytes.arena_peak = arena.peak();
 
     struct Sampler {
         const PathTracer &paths;
         Pcg32 generator;
-    };
-    const auto sample = [&](const Ray &ray, Sampler &sampler) {
-        if (world.surfaces) {
-            Whitted tracer = shading.tracer;
-            if (!world.medium.empty()) tracer.medium = &world.medium;
-            tracer.marcher = &sampler;
-            tracer.through = [](void *any, const Ray &part, Real end) {
-                Sampler &own = *static_cast<Sampler *>(any);
-                return Through{sample_radiance(own.paths, part, end, Color(Real(0)), own.generator),
-                               exp(-optical_depth(*own.paths.medium, part, end))};
-            };
-            return trace(tracer, ray);
-        }
+    } sampler = {paths, Pcg32(0)};
+    Whitted &tracer = shading.tracer;
+    if (world.surfaces && !medium.empty()) {
+        tracer.medium = &medium;
+        tracer.marcher = &sampler;
+        tracer.through = [](void *any, const Ray &part, Real end) {
+            Sampler &own = *static_cast<Sampler *>(any);
+            return Through{sample_radiance(own.paths, part, end, Color(Real(0)), own.generator),
+                           exp(-optical_depth(*own.paths.medium, part, end))};
+        };
+    }
+    const auto sample = [&](const Ray &ray) {
+        if (world.surfaces) return trace(tracer, ray);
         Color behind = vec_of(scene.background);
-        if (largest(behind) > Real(0)) behind = behind * exp(-optical_depth(world.medium, ray, path_end));
+        if (largest(behind) > Real(0)) behind = behind * exp(-optical_depth(medium, ray, path_end));
         return sample_radiance(paths, ray, path_end, behind, sampler.generator);
     };
     const View view(scene.camera);
@@ -550,10 +615,9 @@ Status render_reference(const Scene &scene, const Settings &settings, Arena &are
             const uint64_t row = static_cast<uint64_t>(y - crop.y0);
             if (!observer(Stage::render, pass * rows + row, passes * rows)) return Status::stopped;
             for (int32_t x = crop.x0; x < crop.x1; ++x, ++pixel) {
-                Sampler sampler = {paths, pass_generator(settings, settings.first_pass + pass, x, y)};
+                sampler.generator = pass_generator(settings, settings.first_pass + pass, x, y);
                 for (uint32_t i = 0; i < settings.samples; ++i) {
-                    const Color color =
-                        sample(view.ray_through(Real(x) + pattern.u(i), Real(y) + pattern.v(i)), sampler);
+                    const Color color = sample(view.ray_through(Real(x) + pattern.u(i), Real(y) + pattern.v(i)));
                     add_sample(pixel->channels[0], color.x);
                     add_sample(pixel->channels[1], color.y);
                     add_sample(pixel->channels[2], color.z);

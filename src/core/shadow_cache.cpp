@@ -34,13 +34,11 @@ bool is_shadowed(ShadowCache &cache, Shadows &shadows, const ShadowQuery &query)
             return true;
     }
     uint32_t occluder;
-    if (is_blocked_by_still(surfaces, query.ray, surfaces.skin, query.end, query.triangle, occluder,
-                            statistics.shadow.traced)) {
+    if (is_blocked_by_still(shadows, query, occluder)) {
         last = occluder;
         return true;
     }
-    return is_blocked_by_moving(surfaces, query.ray, surfaces.skin, query.end, query.triangle,
-                                statistics.shadow.traced);
+    return is_blocked_by_moving(shadows, query);
 }
 
 } // namespace wisp::WISP_ARITH

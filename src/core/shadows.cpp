@@ -59,7 +59,6 @@ void end_frame(Shadows &shadows) {
 }
 
 bool is_shadowed(Shadows &shadows, const ShadowQuery &query) {
-    const Surfaces &surfaces = *shadows.surfaces;
     void *memory = shadows.memory;
     ++shadows.statistics->rays.shadow;
     switch (shadows.method) {
@@ -71,7 +70,7 @@ bool is_shadowed(Shadows &shadows, const ShadowQuery &query) {
     case ShadowMethod::lie: return is_shadowed(*static_cast<LocalShadows *>(memory), shadows, query);
     default: break;
     }
-    return is_blocked(surfaces, query.ray, surfaces.skin, query.end, query.triangle, shadows.statistics->shadow.traced);
+    return is_blocked(shadows, query);
 }
 
 bool is_shadowed_by_moving_alone(Shadows &shadows, const ShadowQuery &query) {
@@ -82,8 +81,7 @@ bool is_shadowed_by_moving_alone(Shadows &shadows, const ShadowQuery &query) {
         return false;
     }
     ++statistics.rays.shadow_dynamic_only;
-    return is_blocked_by_moving(surfaces, query.ray, surfaces.skin, query.end, query.triangle,
-                                statistics.shadow.traced);
+    return is_blocked_by_moving(shadows, query);
 }
 
 } // namespace wisp::WISP_ARITH

@@ -71,6 +71,18 @@ ShaftLattice make_shaft_lattice(const Surfaces &surfaces, int exponent) {
     return {exponent, error + 3, blur, steps(surfaces.skin)};
 }
 
+bool follow_light(ShaftLight &light, const Shadows &shadows, uint32_t number, bool known) {
+    if (known && same_shadows(light.light, shadows.lights[number])) return false;
+    light.light = shadows.lights[number];
+    light.lattice = make_shaft_lattice(*shadows.surfaces, light_exponent(shadows.surfaces->still, light.light));
+    return true;
+}
+
+bool is_on_lattice(const TriangleTree &still, const Vec3 &p) {
+    const Real farthest = still.largest * Real(2); // the lattice reaches as far
+    return abs(p.x) <= farthest && abs(p.y) <= farthest && abs(p.z) <= farthest;
+}
+
 LatticePoint lattice_point(const Vec3 &p, int exponent) {
     return {{floor_to_int(scale_pow2(p.x, -exponent)), floor_to_int(scale_pow2(p.y, -exponent)),
              floor_to_int(scale_pow2(p.z, -exponent))}};

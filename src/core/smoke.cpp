@@ -16,13 +16,15 @@ const uint32_t *shares_of_area(const SmokeSource &source, Arena &arena) {
     if (!before) return nullptr;
     const GridSource &grid = source.grid;
     const auto area = [&](uint32_t i) {
-        return !source.is_grid() ? source.particles[i].area : grid.density ? static_cast<double>(grid.density[i]) : 1;
+        return !source.is_grid() ? to_real<Real>(source.particles[i].area)
+               : grid.density    ? to_real<Real>(grid.density[i])
+                                 : Real(1);
     };
     Real greatest = Real(0);
-    for (uint32_t i = 0; i < count; ++i) greatest = max(greatest, to_real<Real>(area(i)));
+    for (uint32_t i = 0; i < count; ++i) greatest = max(greatest, area(i));
     uint64_t total = 0;
     const auto units = [&](uint32_t i) { // an area in 1 / 65536 of the greatest
-        return static_cast<uint64_t>(floor_to_int(scale_pow2(to_real<Real>(area(i)) / greatest, 16)));
+        return static_cast<uint64_t>(floor_to_int(scale_pow2(area(i) / greatest, 16)));
     };
     for (uint32_t i = 0; i < count; ++i) total += units(i);
     // sum / total as a fraction of 2^32, by long division in two halves of 16 bits: total < 2^47.
@@ -40,13 +42,13 @@ const uint32_t *shares_of_area(const SmokeSource &source, Arena &arena) {
 
 uint64_t medium_bytes(const Scene &scene, double density_step) {
     uint64_t bytes = Arena::bytes<Smoke>(scene.smoke_count);
-    const bool resampled = density_step > 0 && can_resample(scene);
+    const bool resampled = order_of(density_step) > 0 && can_resample(scene);
     const BrickPlan bricks = resampled ? plan_bricks(scene, density_step) : BrickPlan{0, 0, Real(0)};
     if (resampled) bytes += bricks.bytes + Arena::bytes<Bricks>(1);
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const SmokeSource &source = scene.smokes[i];
         bytes += resampled && !source.empty() ? brick_field_bytes(source, bricks.count) : density_field_bytes(source);
-        const bool glows = source.emission.x > 0 || source.emission.y > 0 || source.emission.z > 0;
+        const bool glows = any_above_zero(source.emission);
         if (glows) bytes += Arena::bytes<uint32_t>(elements_of(source));
     }
     return bytes;
@@ -54,7 +56,7 @@ uint64_t medium_bytes(const Scene &scene, double density_step) {
 
 Medium make_medium(const Scene &scene, double density_step, Arena &arena) {
     Medium medium = {};
-    if (density_step > 0 && can_resample(scene)) {
+    if (order_of(density_step) > 0 && can_resample(scene)) {
         Bricks *bricks = arena.make<Bricks>(1);
         if (!bricks) return medium;
         *bricks = make_bricks(scene, density_step, arena);

@@ -135,8 +135,10 @@ bool narrow(const FinePoint (&corner)[3], LatticeBox &box) {
 }
 
 uint32_t plane_value(int32_t plane, int exponent) {
-    if (std::is_same_v<Real, Fixed>) return static_cast<uint32_t>(plane);
-    return detail::to_bits(scale_pow2(static_cast<float>(plane), exponent));
+    if constexpr (std::is_same_v<Real, Fixed>)
+        return static_cast<uint32_t>(plane);
+    else
+        return detail::to_bits(scale_pow2(static_cast<float>(plane), exponent));
 }
 
 Vec3 corner_of(const Triangle &triangle, uint32_t i) { return vec_of(triangle.corner[i]); }
@@ -298,7 +300,7 @@ class TriangleTreeBuilder {
                 const bool empty = first + lane >= task.count;
                 const Triangle *triangle = empty ? nullptr : triangles_ + items_[task.first + first + lane].triangle;
                 group.triangle[lane] = empty ? no_triangle : items_[task.first + first + lane].triangle;
-                if (!empty && materials_[triangle->material].transmission > 0)
+                if (!empty && order_of(materials_[triangle->material].transmission) > 0)
                     group.triangle[lane] |= lets_light_through;
                 for (uint32_t c = 0; c < 3; ++c) {
                     const Vec3 p = empty ? Vec3(Real(0)) : corner_of(*triangle, c);
@@ -453,6 +455,11 @@ inline Slope<int64_t> slope_of(Fixed component, Fixed dominant, Fixed reach) {
     return {component.raw() < 0 ? -inverse : inverse, times(margin, inverse) + 1};
 }
 
+// No corner's coordinate less the origin's is more.
+Real reach_of(const TriangleTree &tree, const TriangleRay &ray) {
+    return tree.largest + max(abs(ray.origin.x), max(abs(ray.origin.y), abs(ray.origin.z)));
+}
+
 // The ray as planes are tested against it.
 struct PlaneRay {
     Parameter inverse[3], to_low[3], to_high[3]; // crossings are plane * inverse - to_low, or to_high, or between
@@ -462,7 +469,7 @@ struct PlaneRay {
     PlaneRay(const TriangleTree &tree, const TriangleRay &ray) : shift(tree.step_exponent + 32) {
         const Real origin[3] = {ray.origin.x, ray.origin.y, ray.origin.z};
         const Real direction[3] = {ray.direction.x, ray.direction.y, ray.direction.z};
-        const Real reach = tree.largest + max(abs(origin[0]), max(abs(origin[1]), abs(origin[2])));
+        const Real reach = reach_of(tree, ray);
         for (uint32_t a = 0; a < 3; ++a) {
             const Slope<Parameter> slope = slope_of(direction[a], direction[ray.z], reach);
             const Parameter to_origin = times(position_of(origin[a]), slope.inverse);
@@ -474,32 +481,70 @@ struct PlaneRay {
     }
 };
 
-// What finds the triangles of a group that may be hit: all that are, and of others few. In f32 and f64 these are the
-// test's own sheared corners, and the sign of a difference of rounded products is that of the exact one, or it is 0. In
-// Fixed they are doubles in units of 2^-32. A corner less the origin is exact, of at most M = 2^47; sheared, it is less
-// than 2^-51 M + 2^-14 off the test's: 2^-53 M each by the shear, its product and (two) the difference, 2^-14 by the
-// test's rounding down. `slack` is twice that. Hence cross products of corners p and q are less than half of
+// What finds the triangles of a group that may be hit: all that are, and of others few. In f32 and f64 by the test's
+// own sheared corners; the sign of a difference of rounded products is that of the exact one, or it is 0.
+template <class T> struct ExactFiltering {
+    using Number = T;
+    using Product = T;
+
+    explicit ExactFiltering(T) {}
+    static Number number_of(T shear) { return shear; }
+    static Number difference(T a, T b) { return a - b; }
+    static Number sheared(Number x, Number z, Number shear) { return x - shear * z; }
+    static Product room(Number) { return Product(0); }
+};
+
+// Fixed by doubles in units of 2^-32. A corner less the origin is exact, of at most M = 2^47; sheared, it is less than
+// 2^-51 M + 2^-14 off the test's: 2^-53 M each by the shear, its product and (two) the difference, 2^-14 by the test's
+// rounding down. `slack` is twice that. Hence cross products of corners p and q are less than half of
 // slack (|p_x| + |p_y| + |q_x| + |q_y| + slack) off, and as much again by three roundings of 2^-53 of products below
 // 2 M (|q_x| + |q_y|). The room is twice it all.
-struct Filter {
-    using Number = std::conditional_t<std::is_same_v<Real, Fixed>, double, Real>;
+struct DoubleFiltering {
+    using Number = double;
+    using Product = double;
+    static constexpr double slack = 0x1p-3 + 0x1p-13;
 
+    explicit DoubleFiltering(Fixed) {}
+    static Number number_of(int64_t shear) { return static_cast<double>(shear) * 0x1p-62; }
+    static Number difference(Fixed a, Fixed b) { // 2^52 + 2^51 + the integer, less that
+        const uint64_t integer = static_cast<uint64_t>(a.raw()) - static_cast<uint64_t>(b.raw());
+        return detail::from_bits<double>(integer + 0x4338000000000000) - 0x1.8p52;
+    }
+    static Number sheared(Number x, Number z, Number shear) { return x - shear * z; }
+    static Product room(Number sum) { return 2 * slack * (sum + slack); }
+};
+
+// Fixed by words of 32 bits, in units such that a corner less the origin is at most 2^27. Sheared, it is less than 3.2
+// off the test's: 1 each by rounding down the coordinate, that along the ray and the product, 2^-3 by the shear in
+// units of 2^-30. Hence cross products of corners p and q are less than 3.2 (|p_x| + |p_y| + |q_x| + |q_y|) + 2 * 3.2^2
+// off. The room is more.
+struct IntegerFiltering {
+    using Number = int32_t;
+    using Product = int64_t;
+    int shift;
+
+    explicit IntegerFiltering(Fixed reach)
+        : shift(max(0, 37 - detail::leading_zeros(static_cast<uint64_t>(reach.raw()) | 1))) {}
+    static Number number_of(int64_t shear) { return static_cast<Number>(shear >> 32); }
+    Number difference(Fixed a, Fixed b) const { return static_cast<Number>((a.raw() - b.raw()) >> shift); }
+    static Number sheared(Number x, Number z, Number shear) {
+        return x - static_cast<Number>((Product{shear} * z) >> 30);
+    }
+    static Product room(Number sum) { return 4 * (Product{sum} + 8); }
+};
+
+using Filtering = std::conditional_t<!std::is_same_v<Real, Fixed>, ExactFiltering<Real>,
+                                     std::conditional_t<hardware_double, DoubleFiltering, IntegerFiltering>>;
+
+struct Filter : Filtering {
     uint32_t axis[3];
     Real from[3];
     Number shear_x, shear_y;
-    static constexpr Number slack = std::is_same_v<Real, Fixed> ? Number(0x1p-3 + 0x1p-13) : Number(0);
 
-    explicit Filter(const TriangleRay &ray)
-        : axis{ray.x, ray.y, ray.z}, shear_x(number_of_shear(ray.shear_x)), shear_y(number_of_shear(ray.shear_y)) {
+    Filter(const TriangleTree &tree, const TriangleRay &ray)
+        : Filtering(reach_of(tree, ray)), axis{ray.x, ray.y, ray.z}, shear_x(number_of(ray.shear_x)),
+          shear_y(number_of(ray.shear_y)) {
         for (int i = 0; i < 3; ++i) from[i] = ray.origin[static_cast<int>(axis[i])];
-    }
-
-    static Number number_of_shear(Number shear) { return shear; }
-    static Number number_of_shear(int64_t shear) { return static_cast<Number>(shear) * Number(0x1p-62); }
-    static Number difference(Number a, Number b) { return a - b; }
-    static Number difference(Fixed a, Fixed b) { // 2^52 + 2^51 + the integer, less that
-        const uint64_t integer = static_cast<uint64_t>(a.raw()) - static_cast<uint64_t>(b.raw());
-        return static_cast<Number>(detail::from_bits<double>(integer + 0x4338000000000000) - 0x1.8p52);
     }
 
     // Of the first `count`.
@@ -510,20 +555,25 @@ struct Filter {
                               *const from_z = group.corner[c][axis[2]];
             WISP_LANES for (uint32_t l = 0; l < group_triangles; ++l) {
                 const Number z = difference(from_z[l], from[2]);
-                x[c][l] = difference(from_x[l], from[0]) - shear_x * z;
-                y[c][l] = difference(from_y[l], from[1]) - shear_y * z;
+                x[c][l] = sheared(difference(from_x[l], from[0]), z, shear_x);
+                y[c][l] = sheared(difference(from_y[l], from[1]), z, shear_y);
             }
         }
+        const auto cross = [&](uint32_t p, uint32_t q, uint32_t l) {
+            return Product{x[p][l]} * y[q][l] - Product{y[p][l]} * x[q][l];
+        };
+        const auto size = [](auto v) {
+            if constexpr (std::is_integral_v<decltype(v)>)
+                return v < 0 ? -v : v;
+            else
+                return abs(v);
+        };
         uint32_t mask = 0;
         WISP_LANES for (uint32_t l = 0; l < group_triangles; ++l) {
-            const Number a = x[2][l] * y[1][l] - y[2][l] * x[1][l], b = x[0][l] * y[2][l] - y[0][l] * x[2][l],
-                         c = x[1][l] * y[0][l] - y[1][l] * x[0][l];
-            Number room = Number(0);
-            if constexpr (slack > Number(0))
-                room =
-                    Number(2) * slack *
-                    (abs(x[0][l]) + abs(x[1][l]) + abs(x[2][l]) + abs(y[0][l]) + abs(y[1][l]) + abs(y[2][l]) + slack);
-            mask |= min(a, min(b, c)) < -room && max(a, max(b, c)) > room ? 0u : 1u << l;
+            const Product a = cross(2, 1, l), b = cross(0, 2, l), c = cross(1, 0, l);
+            const Product space =
+                room(size(x[0][l]) + size(x[1][l]) + size(x[2][l]) + size(y[0][l]) + size(y[1][l]) + size(y[2][l]));
+            mask |= min(a, min(b, c)) < -space && max(a, max(b, c)) > space ? 0u : 1u << l;
         }
         return mask & ((1u << count) - 1);
     }
@@ -536,7 +586,7 @@ WISP_VISITOR void search(const TriangleTree &tree, const TriangleRay &ray, Param
                          uint32_t skip, TreeCounts &counts, Visit &&visit) {
     if (tree.triangle_count == 0) return;
     const PlaneRay planes(tree, ray);
-    const Filter filter(ray);
+    const Filter filter(tree, ray);
     Parameter from = begin, to = end;
     for (int a = 0; a < 3; ++a) {
         const Parameter low = times(position_of(tree.bounds.low[a]), planes.inverse[a]),

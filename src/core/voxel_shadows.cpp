@@ -63,9 +63,7 @@ void begin_frame(VoxelShadows &voxels, const Shadows &shadows) {
     if (first) lay_out(voxels, still);
     for (uint32_t l = 0; l < voxels.light_count; ++l) {
         VoxelLight &voxel_light = voxels.lights[l];
-        if (!first && same_shadows(voxel_light.light, shadows.lights[l])) continue;
-        voxel_light.light = shadows.lights[l];
-        voxel_light.lattice = make_shaft_lattice(*shadows.surfaces, light_exponent(still, voxel_light.light));
+        if (!follow_light(voxel_light, shadows, l, !first)) continue;
         std::fill(voxel_light.state, voxel_light.state + voxel_count(voxels), unknown);
     }
 }
@@ -73,15 +71,10 @@ void begin_frame(VoxelShadows &voxels, const Shadows &shadows) {
 bool is_shadowed(VoxelShadows &voxels, Shadows &shadows, const ShadowQuery &query) {
     const Surfaces &surfaces = *shadows.surfaces;
     Statistics &statistics = *shadows.statistics;
-    const auto blocked_by_moving = [&] {
-        return is_blocked_by_moving(surfaces, query.ray, surfaces.skin, query.end, query.triangle,
-                                    statistics.shadow.traced);
-    };
-    if (surfaces.still.triangle_count == 0) return blocked_by_moving();
+    if (surfaces.still.triangle_count == 0) return is_blocked_by_moving(shadows, query);
     VoxelLight &light = voxels.lights[query.light];
     const Vec3 &from = query.ray.origin;
-    const Real farthest = surfaces.still.largest * Real(2); // the lattice reaches as far
-    bool within = abs(from.x) <= farthest && abs(from.y) <= farthest && abs(from.z) <= farthest;
+    bool within = is_on_lattice(surfaces.still, from);
     const LatticePoint at = within ? lattice_point(from, voxels.exponent) : voxels.low;
     LatticeBounds box;
     uint64_t index = 0;
@@ -101,8 +94,7 @@ bool is_shadowed(VoxelShadows &voxels, Shadows &shadows, const ShadowQuery &quer
     }
     if (state == null || state == query.triangle) return is_shadowed_by_moving_alone(shadows, query);
     uint32_t occluder;
-    const bool blocked = is_blocked_by_still(surfaces, query.ray, surfaces.skin, query.end, query.triangle, occluder,
-                                             statistics.shadow.traced);
+    const bool blocked = is_blocked_by_still(shadows, query, occluder);
     if (state == unknown) {
         const Shaft shaft(light.lattice, box, light.light);
         uint32_t count;
@@ -113,7 +105,7 @@ bool is_shadowed(VoxelShadows &voxels, Shadows &shadows, const ShadowQuery &quer
         else if (count == 0)
             state = null;
     }
-    return blocked || blocked_by_moving();
+    return blocked || is_blocked_by_moving(shadows, query);
 }
 
 } // namespace wisp::WISP_ARITH

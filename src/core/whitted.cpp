@@ -39,7 +39,8 @@ Vec3 mirrored(const Vec3 &direction, const Vec3 &normal) {
 
 // The mean of the triangle's texture in the beam's footprint: as wide as the cone, and longer the more it is slanted.
 // `area` is twice the triangle's.
-Color texture_of(const Scene &scene, const Triangle &triangle, const Vec3 &share, Real width, Real cosine, Real area) {
+WISP_VISITOR Color texture_of(const Scene &scene, const Triangle &triangle, const Vec3 &share, Real width, Real cosine,
+                              Real area) {
     const Texture &texture = scene.textures[triangle.texture];
     Real u[3], v[3];
     for (int i = 0; i < 3; ++i) {
@@ -56,7 +57,7 @@ Color texture_of(const Scene &scene, const Triangle &triangle, const Vec3 &share
                       v[0] * share.x + v[1] * share.y + v[2] * share.z, lod);
 }
 
-Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
+template <class T> Point point_at(const T &tracer, const Beam &beam, const Hit &hit) {
     const Scene &scene = *tracer.scene;
     const Triangle &triangle = scene.triangles[hit.triangle];
     const PlacedBody *body = hit.body < tracer.surfaces->body_count ? &tracer.surfaces->bodies[hit.body] : nullptr;
@@ -77,7 +78,7 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
     point.position = corner + edge1 * hit.u + edge2 * hit.v;
     point.normal = point.plane;
     const Double3 &n = triangle.normal[0];
-    if (n.x != 0 || n.y != 0 || n.z != 0) {
+    if (order_of(n.x) != 0 || order_of(n.y) != 0 || order_of(n.z) != 0) {
         Vec3 normal = vec_of(n) * share.x + vec_of(triangle.normal[1]) * share.y + vec_of(triangle.normal[2]) * share.z;
         if (length(normal) > Real(0x1p-12)) {
             if (body) { // by the inverse transpose, which may be small
@@ -112,13 +113,17 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
 // What the irradiance from light i is multiplied by, seen along `direction`; false: nothing comes of it. A light behind
 // the triangle's plane gives nothing, whatever the interpolated normal says, and none is blocked by the triangle
 // itself.
-bool respond(const Whitted &tracer, const Point &point, const Vec3 &direction, uint32_t i, const Illumination &from,
+template <class T>
+bool respond(const T &tracer, const Point &point, const Vec3 &direction, uint32_t i, const Illumination &from,
              Color &factor) {
     const SurfaceMaterial &material = *point.material;
     const Vec3 to_light = -from.direction;
     const Real cosine = dot(point.normal, to_light);
-    if (!(dot(point.plane, to_light) > Real(0)) || !(cosine > Real(0)) || !(largest(from.irradiance) > Real(0)))
+    LightNote<is_heard<T>> note(tracer, *tracer.statistics, i, from);
+    if (!(dot(point.plane, to_light) > Real(0)) || !(cosine > Real(0)) || !(largest(from.irradiance) > Real(0))) {
+        if constexpr (is_heard<T>) note.entry.faces = false;
         return false;
+    }
     const ShadowQuery query = {{point.position, to_light},
                                from.distance - tracer.surfaces->skin,
                                i,
@@ -127,16 +132,22 @@ bool respond(const Whitted &tracer, const Point &point, const Vec3 &direction, u
                                point.u,
                                point.v,
                                point.body};
-    if (is_shadowed(*tracer.shadows, query)) return false;
-    const Real passing = tracer.medium ? exp(-optical_depth(*tracer.medium, query.ray, from.distance)) : Real(1);
+    if (note.is_blocked(tracer.shadows, [&] { return is_shadowed(*tracer.shadows, query); })) return false;
+    Real passing = Real(1);
+    if (tracer.medium) {
+        const Real depth = optical_depth(*tracer.medium, query.ray, from.distance);
+        passing = exp(-depth);
+        note.passes(depth, passing);
+    }
     const Real lambert = tracer.lights[i].kind == LightKind::constant ? cosine : cosine * inv_pi<Real>;
     const Real highlight = power(dot(mirrored(-to_light, point.normal), -direction), material.shininess);
     factor = (material.diffuse * point.texture * lambert + material.specular * highlight) * passing;
+    if constexpr (is_heard<T>) note.gives(from.irradiance * factor);
     return true;
 }
 
 // What the lights give, seen along `direction`.
-Color direct_light(const Whitted &tracer, const Point &point, const Vec3 &direction) {
+template <class T> Color direct_light(const T &tracer, const Point &point, const Vec3 &direction) {
     Color sum(Real(0)), factor;
     if (!tracer.cuts) {
         for (uint32_t i = 0; i < tracer.scene->light_count; ++i) {
@@ -159,27 +170,36 @@ Color direct_light(const Whitted &tracer, const Point &point, const Vec3 &direct
     return light_of_cut(*tracer.cuts, lit, ask).sum;
 }
 
-Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight);
+template <class T> Color trace(const T &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight);
 
 // A ray that leaves the point, if it is worth it.
-Color follow(const Whitted &tracer, const Point &point, const Vec3 &direction, const Color &share, uint32_t depth,
-             Real weight, uint64_t &count) {
+template <class T>
+Color follow(const T &tracer, const Point &point, const Vec3 &direction, const Color &share, uint32_t depth,
+             Real weight, RayKind kind, uint64_t &count) {
     const Real rest = weight * largest(share);
-    if (depth == tracer.depth || rest < least_weight) return Color(Real(0));
+    if (depth == tracer.depth || rest < least_weight) {
+        if constexpr (is_heard<T>)
+            if (rest > Real(0))
+                tell(*tracer.journal, JournalEntry::Unsent{kind, told(share), to_double(rest), !(rest < least_weight)});
+        return Color(Real(0));
+    }
     ++count;
+    if constexpr (is_heard<T>)
+        tell(*tracer.journal,
+             JournalEntry::Ray{kind, depth + 1, told(point.position), told(direction), told(share), to_double(rest)});
     const Beam beam = {{point.position, direction}, point.width, point.triangle};
     return share * trace(tracer, beam, tracer.surfaces->skin, depth + 1, rest);
 }
 
 // The direction off the surface, on this side of its plane: where the interpolated normal would send the ray through
 // it, the plane's own mirrors.
-Vec3 reflection(const Point &point, const Vec3 &direction) {
+WISP_VISITOR Vec3 reflection(const Point &point, const Vec3 &direction) {
     const Vec3 way = mirrored(direction, point.normal);
     return normalize(dot(way, point.plane) > Real(0) ? way : mirrored(direction, point.plane));
 }
 
 // Snell's law; false: all is reflected. Behind the plane in any case.
-bool refraction(const Point &point, const Vec3 &direction, Vec3 &way) {
+WISP_VISITOR bool refraction(const Point &point, const Vec3 &direction, Vec3 &way) {
     const Real index = point.material->index, ratio = point.entered ? Real(1) / index : index;
     if (ratio == Real(1)) {
         way = direction;
@@ -193,30 +213,63 @@ bool refraction(const Point &point, const Vec3 &direction, Vec3 &way) {
     return true;
 }
 
+// What there is to tell of a hit.
+JournalEntry::Hit hit_entry(const Whitted &tracer, const Hit &hit, const Point &point, const Color &ambient) {
+    const Triangle &triangle = tracer.scene->triangles[hit.triangle];
+    JournalEntry::Hit entry = {};
+    entry.distance = to_double(hit.distance);
+    entry.triangle = hit.triangle;
+    entry.body = hit.body < tracer.surfaces->body_count ? static_cast<int32_t>(hit.body) : -1;
+    entry.still = point.still;
+    entry.material = triangle.material;
+    entry.texture = triangle.texture;
+    entry.u = to_double(hit.u);
+    entry.v = to_double(hit.v);
+    entry.point = told(point.position);
+    entry.plane = told(point.plane);
+    entry.normal = told(point.normal);
+    entry.entered = point.entered;
+    entry.texture_color = told(point.texture);
+    entry.ambient = told(ambient);
+    return entry;
+}
+
 // What the surface that a beam hits, if any, sends back along it.
-Color shade(const Whitted &tracer, const Beam &beam, const Hit &hit, uint32_t depth, Real weight) {
+template <class T> Color shade(const T &tracer, const Beam &beam, const Hit &hit, uint32_t depth, Real weight) {
     if (!hit.found) return tracer.background;
     const Point point = point_at(tracer, beam, hit);
     const SurfaceMaterial &material = *point.material;
     const Vec3 &direction = beam.ray.direction;
-    Color radiance = material.ambient * point.texture + direct_light(tracer, point, direction);
+    Color radiance = material.ambient * point.texture;
+    if constexpr (is_heard<T>) tell(*tracer.journal, hit_entry(tracer, hit, point, radiance));
+    const Color lit = direct_light(tracer, point, direction);
+    if constexpr (is_heard<T>) tell(*tracer.journal, JournalEntry::Lit{told(lit)});
+    radiance += lit;
     const Color passing(material.transmission);
     Vec3 inside;
     const bool passes = material.transmission > Real(0) && refraction(point, direction, inside);
     const Color mirror = material.specular + (passes ? Color(Real(0)) : passing);
+    auto &rays = tracer.statistics->rays;
     radiance +=
-        follow(tracer, point, reflection(point, direction), mirror, depth, weight, tracer.statistics->rays.reflected);
-    if (passes) radiance += follow(tracer, point, inside, passing, depth, weight, tracer.statistics->rays.refracted);
+        follow(tracer, point, reflection(point, direction), mirror, depth, weight, RayKind::reflected, rays.reflected);
+    if (passes) radiance += follow(tracer, point, inside, passing, depth, weight, RayKind::refracted, rays.refracted);
     return radiance;
 }
 
-Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight) {
+template <class T> Color trace(const T &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight) {
     TreeCounts unused = {};
     const Hit hit = nearest_hit(*tracer.surfaces, beam.ray, begin, path_end, beam.skip, unused);
     if (depth == 0) see(*tracer.shadows, beam.ray, hit);
-    if (!tracer.medium) return shade(tracer, beam, hit, depth, weight);
+    if (!tracer.medium) {
+        const Color radiance = shade(tracer, beam, hit, depth, weight);
+        tell_ray_end(tracer, hit.found, nothing_between(), radiance, radiance);
+        return radiance;
+    }
     const Through smoke = tracer.through(tracer.marcher, beam.ray, hit.found ? hit.distance : path_end);
-    return smoke.radiance + shade(tracer, beam, hit, depth, weight * smoke.transmittance) * smoke.transmittance;
+    const Color behind = shade(tracer, beam, hit, depth, weight * smoke.transmittance);
+    const Color radiance = smoke.radiance + behind * smoke.transmittance;
+    tell_ray_end(tracer, hit.found, smoke, behind, radiance);
+    return radiance;
 }
 
 } // namespace
@@ -236,6 +289,10 @@ SurfaceMaterial *make_surface_materials(const Scene &scene, Arena &arena) {
 }
 
 Color trace(const Whitted &tracer, const Ray &ray) {
+    return trace(tracer, {ray, Real(0), no_triangle}, Real(0), 0, Real(1));
+}
+Color trace(const Heard<Whitted> &tracer, const Ray &ray) {
+    tell_camera_ray(tracer, ray);
     return trace(tracer, {ray, Real(0), no_triangle}, Real(0), 0, Real(1));
 }
 

@@ -8,178 +8,21 @@
 #include "host/particle_report.h"
 #include "host/passes.h"
 #include "host/picture.h"
-#include "host/prepare.h"
 #include "host/proof.h"
+#include "host/request.h"
 #include "host/sha256.h"
 #include "host/statistics_json.h"
 #include "host/stitch.h"
 #include "host/version.h"
-#include "host/way.h"
-#include <chrono>
+#include "host/watch.h"
 #include <cstdio>
 #include <memory>
 #include <new>
 #include <optional>
-#include <unistd.h>
 
 namespace wisp {
 
 namespace {
-
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-
-// The scene of a command line, and the options: the scene's own first, those of the command line over them.
-struct Request {
-    std::string name;
-    SceneFile file;
-    Options options;
-    Options::Frames frames;
-};
-
-// The frames to render: of an animated scene those that it has, unless others are asked for.
-Options::Frames frames_of(const Request &request) {
-    const Options &options = request.options;
-    if (!request.file.animation) {
-        if (options.frame_count)
-            throw Error(exit_usage, request.name + ": option 'frame-count': there is no animation (statement 'a')");
-        return options.frames.value_or(Options::Frames());
-    }
-    const int64_t last = frame_count_of(request.file, options) - 1;
-    if (!options.frames) return {0, last, 1};
-    if (options.frames->last > last)
-        throw Error(exit_usage, request.name + ": option 'frames': found frame " +
-                                    std::to_string(options.frames->last) + ", expected 0 to " + std::to_string(last));
-    return *options.frames;
-}
-
-Request read_request(const std::vector<std::string> &arguments) {
-    const CommandLine line = parse_arguments(arguments);
-    if (line.files.size() != 1)
-        throw Error(exit_usage,
-                    "found " + std::to_string(line.files.size()) + " scene files, expected one; see 'wisp help'");
-    Request request;
-    for (const auto &[name, value] : line.options) set_option(request.options, name, value, ""); // usage before input
-    request.name = line.files[0];
-    request.file = read_scene(request.name);
-    request.options = Options();
-    for (const SceneFile::Default &setting : request.file.defaults) try {
-            if (setting.option == "output" || setting.option == "stats" || setting.option == "error-out" ||
-                setting.option == "map-out" || setting.option == "map-in")
-                throw InputError(setting.where + "option '" + setting.option +
-                                 "' in a scene, expected it on the command line");
-            set_option(request.options, setting.option, setting.value, setting.where);
-        } catch (const Error &error) {
-            throw InputError(error.what());
-        }
-    for (const auto &[name, value] : line.options) set_option(request.options, name, value, "");
-    request.frames = frames_of(request);
-    return request;
-}
-
-Settings settings_of(const Options &options, const PreparedScene &prepared) {
-    const int width = prepared.width, height = prepared.height;
-    Settings settings = {};
-    settings.crop = {0, 0, width, height};
-    if (options.crop) {
-        const auto &c = *options.crop;
-        if (c.x1 > width || c.y1 > height)
-            throw Error(exit_usage, "option 'crop' reaches beyond the picture's " + std::to_string(width) + " x " +
-                                        std::to_string(height) + " pixels");
-        settings.crop = {c.x0, c.y0, c.x1, c.y1};
-    }
-    settings.samples = options.samples;
-    settings.depth = options.depth;
-    settings.shadows = options.shadows;
-    settings.lights = options.lights;
-    settings.check_shadows = options.verbose && settings.shadows == ShadowMethod::paper;
-    settings.photons = options.photons;
-    settings.seed = options.seed;
-    settings.gather = options.gather;
-    settings.gather_radius = options.gather_radius;
-    choose_way(options, prepared.scene, settings);
-    settings.reference = options.reference;
-    const Options::Range passes = options.passes.value_or(Options::Range{0, 16});
-    settings.first_pass = passes.first;
-    settings.last_pass = passes.last;
-    return settings;
-}
-
-bool uses_map(const Settings &settings) { return !settings.reference && settings.method == Method::map; }
-
-Plan checked_plan(const Request &request, const Scene &scene, const Settings &settings) {
-    bool smoke = false;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) smoke |= !scene.smokes[i].empty();
-    if (scene.triangle_count() > 0 && !smoke && uses_map(settings))
-        throw Error(exit_usage, request.name + ": found options of the particle map, expected none without smoke");
-    for (uint32_t i = 0; i < scene.smoke_count; ++i)
-        if (scene.smokes[i].is_grid() && settings.method == Method::map && settings.estimate == Estimate::knn)
-            throw Error(exit_usage, request.name + ": option 'estimate': found 'knn' with --smoke map for a grid or a "
-                                                   "box, expected kernel, or particles alone");
-    const Plan plan = core(request.options.arithmetic).plan(scene, settings);
-    if (request.options.memory && plan.bytes.arena > *request.options.memory)
-        throw Error(exit_memory, request.name + ": the plan needs " + std::to_string(plan.bytes.arena) +
-                                     " bytes, expected at most the " + std::to_string(*request.options.memory) +
-                                     " of --memory; fewer --photons need less");
-    if (uses_map(settings) && settings.photons > plan.most_photons)
-        throw Error(exit_usage, "option 'photons': found " + std::to_string(settings.photons) + ", expected at most " +
-                                    std::to_string(plan.most_photons) + " that the particle map's sums can hold");
-    return plan;
-}
-
-// Hears the core: measures the seconds of its stages and shows how far it is.
-class Watch {
-  public:
-    Watch(const Options &options, int64_t frame) : frame_(frame) {
-        using Progress = Options::Progress;
-        shown_ = !options.quiet && (options.progress == Progress::always ||
-                                    (options.progress == Progress::automatic && isatty(STDERR_FILENO)));
-    }
-    Observer observer() {
-        return {this, [](void *self, Stage stage, uint64_t done, uint64_t total) {
-                    static_cast<Watch *>(self)->hear(stage, done, total);
-                    return heard_signal() == 0;
-                }};
-    }
-    void finish() {
-        close(now());
-        if (shown_) std::fprintf(stderr, "\r%-40s\r", "");
-    }
-    double seconds(Stage stage) const { return seconds_[static_cast<int>(stage)]; }
-
-  private:
-    void hear(Stage stage, uint64_t done, uint64_t total) {
-        static const char *const names[] = {"trees", "photons", "irradiance", "render"};
-        const double time = now();
-        if (done == 0) {
-            close(time);
-            stage_ = static_cast<int>(stage);
-            began_ = time;
-        }
-        if (!shown_ || (done > 0 && time < next_)) return;
-        next_ = time + 0.2;
-        std::fprintf(stderr, "\rframe %lld: %s %3d %%", static_cast<long long>(frame_), names[static_cast<int>(stage)],
-                     static_cast<int>(total ? 100 * done / total : 0));
-        std::fflush(stderr);
-    }
-    void close(double time) {
-        if (stage_ >= 0) seconds_[stage_] += time - began_;
-        stage_ = -1;
-    }
-
-    int64_t frame_;
-    bool shown_;
-    int stage_ = -1;
-    double began_ = 0, next_ = 0, seconds_[4] = {};
-};
-
-// The arena's block is not touched until the core does, so what a plan reserves and a scene does not use costs nothing.
-std::unique_ptr<unsigned char[]> make_block(const std::string &name, uint64_t bytes) {
-    std::unique_ptr<unsigned char[]> block(new (std::nothrow) unsigned char[bytes]);
-    if (!block)
-        throw Error(exit_memory, name + ": the plan needs " + std::to_string(bytes) +
-                                     " bytes, more than the system gives; fewer --photons need less");
-    return block;
-}
 
 // The name behind a digest: that of the .pfm that was written, so that `sha256sum -c` finds it.
 std::string digest_name(const Options &options, int64_t frame) {
@@ -257,10 +100,6 @@ Passes make_passes(const Request &request, const PreparedScene &prepared, const 
     return passes;
 }
 
-bool several_frames(const Request &request) {
-    return request.frames.last - request.frames.first >= request.frames.step;
-}
-
 Batches batches_of(const Options &options, const Settings &settings) {
     return options.batches ? Batches{options.batches->first, options.batches->last} : all_batches(settings);
 }
@@ -274,9 +113,7 @@ bool find_map(const Request &request, int64_t frame, const PreparedScene &prepar
     if (!options.map_in.empty() || !options.map_out.empty() || several_frames(request))
         scene = identity_of_map(prepared.scene, settings, core(options.arithmetic).name);
     if (!options.map_in.empty()) {
-        const std::string path = numbered(options.map_in, frame);
-        map = parse_map(read_file(path), path);
-        check_map(map, scene, plan.map_sums, path);
+        map = saved_map(request, frame, scene, plan);
         return false;
     }
     if (!options.remap && !scene.empty() && map.scene == scene) return false;
@@ -290,22 +127,6 @@ bool find_map(const Request &request, int64_t frame, const PreparedScene &prepar
     return true;
 }
 
-[[noreturn]] void fail(const Request &request, const Plan &plan, int64_t frame, Status status) {
-    if (status == Status::wrong_sums)
-        throw InputError(numbered(request.options.map_in, frame) + ": not as many sums as this scene's map has");
-    if (status == Status::overflow)
-        throw InputError(request.name + ": photons collide so often that the particle map's sums might overflow, "
-                                        "expected fewer --photons or thinner smoke");
-    throw Error(exit_memory,
-                request.name + ": the plan's " + std::to_string(plan.bytes.arena) + " bytes do not suffice");
-}
-
-[[noreturn]] void stop(const Request &request, int64_t frame) {
-    const int signal = heard_signal();
-    throw Error(static_cast<Exit>(exit_signal + signal),
-                request.name + ": stopped by " + signal_name(signal) + " in frame " + std::to_string(frame));
-}
-
 // What lives from frame to frame.
 struct Sequence {
     PreparedScene prepared;
@@ -313,6 +134,7 @@ struct Sequence {
     std::unique_ptr<unsigned char[]> block;
     uint64_t bytes = 0; // of the block
     Kept kept = {};     // in it
+    std::string smoke;  // identity_of_smoke() of what is kept
     MapFile map;        // the particle map of the frame before
     Sha256 digest;
 };
@@ -391,9 +213,14 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
         picture.width = settings.crop.x1 - settings.crop.x0;
         picture.height = settings.crop.y1 - settings.crop.y0;
         picture.rgb.resize(static_cast<size_t>(picture.width) * static_cast<size_t>(picture.height) * 3);
+        if (plan.smoke && several_frames(request)) {
+            const std::string smoke = identity_of_smoke(prepared.scene, settings, core(options.arithmetic).name);
+            sequence.kept.same_smoke = smoke == sequence.smoke;
+            sequence.smoke = smoke;
+        }
         status = core(options.arithmetic)
                      .render(prepared.scene, settings, arena, watch.observer(), picture.rgb.data(), report.statistics,
-                             mapped ? &sums : nullptr, &sequence.kept);
+                             mapped ? &sums : nullptr, &sequence.kept, nullptr);
     }
     watch.finish();
     if (status == Status::stopped) stop(request, frame);
@@ -423,77 +250,6 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     report.seconds.render = watch.seconds(Stage::render);
     report.seconds.total = now() - start;
     return report;
-}
-
-void check_map_options(const Options &options, bool several) {
-    const struct {
-        const char *name;
-        bool given;
-    } of_map[] = {{"map-out", !options.map_out.empty()},
-                  {"map-in", !options.map_in.empty()},
-                  {"batches", options.batches.has_value()},
-                  {"remap", options.remap}};
-    for (const auto &option : of_map)
-        if (option.given && (options.reference || options.method.value_or(Method::map) != Method::map))
-            throw Error(exit_usage, std::string("option '") + option.name + "' belongs to --smoke map");
-    for (size_t i : {0, 2, 3})
-        if (!options.map_in.empty() && of_map[i].given)
-            throw Error(exit_usage,
-                        std::string("option '") + of_map[i].name + "' does not go with --map-in: nothing is traced");
-    if (several && !options.map_out.empty() && !has_number(options.map_out))
-        throw Error(exit_usage,
-                    "option 'map-out': found '" + options.map_out + "' for several frames, expected a name with %04d");
-    for (const std::string &output : options.outputs)
-        if (output == options.map_out)
-            throw Error(exit_usage, "option 'map-out' is '" + output + "' like an output, expected another file");
-    if (!options.batches) return;
-    if (options.map_out.empty())
-        throw Error(exit_usage, "option 'batches' makes no picture, expected --map-out with it");
-    if (!options.outputs.empty() || options.digest)
-        throw Error(exit_usage, std::string("option '") + (options.digest ? "digest" : "output") +
-                                    "' does not go with --batches: they make no picture");
-    const uint64_t batches = batch_count(options.photons);
-    if (options.batches->last > batches)
-        throw Error(exit_usage, "option 'batches': found '" + std::to_string(options.batches->first) + ":" +
-                                    std::to_string(options.batches->last) + "', expected batches below " +
-                                    std::to_string(batches) + ": those of " + std::to_string(options.photons) +
-                                    " photons");
-}
-
-void check_options(const Request &request) {
-    const Options &options = request.options;
-    const bool several = several_frames(request);
-    check_map_options(options, several);
-    for (const std::string &output : options.outputs) {
-        if (several && !has_number(output))
-            throw Error(exit_usage,
-                        "option 'output': found '" + output + "' for several frames, expected a name with %04d");
-        if (ends_in(output, ".map"))
-            throw Error(exit_usage, "option 'output': found '" + output + "', expected --map-out for the particle map");
-        if (!options.reference && ends_in(output, ".passes"))
-            throw Error(exit_usage, "option 'output': found '" + output + "', expected .passes only with --reference");
-    }
-    if (options.shadows == ShadowMethod::paper) {
-        const auto refuse = [](const char *option, const char *expected) {
-            throw Error(exit_usage,
-                        std::string("option '") + option + "' does not go with --shadows paper: " + expected);
-        };
-        if (options.crop) refuse("crop", "it learns from whole pictures");
-        if (options.reference) refuse("reference", "its pixels would be wrong");
-        if (request.frames.first != 0 || request.frames.step != 1)
-            refuse("frames", "it learns from frame to frame, expected all from 0 on");
-    }
-    if (options.method == Method::direct && options.estimate == Estimate::kernel)
-        throw Error(exit_usage, "option 'estimate': found 'kernel', expected knn with --smoke direct");
-    if (several && !options.error_out.empty() && !has_number(options.error_out))
-        throw Error(exit_usage, "option 'error-out': found '" + options.error_out +
-                                    "' for several frames, expected a name with %04d");
-    if (!options.reference && options.passes) throw Error(exit_usage, "option 'passes' belongs to --reference");
-    if (!options.reference && !options.error_out.empty())
-        throw Error(exit_usage, "option 'error-out' belongs to --reference");
-    for (const std::string &output : options.outputs)
-        if (output == options.error_out)
-            throw Error(exit_usage, "option 'error-out' is '" + output + "' like an output, expected another file");
 }
 
 void print_stage(const char *name, bool needed, uint64_t bytes, const std::string &why) {
@@ -559,7 +315,7 @@ void print_notes(const Options &options, const PreparedScene &prepared) {
 } // namespace
 
 int render_command(const std::vector<std::string> &arguments) {
-    const Request request = read_request(arguments);
+    const Request request = read_request(parse_arguments(arguments));
     const Options &options = request.options;
     check_options(request);
     Sequence sequence;
@@ -640,7 +396,7 @@ int stitch_command(const std::vector<std::string> &arguments) {
 }
 
 int plan_command(const std::vector<std::string> &arguments) {
-    const Request request = read_request(arguments);
+    const Request request = read_request(parse_arguments(arguments));
     check_options(request);
     PreparedScene prepared;
     prepare_scene(request.name, request.file, request.options, request.frames.first, prepared);

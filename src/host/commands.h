@@ -8,6 +8,9 @@ namespace wisp {
 int render_command(const std::vector<std::string> &arguments);
 int plan_command(const std::vector<std::string> &arguments);
 
+// `wisp inspect SCENE X Y`: how a pixel came to be what it is, as text, with --json as JSON.
+int inspect_command(const std::vector<std::string> &arguments);
+
 // `wisp merge A.passes B.passes ... -o FILE`: the picture (.png, .pfm) of all passes together, or their sums (.passes).
 int merge_command(const std::vector<std::string> &arguments);
 

@@ -10,7 +10,7 @@ struct Core {
     const char *name;
     Plan (*plan)(const Scene &, const Settings &);
     Status (*render)(const Scene &, const Settings &, Arena &, const Observer &, float *, Statistics &, MapSums *,
-                     Kept *);
+                     Kept *, const Journal *);
     Status (*trace_map)(const Scene &, const Settings &, const Batches &, Arena &, const Observer &, MapSums &,
                         Statistics &);
     Status (*render_reference)(const Scene &, const Settings &, Arena &, const Observer &, PixelSums *, Statistics &);

@@ -72,6 +72,16 @@ void add_moving(Digest &digest, const Scene &scene) {
 
 } // namespace
 
+std::string identity_of_smoke(const Scene &scene, const Settings &settings, const std::string &arithmetic) {
+    Digest digest;
+    digest.add(std::string(version), arithmetic, scene.radiance_exponent, scene.light_count, scene.smoke_count);
+    add_lights_and_smokes(digest, scene);
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) digest.add(scene.smokes[i].smallest_h, scene.smokes[i].largest_h);
+    digest.add(settings.method, settings.density_step, settings.light_step, settings.irradiance,
+               settings.irradiance_step);
+    return digest.finish();
+}
+
 std::string identity_of_map(const Scene &scene, const Settings &settings, const std::string &arithmetic) {
     Digest digest;
     digest.add(std::string(version), arithmetic, scene.radiance_exponent, scene.light_count, scene.smoke_count);

@@ -12,6 +12,9 @@ std::string identity_of_samples(const Scene &scene, const Settings &settings, co
 // The same of the photons of a particle map: no camera, picture or background, and nothing that only marching uses.
 std::string identity_of_map(const Scene &scene, const Settings &settings, const std::string &arithmetic);
 
+// The same of what the core keeps of smoke from frame to frame: the smokes, the lights, and the steps of what is kept.
+std::string identity_of_smoke(const Scene &scene, const Settings &settings, const std::string &arithmetic);
+
 // The same of what never changes from frame to frame: triangles that keep their form, materials, textures.
 std::string identity_of_shapes(const Scene &scene);
 

@@ -25,7 +25,8 @@ void print_error(std::string line) {
 
 int run(const std::vector<std::string> &words) {
     if (words.empty())
-        throw Error(exit_usage, "found no command, expected render, plan, compare, merge, stitch, help or version");
+        throw Error(exit_usage,
+                    "found no command, expected render, plan, inspect, compare, merge, stitch, help or version");
     const std::string &command = words[0];
     const std::vector<std::string> arguments(words.begin() + 1, words.end());
     if (command == "help" || command == "--help" || command == "-h") {
@@ -39,12 +40,16 @@ int run(const std::vector<std::string> &words) {
     if (command == "compare") return compare_command(arguments);
     if (command == "merge") return merge_command(arguments);
     if (command == "stitch") return stitch_command(arguments);
-    if (command == "inspect") throw Error(exit_usage, "command 'inspect' is not supported yet by this version");
-    if (command != "render" && command != "plan")
+    if (command != "render" && command != "plan" && command != "inspect")
         throw Error(exit_usage, "there is no command '" + command +
-                                    "', expected render, plan, compare, merge, stitch, help or version");
+                                    "', expected render, plan, inspect, compare, merge, stitch, help or version");
     if (const char *fault = arithmetic_fault())
-        throw Error(exit_usage, std::string("this process does not compute as wisp needs it: ") + fault);
+        throw Error(exit_usage,
+                    std::string("this process does not compute as wisp needs it: ") + fault +
+                        "; either a library in it, as any that is built for 'fast math', has switched the processor's "
+                        "mode: run without it (LD_PRELOAD, plugins); or wisp was built with other flags than the "
+                        "Makefile's: 'wisp version' prints them");
+    if (command == "inspect") return inspect_command(arguments);
     return command == "render" ? render_command(arguments) : plan_command(arguments);
 }
 

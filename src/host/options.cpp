@@ -312,6 +312,7 @@ CommandLine parse_arguments(const std::vector<std::string> &arguments) {
 std::string help_text() {
     std::string text = "wisp render SCENE [options]     pictures, one per frame\n"
                        "wisp plan SCENE [options]       the stages that this scene needs, and the bytes of each\n"
+                       "wisp inspect SCENE X Y [options] a pixel explained: its rays, hits, shadows, smoke and sums\n"
                        "wisp compare A B [options]      how two .pfm pictures differ; exit 1 when they do\n"
                        "wisp merge A B [...] -o FILE    the picture of several .passes together, or .map as one .map\n"
                        "wisp stitch A B [...] -o FILE   the picture of parts rendered with --crop, as .pfm\n"
@@ -324,7 +325,12 @@ std::string help_text() {
         text += left + " " + entry.help + "\n";
     }
     text +=
-        "\nOptions of compare: --tolerance REL allows that relative RMSE, --error FILE.pfm are B's standard errors,\n"
+        "\nOptions of inspect: those of render but files, --reference and --shadows paper; --sample I tells the rays "
+        "of\n"
+        "that sample alone, --json writes JSON; with --crop what is before the pixel in the crop is rendered first, "
+        "so\n"
+        "that shadows are decided by what was learnt there, else the pixel alone\n"
+        "Options of compare: --tolerance REL allows that relative RMSE, --error FILE.pfm are B's standard errors,\n"
         "--json FILE, --diff FILE.png\n"
         "Exit: 0 done, 1 pictures differ, 2 wrong usage, 3 bad input, 4 does not fit in memory, 5 could not write,\n"
         "128 + N stopped by signal N; frames that are there already as they would be made are kept\n";

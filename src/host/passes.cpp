@@ -8,10 +8,6 @@ namespace {
 constexpr uint64_t pixel_bytes = 3 * 4 * 8;
 constexpr const char *first_line = "wisp passes 1";
 
-double to_double(const WideSum &sum) {
-    return std::ldexp(static_cast<double>(sum.high), 64) + static_cast<double>(sum.low);
-}
-
 double number_of(const Passes &passes) {
     double number = 0;
     for (const auto &[first, last] : passes.ranges) number += last - first;
@@ -24,7 +20,7 @@ template <class Value> Picture picture_of(const Passes &passes, Value value) {
     picture.height = passes.height;
     for (const PixelSums &pixel : passes.pixels)
         for (const PixelSums::Channel &channel : pixel.channels)
-            picture.rgb.push_back(static_cast<float>(std::ldexp(value(channel), passes.exponent - 32)));
+            picture.rgb.push_back(radiance_of(value(channel), passes.exponent));
     return picture;
 }
 

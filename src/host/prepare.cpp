@@ -385,6 +385,8 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
         }
     }
 
+    prepared.center = center;
+    prepared.scale = scale;
     for (size_t i = 0; i < smokes; ++i)
         normalize(prepared.smokes[i], prepared.particles[i], prepared.densities[i], center, scale);
 

@@ -22,6 +22,8 @@ struct PreparedScene {
     std::vector<std::string> notes;            // what a user may want to know (-v)
     std::optional<PreparedSurfaces> surfaces;  // made by the first frame, for all
     int width = 0, height = 0;
+    Double3 center = {0, 0, 0}; // p' = (p - center) * scale: from the units of the scene's file to the core's
+    double scale = 1;
 };
 
 // How many frames the animation has, and when one is. Without a statement `a` all are at time 0.

@@ -1,32 +1,9 @@
 #include "host/statistics_json.h"
-#include <cinttypes>
-#include <cstdio>
+#include "host/json_object.h"
 
 namespace wisp {
 
 namespace {
-
-// `"name": value` pairs in braces. Stages that this version does not have count 0, as they do in a scene without them.
-class Object {
-  public:
-    Object &add(const char *name, const std::string &value) {
-        text_ += (text_.empty() ? "\"" : ", \"") + std::string(name) + "\": " + value;
-        return *this;
-    }
-    Object &add(const char *name, uint64_t value) { return add(name, std::to_string(value)); }
-    Object &add(const char *name, double value) {
-        char digits[40];
-        std::snprintf(digits, sizeof digits, "%.6f", value);
-        return add(name, std::string(digits));
-    }
-    Object &add(const char *name, const Object &value) { return add(name, value.text()); }
-    std::string text() const { return "{ " + text_ + " }"; }
-
-  private:
-    std::string text_;
-};
-
-std::string quoted(const std::string &text) { return '"' + text + '"'; }
 
 std::string frame_json(const FrameReport &report) {
     if (report.kept)

@@ -54,7 +54,8 @@ struct TracedBricks {
         REQUIRE(make_light_depths(medium, lights.data(), scene.light_count, *medium.bricks, 1, arena,
                                   &statistics.rays.shadow, depths));
         sums = {arena.make<int64_t>(plan.sums), plan.sums, 0};
-        REQUIRE(trace_brick_photons(scene, medium, depths, settings, plan.needs, stride, all_batches(settings),
+        REQUIRE(make_photon_starts(scene, medium, depths, arena, starts));
+        REQUIRE(trace_brick_photons(medium, depths, starts, settings, plan.needs, stride, all_batches(settings),
                                     Observer{}, arena, sums, statistics, deposits) == Status::done);
     }
     uint64_t count;
@@ -64,6 +65,7 @@ struct TracedBricks {
     Medium medium;
     std::vector<Light> lights;
     LightDepths depths;
+    PhotonStarts starts;
     MapSums sums;
     Statistics statistics;
     BrickDeposits deposits;

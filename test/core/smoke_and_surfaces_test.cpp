@@ -626,6 +626,51 @@ TEST_CASE(WISP_ARITH_NAME
     CHECK(culled > 300);
 }
 
+TEST_CASE(WISP_ARITH_NAME ": smoke that stays the same is built by the first frame for all") {
+    for (const Way way : marched) {
+        CAPTURE(static_cast<int>(way));
+        RoomFrames room(760, 16, 4, ShadowMethod::exact);
+        std::vector<Particle> particles = cloud(60, 8, 2.5, 4);
+        SmokeSource smoke = smoke_of(particles);
+        room.scene.smokes = &smoke;
+        room.scene.smoke_count = 1;
+        Settings settings = cellar_settings(way, room_pixels, 300);
+        settings.depth = room.depth;
+        settings.light_step = 1;
+        std::vector<unsigned char> memory(plan(room.scene, settings).bytes.arena);
+        Kept kept = {};
+        const auto check = [&](bool same_smoke, bool right) {
+            kept.same_smoke = same_smoke;
+            const Rendered alone = render_in_memory(room.scene, settings);
+            Rendered frame;
+            frame.rgb.resize(alone.rgb.size());
+            Arena arena(memory.data(), memory.size());
+            REQUIRE(render(room.scene, settings, arena, Observer{}, frame.rgb.data(), frame.statistics, nullptr,
+                           &kept) == Status::done);
+            CHECK(same(frame.rgb, alone.rgb) == right);
+            // What is found again is not counted again: rays for depths to the lights.
+            CHECK((frame.statistics.rays.shadow < alone.statistics.rays.shadow) == same_smoke);
+            CHECK(frame.statistics.smoke.particles == alone.statistics.smoke.particles);
+            CHECK(frame.statistics.bytes.particle_tree == alone.statistics.bytes.particle_tree);
+        };
+        check(false, true);
+        for (int i = 0; i < 3; ++i) { // surfaces move, and the smoke lies elsewhere in memory
+            room.change();
+            const std::vector<Particle> moved = particles;
+            const SmokeSource other = smoke_of(moved);
+            room.scene.smokes = &other;
+            check(true, true);
+            room.scene.smokes = &smoke;
+        }
+        for (Particle &particle : particles) particle.position.x += 0.5;
+        smoke = smoke_of(particles);
+        check(true, false); // the caller was wrong
+        check(false, true);
+        room.change();
+        check(true, true);
+    }
+}
+
 TEST_CASE(WISP_ARITH_NAME
           ": the paper's shadows of surfaces in smoke err where it says so, those in the smoke do not") {
     uint64_t wrong = 0;

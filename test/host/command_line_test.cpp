@@ -32,7 +32,6 @@ TEST_CASE("command line: wrong usage ends with 2 and one line") {
                                          std::string("render fixtures/surfaces.aff --shadows paper --crop 0,0,4,4"),
                                          std::string("render fixtures/surfaces.aff --shadows paper --frames 1"),
                                          std::string("render fixtures/surfaces.aff --shadows paper --frames 0:2:2"),
-                                         std::string("inspect a.aff 1 2"),
                                          std::string("compare a.pfm")}) {
         CAPTURE(arguments);
         const Ran ran = desk.wisp(arguments);

@@ -179,6 +179,23 @@ TEST_CASE("identity: that of a map changes with every number that photons depend
     check_changes(changes, identity_of_map);
 }
 
+TEST_CASE("identity: that of kept smoke changes with smoke, lights and steps, and with nothing else") {
+    std::vector<Change> changes = changes_of_contents();
+    const std::vector<Change> more = {[](Whole &w) { w.smokes[0].smallest_h += 0x1p-40; },
+                                      [](Whole &w) { w.smokes[2].largest_h += 0x1p-40; },
+                                      [](Whole &w) { w.settings.method = Method::map; },
+                                      [](Whole &w) { w.settings.density_step += 0x1p-40; },
+                                      [](Whole &w) { w.settings.light_step += 0x1p-40; },
+                                      [](Whole &w) { w.settings.irradiance = IrradianceMap::uniform; },
+                                      [](Whole &w) { w.settings.irradiance_step += 0x1p-40; }};
+    changes.insert(changes.end(), more.begin(), more.end());
+    check_changes(changes, identity_of_smoke);
+    const std::string name = Whole().name(identity_of_smoke);
+    CHECK(name_after([](Whole &w) { w.scene.camera.origin.x += 1; }, identity_of_smoke) == name);
+    CHECK(name_after([](Whole &w) { w.body.origin.x += 1; }, identity_of_smoke) == name);
+    CHECK(name_after([](Whole &w) { w.settings.photons += 1; }, identity_of_smoke) == name);
+}
+
 TEST_CASE("identity: views, steps and pictures leave that of a map alone") {
     const std::string name = Whole().name(identity_of_map);
     std::vector<Change> changes = {

@@ -139,9 +139,9 @@ void measure(const std::string &name, int64_t frames, int64_t step) {
                     rival_seconds[1] / way.seconds);
     }
     for (int d = 0; d < 2; ++d)
-        std::printf(WISP_ARITH_NAME ",%s,%s,%.3g,%.2f,,%s%.3g%% differ\n", name.substr(name.rfind('/') + 1).c_str(),
+        std::printf(WISP_ARITH_NAME ",%s,%s,%.3g,%.2f,,%.3g%% differ\n", name.substr(name.rfind('/') + 1).c_str(),
                     d ? "Embree sse2" : "Embree", static_cast<double>(ways[0].asked) / rival_seconds[d] * 1e-6,
-                    ways[0].seconds / rival_seconds[d], "",
+                    ways[0].seconds / rival_seconds[d],
                     100 * static_cast<double>(rival_different[d]) / static_cast<double>(ways[0].asked));
 }
 
