@@ -1,0 +1,33 @@
+// What a board gives to a program: here one in qemu, whose debugger prints and keeps files for it (Arm's semihosting).
+// For a board of your own, write these again.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+namespace board {
+
+void print(const char *text);
+
+// A file that is written anew, from its beginning to its end. close() says whether all of it is there.
+class File {
+  public:
+    explicit File(const char *name);
+    void write(const void *bytes, size_t size);
+    bool close();
+
+  private:
+    uint32_t handle_;
+    bool good_;
+};
+
+[[noreturn]] void leave(int status);
+
+// Since the program began. qemu counts 40 to a tick of the board's clock of 25 MHz, which it advances by one nanosecond
+// an instruction (-icount shift=0); it runs over after 2^32 ticks.
+uint64_t instructions();
+
+// Bytes of the stack that have been in use, at most; and all that there are.
+size_t stack_peak();
+size_t stack_size();
+
+} // namespace board

@@ -1,0 +1,156 @@
+// A picture without files, heap, operating system or, in fixed point, floating-point numbers: wisp as a library.
+//
+// 1. Include wisp/render.h; compile src/core/*.cpp with -DWISP_ARITH=fixed (or f32, f64) and the flags of `run` beside
+//    this file. There is nothing to link but what the compiler itself brings.
+// 2. A wisp::Scene says what is there, wisp::Settings how it is rendered: plain data. A program with a file system has
+//    src/host make them; here tools/scene_source has written them down as C++.
+// 3. plan() says how many bytes of memory that takes. Give them to an Arena.
+// 4. render() fills a picture of floats, and tells an Observer how it gets on.
+#include "board.h"
+#include "compiled_scene.h"
+#include "wisp/real.h"
+#include "wisp/self_test.h"
+#include <type_traits>
+
+namespace wisp {
+// Made by tools/scene_source, see `run`.
+extern const CompiledScene grid, smoke, surfaces;
+} // namespace wisp
+
+namespace core = wisp::WISP_ARITH;
+
+namespace {
+
+// All memory that wisp uses, but for the stack and the picture. It need not be 0.
+constexpr size_t arena_size = size_t{16} << 20;
+__attribute__((section(".arena"))) unsigned char arena_memory[arena_size];
+
+constexpr int32_t most_pixels = 64 * 64;
+float picture[3 * most_pixels]; // red, green, blue; rows from the top
+
+// printf would bring a heap and floating-point code.
+class Text {
+  public:
+    Text &operator<<(const char *text) {
+        for (; *text && length_ < sizeof text_ - 1; ++text) text_[length_++] = *text;
+        text_[length_] = 0;
+        return *this;
+    }
+    Text &operator<<(uint64_t n) {
+        char digits[21];
+        char *first = digits + sizeof digits - 1;
+        *first = 0;
+        do *--first = static_cast<char>('0' + n % 10);
+        while ((n /= 10) != 0);
+        return *this << first;
+    }
+    const char *text() const { return text_; }
+    size_t length() const { return length_; }
+
+  private:
+    char text_[512];
+    size_t length_ = 0;
+};
+template <class... Parts> void print_line(const Parts &...parts) {
+    Text text;
+    (text << ... << parts) << "\n";
+    board::print(text.text());
+}
+
+// ---- 3. How much memory
+
+void print_plan(const wisp::Plan &plan) {
+    const struct {
+        const char *what;
+        uint64_t bytes;
+    } parts[] = {{"particle tree, or bricks", plan.bytes.particle_tree},
+                 {"photon map", plan.bytes.photon_map},
+                 {"particle map", plan.bytes.particle_map},
+                 {"gathering", plan.bytes.gather},
+                 {"sources", plan.bytes.sources},
+                 {"irradiance", plan.bytes.irradiance},
+                 {"light depths", plan.bytes.light_depths},
+                 {"triangle trees", plan.bytes.triangle_trees},
+                 {"shadows", plan.bytes.shadows},
+                 {"light cuts", plan.bytes.light_cuts},
+                 {"arena, all of it", plan.bytes.arena}};
+    for (const auto &part : parts)
+        if (part.bytes > 0) print_line("  plan: ", part.what, " ", part.bytes, " bytes");
+}
+
+// ---- 4. What render() tells as it goes
+
+// Returning false would stop it. `context` is the Observer's own.
+bool heard(void *context, wisp::Stage stage, uint64_t done, uint64_t total) {
+    constexpr const char *names[] = {"trees", "photons", "irradiance", "render"};
+    uint64_t &quarters = *static_cast<uint64_t *>(context);
+    if (done == 0) quarters = 0;
+    if (done * 4 < quarters * total) return true;
+    print_line("  ", names[static_cast<int>(stage)], " ", done, "/", total);
+    ++quarters;
+    return true;
+}
+
+// ---- The picture
+
+// As .pfm: a line of text that says how large it is, then floats, the bottom row first. (A display would want bytes:
+// 255 x^(1/2.2) of each float, clamped to 1.)
+bool write_picture(const char *name, int32_t width, int32_t height) {
+    Text header;
+    header << "PF\n" << static_cast<uint64_t>(width) << " " << static_cast<uint64_t>(height) << "\n-1.0\n";
+    board::File file(name);
+    file.write(header.text(), header.length());
+    const size_t row = size_t{3} * static_cast<size_t>(width);
+    for (size_t y = static_cast<size_t>(height); y-- > 0;) file.write(picture + y * row, row * sizeof(float));
+    return file.close();
+}
+
+// ---- All of it
+
+bool show(const wisp::CompiledScene &compiled, const char *file_name) {
+    const int32_t width = compiled.width, height = compiled.height;
+    print_line(file_name, ": ", static_cast<uint64_t>(width), " x ", static_cast<uint64_t>(height));
+    const wisp::Plan plan = core::plan(compiled.scene, compiled.settings);
+    print_plan(plan);
+    if (plan.bytes.arena > arena_size || width * height > most_pixels) {
+        print_line("  too large for this board");
+        return false;
+    }
+
+    // An arena that begins anew for each picture. For frames of an animation keep a wisp::Kept beside it.
+    wisp::Arena arena(arena_memory, arena_size);
+    uint64_t quarters = 0;
+    const wisp::Observer observer = {&quarters, heard};
+    wisp::Statistics statistics;
+    const uint64_t start = board::instructions();
+    const wisp::Status status = core::render(compiled.scene, compiled.settings, arena, observer, picture, statistics);
+    const uint64_t instructions = board::instructions() - start;
+    if (status != wisp::Status::done) {
+        print_line("  failed with status ", static_cast<uint64_t>(status));
+        return false;
+    }
+
+    print_line("  arena peak ", arena.peak(), " bytes, stack peak ", board::stack_peak(), " bytes");
+    print_line("  ", instructions / static_cast<uint64_t>(width * height), " instructions a pixel");
+    if (!write_picture(file_name, width, height)) {
+        print_line("  cannot write ", file_name);
+        return false;
+    }
+    // The bits are those of every other machine: fixtures/goldens.txt says which.
+    print_line(wisp::digest_of_picture(picture, width, height).text, "  ", WISP_ARITH_NAME, "  ", compiled.name);
+    return true;
+}
+
+} // namespace
+
+int main() {
+    // Whether floats are rounded as IEEE 754 has it. Fixed point need not ask.
+    if constexpr (!std::is_same_v<core::Real, wisp::Fixed>)
+        if (const char *fault = wisp::arithmetic_fault()) {
+            print_line(fault);
+            return 1;
+        }
+    const bool all =
+        show(wisp::grid, "grid.pfm") && show(wisp::surfaces, "surfaces.pfm") && show(wisp::smoke, "smoke.pfm");
+    return all ? 0 : 1;
+}

@@ -1,0 +1,162 @@
+// What tools/web/page.html asks of WebAssembly: pictures of scenes that are compiled in, and what the core tells of
+// their pixels. Strings and numbers stay until the next call.
+#include "../compiled_scene.h"
+#include "host/core.h"
+#include "host/double3.h"
+#include "host/inspection.h"
+#include "host/json_object.h"
+#include "wisp/self_test.h"
+#include <charconv>
+#include <new>
+
+namespace wisp {
+
+// What they are, the Makefile says.
+extern const CompiledScene portable_glow, portable_grid, portable_irradiance, portable_map, portable_passage,
+    portable_surfaces;
+
+namespace {
+
+const CompiledScene *const scenes[] = {&portable_passage,    &portable_map,  &portable_surfaces,
+                                       &portable_irradiance, &portable_grid, &portable_glow};
+
+extern "C" __attribute__((import_module("page"), import_name("heard"))) void page_heard(int stage, double done,
+                                                                                        double total);
+const Observer observer = {nullptr, [](void *, Stage stage, uint64_t done, uint64_t total) {
+                               page_heard(static_cast<int>(stage), static_cast<double>(done),
+                                          static_cast<double>(total));
+                               return true;
+                           }};
+
+// The picture that was asked for last; its photons, which a turned camera or another march takes again.
+struct Picture {
+    int arithmetic = 0;
+    const CompiledScene *compiled = nullptr;
+    int32_t width = 0, height = 0;
+    Scene scene = {};
+    Settings settings = {};
+    std::vector<float> rgb;
+    std::vector<int64_t> map;
+    uint64_t map_count = 0;
+} picture;
+std::string text, json;
+
+// About the core's origin: the middle of the smoke or, without smoke, of the surfaces.
+void turn(Camera &camera, Double3 axis, double degrees) {
+    for (Double3 *v : {&camera.origin, &camera.corner, &camera.right, &camera.down}) *v = rotate(*v, axis, degrees);
+}
+
+// The shortest digits that read back as the same number.
+std::string exact(double x) {
+    char digits[40];
+    return std::string(digits, std::to_chars(digits, digits + sizeof digits, x).ptr);
+}
+
+// nullptr, or why there is no picture.
+const char *render(const Settings &settings, float *rgb, const Journal *journal) {
+    const Core &with = core(static_cast<Arithmetic>(picture.arithmetic));
+    const Plan plan = with.plan(picture.scene, settings);
+    const bool mapped = settings.method == Method::map;
+    if (mapped && settings.photons > plan.most_photons)
+        return "more photons than the sums of the particle map can hold";
+    if (plan.bytes.arena > uint64_t{1} << 31) return "that needs more than 2 GiB";
+    const std::unique_ptr<unsigned char[]> block(
+        new (std::nothrow) unsigned char[static_cast<size_t>(plan.bytes.arena)]);
+    if (!block) return "there is not enough memory";
+    Arena arena(block.get(), static_cast<size_t>(plan.bytes.arena));
+    if (picture.map_count == 0) picture.map.resize(static_cast<size_t>(plan.map_sums));
+    MapSums sums = {picture.map.data(), picture.map.size(), picture.map_count};
+    Statistics statistics = {};
+    const Status status = with.render(picture.scene, settings, arena, observer, rgb, statistics,
+                                      mapped ? &sums : nullptr, nullptr, journal);
+    picture.map_count = status == Status::done && mapped ? sums.count : 0;
+    if (status == Status::overflow) return "photons collide so often that the particle map's sums might overflow";
+    return status == Status::done ? nullptr : "the core has not rendered";
+}
+
+} // namespace
+
+} // namespace wisp
+
+using namespace wisp;
+
+#define PAGE(name) extern "C" __attribute__((export_name(#name)))
+
+// Why this machine cannot give the right bits, or nullptr.
+PAGE(page_fault) const char *page_fault() { return arithmetic_fault(); }
+
+PAGE(page_scenes) const char *page_scenes() {
+    json.clear();
+    for (const CompiledScene *s : scenes)
+        json += (json.empty() ? "[" : ", ") + Object()
+                                                  .add("name", quoted(s->name))
+                                                  .add("width", std::to_string(s->width))
+                                                  .add("height", std::to_string(s->height))
+                                                  .add("photons", std::to_string(s->settings.photons))
+                                                  .add("step", exact(s->settings.step))
+                                                  .add_flag("smoke", s->scene.smoke_count > 0)
+                                                  .text();
+    json += "]";
+    return json.c_str();
+}
+
+// Renders a scene, its camera turned by `yaw` and `pitch` degrees, `size` times as many pixels each way. Photons and
+// step are those of the scene where they are below 0. Returns nullptr, or what is wrong.
+PAGE(page_render)
+const char *page_render(int arithmetic, int scene, double photons, double step, double yaw, double pitch, int size) {
+    const CompiledScene *const compiled = scenes[scene];
+    Settings settings = compiled->settings;
+    settings.photons = static_cast<uint64_t>(photons);
+    settings.step = step;
+    const bool same_photons = picture.compiled == compiled && picture.arithmetic == arithmetic &&
+                              picture.settings.photons == settings.photons;
+    if (!same_photons) picture.map_count = 0;
+    picture.arithmetic = arithmetic;
+    picture.compiled = compiled;
+    picture.width = compiled->width * size;
+    picture.height = compiled->height * size;
+    picture.scene = compiled->scene;
+    Camera &camera = picture.scene.camera;
+    turn(camera, compiled->scene.camera.down, yaw);
+    turn(camera, camera.right, pitch);
+    camera.right = camera.right * (1.0 / size);
+    camera.down = camera.down * (1.0 / size);
+    settings.crop = {0, 0, picture.width, picture.height};
+    picture.settings = settings;
+    picture.rgb.assign(static_cast<size_t>(picture.width) * static_cast<size_t>(picture.height) * 3, 0);
+    return render(settings, picture.rgb.data(), nullptr);
+}
+
+// Linear radiances, top row first: rows come as the observer says.
+PAGE(page_picture) const float *page_picture() { return picture.rgb.data(); }
+
+PAGE(page_digest) const char *page_digest() {
+    text = digest_of_picture(picture.rgb.data(), picture.width, picture.height).text;
+    return text.c_str();
+}
+
+// Tells of a pixel of the picture: page_text() and page_json() then, as `wisp inspect` says it. Returns nullptr, or
+// what is wrong.
+PAGE(page_inspect) const char *page_inspect(int x, int y) {
+    Inspection inspection;
+    inspection.scene = picture.compiled->name;
+    inspection.arithmetic = core(static_cast<Arithmetic>(picture.arithmetic)).name;
+    inspection.frame = picture.compiled->frame;
+    inspection.x = x;
+    inspection.y = y;
+    inspection.width = picture.width;
+    inspection.height = picture.height;
+    inspection.center = picture.compiled->center;
+    inspection.scale = picture.compiled->scale;
+    inspection.radiance_exponent = picture.scene.radiance_exponent;
+    Settings settings = picture.settings;
+    settings.crop = {x, y, x + 1, y + 1};
+    float rgb[3];
+    const Journal journal = inspection.journal();
+    if (const char *fault = render(settings, rgb, &journal)) return fault;
+    text = inspection_text(inspection);
+    json = inspection_json(inspection);
+    return nullptr;
+}
+PAGE(page_text) const char *page_text() { return text.c_str(); }
+PAGE(page_json) const char *page_json() { return json.c_str(); }
