@@ -2,12 +2,13 @@
 // while marching, instead of an estimate at every step.
 //
 // A point holds the mean radiance phi / (4 pi) that arrives there from all directions, which every smoke scatters by
-// its own sigma_s, and the flux with it where some smoke does not scatter evenly: the map belongs to no view. Made of
-// photon maps it holds what all smoke there scatters, as their estimate is of collisions, not of light.
+// its own sigma_s, and where some smoke does not scatter evenly its flux, or in resampled smoke the moments of its
+// directions: the map belongs to no view. Made of photon maps it holds what all smoke there scatters, as their estimate is of collisions, not of light.
 //
 //   value, all light of one colour   |31                     0|   radiance in units of 2^(exponent - 30), by brick
 //   value, else                      |31                     0|   a packed colour (packed_light.h)
-//   flux                             |31                     0|   a packed flux, as part of the radiance
+//   flux                             |31                     0|   a packed flux, as part of the radiance; of moments
+//                                                                 the first word of `words`, three in each
 #pragma once
 #include "wisp/camera.h"
 #include "wisp/packed_light.h"
@@ -17,6 +18,8 @@
 namespace wisp::WISP_ARITH {
 
 constexpr int32_t grey_bits = 30;
+constexpr uint32_t moment_words = moment_count / 3;
+static_assert(moment_words * 3 == moment_count, "packed by threes, as fluxes are");
 
 struct Irradiance {
     const Bricks *bricks;
@@ -25,6 +28,7 @@ struct Irradiance {
     const int32_t *exponent; // by brick: its brightest point is below 2^exponent
     const uint32_t *value;   // by point
     const uint32_t *flux;    // or nullptr
+    uint32_t words;          // of it by point: 1, or moment_words
     uint32_t points;
     bool of_light; // a point is to be multiplied with sigma_s; false: it has been
     bool grey;     // all light has one colour
@@ -32,7 +36,7 @@ struct Irradiance {
     bool ready;    // false: the arena was too small
 };
 inline uint64_t bytes_of(const Irradiance &map) {
-    return uint64_t{map.points} * (map.flux ? 8 : 4) + uint64_t{map.bricks->count} * 3 * sizeof(int32_t);
+    return uint64_t{map.points} * 4 * (1 + map.words) + uint64_t{map.bricks->count} * 3 * sizeof(int32_t);
 }
 uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t stride, bool flux);
 

@@ -92,12 +92,14 @@ inline uint32_t pack_flux(const Vec3 &flux) {
     return component(flux.z) << 2 * component_bits | component(flux.y) << component_bits | component(flux.x);
 }
 
+// One of its three numbers, in units of 1 / 511.
+constexpr int32_t flux_units(uint32_t packed, int32_t i) {
+    const int32_t value = static_cast<int32_t>(packed >> i * component_bits & ((1u << component_bits) - 1));
+    const int32_t sign = value >> (component_bits - 1);
+    return value - (sign << component_bits);
+}
 inline Vec3 unpack_flux(uint32_t packed) {
-    const auto component = [packed](int32_t i) {
-        const int32_t value = static_cast<int32_t>(packed >> i * component_bits & ((1u << component_bits) - 1));
-        const int32_t sign = value >> (component_bits - 1);
-        return Real(value - (sign << component_bits)) / Real(greatest_component);
-    };
+    const auto component = [packed](int32_t i) { return Real(flux_units(packed, i)) / Real(greatest_component); };
     return Vec3(component(0), component(1), component(2));
 }
 

@@ -12,6 +12,7 @@ class Phase {
     // The same function with g times `share`.
     Phase with_share(Real share) const { return Phase(g_ * share); }
 
+    Real asymmetry() const { return g_; }
     bool isotropic() const { return g_ == Real(0); }
 
     // p, per steradian, for light that travels along `in` and leaves along `out` (unit vectors): integral 1 over out.

@@ -6,6 +6,7 @@
 // length that it flies there, at the corners of the cell around (trilinear): the sums are the fluence.
 #pragma once
 #include "wisp/light_depths.h"
+#include "wisp/moments.h"
 #include "wisp/particle_map.h"
 
 namespace wisp::WISP_ARITH {
@@ -15,7 +16,7 @@ struct BrickDeposits {
     const Bricks *bricks;
     int32_t stride;
     int64_t *power;    // `channels` of each node, in units of deposits times a unit of length
-    int64_t *flux;     // three of each: the sum of direction times (R + G + B); nullptr where all smoke scatters evenly
+    int64_t *moments;  // of each: the sums of directions' times (R + G + B); nullptr where all smoke scatters evenly
     uint32_t channels; // one where all photons are alike
     Color photon_color; // of all photons, where they are alike
     PhotonUnit unit;
@@ -59,7 +60,11 @@ Status trace_brick_photons(const Medium &medium, const LightDepths &depths, cons
                            const Observer &observer, Arena &arena, MapSums &sums, Statistics &statistics,
                            BrickDeposits &deposits);
 
-// What all bricks that hold a node received there.
-MeanLight light_at_node(const BrickDeposits &deposits, uint32_t brick, const Cell &node);
+// What all bricks that hold a node received there: the mean radiance, and the moments relative to the power.
+struct NodeLight {
+    Color radiance;
+    Moments moments;
+};
+NodeLight light_at_node(const BrickDeposits &deposits, uint32_t brick, const Cell &node);
 
 } // namespace wisp::WISP_ARITH

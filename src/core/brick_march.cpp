@@ -159,6 +159,10 @@ WISP_VISITOR void gather_lights(const M &marcher, const Smoke &smoke, const Ray 
     }
 }
 
+// Up to here the first order that is not kept weighs no more than even light: (2 l + 1) g^l <= 1 for l = 5.
+constexpr Real most_asymmetry_of_moments = Real(0.62);
+static_assert(moment_order == 4, "the bound is of order 5");
+
 // The same of the irradiance map.
 WISP_VISITOR void gather_scattered(const BrickMarcher &marcher, const Smoke &smoke, const Ray &ray, const Group &group,
                                    LaneColor &scattered) {
@@ -176,12 +180,23 @@ WISP_VISITOR void gather_scattered(const BrickMarcher &marcher, const Smoke &smo
     Lanes p;
     for (uint32_t l = 0; l < lanes; ++l) p[l] = Real(1);
     if (map.flux && !smoke.phase.isotropic()) {
-        Lanes flux[3];
-        for (int32_t c = 0; c < 3; ++c)
-            interpolate(
-                at, [&map, c](int32_t node) { return unpack_flux(map.flux[node])[c]; }, flux[c]);
-        for (uint32_t l = 0; l < lanes; ++l)
-            p[l] = phase_of_flux(smoke.phase, Vec3(flux[0][l], flux[1][l], flux[2][l]), out) * four_pi<Real>;
+        // Peaked phase functions need orders that are not kept: there the flux stands for all.
+        const bool by_flux = abs(smoke.phase.asymmetry()) > most_asymmetry_of_moments;
+        const Moments seen = moments_of(out);
+        Lanes moments[moment_count];
+        const int32_t words = static_cast<int32_t>(map.words);
+        for (int32_t i = 0; i < (by_flux ? 1 : words); ++i)
+            for (int32_t c = 0; c < 3; ++c)
+                interpolate(
+                    at, [&](int32_t node) { return Real(flux_units(map.flux[node * words + i], c)); },
+                    moments[3 * i + c]);
+        for (uint32_t l = 0; l < lanes; ++l) {
+            Moments light;
+            for (uint32_t i = 0; i < (by_flux ? 3 : moment_count); ++i)
+                light.of[i] = moments[i][l] * Real(1.0 / greatest_component);
+            p[l] = four_pi<Real> * (by_flux ? phase_of_flux(smoke.phase, flux_of(light), out)
+                                            : phase_of_moments(smoke.phase, light, out, seen));
+        }
     }
     if (map.grey) {
         Lanes value;

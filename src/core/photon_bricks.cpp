@@ -238,14 +238,17 @@ void deposit(const BrickDeposits &deposits, uint32_t brick, const Vec3 &p, const
         for (uint32_t corner = 0; corner < 8; ++corner)
             deposits.power[node(corner) * deposits.channels + c] += units_of(share[corner], units);
     }
-    if (!deposits.flux) return;
-    const Vec3 flux = direction * (power.x + power.y + power.z);
-    for (uint32_t corner = 0; corner < 8; ++corner)
-        for (uint32_t c = 0; c < 3; ++c) {
-            const Real units = scale_pow2(flux[static_cast<int>(c)], deposit_bits);
-            const int64_t part = units_of(share[corner], abs(units));
-            deposits.flux[node(corner) * 3 + c] += units < Real(0) ? -part : part;
+    if (!deposits.moments) return;
+    const Moments moments = moments_of(direction);
+    const Real units = scale_pow2(power.x + power.y + power.z, deposit_bits);
+    for (uint32_t corner = 0; corner < 8; ++corner) {
+        int64_t *sums = deposits.moments + node(corner) * moment_count;
+        const Real here = share[corner] * units;
+        for (uint32_t c = 0; c < moment_count; ++c) {
+            const int32_t part = whole_part(abs(moments.of[c]) * here + Real(0.5)); // below 2^31: 1 / rate <= 32
+            sums[c] += moments.of[c] < Real(0) ? -part : part;
         }
+    }
 }
 
 void trace_photon(const Tracer &tracer, const BrickDeposits &deposits, uint64_t target, Pcg32 &generator,
@@ -328,7 +331,7 @@ uint64_t most_brick_flights(Real longest) {
 BrickPhotonPlan plan_brick_photons(const Scene &scene, const Settings &settings, uint64_t bricks, int32_t stride) {
     BrickPhotonPlan plan = {photon_needs(scene, settings), 0, 0};
     if (!plan.needs.traced) return plan;
-    plan.sums = bricks * nodes_of(stride) * ((plan.needs.powers ? 3 : 1) + (plan.needs.directions ? 3 : 0));
+    plan.sums = bricks * nodes_of(stride) * ((plan.needs.powers ? 3 : 1) + (plan.needs.directions ? moment_count : 0));
     plan.bytes = Arena::bytes<int64_t>(plan.sums) + Arena::bytes<PhotonSource>(source_limit(scene)) +
                  Arena::bytes<Real>(bricks) + Arena::bytes<uint64_t>(source_limit(scene) * bricks + 1) +
                  Arena::bytes<Cursor>(1);
@@ -387,8 +390,8 @@ Status trace_brick_photons(const Medium &medium, const LightDepths &depths, cons
     const Bricks &bricks = *medium.bricks;
     const uint64_t nodes = uint64_t{bricks.count} * nodes_of(stride);
     deposits = {&bricks, stride, sums.values, nullptr, needs.powers ? 3u : 1u, Color(Real(1)), {Real(1), 0}};
-    const uint64_t powers = nodes * deposits.channels, numbers = powers + (needs.directions ? nodes * 3 : 0);
-    if (needs.directions) deposits.flux = sums.values + powers;
+    const uint64_t powers = nodes * deposits.channels, numbers = powers + (needs.directions ? nodes * moment_count : 0);
+    if (needs.directions) deposits.moments = sums.values + powers;
     if (sums.count != 0 && sums.count != numbers) return Status::wrong_sums;
     if (numbers > sums.capacity) return Status::out_of_memory;
     for (uint64_t i = 0; sums.count == 0 && i < numbers; ++i) sums.values[i] = 0;
@@ -432,27 +435,27 @@ Status trace_brick_photons(const Medium &medium, const LightDepths &depths, cons
     return fits ? status : Status::overflow;
 }
 
-MeanLight light_at_node(const BrickDeposits &deposits, uint32_t brick, const Cell &node) {
+NodeLight light_at_node(const BrickDeposits &deposits, uint32_t brick, const Cell &node) {
     const Bricks &bricks = *deposits.bricks;
     const int32_t stride = deposits.stride;
     const Vec3 x = node_of(bricks, brick, {node.x * stride, node.y * stride, node.z * stride});
     const Vec3 cell = bricks.cell * Real(stride);
-    int64_t power[3] = {0, 0, 0}, flux[3] = {0, 0, 0};
+    int64_t power[3] = {0, 0, 0}, moments[moment_count] = {};
     Real share = Real(0); // of the node's tent: where there are bricks
     for_each_holder(bricks, bricks.place[brick], node, nodes_along(stride), [&](uint32_t other, uint32_t there) {
         const Vec3 low = low_of(bricks, other), high = low + bricks.lattice.edge;
         share += volume_share({highest(low, bricks.bounds.low), lowest(high, bricks.bounds.high)}, x, cell);
         const size_t k = size_t{other} * nodes_of(stride) + there;
         for (uint32_t c = 0; c < deposits.channels; ++c) power[c] += deposits.power[k * deposits.channels + c];
-        for (uint32_t c = 0; deposits.flux && c < 3; ++c) flux[c] += deposits.flux[k * 3 + c];
+        for (uint32_t c = 0; deposits.moments && c < moment_count; ++c)
+            moments[c] += deposits.moments[k * moment_count + c];
     });
-    MeanLight light = {Color(Real(0)), Vec3(Real(0))};
+    NodeLight light = {};
     if (!(share > Real(0))) return light;
     const Color sum = deposits.channels == 1 ? deposits.photon_color * photons_of(power[0])
                                              : Color(photons_of(power[0]), photons_of(power[1]), photons_of(power[2]));
     const Real all = sum.x + sum.y + sum.z;
-    if (deposits.flux && all > Real(0))
-        light.flux = Vec3(photons_of(flux[0]), photons_of(flux[1]), photons_of(flux[2])) / all;
+    for (uint32_t c = 0; all > Real(0) && c < moment_count; ++c) light.moments.of[c] = photons_of(moments[c]) / all;
     // / volume * unit * 2^exponent, half of the scaling before the division.
     const int32_t half = deposits.unit.exponent / 2;
     const Color scaled = scale_pow2(sum * (inv_four_pi<Real> * deposits.unit.unit), half);
