@@ -162,7 +162,7 @@ web-test: web
 	node tools/web/test.mjs
 web-deps:
 	apt-get update -q
-	apt-get install -y --no-install-recommends $(PACKAGES) $$(tools/portability --packages wasm32) npm chromium
+	apt-get install -y --no-install-recommends $(PACKAGES) $$(tools/portability --packages wasm32) chromium $$(command -v npm > /dev/null || echo npm)
 	npm install --no-save --prefix build/web playwright-core
 $B/page.wasm: $B/tools/web/page.o $(PAGE:%=$B/scenes/%.o) $B/host/inspection.o $B/host/sha256.o $(CORE_O)
 	$(CXX) $(FLAGS) $^ $(LINK) -o $@
