@@ -2,13 +2,13 @@
 // while marching, instead of an estimate at every step.
 //
 // A point holds the mean radiance phi / (4 pi) that arrives there from all directions, which every smoke scatters by
-// its own sigma_s, and where some smoke does not scatter evenly its flux, or in resampled smoke the moments of its
-// directions: the map belongs to no view. Made of photon maps it holds what all smoke there scatters, as their estimate is of collisions, not of light.
+// its own sigma_s, and the flux with it where some smoke does not scatter evenly: the map belongs to no view. Made of
+// photon maps it holds what all smoke there scatters, as their estimate is of collisions, not of light. Moments beyond
+// the flux are kept in resampled smoke, at nodes of their own, as many in every brick.
 //
 //   value, all light of one colour   |31                     0|   radiance in units of 2^(exponent - 30), by brick
 //   value, else                      |31                     0|   a packed colour (packed_light.h)
-//   flux                             |31                     0|   a packed flux, as part of the radiance; of moments
-//                                                                 the first word of `words`, three in each
+//   flux                             |31                     0|   a packed flux, as part of the radiance
 #pragma once
 #include "wisp/camera.h"
 #include "wisp/packed_light.h"
@@ -28,7 +28,8 @@ struct Irradiance {
     const int32_t *exponent; // by brick: its brightest point is below 2^exponent
     const uint32_t *value;   // by point
     const uint32_t *flux;    // or nullptr
-    uint32_t words;          // of it by point: 1, or moment_words
+    const uint32_t *moments; // packed as fluxes, three in each of `moment_words`; or nullptr
+    int32_t moment_stride;
     uint32_t points;
     bool of_light; // a point is to be multiplied with sigma_s; false: it has been
     bool grey;     // all light has one colour
@@ -36,9 +37,10 @@ struct Irradiance {
     bool ready;    // false: the arena was too small
 };
 inline uint64_t bytes_of(const Irradiance &map) {
-    return uint64_t{map.points} * 4 * (1 + map.words) + uint64_t{map.bricks->count} * 3 * sizeof(int32_t);
+    const uint64_t of_brick = 3 * sizeof(int32_t) + (map.moments ? nodes_of(map.moment_stride) * moment_words * 4 : 0);
+    return uint64_t{map.points} * (map.flux ? 8 : 4) + uint64_t{map.bricks->count} * of_brick;
 }
-uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t stride, bool flux);
+uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t stride, bool flux, bool moments);
 
 // The map of what photons left at the bricks' nodes. `tolerance` > 0: bricks are given as few points as keep every
 // other one within that part of the brick's largest (adaptive).

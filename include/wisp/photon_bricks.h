@@ -16,7 +16,9 @@ struct BrickDeposits {
     const Bricks *bricks;
     int32_t stride;
     int64_t *power;    // `channels` of each node, in units of deposits times a unit of length
-    int64_t *moments;  // of each: the sums of directions' times (R + G + B); nullptr where all smoke scatters evenly
+    int64_t *flux;     // three of each: the sum of direction times (R + G + B); nullptr where all smoke scatters evenly
+    int64_t *moments;  // `moment_numbers` at every `moment_stride`: the sums of R + G + B, and of moments of directions
+                       // times it; nullptr where no smoke takes them
     uint32_t channels; // one where all photons are alike
     Color photon_color; // of all photons, where they are alike
     PhotonUnit unit;
@@ -27,6 +29,9 @@ struct BrickPhotonPlan {
     PhotonNeeds needs;
     uint64_t sums, bytes;
 };
+// What directions are beyond the flux varies less from place to place than power does.
+constexpr int32_t moment_stride(int32_t stride) { return min(2 * stride, brick_cells); }
+constexpr uint32_t moment_numbers = 1 + moment_count;
 BrickPhotonPlan plan_brick_photons(const Scene &scene, const Settings &settings, uint64_t bricks, int32_t stride);
 
 // Flights no longer than `longest` of which the sums hold any one's.
@@ -60,11 +65,9 @@ Status trace_brick_photons(const Medium &medium, const LightDepths &depths, cons
                            const Observer &observer, Arena &arena, MapSums &sums, Statistics &statistics,
                            BrickDeposits &deposits);
 
-// What all bricks that hold a node received there: the mean radiance, and the moments relative to the power.
-struct NodeLight {
-    Color radiance;
-    Moments moments;
-};
-NodeLight light_at_node(const BrickDeposits &deposits, uint32_t brick, const Cell &node);
+// What all bricks that hold a node received there.
+MeanLight light_at_node(const BrickDeposits &deposits, uint32_t brick, const Cell &node);
+// The moments relative to the power, at one of the nodes that keep them.
+Moments moments_at_node(const BrickDeposits &deposits, uint32_t brick, const Cell &node);
 
 } // namespace wisp::WISP_ARITH

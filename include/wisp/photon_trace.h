@@ -41,6 +41,7 @@ bool is_stopped_before(const Medium &medium, const Birth &birth);
 struct PhotonNeeds {
     bool traced;     // some light is scattered more than once
     bool directions; // ... and not evenly
+    bool moments;    // ... and some smoke takes moments (moments.h)
     bool powers;     // photons differ in power
 };
 PhotonNeeds photon_needs(const Scene &scene, const Settings &settings);

@@ -159,9 +159,22 @@ WISP_VISITOR void gather_lights(const M &marcher, const Smoke &smoke, const Ray 
     }
 }
 
-// Up to here the first order that is not kept weighs no more than even light: (2 l + 1) g^l <= 1 for l = 5.
-constexpr Real most_asymmetry_of_moments = Real(0.62);
-static_assert(moment_order == 4, "the bound is of order 5");
+// What moments beyond the flux send towards `out`: those of a node are summed up before they are interpolated.
+WISP_VISITOR void gather_moments(const Irradiance &map, const Phase &phase, const Group &group, const Vec3 &out,
+                                 Lanes &sent) {
+    LanePlaces at;
+    find_places(group.points, map.moment_stride, 1, at);
+    const Moments seen = seen_moments(phase, out);
+    const auto sum = [&](int32_t node) {
+        const uint32_t *packed = map.moments + node * static_cast<int32_t>(moment_words);
+        Real total = Real(0);
+        for (uint32_t i = 0; i < moment_count; ++i)
+            total += seen.of[i] * Real(flux_units(packed[i / 3], static_cast<int32_t>(i % 3)));
+        return total;
+    };
+    interpolate(at, sum, sent);
+    for (uint32_t l = 0; l < lanes; ++l) sent[l] *= Real(1.0 / greatest_component);
+}
 
 // The same of the irradiance map.
 WISP_VISITOR void gather_scattered(const BrickMarcher &marcher, const Smoke &smoke, const Ray &ray, const Group &group,
@@ -180,22 +193,19 @@ WISP_VISITOR void gather_scattered(const BrickMarcher &marcher, const Smoke &smo
     Lanes p;
     for (uint32_t l = 0; l < lanes; ++l) p[l] = Real(1);
     if (map.flux && !smoke.phase.isotropic()) {
-        // Peaked phase functions need orders that are not kept: there the flux stands for all.
-        const bool by_flux = abs(smoke.phase.asymmetry()) > most_asymmetry_of_moments;
-        const Moments seen = moments_of(out);
-        Lanes moments[moment_count];
-        const int32_t words = static_cast<int32_t>(map.words);
-        for (int32_t i = 0; i < (by_flux ? 1 : words); ++i)
-            for (int32_t c = 0; c < 3; ++c)
-                interpolate(
-                    at, [&](int32_t node) { return Real(flux_units(map.flux[node * words + i], c)); },
-                    moments[3 * i + c]);
-        for (uint32_t l = 0; l < lanes; ++l) {
-            Moments light;
-            for (uint32_t i = 0; i < (by_flux ? 3 : moment_count); ++i)
-                light.of[i] = moments[i][l] * Real(1.0 / greatest_component);
-            p[l] = four_pi<Real> * (by_flux ? phase_of_flux(smoke.phase, flux_of(light), out)
-                                            : phase_of_moments(smoke.phase, light, out, seen));
+        Lanes flux[3];
+        for (int32_t c = 0; c < 3; ++c)
+            interpolate(
+                at, [&map, c](int32_t node) { return unpack_flux(map.flux[node])[c]; }, flux[c]);
+        for (uint32_t l = 0; l < lanes; ++l)
+            p[l] = phase_of_flux(smoke.phase, Vec3(flux[0][l], flux[1][l], flux[2][l]), out) * four_pi<Real>;
+        if (map.moments && takes_moments(smoke.phase.asymmetry())) {
+            Lanes more;
+            gather_moments(map, smoke.phase, group, out, more);
+            for (uint32_t l = 0; l < lanes; ++l) {
+                const Vec3 there(flux[0][l], flux[1][l], flux[2][l]);
+                p[l] = max(Real(0), p[l] + (more[l] - guessed_from_flux(smoke.phase, there, out)));
+            }
         }
     }
     if (map.grey) {

@@ -34,11 +34,10 @@ struct Points {
     uint64_t count;
     int32_t *first, *strides, *exponent; // of the map
     uint32_t *value, *flux;              // of the map; flux may be nullptr
-    uint32_t words;                      // of the flux by point
     bool *known;
     Color *radiance;
 };
-bool make_points(const Bricks &bricks, int32_t stride, uint32_t words, Arena &arena, Points &points) {
+bool make_points(const Bricks &bricks, int32_t stride, bool flux, Arena &arena, Points &points) {
     points = {};
     points.bricks = &bricks;
     points.stride = stride;
@@ -49,11 +48,10 @@ bool make_points(const Bricks &bricks, int32_t stride, uint32_t words, Arena &ar
     points.strides = arena.make<int32_t>(bricks.count);
     points.exponent = arena.make<int32_t>(bricks.count);
     points.value = arena.make<uint32_t>(points.count);
-    points.words = words;
-    points.flux = words > 0 ? arena.make<uint32_t>(points.count * words) : nullptr;
+    points.flux = flux ? arena.make<uint32_t>(points.count) : nullptr;
     points.known = arena.make<bool>(points.count);
     points.radiance = arena.make<Color>(points.count);
-    return points.first && points.strides && points.exponent && points.value && (points.flux || words == 0) &&
+    return points.first && points.strides && points.exponent && points.value && (points.flux || !flux) &&
            points.known && points.radiance;
 }
 
@@ -160,9 +158,7 @@ void pack_points(const Medium &medium, Points &points, Real tolerance, Irradianc
                                            ? static_cast<uint32_t>(round_to_int(scale_pow2(largest(light[from]), unit)))
                                            : pack_color(light[from], points.exponent[b]);
             // What is read never lies behind what is written.
-            for (uint32_t w = 0; w < points.words; ++w)
-                points.flux[map.points * points.words + w] =
-                    points.flux[(uint64_t{b} * points.nodes + from) * points.words + w];
+            if (points.flux) points.flux[map.points] = points.flux[uint64_t{b} * points.nodes + from];
             ++map.points;
         }
     }
@@ -171,7 +167,6 @@ void pack_points(const Medium &medium, Points &points, Real tolerance, Irradianc
     map.exponent = points.exponent;
     map.value = points.value;
     map.flux = points.flux;
-    map.words = points.words;
     map.ready = true;
 }
 
@@ -204,6 +199,23 @@ void finish(const Medium &medium, Points &points, double share, Real tolerance, 
     pack_points(medium, points, tolerance, map);
 }
 
+// False: the arena was too small.
+bool pack_moments(const BrickDeposits &deposits, Arena &arena, Irradiance &map) {
+    map.moment_stride = moment_stride(deposits.stride);
+    const uint32_t nodes = nodes_of(map.moment_stride);
+    const uint64_t count = uint64_t{deposits.bricks->count} * nodes;
+    uint32_t *packed = arena.make<uint32_t>(count * moment_words);
+    if (!packed) return false;
+    map.moments = packed;
+    for (uint64_t i = 0; i < count; ++i) {
+        const Cell node = cell_of_index(nodes_along(map.moment_stride), static_cast<uint32_t>(i % nodes));
+        const Moments moments = moments_at_node(deposits, static_cast<uint32_t>(i / nodes), node);
+        for (const Real *m = moments.of; m < moments.of + moment_count; m += 3)
+            *packed++ = pack_flux(Vec3(m[0], m[1], m[2]));
+    }
+    return true;
+}
+
 // estimate(x, light), from nothing: whether it is known there. Asked around smoke and in view only, and once of a node
 // that several bricks hold.
 template <class Estimate>
@@ -213,7 +225,7 @@ Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Es
     Irradiance map = {};
     map.bricks = &bricks;
     Points points;
-    if (!make_points(bricks, stride, request.flux ? 1 : 0, arena, points)) return map;
+    if (!make_points(bricks, stride, request.flux, arena, points)) return map;
     for (uint64_t i = 0; i < points.count; ++i) points.known[i] = false;
     // Sharpening reads two nodes beyond what is seen: where those are known must not depend on the crop.
     const Vec3 reach = bricks.cell * Real(3 * stride);
@@ -249,11 +261,11 @@ Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Es
 
 } // namespace
 
-uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t stride, bool flux) {
+uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t stride, bool flux, bool moments) {
     const uint64_t points = bricks * nodes_of(stride);
-    uint64_t bytes = 3 * Arena::bytes<int32_t>(bricks) +
-                     (flux ? 1 + moment_words : 1) * Arena::bytes<uint32_t>(points) + Arena::bytes<bool>(points) +
-                     3 * Arena::bytes<Color>(points);
+    uint64_t bytes = 3 * Arena::bytes<int32_t>(bricks) + (flux ? 2 : 1) * Arena::bytes<uint32_t>(points) +
+                     Arena::bytes<bool>(points) + 3 * Arena::bytes<Color>(points);
+    if (moments) bytes += Arena::bytes<uint32_t>(bricks * nodes_of(moment_stride(stride)) * moment_words);
     bytes += Arena::bytes<MeanLight *>(scene.smoke_count);
     for (uint32_t i = 0; i < scene.smoke_count; ++i) bytes += Arena::bytes<MeanLight>(elements_of(scene.smokes[i]));
     return bytes;
@@ -266,16 +278,15 @@ Irradiance make_irradiance(const Medium &medium, const BrickDeposits &deposits, 
     map.grey = deposits.channels == 1;
     map.color = deposits.photon_color;
     Points points;
-    if (!make_points(*deposits.bricks, deposits.stride, deposits.moments ? moment_words : 0, arena, points)) return map;
+    if (!make_points(*deposits.bricks, deposits.stride, deposits.flux != nullptr, arena, points)) return map;
     for (uint64_t i = 0; i < points.count; ++i) {
         const Cell node = cell_of_index(points.along, static_cast<uint32_t>(i % points.nodes));
-        const NodeLight light = light_at_node(deposits, static_cast<uint32_t>(i / points.nodes), node);
+        const MeanLight light = light_at_node(deposits, static_cast<uint32_t>(i / points.nodes), node);
         points.radiance[i] = light.radiance;
-        const Real *m = light.moments.of;
-        for (uint32_t w = 0; w < points.words; ++w, m += 3)
-            points.flux[i * points.words + w] = pack_flux(Vec3(m[0], m[1], m[2]));
+        if (points.flux) points.flux[i] = pack_flux(light.flux);
         points.known[i] = tells(*deposits.bricks, static_cast<uint32_t>(i / points.nodes), node, deposits.stride);
     }
+    if (deposits.moments && !pack_moments(deposits, arena, map)) return map;
     finish(medium, points, scattered_and_interpolated, tolerance, arena, map);
     return map;
 }
@@ -342,10 +353,9 @@ MeanLight light_at(const Irradiance &irradiance, uint32_t brick, const Vec3 &p) 
                 between_nodes(at, stride, [&](uint32_t node) { return unpack_color(value[node], exponent)[c]; });
     }
     if (!irradiance.flux) return light;
-    const uint32_t *flux = irradiance.flux + uint64_t{irradiance.words} * static_cast<uint32_t>(first);
+    const uint32_t *flux = irradiance.flux + first;
     for (int32_t c = 0; c < 3; ++c)
-        light.flux[c] =
-            between_nodes(at, stride, [&](uint32_t node) { return unpack_flux(flux[node * irradiance.words])[c]; });
+        light.flux[c] = between_nodes(at, stride, [&](uint32_t node) { return unpack_flux(flux[node])[c]; });
     return light;
 }
 

@@ -221,34 +221,55 @@ template <class Pass> Arrival fly(const Tracer &tracer, const Ray &ray, Pcg32 &g
 // A share of a number of 2^-24, rounded to nearest.
 int64_t units_of(Real share, Real units) { return whole_part(share * units + Real(0.5)); }
 
-void deposit(const BrickDeposits &deposits, uint32_t brick, const Vec3 &p, const Color &power, const Vec3 &direction) {
-    const int32_t stride = deposits.stride;
-    const uint32_t n = static_cast<uint32_t>(nodes_along(stride));
-    const BrickPlace at = place_of(p, stride);
-    const size_t first = size_t{brick} * nodes_of(stride) + at.node;
+// The corners of the cell around a place in a brick.
+struct Corners {
+    size_t node[8];
     Real share[8];
-    for (uint32_t corner = 0; corner < 8; ++corner)
-        share[corner] = (corner & 1 ? at.t.x : Real(1) - at.t.x) * (corner & 2 ? at.t.y : Real(1) - at.t.y) *
-                        (corner & 4 ? at.t.z : Real(1) - at.t.z);
-    const auto node = [&](uint32_t corner) {
-        return first + (corner & 1) + n * ((corner >> 1 & 1) + n * (corner >> 2));
-    };
+
+    Corners(uint32_t brick, const Vec3 &p, int32_t stride) {
+        const uint32_t n = static_cast<uint32_t>(nodes_along(stride));
+        const BrickPlace at = place_of(p, stride);
+        const size_t first = size_t{brick} * nodes_of(stride) + at.node;
+        for (uint32_t corner = 0; corner < 8; ++corner) {
+            node[corner] = first + (corner & 1) + n * ((corner >> 1 & 1) + n * (corner >> 2));
+            share[corner] = (corner & 1 ? at.t.x : Real(1) - at.t.x) * (corner & 2 ? at.t.y : Real(1) - at.t.y) *
+                            (corner & 4 ? at.t.z : Real(1) - at.t.z);
+        }
+    }
+};
+
+WISP_WIDE void deposit_moments(int64_t *sums, const Corners &at, Real units, const Moments &moments) {
+    for (uint32_t corner = 0; corner < 8; ++corner) {
+        int64_t *sum = sums + at.node[corner] * moment_numbers;
+        const Real here = at.share[corner] * units; // below 2^31: 1 / rate is at most 32
+        sum[0] += whole_part(here + Real(0.5));
+        for (uint32_t i = 0; i < moment_count; ++i) {
+            const int32_t part = whole_part(abs(moments.of[i]) * here + Real(0.5));
+            sum[1 + i] += moments.of[i] < Real(0) ? -part : part;
+        }
+    }
+}
+
+// What a photon that flies along `direction`, which has these moments, leaves at a place in a brick.
+void deposit(const BrickDeposits &deposits, uint32_t brick, const Vec3 &p, const Color &power, const Vec3 &direction,
+             const Moments &moments) {
+    const Corners at(brick, p, deposits.stride);
     for (uint32_t c = 0; c < deposits.channels; ++c) {
         const Real units = scale_pow2(power[static_cast<int>(c)], deposit_bits);
         for (uint32_t corner = 0; corner < 8; ++corner)
-            deposits.power[node(corner) * deposits.channels + c] += units_of(share[corner], units);
+            deposits.power[at.node[corner] * deposits.channels + c] += units_of(at.share[corner], units);
     }
-    if (!deposits.moments) return;
-    const Moments moments = moments_of(direction);
-    const Real units = scale_pow2(power.x + power.y + power.z, deposit_bits);
-    for (uint32_t corner = 0; corner < 8; ++corner) {
-        int64_t *sums = deposits.moments + node(corner) * moment_count;
-        const Real here = share[corner] * units;
-        for (uint32_t c = 0; c < moment_count; ++c) {
-            const int32_t part = whole_part(abs(moments.of[c]) * here + Real(0.5)); // below 2^31: 1 / rate <= 32
-            sums[c] += moments.of[c] < Real(0) ? -part : part;
+    if (!deposits.flux) return;
+    const Vec3 flux = direction * (power.x + power.y + power.z);
+    for (uint32_t corner = 0; corner < 8; ++corner)
+        for (uint32_t c = 0; c < 3; ++c) {
+            const Real units = scale_pow2(flux[static_cast<int>(c)], deposit_bits);
+            const int64_t part = units_of(at.share[corner], abs(units));
+            deposits.flux[at.node[corner] * 3 + c] += units < Real(0) ? -part : part;
         }
-    }
+    if (deposits.moments)
+        deposit_moments(deposits.moments, Corners(brick, p, moment_stride(deposits.stride)),
+                        scale_pow2(power.x + power.y + power.z, deposit_bits), moments);
 }
 
 void trace_photon(const Tracer &tracer, const BrickDeposits &deposits, uint64_t target, Pcg32 &generator,
@@ -298,8 +319,9 @@ void trace_photon(const Tracer &tracer, const BrickDeposits &deposits, uint64_t 
             ray.direction = deflect(ray.direction, angle, unit_half_open<Real>(generator()));
         }
         const uint64_t capped = counts.capped;
+        const Moments moments = deposits.moments ? moments_of(ray.direction) : Moments{};
         at = fly(tracer, ray, generator, [&](uint32_t passed, const Vec3 &p, Real inverse_rate) {
-            deposit(deposits, passed, p, power * inverse_rate, ray.direction);
+            deposit(deposits, passed, p, power * inverse_rate, ray.direction, moments);
         });
         if (counts.capped != capped) return;
         if (!at.found) {
@@ -324,14 +346,15 @@ uint32_t source_limit(const Scene &scene) { return scene.light_count + scene.smo
 } // namespace
 
 uint64_t most_brick_flights(Real longest) {
-    // A flight leaves its length in all, in units of 2^-24, times R + G + B, at most 3, in a flux.
+    // A flight leaves its length in all, in units of 2^-24, times R + G + B, at most 3, in a flux or a moment.
     return (uint64_t{1} << (63 - deposit_bits)) / (4 * (static_cast<uint64_t>(floor_to_int(longest)) + 1));
 }
 
 BrickPhotonPlan plan_brick_photons(const Scene &scene, const Settings &settings, uint64_t bricks, int32_t stride) {
     BrickPhotonPlan plan = {photon_needs(scene, settings), 0, 0};
     if (!plan.needs.traced) return plan;
-    plan.sums = bricks * nodes_of(stride) * ((plan.needs.powers ? 3 : 1) + (plan.needs.directions ? moment_count : 0));
+    plan.sums = bricks * nodes_of(stride) * ((plan.needs.powers ? 3 : 1) + (plan.needs.directions ? 3 : 0)) +
+                (plan.needs.moments ? bricks * nodes_of(moment_stride(stride)) * moment_numbers : 0);
     plan.bytes = Arena::bytes<int64_t>(plan.sums) + Arena::bytes<PhotonSource>(source_limit(scene)) +
                  Arena::bytes<Real>(bricks) + Arena::bytes<uint64_t>(source_limit(scene) * bricks + 1) +
                  Arena::bytes<Cursor>(1);
@@ -389,9 +412,12 @@ Status trace_brick_photons(const Medium &medium, const LightDepths &depths, cons
                            BrickDeposits &deposits) {
     const Bricks &bricks = *medium.bricks;
     const uint64_t nodes = uint64_t{bricks.count} * nodes_of(stride);
-    deposits = {&bricks, stride, sums.values, nullptr, needs.powers ? 3u : 1u, Color(Real(1)), {Real(1), 0}};
-    const uint64_t powers = nodes * deposits.channels, numbers = powers + (needs.directions ? nodes * moment_count : 0);
-    if (needs.directions) deposits.moments = sums.values + powers;
+    deposits = {&bricks, stride, sums.values, nullptr, nullptr, needs.powers ? 3u : 1u, Color(Real(1)), {Real(1), 0}};
+    const uint64_t powers = nodes * deposits.channels, with_flux = powers + (needs.directions ? nodes * 3 : 0);
+    const uint64_t moment_nodes = uint64_t{bricks.count} * nodes_of(moment_stride(stride));
+    const uint64_t numbers = with_flux + (needs.moments ? moment_nodes * moment_numbers : 0);
+    if (needs.directions) deposits.flux = sums.values + powers;
+    if (needs.moments) deposits.moments = sums.values + with_flux;
     if (sums.count != 0 && sums.count != numbers) return Status::wrong_sums;
     if (numbers > sums.capacity) return Status::out_of_memory;
     for (uint64_t i = 0; sums.count == 0 && i < numbers; ++i) sums.values[i] = 0;
@@ -435,32 +461,47 @@ Status trace_brick_photons(const Medium &medium, const LightDepths &depths, cons
     return fits ? status : Status::overflow;
 }
 
-NodeLight light_at_node(const BrickDeposits &deposits, uint32_t brick, const Cell &node) {
+MeanLight light_at_node(const BrickDeposits &deposits, uint32_t brick, const Cell &node) {
     const Bricks &bricks = *deposits.bricks;
     const int32_t stride = deposits.stride;
     const Vec3 x = node_of(bricks, brick, {node.x * stride, node.y * stride, node.z * stride});
     const Vec3 cell = bricks.cell * Real(stride);
-    int64_t power[3] = {0, 0, 0}, moments[moment_count] = {};
+    int64_t power[3] = {0, 0, 0}, flux[3] = {0, 0, 0};
     Real share = Real(0); // of the node's tent: where there are bricks
     for_each_holder(bricks, bricks.place[brick], node, nodes_along(stride), [&](uint32_t other, uint32_t there) {
         const Vec3 low = low_of(bricks, other), high = low + bricks.lattice.edge;
         share += volume_share({highest(low, bricks.bounds.low), lowest(high, bricks.bounds.high)}, x, cell);
         const size_t k = size_t{other} * nodes_of(stride) + there;
         for (uint32_t c = 0; c < deposits.channels; ++c) power[c] += deposits.power[k * deposits.channels + c];
-        for (uint32_t c = 0; deposits.moments && c < moment_count; ++c)
-            moments[c] += deposits.moments[k * moment_count + c];
+        for (uint32_t c = 0; deposits.flux && c < 3; ++c) flux[c] += deposits.flux[k * 3 + c];
     });
-    NodeLight light = {};
+    MeanLight light = {Color(Real(0)), Vec3(Real(0))};
     if (!(share > Real(0))) return light;
     const Color sum = deposits.channels == 1 ? deposits.photon_color * photons_of(power[0])
                                              : Color(photons_of(power[0]), photons_of(power[1]), photons_of(power[2]));
     const Real all = sum.x + sum.y + sum.z;
-    for (uint32_t c = 0; all > Real(0) && c < moment_count; ++c) light.moments.of[c] = photons_of(moments[c]) / all;
+    if (deposits.flux && all > Real(0))
+        light.flux = Vec3(photons_of(flux[0]), photons_of(flux[1]), photons_of(flux[2])) / all;
     // / volume * unit * 2^exponent, half of the scaling before the division.
     const int32_t half = deposits.unit.exponent / 2;
     const Color scaled = scale_pow2(sum * (inv_four_pi<Real> * deposits.unit.unit), half);
     light.radiance = scale_pow2(scaled / (cell.x * cell.y * cell.z * share), deposits.unit.exponent - half);
     return light;
+}
+
+Moments moments_at_node(const BrickDeposits &deposits, uint32_t brick, const Cell &node) {
+    const int32_t stride = moment_stride(deposits.stride);
+    int64_t sum[moment_numbers] = {};
+    for_each_holder(*deposits.bricks, deposits.bricks->place[brick], node, nodes_along(stride),
+                    [&](uint32_t other, uint32_t there) {
+                        const size_t k = size_t{other} * nodes_of(stride) + there;
+                        for (uint32_t i = 0; i < moment_numbers; ++i)
+                            sum[i] += deposits.moments[k * moment_numbers + i];
+                    });
+    Moments moments = {};
+    const Real all = photons_of(sum[0]);
+    for (uint32_t i = 0; all > Real(0) && i < moment_count; ++i) moments.of[i] = photons_of(sum[1 + i]) / all;
+    return moments;
 }
 
 } // namespace wisp::WISP_ARITH

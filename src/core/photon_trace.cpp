@@ -1,5 +1,6 @@
 // Where photons come from, and whether any are needed (S2).
 #include "wisp/photon_trace.h"
+#include "wisp/moments.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -83,7 +84,9 @@ PhotonNeeds photon_needs(const Scene &scene, const Settings &settings) {
         if (smoke.empty()) continue;
         if (any_above_zero(smoke.albedo)) scatters = true;
         if (any_above_zero(smoke.emission)) glows = true;
-        if (order_of(smoke.asymmetry) != 0) needs.directions = true;
+        const int64_t g = order_of(smoke.asymmetry), size = max(g, -g);
+        if (size > 0) needs.directions = true;
+        if (size > 0 && size <= order_of(most_asymmetry_of_moments)) needs.moments = true;
         if (!same(smoke.albedo.x, smoke.albedo.y) || !same(smoke.albedo.y, smoke.albedo.z)) grey = false;
     }
     needs.traced = scatters && (glows || scene.light_count > 0) && settings.photons > 0;

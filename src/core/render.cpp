@@ -470,7 +470,8 @@ Plan plan(const Scene &scene, const Settings &settings) {
     plan.bricks = resampled ? bricks.count : 0;
     const bool on_bricks = settings.method == Method::map && resampled;
     if (needs.traced && (on_bricks || settings.irradiance != IrradianceMap::none))
-        plan.bytes.irradiance = irradiance_bytes(scene, bricks.count, steps.irradiance, needs.directions);
+        plan.bytes.irradiance =
+            irradiance_bytes(scene, bricks.count, steps.irradiance, needs.directions, on_bricks && needs.moments);
     plan.bytes.arena += plan.bytes.particle_tree + plan.bytes.light_depths + plan.bytes.irradiance + march_bytes(scene);
     if (!resampled) plan.bytes.arena += bricks.bytes;
     if (on_bricks) {
