@@ -33,7 +33,7 @@ struct PackedSums {
         REQUIRE(make_packed_map(scene, needs_of(map), map.of_smoke[0].kept, arena, packed));
         pack_map(map, packed);
     }
-    static PhotonNeeds needs_of(const ParticleMap &map) { return {true, true, map.of_smoke[0].channels == 3}; }
+    static PhotonNeeds needs_of(const ParticleMap &map) { return {true, true, false, map.of_smoke[0].channels == 3}; }
 
     // What an element sends towards the eye.
     Color source(const Scene &scene, const Medium &medium, const Vec3 &eye, uint32_t element = 0) {
