@@ -52,8 +52,8 @@ def read_vol(path: Path):
 def write_df3(path: Path, n, density) -> float:
     """The grid as a df3: big-endian, x fastest, in parts of its largest density, which is returned.
 
-    16 bits err by 2^-17 of the largest density: less than 1e-3 in the optical depth of any ray here. POV-Ray's sample i lies at
-    i / n of the unit cube and the last one's neighbour is the first; a border of repeated samples keeps it outside of the box.
+    16 bits err by 2^-17 of the largest density at most: 0.001 in the optical depth of the longest ray. POV-Ray's sample i lies
+    at i / n of the unit cube, and the last one's neighbour is the first; a border of repeated samples keeps that outside.
     """
     largest = max(density)
     x, y, z = ([0, *range(count), count - 1] for count in n)
@@ -73,10 +73,11 @@ def parts_around(n, low, cell, density) -> str:
         if not filled:
             continue
         x, z = [i % n[0] for i in filled], [i // n[0] // n[1] for i in filled]
-        # Interpolation reaches from a sample, in the middle of its cell, to the next one. Parts overlap a little: they are merged.
+        # A sample, in the middle of its cell, reaches to its neighbours. Parts overlap, so that merging leaves no seam.
         first = (max(min(x) - 0.5, 0), y0 - 0.001, max(min(z) - 0.5, 0))
         last = (min(max(x) + 1.5, n[0]), y1 + 0.001, min(max(z) + 1.5, n[2]))
-        boxes.append("box { %s %s }" % tuple(vector(low[k] + p[k] * cell[k] for k in range(3)) for p in (first, last)))
+        corners = (vector(low[k] + p[k] * cell[k] for k in range(3)) for p in (first, last))
+        boxes.append("box { " + " ".join(corners) + " }")
     return "merge { " + " ".join(boxes)
 
 
@@ -116,7 +117,7 @@ light_source {{ <{", ".join(LIGHT)}> rgb {colour} fade_distance {fade} fade_powe
 """)
 
 
-def read_ppm(path: Path) -> tuple:
+def read_ppm(path: Path):
     """Side and values of POV-Ray's picture, 0 to 65535."""
     data = path.read_bytes()
     head = re.match(rb"P6\s+(?:#.*\n)*(\d+)\s+(\d+)\s+65535\s", data)
@@ -129,7 +130,7 @@ def read_ppm(path: Path) -> tuple:
 
 
 def write_pfm(path: Path, side: int, values):
-    """Means of rays a pixel, rows from the bottom. 16 bits err by 2^-17 / SCALE: 0.03 % of the mean of plume.vol."""
+    """Means of rays a pixel, rows from the bottom. 16 bits err by 2^-17 / SCALE at most, 0.03 % of plume.vol's mean."""
     rays = side // SIDE
     rows = range(rays)
     pixels = array("f", (
@@ -212,4 +213,7 @@ smoke {vol} {{
         print(f"{job[1]},{job[3]},{seconds[job]:.3f},{errors[job]:.5f}")
 
 
-main()
+try:
+    main()
+except OSError as error:
+    fail(str(error))
