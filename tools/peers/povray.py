@@ -182,7 +182,7 @@ def main():
 
     # Rays a pixel along each side, and intervals.
     povray = [(1, 10), (1, 20), (1, 40), (1, 60), (2, 60)]
-    wisp = ["--spp 1 --density-step 1", "--density-step 1", "--density-step 1 --light-step 1", "", "--step 0.5",
+    wisp = ["--spp 1 --density-step 1", "--density-step 1", "--density-step 1 --light-step 1 --step 0.5", "", "--step 0.5",
             "--step 0.5 --light-step 0"]
     if quick:
         povray, wisp = povray[:2], wisp[:4]
