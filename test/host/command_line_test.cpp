@@ -83,6 +83,26 @@ TEST_CASE("command line: a plan beyond --memory ends with 4, an unwritable outpu
     CHECK(desk.wisp("render " + desk.s() + " --stats " + desk.file("none/x.json")).status == 5);
 }
 
+TEST_CASE("command line: a picture beyond --memory, or beyond the machine's, ends with 4 before any work") {
+    Desk desk;
+    desk.write("triangle.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 35 hither 0.1 resolution 8 8\n"
+                               "p 3\n-1 -1 0\n1 -1 0\n0 1 0\n");
+    const std::string out = " -o " + desk.file("x.pfm");
+    for (const char *options : {" --size 16384x16384 --memory 1G", " --size 65536x65536",
+                                " --size 8192x8192 --reference --memory 1G"}) {
+        CAPTURE(options);
+        for (const char *command : {"render ", "plan "}) {
+            const Ran big = desk.wisp(command + desk.file("triangle.aff") + options + out);
+            CHECK(big.status == 4);
+            CHECK(lines(big.err) == 1);
+            CHECK(big.err.find("a smaller --size or --crop needs less") != std::string::npos);
+        }
+    }
+    const std::string crop = desk.file("triangle.aff") + " --size 16384x16384 --memory 1M --crop 0,0,8,8";
+    CHECK(desk.wisp("render " + crop + out).status == 0);
+    CHECK(desk.wisp("inspect " + desk.file("triangle.aff") + " 3 4 --size 16384x16384 --memory 1M").status == 0);
+}
+
 TEST_CASE("command line: the digest is the SHA-256 of the .pfm, the same on every run") {
     const Desk desk;
     for (const char *arithmetic : {"f32", "f64", "fixed"}) {

@@ -8,8 +8,9 @@ standard error. Stopped and started again, it goes on where it was.
 import os, sys
 
 import harness
+from scaling import scaling
 
-SECTIONS = {}
+SECTIONS = {"scaling": scaling}
 
 
 def main(names):
