@@ -57,16 +57,18 @@ def scene(name, text):
 def write_ball(file, n):
     """Legacy VTK: the first n points of an R3 sequence, evenly spread at any n, in the ball of radius 1."""
     file.write(f"# vtk DataFile Version 3.0\nball\nBINARY\nDATASET POLYDATA\nPOINTS {n} float\n".encode())
-    xyz = array("f")
     x = y = z = 0.5
-    while len(xyz) < 3 * n:
-        x, y, z = (x + 0.8191725133961645) % 1, (y + 0.6710436067037893) % 1, (z + 0.5497004779019703) % 1
-        u, v, w = 2 * x - 1, 2 * y - 1, 2 * z - 1
-        if u * u + v * v + w * w < 1:
-            xyz.extend((u, v, w))
-    if sys.byteorder == "little":
-        xyz.byteswap()
-    file.write(xyz.tobytes())
+    while n > 0:
+        xyz = array("f")
+        while len(xyz) < 3 * min(n, 100000):
+            x, y, z = (x + 0.8191725133961645) % 1, (y + 0.6710436067037893) % 1, (z + 0.5497004779019703) % 1
+            u, v, w = 2 * x - 1, 2 * y - 1, 2 * z - 1
+            if u * u + v * v + w * w < 1:
+                xyz.extend((u, v, w))
+        n -= len(xyz) // 3
+        if sys.byteorder == "little":
+            xyz.byteswap()
+        file.write(xyz.tobytes())
 
 
 def ball(n):
@@ -127,8 +129,9 @@ def sweep_jobs():
         text, files, count = hills(size)
         return n or count, lights + text, files, options, heavy
 
-    # Cells are as many as particles; a ray passes the cube root of that.
-    sweep("particles", "smoke", {"read": 1, "trees": 1, "photons": 1 / 3, "irradiance": 1, "render": 1 / 3, "bytes": 1},
+    # Cells are as many as particles. A ray passes the cube root of that: one from each of them, to the light, before photons,
+    # and those of a fixed number of photons and pixels.
+    sweep("particles", "smoke", {"read": 1, "trees": "1 to 4/3", "photons": 1 / 3, "irradiance": 1, "render": 1 / 3, "bytes": 1},
           [of_ball(n, "--photons 100000", n > 1e6, size=n) for n in decades(3, quick(4, 7), quick(1, 2))])
     sweep("photons", "map", {"photons": 1, "bytes": 0},
           [of_ball(n, f"--photons {n}", n > 1e6) for n in decades(3, quick(5, 8), quick(1, 2))])
@@ -235,6 +238,7 @@ def absurd():
     yield ".bgeo that inflates 1,000 times", claim("bgeo.gz"), "", 3
     yield "mesh that claims 2^40 vertices", "m vertices 1099511627776\n0 0 0\n", "", 3
     yield "mesh that claims 67,108,865 triangles", "m vertices 3\n0 0 0\n1 0 0\n0 1 0\ntriangles 67108865\n0 1 2\n", "", 3
+    yield "372,831 spheres of 180 triangles", "s 1 2 3 1\n" * 372831, "", 3
     yield "polygon that claims 2^40 corners", "p 1099511627776\n0 0 0\n", "", 3
 
 
