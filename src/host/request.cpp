@@ -111,8 +111,8 @@ void check_picture(const Request &request, const Settings &settings, const Plan 
         static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
     const bool asked = request.options.memory && plan.bytes.arena + picture > *request.options.memory;
     if (!asked && picture <= machine) return;
-    const std::string most = asked ? std::to_string(*request.options.memory) + " of --memory"
-                                   : std::to_string(machine) + " of this machine";
+    const std::string most =
+        asked ? std::to_string(*request.options.memory) + " of --memory" : std::to_string(machine) + " of this machine";
     throw Error(exit_memory, request.name + ": the picture needs " + std::to_string(picture) +
                                  " bytes beside the plan's " + std::to_string(plan.bytes.arena) +
                                  ", expected at most the " + most + "; a smaller --size or --crop needs less");

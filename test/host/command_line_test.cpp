@@ -5,6 +5,7 @@
 #include "host/sha256.h"
 #include <cmath>
 #include <doctest/doctest.h>
+#include <unistd.h>
 
 using namespace wisp;
 
@@ -88,7 +89,7 @@ TEST_CASE("command line: a picture beyond --memory, or beyond the machine's, end
     desk.write("triangle.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 35 hither 0.1 resolution 8 8\n"
                                "p 3\n-1 -1 0\n1 -1 0\n0 1 0\n");
     const std::string out = " -o " + desk.file("x.pfm");
-    for (const char *options : {" --size 16384x16384 --memory 1G", " --size 65536x65536",
+    for (const char *options : {" --size 16384x16384 --memory 1G", " --size 65536x65536 --memory 64G",
                                 " --size 8192x8192 --reference --memory 1G"}) {
         CAPTURE(options);
         for (const char *command : {"render ", "plan "}) {
@@ -98,6 +99,10 @@ TEST_CASE("command line: a picture beyond --memory, or beyond the machine's, end
             CHECK(big.err.find("a smaller --size or --crop needs less") != std::string::npos);
         }
     }
+    // Sums of --reference, 515 GB of them: more than most machines have.
+    const uint64_t needed = uint64_t{65536} * 65536 * 120;
+    if (static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<uint64_t>(sysconf(_SC_PAGESIZE)) < needed)
+        CHECK(desk.wisp("render " + desk.file("triangle.aff") + " --size 65536x65536 --reference" + out).status == 4);
     const std::string crop = desk.file("triangle.aff") + " --size 16384x16384 --memory 1M --crop 0,0,8,8";
     CHECK(desk.wisp("render " + crop + out).status == 0);
     CHECK(desk.wisp("inspect " + desk.file("triangle.aff") + " 3 4 --size 16384x16384 --memory 1M").status == 0);
