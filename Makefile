@@ -98,11 +98,12 @@ $(ARITHMETICS:%=$B/peers/$1_%): $B/peers/$1_%: tools/peers/$1.cpp $(LIBRARY_O)
 	$$(CXX) $$(CPPFLAGS) $$(FLAGS) $$(MULTIVERSION) -DWISP_ARITH=$$* $$< $$(LIBRARY_O) -lz -lembree3 -o $$@
 endef
 $(foreach p,rays shadow_rays,$(eval $(call PEER_RULE,$p)))
+# SECTIONS: those to measure, all where it is not given.
 bench: all $(PEERS)
-	tools/bench
+	DATA=$(DATA) python3 tools/bench $(SECTIONS)
 # What `make bench` measures errors against, where it is missing: two hours, resumed where it was stopped.
 truth: all
-	tools/tables truth
+	python3 tools/bench truth
 
 # How direct converges to the reference; half an hour the first time, the reference's passes are kept.
 convergence: $B/wisp
@@ -161,7 +162,7 @@ web-test: web
 	node tools/web/test.mjs
 web-deps:
 	apt-get update -q
-	apt-get install -y --no-install-recommends $(PACKAGES) $$(tools/portability --packages wasm32) npm chromium
+	apt-get install -y --no-install-recommends $(PACKAGES) $$(tools/portability --packages wasm32) chromium $$(command -v npm > /dev/null || echo npm)
 	npm install --no-save --prefix build/web playwright-core
 $B/page.wasm: $B/tools/web/page.o $(PAGE:%=$B/scenes/%.o) $B/host/inspection.o $B/host/sha256.o $(CORE_O)
 	$(CXX) $(FLAGS) $^ $(LINK) -o $@

@@ -5,6 +5,7 @@
 // prints `SHA-256  arithmetic  scene  options` of each as fixtures/goldens.txt has them. Where there is no command
 // line, as in WebAssembly, portable_fault() is asked once and portable_line() for one line after the other.
 #include "compiled_scene.h"
+#include "host/core.h"
 #include "wisp/self_test.h"
 #include <cstdio>
 #include <cstdlib>
@@ -22,17 +23,6 @@ namespace {
 const CompiledScene *const scenes[] = {&portable_direct, &portable_grid,     &portable_irradiance,
                                        &portable_paths,  &portable_surfaces, &portable_wake};
 constexpr int scene_count = sizeof scenes / sizeof *scenes;
-
-struct Core {
-    const char *name;
-    Plan (*plan)(const Scene &, const Settings &);
-    Status (*render)(const Scene &, const Settings &, Arena &, const Observer &, float *, Statistics &, MapSums *,
-                     Kept *, const Journal *);
-    Status (*render_reference)(const Scene &, const Settings &, Arena &, const Observer &, PixelSums *, Statistics &);
-};
-constexpr Core cores[] = {{"f32", f32::plan, f32::render, f32::render_reference},
-                          {"f64", f64::plan, f64::render, f64::render_reference},
-                          {"fixed", fixed::plan, fixed::render, fixed::render_reference}};
 
 template <class T> T *allocate(uint64_t count) {
     return count > SIZE_MAX / sizeof(T) ? nullptr
@@ -86,13 +76,14 @@ extern "C" const char *portable_fault() { return wisp::arithmetic_fault(); }
 
 // Of scene i = 0, 1, ... in arithmetic 0 (f32), 1 (f64) or 2 (fixed); nullptr behind the last. Until the next call.
 extern "C" const char *portable_line(int arithmetic, int i) {
-    return i < wisp::scene_count ? wisp::line_of(wisp::cores[arithmetic], *wisp::scenes[i]) : nullptr;
+    return i < wisp::scene_count ? wisp::line_of(wisp::core(static_cast<wisp::Arithmetic>(arithmetic)), *wisp::scenes[i]) : nullptr;
 }
 
 #ifndef __wasm__ // there it would import a command line and files
 int main(int count, char **words) {
     int arithmetic = 0;
-    while (arithmetic < 3 && (count != 2 || std::strcmp(words[1], wisp::cores[arithmetic].name) != 0)) ++arithmetic;
+    const auto name = [&] { return wisp::core(static_cast<wisp::Arithmetic>(arithmetic)).name; };
+    while (arithmetic < 3 && (count != 2 || std::strcmp(words[1], name()) != 0)) ++arithmetic;
     if (arithmetic == 3) {
         std::fprintf(stderr, "expected portable f32|f64|fixed\n");
         return 2;

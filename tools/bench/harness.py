@@ -3,7 +3,7 @@
 A job's result of one run is kept in build/bench/runs with what it came from: its words, its program and the files that it
 reads. While those are the same it is not run again, so what was stopped goes on where it was.
 """
-import csv, hashlib, io, json, math, os, platform, re, shlex, statistics, subprocess, sys, tempfile, time
+import csv, functools, hashlib, io, json, math, os, platform, re, shlex, statistics, subprocess, sys, tempfile, time
 from datetime import datetime, timezone
 from pathlib import Path
 
@@ -21,7 +21,7 @@ def quick(less, full):
     return less if QUICK else full
 
 
-@__import__("functools").cache
+@functools.cache
 def contents(path):
     return hashlib.sha256(Path(path).read_bytes()).hexdigest() if Path(path).is_file() else "-"
 
@@ -123,7 +123,7 @@ def render(name, scene, *options, runs=None, makes=("pfm",), after=(), reads=())
     """A job of `wisp render`; its pictures are NAME.pfm and others that `makes` says. Options: words, or strings of them."""
     words = [word for option in options for word in shlex.split(str(option))]
     pictures = [OUT / f"{name}.{kind}" for kind in makes]
-    command = [WISP, "render", scene, *words, "--stats", OUT / "stats.json", "-q"]
+    command = [WISP, "render", scene, *words, "--stats", OUT / "stats.json", *([] if "-v" in words else ["-q"])]
     for picture in pictures:
         command += ["-o", picture]
     return Job(name, command, (scene, *reads), pictures, runs, after)
@@ -182,8 +182,8 @@ def machine():
             "when": datetime.now(timezone.utc).isoformat(timespec="minutes"), "runs": RUNS, "quick": QUICK}
 
 
-def table(name, title, header, rows, notes=""):
-    """Prints a table and leaves NAME.csv, and in tables.json what a report says of it."""
+def table(name, title, header, rows, notes="", printed=True):
+    """Prints a table and leaves NAME.csv, and in tables.json its title, notes, and what it was measured on."""
     cells = [[plain(cell) for cell in row] for row in rows]
     with open(OUT / f"{name}.csv", "w", newline="") as file:
         csv.writer(file, lineterminator="\n").writerows([header, *cells])
@@ -191,6 +191,8 @@ def table(name, title, header, rows, notes=""):
     known = json.loads(index.read_text()) if index.exists() else {}
     known[name] = {"title": title, "notes": notes, "machine": machine()}
     index.write_text(json.dumps(known, indent=1))
+    if not printed:
+        return
     widths = [max(len(row[i]) for row in [header, *cells] if i < len(row)) for i in range(len(header))]
     print(f"\n{title}")
     for row in [header, *cells]:
