@@ -561,11 +561,14 @@ TEST_CASE("command line: plan counts boxes, grids and the stages of --reference"
     const Ran reference = plan("all.aff --reference --spp 3");
     CHECK(reference.status == 0);
     CHECK(reference.err.empty());
-    CHECK(lines(reference.out) == 4);
+    CHECK(lines(reference.out) == 5);
     CHECK(reference.out.find("particle tree  yes") == 0);
     CHECK(reference.out.find("\nmajorants      yes") != std::string::npos);
     CHECK(reference.out.find("\npaths          yes               0 bytes  48 a pixel\n") != std::string::npos);
     CHECK(reference.out.find("\narena          yes") != std::string::npos);
+    // 12 bytes as numbers, 12 in the file, 96 of sums.
+    CHECK(reference.out.find("\npicture        yes            7560 bytes  9 x 7 pixels, beside the arena\n") !=
+          std::string::npos);
     CHECK(reference.out.find("photons") == std::string::npos);
     CHECK(plan("all.aff --reference --spp 3 --passes 4:6").out.find("  6 a pixel\n") != std::string::npos);
     CHECK(plan("all.aff --reference --memory 10k").status == 4);
