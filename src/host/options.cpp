@@ -204,7 +204,7 @@ const std::vector<Entry> &table() {
          }},
         {"frames", "A[:B[:STEP]]", "frames A to B, both included (all of the scene's animation)", set_frames},
         {"crop", "X0,Y0,X1,Y1", "pixels, half-open, from the top left", set_crop},
-        {"memory", "BYTES", "a ceiling (k/M/G): a plan that does not fit is refused", set_memory},
+        {"memory", "BYTES", "a ceiling (k/M/G): a plan or a picture that does not fit is refused", set_memory},
         {"stats", "FILE", "counters, seconds and bytes as JSON", [](Options &o, const std::string &v) { o.stats = v; }},
         {"digest", nullptr, "print the SHA-256 of each frame's .pfm",
          [](Options &o, const std::string &) { o.digest = true; }},

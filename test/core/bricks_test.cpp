@@ -563,6 +563,25 @@ TEST_CASE(WISP_ARITH_NAME ": with bricks a crop is a part of the whole, and the 
     }
 }
 
+TEST_CASE(WISP_ARITH_NAME ": the plan of a box has its cells, however fine or coarse") {
+    Lit lit;
+    std::vector<SmokeSource> box = {box_smoke({4, 6, 3}, 0.75, 20)};
+    lit.scene.smokes = box.data();
+    lit.scene.smoke_count = 1;
+    for (double cell : {0.1, 0.22, 0.3, 0.45, 0.55, 1.0, 3.0}) {
+        Settings settings = brick_settings(2, 2 * cell);
+        settings.density_step = cell;
+        settings.light_step = settings.irradiance_step = 2 * cell;
+        settings.irradiance = IrradianceMap::uniform;
+        settings.photons = 300;
+        CAPTURE(cell);
+        const uint64_t bricks = plan_bricks(lit.scene, cell).count;
+        CHECK(plan(lit.scene, settings).bricks == bricks);
+        CHECK(plan(lit.scene, settings).map_sums == plan_brick_photons(lit.scene, settings, bricks, 2).sums);
+        CHECK(render_in_memory(lit.scene, settings).status == Status::done);
+    }
+}
+
 TEST_CASE(WISP_ARITH_NAME ": with less memory than they need bricks make no picture") {
     const Lit lit;
     Settings settings = brick_settings(2, 1);
