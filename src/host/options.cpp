@@ -187,7 +187,7 @@ const std::vector<Entry> &table() {
         {"remap", nullptr, "traces the particle map anew for every frame",
          [](Options &o, const std::string &) { o.remap = true; }},
         {"light-step", "S",
-         "of points whose depth to the lights is kept; 0: exact, of resampled smoke every node (two cells, else 0)",
+         "of points whose depth to the lights is kept; 0: exact, of resampled smoke every node (a cell, else 0)",
          [](Options &o, const std::string &v) { o.light_step = step_of(v, true); }},
         {"thin", "EPS",
          "render without the particles that take no more than this off any ray's opacity; 0: with all (0)",
