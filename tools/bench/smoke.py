@@ -320,6 +320,19 @@ smoke {volumes}/plume.vol {{
           "RMSE beyond the noise of pbrt's own picture; pbrt's seconds of an earlier run: 0.45 / sqrt(seconds).")
 
 
+def povray():
+    volume = DATA / "volumes/plume.vol"
+    if not shutil.which("povray") or not volume.exists():
+        skipped("POV-Ray", f"needs povray and {volume}")
+        return
+    script = "tools/peers/povray.py"
+    job = Job("povray", ["python3", script, OUT / "povray", volume, *quick(["--quick"], [])], reads=(script, WISP, volume))
+    yield
+    if job.good():
+        table("povray", "Single scattering in a density grid, beside POV-Ray's media: 250 x 250, one thread", job.csv()[0],
+              job.csv()[1:])
+
+
 # ------------------------------------------------------------------------------------------------------------------ figures
 def sheets():
     """Contact sheets of the paper's figures, by ImageMagick."""

@@ -4,8 +4,7 @@
     python3 tools/peers/povray.py FOLDER VOL [--quick]
 
 VOL is the grid plume.vol, which has single_g05.pfm beside it: the picture that both are held against. FOLDER takes scenes
-and pictures. From the top folder, after `make`. Seconds are what each says of itself, without reading the scene; the least
-of three runs in turn. Single scattering alone, because POV-Ray scatters again by photons that have no units.
+and pictures. From the top folder, after `make`. Seconds are what each says of itself, without reading the scene. Single scattering alone, because POV-Ray scatters again by photons that have no units.
 
 single_g05.pfm has four rays a pixel, as `--spp 4`, and is 0.04 % from `--smoke direct --arith f64 --step 0.125`. One ray a
 pixel cannot come nearer to it than 0.6 %.
@@ -182,8 +181,7 @@ def main():
 
     # Rays a pixel along each side, and intervals.
     povray = [(1, 10), (1, 20), (1, 40), (1, 60), (2, 60)]
-    wisp = ["--spp 1 --density-step 1", "--density-step 1", "--density-step 1 --light-step 1 --step 0.5", "", "--step 0.5",
-            "--step 0.5 --light-step 0"]
+    wisp = ["--spp 1 --density-step 1", "--density-step 1", "", "--light-step 1.1 --step 0.5", "--step 0.5", "--step 0.25"]
     if quick:
         povray, wisp = povray[:2], wisp[:4]
     shape = parts_around(n, low, cell, density)
@@ -202,15 +200,11 @@ smoke {vol} {{
 
     jobs = [(render_povray, "POV-Ray media", s, f"rays {s[0] ** 2} intervals {s[1]}") for s in povray]
     jobs += [(render_wisp, "wisp", s, s or "default") for s in wisp]
-    seconds, errors = {}, {}
-    for _ in range(1 if quick else 3):
-        for job in jobs:
-            s = job[0](folder, job[2])
-            seconds[job] = min(s, seconds.get(job, s))
-            errors[job] = relative_rmse(folder / "picture.pfm", vol.with_name("single_g05.pfm"))
     print("program,setting,s,relative RMSE against single_g05.pfm")
-    for job in jobs:
-        print(f"{job[1]},{job[3]},{seconds[job]:.3f},{errors[job]:.5f}")
+    for render, program, options, setting in jobs:
+        seconds = render(folder, options)
+        print(f"{program},{setting},{seconds:.3f},"
+              f"{relative_rmse(folder / 'picture.pfm', vol.with_name('single_g05.pfm')):.5f}")
 
 
 try:
