@@ -36,7 +36,7 @@ bool is_cut_off(const SmokeSource &smoke) {
     for (int32_t z = 0; z < count.z; ++z)
         for (int32_t y = 0; y < count.y; ++y)
             for (int32_t x = 0; x < count.x; x += at_end(z, count.z) || at_end(y, count.y) ? 1 : max(count.x - 1, 1))
-                if (grid.density[index_of(count, {x, y, z})] > 0) return true;
+                if (order_of(grid.density[index_of(count, {x, y, z})]) > 0) return true;
     return false;
 }
 
