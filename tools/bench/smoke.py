@@ -19,7 +19,7 @@ EXACT = "--density-step 0 --light-step 0 --step 0.5 --deposit exact"
 DIRECT = "--smoke direct " + EXACT
 MAP = "--smoke map " + EXACT
 VOLUME = "--smoke volume --density-step 0.55 --light-step 0 --step 0.5 --deposit exact"
-DEFAULT = "--smoke map --density-step 0.55 --light-step 1.1 --irradiance-step 1.1 --step 1"
+DEFAULT = "--smoke map --density-step 0.55 --light-step 0.55 --irradiance-step 1.1 --step 1"
 NONE, UNIFORM, ADAPTIVE = (f"--irradiance {way}" for way in ("none", "uniform", "adaptive"))
 ALL, MANY = photons(4100000), photons(1000000)
 
@@ -227,7 +227,7 @@ def front():
     for n in (100000, 1000000):
         for arithmetic in ("f32", "f64", "fixed"):
             points.append(("arithmetic", f"{arithmetic}, {n} photons", f"{DEFAULT} {UNIFORM} {photons(n)} --arith {arithmetic}"))
-    for option, values in (("density-step", (0.35, 0.45, 0.7, 1)), ("light-step", (0, 0.55, 2.2)),
+    for option, values in (("density-step", (0.35, 0.45, 0.7, 1)), ("light-step", (0, 1.1, 2.2)),
                            ("irradiance-step", (0.55, 2.2)), ("step", (0.25, 0.5, 2))):
         for value in values:
             family = "step" if option == "step" else "grid"
@@ -256,7 +256,7 @@ def shortcuts():
     """Without photons, against exact sums in steps of 0.125."""
     way = f"{DEFAULT} {UNIFORM} --photons 0"
     exact = render("shortcut_exact", scene(SHORTCUTS), f"--size {HALF} {DIRECT} {NONE} --step 0.125 --photons 0", runs=1)
-    options = ["", "--density-step 0 --light-step 0", "--density-step 0", "--density-step 1", "--light-step 0.55",
+    options = ["", "--density-step 0 --light-step 0", "--density-step 0", "--density-step 1", "--light-step 1.1",
                "--light-step 2.2", "--step 0.25", "--step 0.5"]
     jobs = [(said, render(f"shortcut_{i}", scene(SHORTCUTS), f"--size {HALF} {way} {said}")) for i, said in enumerate(options)]
     yield
