@@ -384,9 +384,10 @@ def main():
                 compared(), hard_cases(), determinism()]
     sections += rest()
     quick = [name for name, table in TABLES.items() if table.quick]
-    banner = ('<p class="banner" role="note"><strong>This is a QUICK run.</strong> Pictures are smaller, photons, views '
-              f"and frames fewer, and there is one run of each: {len(quick)} of {len(TABLES)} tables say whether everything "
-              "works, not how fast it is. No target is judged by them.</p>") if quick else ""
+    banner = ('<p class="banner" role="note"><strong>'
+              f"{len(quick)} of {len(TABLES)} tables are of a QUICK run.</strong> Pictures are smaller, photons, views and "
+              "frames fewer, and there is one run of each: they say whether everything works, not how fast it is. No target "
+              "is judged by them.</p>") if quick else ""
     body = ["<header><h1>wisp, measured</h1><p class=\"lead\">A renderer for smoke and animated triangles whose every picture "
             "is reproducible to the last bit. This page is what it costs, how wrong it is, and where others are better."
             "</p></header>", banner,
