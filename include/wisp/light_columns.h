@@ -15,11 +15,14 @@ constexpr uint32_t light_faces = 6;
 // The face of the light's lines on which x lies: twice an axis, and 1 where the lines go down along it.
 uint32_t light_face(const Light &light, const Vec3 &x);
 
+// Whether there is smoke at the medium's bounds.
+bool is_cut_off(const Medium &medium);
+
 class LightColumns {
   public:
     // Those of one face through all of `bounds`, 1.5 times a cell of the medium's bricks from each other where they are
-    // farthest apart.
-    LightColumns(const Medium &medium, const Light &light, uint32_t face, const Box &bounds);
+    // farthest apart. `cut_off`: is_cut_off() of the medium.
+    LightColumns(const Medium &medium, bool cut_off, const Light &light, uint32_t face, const Box &bounds);
 
     // How many there may be; none where the face is not towards the bounds, or there would be beyond 2^28.
     uint64_t count() const { return uint64_t{count_[0]} * count_[1]; }
@@ -48,8 +51,7 @@ class LightColumns {
     void find_line(uint32_t row, uint32_t column, Real *depth) const;
 
     const Medium *medium_;
-    bool cut_off_; // there is smoke at the bounds
-    bool fans_;
+    bool cut_off_, fans_;
     int32_t axis_, side_[2];
     Vec3 from_;     // where height is 0: the light, or the middle of the bounds
     Real slope_[2]; // of a parallel light's lines: how far they go aside for each unit of height

@@ -15,10 +15,8 @@ WISP_WIDE void add_extinctions(const Medium &medium, const BrickRay &ray, const 
     find_places(points, 1, 1, at);
     for (uint32_t i = 0; i < medium.count; ++i) {
         if (!medium.smokes[i].field.is_bricks) continue; // it is empty
-        const Real *nodes = medium.smokes[i].field.bricks.extinction;
         Lanes sigma;
-        interpolate(
-            at, [nodes](int32_t node) { return nodes[node]; }, sigma);
+        interpolate(at, medium.smokes[i].field.bricks.extinction, sigma);
         for (uint32_t l = 0; l < lanes; ++l) sum[l] += points.inside[l] ? sigma[l] : Real(0);
     }
 }
@@ -27,7 +25,7 @@ WISP_WIDE void add_extinctions(const Medium &medium, const BrickRay &ray, const 
 constexpr Real unknown = Real(-1), misses = Real(-2);
 
 // Whether there is smoke at the faces of a grid; sums over particles end at 0.
-bool is_cut_off(const SmokeSource &smoke) {
+bool reaches_its_faces(const SmokeSource &smoke) {
     const GridSource &grid = smoke.grid;
     if (!smoke.is_grid()) return false;
     if (!grid.density) return true;
@@ -57,14 +55,20 @@ struct Cubic {
 
 } // namespace
 
+bool is_cut_off(const Medium &medium) {
+    for (uint32_t i = 0; i < medium.count; ++i)
+        if (reaches_its_faces(*medium.smokes[i].source)) return true;
+    return false;
+}
+
 uint32_t light_face(const Light &light, const Vec3 &x) {
     const Vec3 way = light.kind == LightKind::parallel ? light.direction : x - light.position;
     const uint32_t axis = largest_axis(way);
     return 2 * axis + (way[static_cast<int>(axis)] < Real(0) ? 1 : 0);
 }
 
-LightColumns::LightColumns(const Medium &medium, const Light &light, uint32_t face, const Box &bounds)
-    : medium_(&medium), cut_off_(false), fans_(light.kind != LightKind::parallel),
+LightColumns::LightColumns(const Medium &medium, bool cut_off, const Light &light, uint32_t face, const Box &bounds)
+    : medium_(&medium), cut_off_(cut_off), fans_(light.kind != LightKind::parallel),
       axis_(static_cast<int32_t>(face / 2)), from_(fans_ ? light.position : (bounds.low + bounds.high) * Real(0.5)),
       sign_(face % 2 ? Real(-1) : Real(1)) {
     if (!fans_ && light_face(light, from_) != face) return;
@@ -72,7 +76,6 @@ LightColumns::LightColumns(const Medium &medium, const Light &light, uint32_t fa
     const Real far = max(low, high);
     begin_ = fans_ ? max(min(low, high), Real(0)) : min(low, high);
     if (!(far > begin_)) return;
-    for (uint32_t i = 0; i < medium.count; ++i) cut_off_ = cut_off_ || is_cut_off(*medium.smokes[i].source);
     const Vec3 &cell = medium.bricks->cell;
     Real steepest = Real(1); // the longest part of a line for each unit of height, squared
     uint32_t count[2];

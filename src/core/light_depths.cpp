@@ -12,7 +12,7 @@ namespace {
 constexpr Real unknown = Real(-1);
 constexpr Real waiting(uint32_t face) { return Real(-2 - static_cast<int32_t>(face)); }
 
-// Values of lines in memory, at most.
+// Rows of lines, and values of those in memory, at most.
 constexpr uint32_t most_rows = 1 << 14;
 constexpr uint64_t column_room(uint64_t bricks) { return bricks * 2 * nodes_of(2); }
 
@@ -23,6 +23,7 @@ struct Finder {
     Real *found;
     uint64_t &shadow_rays;
     const Cell *place; // of each node in a brick, in nodes
+    bool cut_off;      // there is smoke at the medium's bounds
 
     const Bricks &bricks() const { return *depths.bricks; }
     uint32_t nodes() const { return nodes_of(depths.stride); }
@@ -39,16 +40,26 @@ struct Finder {
     }
 };
 
-void mark_nodes(const Finder &finder) {
+// The same nodes for every light.
+void mark_nodes_in_smoke(const Finder &finder) {
     for (uint32_t brick = 0; brick < finder.bricks().count; ++brick)
         for (uint32_t k = 0; k < finder.nodes(); ++k) {
             const bool meets = meets_smoke(*finder.depths.medium, finder.bricks(), brick, finder.cell_of_node(k),
                                            finder.depths.stride);
-            finder.of_brick(brick)[k] = meets ? waiting(light_face(finder.light, finder.point_of(brick, k))) : unknown;
+            finder.of_brick(brick)[k] = meets ? Real(0) : unknown;
         }
 }
 
-// By a ray from each node of a brick that still waits; those that bricks before hold too are known already.
+// Of those that are not unknown, whatever depth they have.
+void begin_light(const Finder &finder) {
+    for (uint32_t brick = 0; brick < finder.bricks().count; ++brick)
+        for (uint32_t k = 0; k < finder.nodes(); ++k) {
+            Real &depth = finder.of_brick(brick)[k];
+            if (!(depth < Real(0))) depth = waiting(light_face(finder.light, finder.point_of(brick, k)));
+        }
+}
+
+// By a ray from each node of a brick that still waits; those that other bricks hold too may be known.
 void find_by_rays(const Finder &finder, uint32_t brick) {
     const Bricks &bricks = finder.bricks();
     const int32_t n = nodes_along(finder.depths.stride);
@@ -78,7 +89,7 @@ bool find_by_columns(const Finder &finder, uint32_t face, Arena &arena) {
     const uint32_t nodes = finder.nodes();
     const Vec3 around = bricks.cell * Real(finder.depths.stride);
     const Box reach = {bricks.bounds.low - around, bricks.bounds.high + around};
-    const LightColumns columns(*finder.depths.medium, finder.light, face, reach);
+    const LightColumns columns(*finder.depths.medium, finder.cut_off, finder.light, face, reach);
     uint64_t count = 0;
     finder.for_each_waiting(face, [&](uint32_t, uint32_t) { ++count; });
     if (columns.count() == 0 || columns.count() > count || columns.room() > column_room(bricks.count) ||
@@ -154,9 +165,11 @@ bool make_light_depths(const Medium &medium, const Light *lights, uint32_t light
     if (!depth || !found) return false;
     Cell place[nodes_of(1)];
     for (uint32_t k = 0; k < nodes; ++k) place[k] = cell_of_index(nodes_along(stride), k);
+    const bool cut_off = is_cut_off(medium);
     for (uint32_t l = 0; l < light_count; ++l) {
-        const Finder finder = {depths, lights[l], found, *shadow_rays, place};
-        mark_nodes(finder);
+        const Finder finder = {depths, lights[l], found, *shadow_rays, place, cut_off};
+        if (l == 0) mark_nodes_in_smoke(finder);
+        begin_light(finder);
         if (medium.bricks && all <= UINT32_MAX)
             for (uint32_t face = 0; face < light_faces; ++face)
                 if (!find_by_columns(finder, face, arena)) return false;

@@ -22,7 +22,7 @@ PAIRS = [
     (OUT / "arith_f64.pfm", "f64", OUT / "arith_fixed.pfm", "fixed point",
      "The demo in two arithmetics: a few photons decide a collision the other way, and go elsewhere."),
     (DATA / "volumes/pbrt_g05.pfm", "pbrt-v4", OUT / "grid_8000000.pfm", "wisp",
-     "A density grid by a path tracer and by wisp. pbrt's picture has noise of its own: 3.3 %."),
+     "A density grid by a path tracer and by wisp. pbrt's picture has noise of its own: 7.5 % of its mean."),
     (Path("build/truth/table2.pfm"), "reference", OUT / "table2_small_table2_default.pfm", "default",
      "Every error of smoke is measured like this: 32 x 32 pixels beside the mean of all passes of --reference."),
 ]
