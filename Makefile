@@ -105,10 +105,22 @@ bench: all $(PEERS)
 truth: all
 	python3 tools/bench truth
 
+# What these, `make hard-cases` and `make portability` have left as one page, build/report/index.html, and a look at it in
+# Chromium. Debian's own Python has matplotlib.
+report:
+	DATA=$(DATA) /usr/bin/python3 tools/report/report.py
+report-test: report
+	/usr/bin/python3 tools/report/test.py
+	node tools/report/check.mjs
+report-deps:
+	apt-get update -q
+	apt-get install -y --no-install-recommends python3-matplotlib npm chromium
+	npm install --no-save --prefix build/web playwright-core
+
 # How direct converges to the reference; half an hour the first time, the reference's passes are kept.
 convergence: $B/wisp
 	tools/convergence
-# Each hard case in each arithmetic, as a table.
+# Each hard case in each arithmetic, as a table, and as build/hard_cases.csv.
 hard-cases: $B/tests
 	tools/hard_cases
 
@@ -197,6 +209,6 @@ deps:
 clean:
 	rm -rf $B
 
-.PHONY: all demo test web web-test web-deps embedded convergence hard-cases random-scenes golden portability portability-deps scenes bench truth fuzz cluster deps clean
+.PHONY: all demo test web web-test web-deps embedded convergence hard-cases random-scenes golden portability portability-deps scenes bench truth report report-test report-deps fuzz cluster deps clean
 .SECONDARY:
 -include $(shell find $B -name '*.d' 2>/dev/null)

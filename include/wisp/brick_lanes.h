@@ -91,5 +91,9 @@ template <class Value> WISP_VISITOR void interpolate(const LanePlaces &at, Value
         result[l] = mix(low, high, at.z[l]);
     }
 }
+WISP_VISITOR void interpolate(const LanePlaces &at, const Real *values, Lanes &result) {
+    interpolate(
+        at, [values](int32_t node) { return values[node]; }, result);
+}
 
 } // namespace wisp::WISP_ARITH

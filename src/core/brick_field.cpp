@@ -144,10 +144,8 @@ WISP_WIDE void add_depths(const BrickField &field, const BrickRay &ray, const La
     find_points(*field.bricks, ray, t, points);
     LanePlaces at;
     find_places(points, 1, 1, at);
-    const Real *nodes = field.extinction;
     Lanes sigma;
-    interpolate(
-        at, [nodes](int32_t node) { return nodes[node]; }, sigma);
+    interpolate(at, field.extinction, sigma);
     for (uint32_t l = 0; l < lanes; ++l) sum[l] += points.inside[l] ? sigma[l] * length[l] : Real(0);
 }
 

@@ -134,9 +134,7 @@ WISP_VISITOR void gather_lights(const M &marcher, const Smoke &smoke, const Ray 
             const Real brightest = largest(from.color);
             illuminate_group(from, ray, group, marcher.step, lit);
             Lanes tau, p;
-            const Real *depth = depths.depth;
-            interpolate(
-                at, [depth](int32_t node) { return depth[node]; }, tau);
+            interpolate(at, depths.depth, tau);
             if (smoke.phase.isotropic())
                 for (uint32_t l = 0; l < lanes; ++l) p[l] = inv_four_pi<Real>;
             else
@@ -278,10 +276,8 @@ WISP_VISITOR void march_lanes(const M &marcher, const Ray &ray, const BrickRay &
     for (uint32_t s = 0; s < medium.count; ++s) {
         const Smoke &smoke = medium.smokes[s];
         if (!smoke.field.is_bricks) continue;
-        const Real *nodes = smoke.field.bricks.extinction;
         Lanes here;
-        interpolate(
-            at, [nodes](int32_t node) { return nodes[node]; }, here);
+        interpolate(at, smoke.field.bricks.extinction, here);
         Real any = Real(0);
         for (uint32_t l = 0; l < lanes; ++l) {
             here[l] = group.dx[l] > Real(0) ? here[l] : Real(0);

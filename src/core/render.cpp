@@ -154,12 +154,19 @@ int32_t stride_within(double cell, double step) {
         stride *= 2;
     return stride;
 }
+// A grid whose cells stay its own samples, or halves of them; a box has none.
+bool keeps_samples(const Scene &scene) {
+    bool samples = false;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i)
+        samples = samples || (!scene.smokes[i].empty() && scene.smokes[i].grid.density);
+    return samples && is_aligned_grid(scene);
+}
 BrickSteps brick_steps(const Scene &scene, const Settings &settings) {
     const double density = can_resample(scene) ? settings.density_step : 0;
     const bool irradiance = settings.irradiance != IrradianceMap::none;
     double cell = density;
     if (order_of(density) > 0) {
-        if (is_aligned_grid(scene)) cell = parts_within(density) == 1 ? 1 : 0.5;
+        if (keeps_samples(scene)) cell = parts_within(density) == 1 ? 1 : 0.5;
     } else {
         cell = settings.light_step;
         if (irradiance && !(order_of(cell) > 0 && order_of(cell) < order_of(settings.irradiance_step)))

@@ -183,6 +183,7 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     report.kept = can_keep(options) && keep_frame(options, *proof, frame, sequence);
     if (report.kept) return report;
     const Plan plan = checked_plan(request, prepared.scene, settings);
+    check_picture(request, settings, plan);
     const bool mapped = uses_map(settings);
     const bool traced = mapped && find_map(request, frame, prepared, settings, plan, map);
     if (sequence.bytes < plan.bytes.arena) {
@@ -402,12 +403,16 @@ int plan_command(const std::vector<std::string> &arguments) {
     prepare_scene(request.name, request.file, request.options, request.frames.first, prepared);
     const Settings settings = settings_of(request.options, prepared);
     const Plan plan = checked_plan(request, prepared.scene, settings);
+    check_picture(request, settings, plan);
     const Options &options = request.options;
     MapFile map;
     if (!options.map_in.empty()) find_map(request, request.frames.first, prepared, settings, plan, map);
 
     const auto print_arena = [&] {
         print_stage("arena", true, plan.bytes.arena, std::string("all of it, in ") + core(options.arithmetic).name);
+        print_stage("picture", !options.batches, picture_bytes(options, settings),
+                    std::to_string(settings.crop.x1 - settings.crop.x0) + " x " +
+                        std::to_string(settings.crop.y1 - settings.crop.y0) + " pixels, beside the arena");
         print_notes(options, prepared);
     };
     if (plan.surfaces) print_surface_stages(request, prepared.scene, plan);

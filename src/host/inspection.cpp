@@ -2,8 +2,6 @@
 #include "host/double3.h"
 #include "host/json_object.h"
 #include "host/version.h"
-#include <charconv>
-#include <cmath>
 #include <cstdarg>
 
 namespace wisp {
@@ -229,12 +227,7 @@ void print_ray(Text &text, int depth, const Inspection::Ray &ray) {
 
 // JSON ----------------------------------------------------------------------------------------------------------------
 
-// The shortest digits that read back as the same number.
-std::string exact(double x) {
-    if (!std::isfinite(x)) return "null";
-    char digits[40];
-    return std::string(digits, std::to_chars(digits, digits + sizeof digits, x).ptr);
-}
+using wisp::exact;
 std::string exact(const Double3 &v) { return "[" + exact(v.x) + ", " + exact(v.y) + ", " + exact(v.z) + "]"; }
 std::string whole(int64_t n) { return std::to_string(n); }
 

@@ -1,5 +1,7 @@
 // JSON, as it is written.
 #pragma once
+#include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <string>
@@ -40,6 +42,13 @@ inline std::string quoted(const std::string &text) {
             quote += c;
     }
     return quote + '"';
+}
+
+// The shortest digits that read back as the same number.
+inline std::string exact(double x) {
+    if (!std::isfinite(x)) return "null";
+    char digits[40];
+    return std::string(digits, std::to_chars(digits, digits + sizeof digits, x).ptr);
 }
 
 } // namespace wisp

@@ -3,7 +3,9 @@
 #include "host/files.h"
 #include "host/interrupt.h"
 #include "host/way.h"
+#include "wisp/pixel_sums.h"
 #include <new>
+#include <unistd.h>
 
 namespace wisp {
 
@@ -89,11 +91,31 @@ Plan checked_plan(const Request &request, const Scene &scene, const Settings &se
     if (request.options.memory && plan.bytes.arena > *request.options.memory)
         throw Error(exit_memory, request.name + ": the plan needs " + std::to_string(plan.bytes.arena) +
                                      " bytes, expected at most the " + std::to_string(*request.options.memory) +
-                                     " of --memory; fewer --photons need less");
+                                     " of --memory" + (plan.photons ? "; fewer --photons need less" : ""));
     if (uses_map(settings) && settings.photons > plan.most_photons)
         throw Error(exit_usage, "option 'photons': found " + std::to_string(settings.photons) + ", expected at most " +
                                     std::to_string(plan.most_photons) + " that the particle map's sums can hold");
     return plan;
+}
+
+uint64_t picture_bytes(const Options &options, const Settings &settings) {
+    if (options.batches) return 0;
+    const Crop &c = settings.crop;
+    const uint64_t pixels = static_cast<uint64_t>(c.x1 - c.x0) * static_cast<uint64_t>(c.y1 - c.y0);
+    return pixels * (2 * 3 * sizeof(float) + (settings.reference ? sizeof(PixelSums) : 0));
+}
+
+void check_picture(const Request &request, const Settings &settings, const Plan &plan) {
+    const uint64_t picture = picture_bytes(request.options, settings);
+    const uint64_t machine =
+        static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
+    const bool asked = request.options.memory && plan.bytes.arena + picture > *request.options.memory;
+    if (!asked && picture <= machine) return;
+    const std::string most =
+        asked ? std::to_string(*request.options.memory) + " of --memory" : std::to_string(machine) + " of this machine";
+    throw Error(exit_memory, request.name + ": the picture needs " + std::to_string(picture) +
+                                 " bytes beside the plan's " + std::to_string(plan.bytes.arena) +
+                                 ", expected at most the " + most + "; a smaller --size or --crop needs less");
 }
 
 MapFile saved_map(const Request &request, int64_t frame, const std::string &scene, const Plan &plan) {

@@ -31,6 +31,12 @@ inline bool uses_map(const Settings &settings) { return !settings.reference && s
 // The core's plan, if it can be followed; throws Error for one that cannot, or that is beyond --memory.
 Plan checked_plan(const Request &request, const Scene &scene, const Settings &settings);
 
+// The picture is kept twice, as numbers and as the bytes of its file, those of --reference with their sums.
+uint64_t picture_bytes(const Options &options, const Settings &settings);
+// Throws Error for a picture that is beyond --memory with the plan, or by itself beyond the machine's memory, all of which
+// is written; what the system promises and cannot give ends a process without a word.
+void check_picture(const Request &request, const Settings &settings, const Plan &plan);
+
 // The particle map of --map-in; `scene`: identity_of_map(). Throws InputError.
 MapFile saved_map(const Request &request, int64_t frame, const std::string &scene, const Plan &plan);
 

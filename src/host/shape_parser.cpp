@@ -116,18 +116,18 @@ void ShapeParser::sphere() {
     const Double3 center = tokens_.vector("the sphere's centre");
     const double radius = tokens_.number("the sphere's radius");
     if (radius == 0) tokens_.fail("found radius 0, expected another");
+    add_triangles(sphere_triangles(spheres_.size() < most_fine_spheres));
     spheres_.push_back({center, radius, graph_.meshes.size()});
-    add(sphere_mesh(center, radius, spheres_.size() <= most_fine_spheres));
+    graph_.meshes.push_back({node_, material(), -1, {}, {}, {}, {}});
 }
 
 void ShapeParser::finish() {
-    if (spheres_.size() <= most_fine_spheres) return;
-    for (size_t i = 0; i < most_fine_spheres; ++i) {
-        Mesh &mesh = graph_.meshes[spheres_[i].mesh],
-             coarse = sphere_mesh(spheres_[i].center, spheres_[i].radius, false);
-        mesh.positions = std::move(coarse.positions);
-        mesh.normals = std::move(coarse.normals);
-        mesh.rows = std::move(coarse.rows);
+    for (const Sphere &sphere : spheres_) {
+        Mesh &mesh = graph_.meshes[sphere.mesh],
+             made = sphere_mesh(sphere.center, sphere.radius, spheres_.size() <= most_fine_spheres);
+        mesh.positions = std::move(made.positions);
+        mesh.normals = std::move(made.normals);
+        mesh.rows = std::move(made.rows);
     }
 }
 

@@ -17,7 +17,7 @@ class ShapeParser {
     bool parse(std::string_view word, int32_t node);
     static std::string statements(); // with a space behind each
 
-    // At the end: makes the first spheres as coarse as all others, where there are many.
+    // At the end: makes the spheres, all as coarse where there are many; too many are refused before.
     void finish();
 
   private:

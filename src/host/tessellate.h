@@ -9,6 +9,7 @@ namespace wisp {
 // outside, middles 0.24 % inside at most. Of one that is not fine 180, with four times the error. Normals are the
 // sphere's own. The radius is not 0; its sign means nothing.
 Mesh sphere_mesh(const Double3 &center, double radius, bool fine);
+constexpr size_t sphere_triangles(bool fine) { return fine ? 720 : 180; }
 
 // An open cone without caps, a cylinder where the radii are equal; one may be 0, their signs mean nothing. 32 sides
 // with the area of the circle: corners lie 0.33 % of the radius outside, middles 0.17 % inside. Normals are the cone's

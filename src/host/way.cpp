@@ -73,7 +73,7 @@ void choose_way(const Options &options, const Scene &scene, Settings &settings) 
         options.density_step.value_or(settings.method == Method::direct || on_particles ? 0 : finest);
     const bool kept = settings.density_step > 0 && resamples;
     const double cell = settings.density_step > 0 ? settings.density_step : finest;
-    settings.light_step = options.light_step.value_or(kept ? 2 * cell : 0);
+    settings.light_step = options.light_step.value_or(kept ? cell : 0);
     settings.step = options.step.value_or(kept && settings.method == Method::map ? 2 * cell : 0.5);
     settings.irradiance_step = options.irradiance_step.value_or(2 * cell);
     settings.deposit = options.deposit.value_or(Deposit::exact);

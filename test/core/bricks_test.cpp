@@ -563,6 +563,25 @@ TEST_CASE(WISP_ARITH_NAME ": with bricks a crop is a part of the whole, and the 
     }
 }
 
+TEST_CASE(WISP_ARITH_NAME ": the plan of a box has its cells, however fine or coarse") {
+    Lit lit;
+    std::vector<SmokeSource> box = {box_smoke({4, 6, 3}, 0.75, 20)};
+    lit.scene.smokes = box.data();
+    lit.scene.smoke_count = 1;
+    for (double cell : {0.1, 0.22, 0.3, 0.45, 0.55, 1.0, 3.0}) {
+        Settings settings = brick_settings(2, 2 * cell);
+        settings.density_step = cell;
+        settings.light_step = settings.irradiance_step = 2 * cell;
+        settings.irradiance = IrradianceMap::uniform;
+        settings.photons = 300;
+        CAPTURE(cell);
+        const uint64_t bricks = plan_bricks(lit.scene, cell).count;
+        CHECK(plan(lit.scene, settings).bricks == bricks);
+        CHECK(plan(lit.scene, settings).map_sums == plan_brick_photons(lit.scene, settings, bricks, 2).sums);
+        CHECK(render_in_memory(lit.scene, settings).status == Status::done);
+    }
+}
+
 TEST_CASE(WISP_ARITH_NAME ": with less memory than they need bricks make no picture") {
     const Lit lit;
     Settings settings = brick_settings(2, 1);
@@ -576,5 +595,55 @@ TEST_CASE(WISP_ARITH_NAME ": with less memory than they need bricks make no pict
         Statistics statistics;
         CHECK(render(lit.scene, settings, arena, Observer{}, rgb.data(), statistics) == Status::out_of_memory);
         CHECK(rgb == std::vector<float>(rgb.size(), -1));
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": along lines of light depths are those of rays, wherever the light is") {
+    const std::vector<Particle> particles = cloud(500, 6, 1, 0.3);
+    std::vector<float> samples(24 * 30 * 20);
+    Sequence random{11};
+    for (float &sample : samples) sample = 0.05f + 0.1f * float(random());
+    const GridSource grid = {24, 30,         20,           samples.data(),
+                             1,  {2, -1, 3}, {12, 15, 10}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    for (const std::vector<SmokeSource> &list :
+         {std::vector<SmokeSource>{smoke_of(particles)}, {grid_smoke_of(grid)}}) {
+        const Resampled built(list, 0.5);
+        const Bricks &bricks = built.bricks();
+        const Box &box = bricks.bounds;
+        const auto in_box = [&](double x, double y, double z) {
+            const Vec3 size = box.high - box.low;
+            return box.low + Vec3(to_real<Real>(x) * size.x, to_real<Real>(y) * size.y, to_real<Real>(z) * size.z);
+        };
+        std::vector<Light> lights;
+        for (const Vec3 &position :
+             {in_box(5, 3, -4), in_box(0.4, 0.3, 1.02), in_box(0.45, 0.6, 0.52), in_box(0, 0, 0)})
+            lights.push_back({LightKind::point, position, Vec3(Real(0)), Real(2), Color(Real(1))});
+        for (const Vec3 &way : {vec(0, 0, -1), vec(-0.6, 0.64, 0.48)})
+            lights.push_back({LightKind::parallel, Vec3(Real(0)), way, Real(0), Color(Real(1))});
+        for (size_t l = 0; l < lights.size(); ++l) {
+            CAPTURE(l);
+            std::vector<unsigned char> memory(light_depth_bytes(bricks.count, 1, 1));
+            Arena arena(memory.data(), memory.size());
+            LightDepths depths;
+            uint64_t lines = 0;
+            REQUIRE(make_light_depths(built.medium, &lights[l], 1, bricks, 1, arena, &lines, depths));
+            CHECK(lines < uint64_t{bricks.count} * nodes_of(1) / 3);
+            double squares = 0, sum = 0, deepest = 0;
+            int count = 0;
+            while (count < 2000) {
+                const Vec3 x = in_box(random(), random(), random());
+                if (!(extinction(built.field(), x) > Real(0))) continue; // nobody asks there
+                ++count;
+                const Illumination way = illuminate(lights[l], x, x, x);
+                const double exact = at(optical_depth(built.medium, {x, -way.direction}, way.distance));
+                const double error = at(light_depth(depths, 0, x)) - exact;
+                squares += error * error;
+                sum += error;
+                deepest = std::max(deepest, exact);
+            }
+            CAPTURE(deepest);
+            CHECK(std::sqrt(squares / count) < 0.015 * deepest);
+            CHECK(std::fabs(sum / count) < 0.002 * deepest);
+        }
     }
 }

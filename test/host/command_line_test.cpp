@@ -5,6 +5,7 @@
 #include "host/sha256.h"
 #include <cmath>
 #include <doctest/doctest.h>
+#include <unistd.h>
 
 using namespace wisp;
 
@@ -81,6 +82,30 @@ TEST_CASE("command line: a plan beyond --memory ends with 4, an unwritable outpu
     CHECK(unwritable.status == 5);
     CHECK(lines(unwritable.err) == 1);
     CHECK(desk.wisp("render " + desk.s() + " --stats " + desk.file("none/x.json")).status == 5);
+}
+
+TEST_CASE("command line: a picture beyond --memory, or beyond the machine's, ends with 4 before any work") {
+    Desk desk;
+    desk.write("triangle.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 35 hither 0.1 resolution 8 8\n"
+                               "p 3\n-1 -1 0\n1 -1 0\n0 1 0\n");
+    const std::string out = " -o " + desk.file("x.pfm");
+    for (const char *options : {" --size 16384x16384 --memory 1G", " --size 65536x65536 --memory 64G",
+                                " --size 8192x8192 --reference --memory 1G"}) {
+        CAPTURE(options);
+        for (const char *command : {"render ", "plan "}) {
+            const Ran big = desk.wisp(command + desk.file("triangle.aff") + options + out);
+            CHECK(big.status == 4);
+            CHECK(lines(big.err) == 1);
+            CHECK(big.err.find("a smaller --size or --crop needs less") != std::string::npos);
+        }
+    }
+    // Sums of --reference, 515 GB of them: more than most machines have.
+    const uint64_t needed = uint64_t{65536} * 65536 * 120;
+    if (static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<uint64_t>(sysconf(_SC_PAGESIZE)) < needed)
+        CHECK(desk.wisp("render " + desk.file("triangle.aff") + " --size 65536x65536 --reference" + out).status == 4);
+    const std::string crop = desk.file("triangle.aff") + " --size 16384x16384 --memory 1M --crop 0,0,8,8";
+    CHECK(desk.wisp("render " + crop + out).status == 0);
+    CHECK(desk.wisp("inspect " + desk.file("triangle.aff") + " 3 4 --size 16384x16384 --memory 1M").status == 0);
 }
 
 TEST_CASE("command line: the digest is the SHA-256 of the .pfm, the same on every run") {
@@ -536,11 +561,14 @@ TEST_CASE("command line: plan counts boxes, grids and the stages of --reference"
     const Ran reference = plan("all.aff --reference --spp 3");
     CHECK(reference.status == 0);
     CHECK(reference.err.empty());
-    CHECK(lines(reference.out) == 4);
+    CHECK(lines(reference.out) == 5);
     CHECK(reference.out.find("particle tree  yes") == 0);
     CHECK(reference.out.find("\nmajorants      yes") != std::string::npos);
     CHECK(reference.out.find("\npaths          yes               0 bytes  48 a pixel\n") != std::string::npos);
     CHECK(reference.out.find("\narena          yes") != std::string::npos);
+    // 12 bytes as numbers, 12 in the file, 96 of sums.
+    CHECK(reference.out.find("\npicture        yes            7560 bytes  9 x 7 pixels, beside the arena\n") !=
+          std::string::npos);
     CHECK(reference.out.find("photons") == std::string::npos);
     CHECK(plan("all.aff --reference --spp 3 --passes 4:6").out.find("  6 a pixel\n") != std::string::npos);
     CHECK(plan("all.aff --reference --memory 10k").status == 4);

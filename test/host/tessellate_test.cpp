@@ -269,7 +269,7 @@ Outline slit(int side, size_t triangles, Random &random) {
 
 TEST_CASE("a sphere is closed, around the sphere's volume and within the error that is stated") {
     for (const bool fine : {true, false}) {
-        const size_t triangles = fine ? 720 : 180;
+        const size_t triangles = sphere_triangles(fine);
         const Double3 center = {1, -2, 0.5};
         const Mesh mesh = sphere_mesh(center, 0.25, fine);
         CHECK(mesh.node == -1);

@@ -7,13 +7,14 @@ standard error. Stopped and started again, it goes on where it was.
 """
 import os, sys
 
-import counts, harness, smoke, surfaces
+import counts, harness, scaling, smoke, surfaces
 
 SECTIONS = {"table_2": smoke.table_2, "table_3": smoke.table_3, "table_4": smoke.table_4, "table_1": smoke.table_1,
-            "front": smoke.front, "shortcuts": smoke.shortcuts, "arithmetics": smoke.arithmetics, "grid": smoke.grid,
+            "front": smoke.front, "shortcuts": smoke.shortcuts, "arithmetics": smoke.arithmetics, "grid": smoke.grid, "povray": smoke.povray,
             "sheets": smoke.sheets, "point_tree": surfaces.point_tree, "rays": surfaces.rays,
             "shadow_rays": surfaces.shadow_rays, "kitchen": surfaces.kitchen, "robots": surfaces.robots,
-            "walk": surfaces.walk, "zoom": surfaces.zoom, "instructions": counts.instructions, "needs": counts.needs}
+            "walk": surfaces.walk, "zoom": surfaces.zoom, "instructions": counts.instructions, "needs": counts.needs,
+            "scaling": scaling.scaling}
 # Two hours of references, which QUICK does without.
 if not harness.QUICK:
     SECTIONS = {"truth": smoke.truth, **SECTIONS}

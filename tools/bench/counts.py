@@ -79,7 +79,7 @@ def needs():
     rows = []
     for name, scene, (job, file) in jobs:
         plan = subprocess.run([WISP, "plan", scene, "--photons", "20000", "--frames", "0"], capture_output=True, text=True).stdout
-        stages = re.findall(r"^(?!arena)(\S.*?)  +yes ", plan, re.M)
+        stages = re.findall(r"^(?!arena|picture)(\S.*?)  +yes ", plan, re.M)
         arena = re.search(r"^arena\s+yes\s+(\d+)", plan, re.M)
         total = re.search(r"^(?:summary|totals): (\d+)", file.read_text(), re.M) if job.good() else None
         rows.append([name, int(arena[1]) if arena else None, int(total[1]) / 1e6 if total else None, "; ".join(stages)])

@@ -3,7 +3,7 @@
 A job's result of one run is kept in build/bench/runs with what it came from: its words, its program and the files that it
 reads. While those are the same it is not run again, so what was stopped goes on where it was.
 """
-import csv, functools, hashlib, io, json, math, os, platform, re, shlex, statistics, subprocess, sys, time
+import csv, functools, hashlib, io, json, math, os, platform, re, shlex, statistics, subprocess, sys, tempfile, time
 from datetime import datetime, timezone
 from pathlib import Path
 
@@ -51,13 +51,17 @@ class Job:
         stats = OUT / "stats.json"
         stats.unlink(missing_ok=True)
         start = time.perf_counter()
-        done = subprocess.run(self.command, capture_output=True, text=True)
-        result = {"key": self.key(), "clock": time.perf_counter() - start, "status": done.returncode, "out": done.stdout,
-                  "when": datetime.now(timezone.utc).isoformat(timespec="seconds")}
+        with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as error:
+            process = subprocess.Popen(self.command, stdout=out, stderr=error)
+            _, status, usage = os.wait4(process.pid, 0)
+            process.returncode = os.waitstatus_to_exitcode(status)
+            said, complaint = [file.seek(0) or file.read() for file in (out, error)]
+        result = {"key": self.key(), "clock": time.perf_counter() - start, "status": process.returncode, "out": said,
+                  "resident": usage.ru_maxrss * 1024, "when": datetime.now(timezone.utc).isoformat(timespec="seconds")}
         if stats.exists():
             result["stats"] = json.loads(stats.read_text())
-        if done.returncode != 0:
-            result["error"] = (done.stderr.strip().splitlines() or ["status " + str(done.returncode)])[-1]
+        if process.returncode != 0:
+            result["error"] = (complaint.strip().splitlines() or ["status " + str(process.returncode)])[-1]
         aside = OUT / "runs" / f"{self.name}.{run}.part"
         aside.write_text(json.dumps(result))
         aside.rename(aside.with_suffix(".json"))
@@ -81,6 +85,10 @@ class Job:
     def number(self, group, name):
         """A counter or bytes of the last frame; the same in every run."""
         return self.results[0]["stats"]["frames"][-1][group][name] if self.good() else math.nan
+
+    def resident(self):
+        """The most bytes of memory that the process had."""
+        return median([result["resident"] for result in self.results]) if self.good() else math.nan
 
     def frames(self):
         return self.results[0]["stats"]["frames"] if self.good() else []

@@ -6,7 +6,6 @@
 #include "host/inspection.h"
 #include "host/json_object.h"
 #include "wisp/self_test.h"
-#include <charconv>
 #include <new>
 
 namespace wisp {
@@ -44,12 +43,6 @@ std::string text, json;
 // About the core's origin: the middle of the smoke or, without smoke, of the surfaces.
 void turn(Camera &camera, Double3 axis, double degrees) {
     for (Double3 *v : {&camera.origin, &camera.corner, &camera.right, &camera.down}) *v = rotate(*v, axis, degrees);
-}
-
-// The shortest digits that read back as the same number.
-std::string exact(double x) {
-    char digits[40];
-    return std::string(digits, std::to_chars(digits, digits + sizeof digits, x).ptr);
 }
 
 // nullptr, or why there is no picture.

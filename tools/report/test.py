@@ -1,0 +1,101 @@
+"""How targets are judged, by tables made up here: met, missed, at the bound, not known, not measured."""
+import unittest
+from unittest.mock import patch
+
+from measured import Table
+from targets import TARGETS, both, judge
+
+SMOKE, FRONT, MAP, THREE, ONE, SINGLE, TREE, SPH, RAYS, SHADOW_RAYS, SHADOW_TIME, KITCHEN, ROBOTS, FIXED = (
+    target[0] for target in TARGETS)
+
+
+def judged(source, header, *rows):
+    """The targets by what they are, where one table was made: the lines of its CSV."""
+    table = Table("", header.split(","), [row.split(",") for row in rows])
+    return {target.what: target for target in judge({source: table})}
+
+
+class Targets(unittest.TestCase):
+    def test_without_tables_nothing_is_measured(self):
+        for target in judge({}):
+            self.assertEqual((target.figure, target.met), ("not measured", None))
+
+    def test_one_that_is_missed_decides(self):
+        self.assertIs(both(True, None, False), False)
+        self.assertIsNone(both(True, None))
+        self.assertIs(both(True, True), True)
+
+    def test_gain_and_error(self):
+        for gain, error, met in (("25", "0.01", True), ("24.9", "0.01", False), ("25", "0.0101", False), ("25", "-", None),
+                                 ("24.9", "-", False), ("-", "0.01", None)):
+            found = judged("table_2", "way,gain,RMSE", "direct,1,0.001", f"default,{gain},{error}")
+            self.assertIs(found[SMOKE].met, met, (gain, error))
+
+    def test_the_soonest_that_errs_by_one_percent_at_most(self):
+        table = Table("", ["family", "what", "s", "RMSE"], [
+            ["method", "direct, 4100000 photons", "100", "0.1"], ["photons", "a", "2", "0.02"], ["photons", "b", "5", "0.01"],
+            ["photons", "c", "8", "0.005"]])
+        found = {target.what: target for target in judge({"front": table})}[FRONT]
+        self.assertEqual((found.figure, found.met), ("20x (b)", False))
+        table.rows[2][2] = "4"
+        found = {target.what: target for target in judge({"front": table})}[FRONT]
+        self.assertEqual((found.figure, found.met), ("25x (b)", True))
+        table.rows = table.rows[:2]
+        found = {target.what: target for target in judge({"front": table})}[FRONT]
+        self.assertEqual((found.error, found.met), ("2\u00a0% at best", False))
+
+    def test_equal_error(self):
+        pbrt = ("pbrt,225,0.03", "pbrt,2000,0.01", "0 photons to single scattering,0.1,0.001")
+        found = judged("grid", "what,s,RMSE", "1 photons,1,0.05", "2 photons,4.5,0.03", "3 photons,9,0.011", *pbrt)
+        self.assertEqual((found[THREE].figure, found[THREE].met), ("50x (4.5 s)", True))
+        self.assertEqual((found[ONE].error, found[ONE].met), ("1.1\u00a0% at best", False))
+
+    def test_single_scattering_by_the_soonest_that_is_near_enough(self):
+        grid = Table("", ["what", "s", "RMSE"], [["0 photons, to single scattering", "0.3", "0.0009"]])
+        for seconds, error, figure, met in (("0.1", "0.001", "0.1 s", True), ("0.05", "0.0011", "0.3 s", False)):
+            povray = Table("", ["program", "setting", "s", "relative RMSE"], [["POV-Ray media", "a", "0.01", "0.0001"],
+                                                                             ["wisp", "b", seconds, error]])
+            found = {target.what: target for target in judge({"grid": grid, "povray": povray})}[SINGLE]
+            self.assertEqual((found.figure, found.met), (figure, met))
+        grid.rows[0][1:] = "0.05", "0.0011"
+        self.assertIs({target.what: target for target in judge({"grid": grid})}[SINGLE].met, False)
+
+    def test_one_slow_row_misses(self):
+        def of(ratio):
+            return judged("rays", "arithmetic,scene,rays,what,who,ratio,visits",
+                          "f32,kitchen.aff,primary,Mrays/s,Embree sse2,1.2,3 differ",
+                          f"f32,kitchen.aff,shadow,Mrays/s,Embree sse2,{ratio},0 differ",
+                          "f32,kitchen.aff,shadow,Mrays/s,Embree,0.5,",
+                          "fixed,kitchen.aff,shadow,Mrays/s,Embree sse2,0.4,")[RAYS]
+        self.assertIs(of("1").met, True)
+        self.assertIs(of("0.99").met, False)
+        self.assertEqual(of("0.99").figure, "0.99x in the worst row (kitchen, shadow), 1 at least in 1 of 2")
+        self.assertEqual(of("1").error, "3 hits differ at most")
+
+    def test_only_nanoflann_is_the_trees_rival(self):
+        found = judged("point_tree", "what,queries,way,ratio", "build ms,tree,wisp,0.9", "build ms,tree,nanoflann leaf 10,1.1",
+                       "SPH sum 64 ns,tree,nanoflann leaf 10,0.5", "SPH sum 64 ns,tree,cell list,0.5")
+        self.assertEqual((found[TREE].met, found[SPH].met), (True, False))
+
+    def test_each_bound(self):
+        """The last value that meets a target, one that does not, and none, in the place of {}."""
+        culling = "method,visits saved %,best,tests saved %,best,wrong pixels"
+        shadow = "arithmetic,scene,way,over trace,over Embree,over Embree sse2"
+        for what, source, header, row, good, bad in (
+                (KITCHEN, "shadows_kitchen", culling, "exact,{},99,68,99,0", "80", "79.9"),
+                (KITCHEN, "shadows_kitchen", culling, "exact,80,99,{},99,0", "68", "67.9"),
+                (KITCHEN, "shadows_kitchen", culling, "exact,80,99,68,99,{}", "0", "1"),
+                (ROBOTS, "shadows_robots", culling, "exact,{},99,68,99,0", "78", "77.9"),
+                (SHADOW_RAYS, "shadow_rays", shadow, "f32,kitchen.aff,exact,1,{},9", "1", "0.99"),
+                (SHADOW_TIME, "shadow_rays", shadow, "f32,kitchen.aff,exact,{},9,9", "2", "1.99"),
+                (FIXED, "arithmetics", "arithmetic,ratio to f32,relative RMSE", "fixed,{},0.1", "3", "3.01"),
+                (MAP, "table_2", "way,gain,RMSE,irradiance map", "map + irradiance,1,0,{}", "4194304", "4194305")):
+            with patch("targets.compare", lambda *_: 0.005):
+                for value, met in ((good, True), (bad, False), ("-", None)):
+                    self.assertIs(judged(source, header, row.format(value))[what].met, met, (what, value))
+        with patch("targets.compare", lambda *_: 0.0051):
+            self.assertIs(judged("table_2", "way,gain,RMSE,irradiance map", "map + irradiance,1,0,1")[MAP].met, False)
+
+
+if __name__ == "__main__":
+    unittest.main()
