@@ -17,8 +17,8 @@ struct BrickDeposits {
     int32_t stride;
     int64_t *power;    // `channels` of each node, in units of deposits times a unit of length
     int64_t *flux;     // three of each: the sum of direction times (R + G + B); nullptr where all smoke scatters evenly
-    int64_t *moments;  // `moment_numbers` at every `moment_stride`: the sums of R + G + B, and of moments of directions
-                       // times it; nullptr where no smoke takes them
+    int64_t *moments;  // `moment_numbers` at every `moment_stride`: the sums of R + G + B, and of (1 + m) / 2 times it
+                       // for moments m of directions; nullptr where no smoke takes them
     uint32_t channels; // one where all photons are alike
     Color photon_color; // of all photons, where they are alike
     PhotonUnit unit;
@@ -30,7 +30,7 @@ struct BrickPhotonPlan {
     uint64_t sums, bytes;
 };
 // What directions are beyond the flux varies less from place to place than power does.
-constexpr int32_t moment_stride(int32_t stride) { return min(2 * stride, brick_cells); }
+constexpr int32_t moment_stride(int32_t stride) { return min(2 * stride, brick_cells / 2); }
 constexpr uint32_t moment_numbers = 1 + moment_count;
 BrickPhotonPlan plan_brick_photons(const Scene &scene, const Settings &settings, uint64_t bricks, int32_t stride);
 

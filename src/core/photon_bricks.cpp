@@ -221,55 +221,53 @@ template <class Pass> Arrival fly(const Tracer &tracer, const Ray &ray, Pcg32 &g
 // A share of a number of 2^-24, rounded to nearest.
 int64_t units_of(Real share, Real units) { return whole_part(share * units + Real(0.5)); }
 
-// The corners of the cell around a place in a brick.
-struct Corners {
-    size_t node[8];
-    Real share[8];
-
-    Corners(uint32_t brick, const Vec3 &p, int32_t stride) {
-        const uint32_t n = static_cast<uint32_t>(nodes_along(stride));
-        const BrickPlace at = place_of(p, stride);
-        const size_t first = size_t{brick} * nodes_of(stride) + at.node;
-        for (uint32_t corner = 0; corner < 8; ++corner) {
-            node[corner] = first + (corner & 1) + n * ((corner >> 1 & 1) + n * (corner >> 2));
-            share[corner] = (corner & 1 ? at.t.x : Real(1) - at.t.x) * (corner & 2 ? at.t.y : Real(1) - at.t.y) *
-                            (corner & 4 ? at.t.z : Real(1) - at.t.z);
-        }
-    }
-};
-
-WISP_WIDE void deposit_moments(int64_t *sums, const Corners &at, Real units, const Moments &moments) {
-    for (uint32_t corner = 0; corner < 8; ++corner) {
-        int64_t *sum = sums + at.node[corner] * moment_numbers;
-        const Real here = at.share[corner] * units; // below 2^31: 1 / rate is at most 32
-        sum[0] += whole_part(here + Real(0.5));
-        for (uint32_t i = 0; i < moment_count; ++i) {
-            const int32_t part = whole_part(abs(moments.of[i]) * here + Real(0.5));
-            sum[1 + i] += moments.of[i] < Real(0) ? -part : part;
-        }
-    }
+// At the nearest node alone: they vary little from one to the next, and twelve numbers at eight corners take long.
+void deposit_moments(const BrickDeposits &deposits, uint32_t brick, const Vec3 &p, Real power, const Moments &halves) {
+    const int32_t stride = moment_stride(deposits.stride), n = nodes_along(stride);
+    const Vec3 q = p * (Real(1) / Real(stride)) + Vec3(Real(0.5));
+    const auto nearest = [n](Real x) { return min(whole_part(max(x, Real(0))), n - 1); };
+    const int32_t node = (nearest(q.z) * n + nearest(q.y)) * n + nearest(q.x);
+    int64_t *sum = deposits.moments + (size_t{brick} * nodes_of(stride) + static_cast<uint32_t>(node)) * moment_numbers;
+    const Real units = scale_pow2(power, deposit_bits); // below 2^31: 1 / rate is at most 32
+    sum[0] += whole_part(units);
+    for (uint32_t i = 0; i < moment_count; ++i) sum[1 + i] += whole_part(halves.of[i] * units);
 }
 
-// What a photon that flies along `direction`, which has these moments, leaves at a place in a brick.
+// (1 + m) / 2 of a direction's moments m, which is not below 0.
+Moments halves_of(const Vec3 &direction) {
+    Moments halves = moments_of(direction);
+    for (Real &m : halves.of) m = max(Real(0), Real(0.5) * m + Real(0.5));
+    return halves;
+}
+
+// What a photon that flies along `direction` leaves at a place in a brick.
 void deposit(const BrickDeposits &deposits, uint32_t brick, const Vec3 &p, const Color &power, const Vec3 &direction,
-             const Moments &moments) {
-    const Corners at(brick, p, deposits.stride);
+             const Moments &halves) {
+    const int32_t stride = deposits.stride;
+    const uint32_t n = static_cast<uint32_t>(nodes_along(stride));
+    const BrickPlace at = place_of(p, stride);
+    const size_t first = size_t{brick} * nodes_of(stride) + at.node;
+    Real share[8];
+    for (uint32_t corner = 0; corner < 8; ++corner)
+        share[corner] = (corner & 1 ? at.t.x : Real(1) - at.t.x) * (corner & 2 ? at.t.y : Real(1) - at.t.y) *
+                        (corner & 4 ? at.t.z : Real(1) - at.t.z);
+    const auto node = [&](uint32_t corner) {
+        return first + (corner & 1) + n * ((corner >> 1 & 1) + n * (corner >> 2));
+    };
     for (uint32_t c = 0; c < deposits.channels; ++c) {
         const Real units = scale_pow2(power[static_cast<int>(c)], deposit_bits);
         for (uint32_t corner = 0; corner < 8; ++corner)
-            deposits.power[at.node[corner] * deposits.channels + c] += units_of(at.share[corner], units);
+            deposits.power[node(corner) * deposits.channels + c] += units_of(share[corner], units);
     }
     if (!deposits.flux) return;
     const Vec3 flux = direction * (power.x + power.y + power.z);
     for (uint32_t corner = 0; corner < 8; ++corner)
         for (uint32_t c = 0; c < 3; ++c) {
             const Real units = scale_pow2(flux[static_cast<int>(c)], deposit_bits);
-            const int64_t part = units_of(at.share[corner], abs(units));
-            deposits.flux[at.node[corner] * 3 + c] += units < Real(0) ? -part : part;
+            const int64_t part = units_of(share[corner], abs(units));
+            deposits.flux[node(corner) * 3 + c] += units < Real(0) ? -part : part;
         }
-    if (deposits.moments)
-        deposit_moments(deposits.moments, Corners(brick, p, moment_stride(deposits.stride)),
-                        scale_pow2(power.x + power.y + power.z, deposit_bits), moments);
+    if (deposits.moments) deposit_moments(deposits, brick, p, power.x + power.y + power.z, halves);
 }
 
 void trace_photon(const Tracer &tracer, const BrickDeposits &deposits, uint64_t target, Pcg32 &generator,
@@ -319,9 +317,9 @@ void trace_photon(const Tracer &tracer, const BrickDeposits &deposits, uint64_t 
             ray.direction = deflect(ray.direction, angle, unit_half_open<Real>(generator()));
         }
         const uint64_t capped = counts.capped;
-        const Moments moments = deposits.moments ? moments_of(ray.direction) : Moments{};
+        const Moments halves = deposits.moments ? halves_of(ray.direction) : Moments{};
         at = fly(tracer, ray, generator, [&](uint32_t passed, const Vec3 &p, Real inverse_rate) {
-            deposit(deposits, passed, p, power * inverse_rate, ray.direction, moments);
+            deposit(deposits, passed, p, power * inverse_rate, ray.direction, halves);
         });
         if (counts.capped != capped) return;
         if (!at.found) {
@@ -500,7 +498,8 @@ Moments moments_at_node(const BrickDeposits &deposits, uint32_t brick, const Cel
                     });
     Moments moments = {};
     const Real all = photons_of(sum[0]);
-    for (uint32_t i = 0; all > Real(0) && i < moment_count; ++i) moments.of[i] = photons_of(sum[1 + i]) / all;
+    for (uint32_t i = 0; all > Real(0) && i < moment_count; ++i)
+        moments.of[i] = photons_of(sum[1 + i] - (sum[0] - sum[1 + i])) / all; // (1 + m) / 2 less (1 - m) / 2
     return moments;
 }
 
