@@ -224,7 +224,7 @@ int64_t units_of(Real share, Real units) { return whole_part(share * units + Rea
 // At the nearest node alone: they vary little from one to the next, and twelve numbers at eight corners take long.
 void deposit_moments(const BrickDeposits &deposits, uint32_t brick, const Vec3 &p, Real power, const Moments &halves) {
     const int32_t stride = moment_stride(deposits.stride), n = nodes_along(stride);
-    const Vec3 q = p * (Real(1) / Real(stride)) + Vec3(Real(0.5));
+    const Vec3 q = p * (Real(n - 1) * Real(1.0 / brick_cells)) + Vec3(Real(0.5));
     const auto nearest = [n](Real x) { return min(whole_part(max(x, Real(0))), n - 1); };
     const int32_t node = (nearest(q.z) * n + nearest(q.y)) * n + nearest(q.x);
     int64_t *sum = deposits.moments + (size_t{brick} * nodes_of(stride) + static_cast<uint32_t>(node)) * moment_numbers;
