@@ -50,6 +50,7 @@ struct Plan {
     bool surfaces;          // there are triangles
     bool photons;           // some light is scattered more than once
     bool photon_directions; // ... and not evenly
+    bool photon_moments;    // ... and is seen by moments of its directions too (moments.h)
     bool photon_powers;     // ... and photons differ in power
     uint64_t photon_capacity;
     uint64_t bricks;       // of resampled smoke; 0: densities are exact

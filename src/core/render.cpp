@@ -476,9 +476,10 @@ Plan plan(const Scene &scene, const Settings &settings) {
     const bool resampled = plan.smoke && order_of(density_step) > 0 && can_resample(scene);
     plan.bricks = resampled ? bricks.count : 0;
     const bool on_bricks = settings.method == Method::map && resampled;
+    plan.photon_moments = on_bricks && needs.moments;
     if (needs.traced && (on_bricks || settings.irradiance != IrradianceMap::none))
         plan.bytes.irradiance =
-            irradiance_bytes(scene, bricks.count, steps.irradiance, needs.directions, on_bricks && needs.moments);
+            irradiance_bytes(scene, bricks.count, steps.irradiance, needs.directions, plan.photon_moments);
     plan.bytes.arena += plan.bytes.particle_tree + plan.bytes.light_depths + plan.bytes.irradiance + march_bytes(scene);
     if (!resampled) plan.bytes.arena += bricks.bytes;
     if (on_bricks) {

@@ -465,6 +465,7 @@ int plan_command(const std::vector<std::string> &arguments) {
                                         (plan.photon_powers ? "power in R G B" : "one power (all are equal)") +
                                         (!plan.photon_directions                 ? ", no flux (isotropic)"
                                          : settings.direction == Direction::mean ? ", mean direction"
+                                         : plan.photon_moments                   ? ", flux and moments of directions"
                                                                                  : ", flux") +
                                         packed);
         if (settings.estimate == Estimate::knn)

@@ -426,6 +426,7 @@ TEST_CASE(WISP_ARITH_NAME ": batches traced apart through bricks leave the sums 
     settings.irradiance_step = 1;
     const Plan planned = plan(scene, settings);
     CHECK(planned.photon_directions);
+    CHECK(planned.photon_moments);
     CHECK(planned.photon_powers);
     std::vector<unsigned char> memory(planned.bytes.arena);
     struct Sums {

@@ -207,6 +207,15 @@ TEST_CASE("command line: plan says what a scene needs and renders nothing") {
     CHECK(desk.wisp("plan " + desk.file("black.aff") + " --smoke direct")
               .out.find("photons        no                0 bytes  the albedo is 0: nothing scatters") !=
           std::string::npos);
+    const std::string even = "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 4 4\nlp 3 3 3 1 1 1\n"
+                             "smoke puff.vtk { radius 1 mass 1 phase ";
+    const auto kept = [&](const std::string &phase, const std::string &what) {
+        desk.write("even.aff", even + phase + " }");
+        return desk.wisp("plan " + desk.file("even.aff")).out.find(", " + what + "\n") != std::string::npos;
+    };
+    CHECK(kept("0", "no flux (isotropic)"));
+    CHECK(kept("0.5", "flux and moments of directions"));
+    CHECK(kept("0.6", "flux"));
     desk.write("empty.aff", "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 4 4");
     const Ran empty = desk.wisp("plan " + desk.file("empty.aff"));
     CHECK(empty.out.find("particle tree  no") != std::string::npos);
