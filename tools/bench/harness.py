@@ -3,7 +3,8 @@
 A job's result of one run is kept in build/bench/runs with what it came from: its words, its program and the files that it
 reads. While those are the same it is not run again, so what was stopped goes on where it was.
 """
-import csv, functools, hashlib, io, json, math, os, platform, re, shlex, statistics, subprocess, sys, tempfile, time
+import csv, functools, hashlib, io, json, math, os, platform, re, shlex, signal, statistics, subprocess, sys, tempfile
+import threading, time
 from datetime import datetime, timezone
 from pathlib import Path
 
@@ -24,6 +25,24 @@ def quick(less, full):
 @functools.cache
 def contents(path):
     return hashlib.sha256(Path(path).read_bytes()).hexdigest() if Path(path).is_file() else "-"
+
+
+def run_process(command, limit=None):
+    """What a process gave: status (None: it was stopped after `limit` seconds), seconds by the clock, the most bytes of memory
+    that it had, and what it printed to standard output and error."""
+    with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as error:
+        start = time.perf_counter()
+        process = subprocess.Popen([str(word) for word in command], stdout=out, stderr=error)
+        stopped = threading.Event()
+        timer = threading.Timer(limit or 0, lambda: (stopped.set(), os.kill(process.pid, signal.SIGKILL)))
+        if limit:
+            timer.start()
+        _, status, usage = os.wait4(process.pid, 0)
+        seconds = time.perf_counter() - start
+        timer.cancel()
+        process.returncode = os.waitstatus_to_exitcode(status)
+        said, complaint = [file.seek(0) or file.read() for file in (out, error)]
+    return None if stopped.is_set() else process.returncode, seconds, usage.ru_maxrss * 1024, said, complaint
 
 
 class Job:
@@ -50,18 +69,13 @@ class Job:
     def run(self, run):
         stats = OUT / "stats.json"
         stats.unlink(missing_ok=True)
-        start = time.perf_counter()
-        with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as error:
-            process = subprocess.Popen(self.command, stdout=out, stderr=error)
-            _, status, usage = os.wait4(process.pid, 0)
-            process.returncode = os.waitstatus_to_exitcode(status)
-            said, complaint = [file.seek(0) or file.read() for file in (out, error)]
-        result = {"key": self.key(), "clock": time.perf_counter() - start, "status": process.returncode, "out": said,
-                  "resident": usage.ru_maxrss * 1024, "when": datetime.now(timezone.utc).isoformat(timespec="seconds")}
+        status, seconds, resident, said, complaint = run_process(self.command)
+        result = {"key": self.key(), "clock": seconds, "status": status, "out": said, "resident": resident,
+                  "when": datetime.now(timezone.utc).isoformat(timespec="seconds")}
         if stats.exists():
             result["stats"] = json.loads(stats.read_text())
-        if process.returncode != 0:
-            result["error"] = (complaint.strip().splitlines() or ["status " + str(process.returncode)])[-1]
+        if status != 0:
+            result["error"] = (complaint.strip().splitlines() or [f"status {status}"])[-1]
         aside = OUT / "runs" / f"{self.name}.{run}.part"
         aside.write_text(json.dumps(result))
         aside.rename(aside.with_suffix(".json"))

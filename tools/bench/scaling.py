@@ -18,7 +18,7 @@ A row of `limits` is one thing that is too much, in one arithmetic: some that ar
 a quantity is refused. It must be refused by one line, with the status that is right for it, without work or memory; what ends
 otherwise is listed as failed.
 """
-import gzip, math, os, struct, subprocess, time
+import gzip, math, shlex, struct, sys
 from array import array
 
 from harness import *
@@ -266,23 +266,9 @@ def growing():
 
 def ask(command, text, options, arithmetic):
     """(status, seconds, bytes of the process, lines on standard error); status None: it hung."""
-    path, error = scene("limit.aff", text), OUT / "limit.err"
-    words = [WISP, command, path, "--arith", arithmetic, *shlex.split(options)] + ["-o", OUT / "limit.pfm"]
-    start = time.perf_counter()
-    with open(error, "w") as file:
-        process = subprocess.Popen([str(word) for word in words], stdout=subprocess.DEVNULL, stderr=file)
-        while True:
-            pid, status, usage = os.wait4(process.pid, os.WNOHANG)
-            seconds = time.perf_counter() - start
-            if pid or seconds > 20:
-                break
-            time.sleep(0.002)
-    if not pid:
-        process.kill()
-        process.wait()
-        return None, seconds, math.nan, []
-    process.returncode = os.waitstatus_to_exitcode(status)
-    return process.returncode, seconds, usage.ru_maxrss * 1024, error.read_text().splitlines()
+    words = [WISP, command, scene("limit.aff", text), "--arith", arithmetic, *shlex.split(options), "-o", OUT / "limit.pfm"]
+    status, seconds, resident, _, error = run_process(words, 20)
+    return status, seconds, resident, error.splitlines()
 
 
 def first_refused(make, arithmetic):
