@@ -1,6 +1,7 @@
 // Hard cases E: rays and boxes, the camera, the march, lights near it.
 #include "built_smoke.h"
 #include "host/error.h"
+#include "host/refusal.h"
 #include "prepared_smoke.h"
 #include "wisp/light.h"
 #include <cmath>
@@ -41,12 +42,7 @@ double density_at(double r) { return r < 2 ? 15 / (64 * pi_) * std::pow(2 - r, 3
 const LightSource lamp = {LightKind::point, {0, 0, 0}, {0, 0, 1}, 2, {1, 1, 1}};
 
 std::string error_of(const std::string &text) {
-    try {
-        parse_scene("s.aff", text);
-    } catch (const InputError &error) {
-        return error.what();
-    }
-    return "no error";
+    return refusal_of([&] { parse_scene("s.aff", text); });
 }
 const std::string ball = "\nsmoke p.vtk { radius 0.2 mass 1 extinction 0.02 }\n";
 

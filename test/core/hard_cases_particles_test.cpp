@@ -6,6 +6,7 @@
 #include "host/particles.h"
 #include "host/picture.h"
 #include "host/prepare.h"
+#include "host/refusal.h"
 #include "host/temporary_folder.h"
 #include <cmath>
 #include <cstdio>
@@ -119,12 +120,8 @@ std::vector<Double3> points_of(uint32_t count, double extent) {
 }
 
 std::string error_of_particles(const std::string &text) {
-    try {
-        parse_particles("p.ply", reinterpret_cast<const unsigned char *>(text.data()), text.size());
-    } catch (const InputError &error) {
-        return error.what();
-    }
-    return "no error";
+    return refusal_of(
+        [&] { parse_particles("p.ply", reinterpret_cast<const unsigned char *>(text.data()), text.size()); });
 }
 
 std::string ply(const std::string &row) {

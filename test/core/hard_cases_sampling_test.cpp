@@ -1,7 +1,7 @@
 // Hard cases A: sampling at the ends of its ranges.
 #include "built_smoke.h"
 #include "chosen_draws.h"
-#include "host/error.h"
+#include "host/refusal.h"
 #include "host/scene_file.h"
 #include "wisp/photon_walk.h"
 #include <cmath>
@@ -44,12 +44,7 @@ Photon photon_along_z() { return {{vec(0, 0, 0), vec(0, 0, 1)}, Color(Real(1)), 
 double worst_component(const Vec3 &v) { return std::max({std::fabs(at(v.x)), std::fabs(at(v.y)), std::fabs(at(v.z))}); }
 
 std::string error_of_phase(const std::string &g) {
-    try {
-        parse_scene("s.aff", "smoke a.vtk {\n phase " + g + " }");
-    } catch (const InputError &error) {
-        return error.what();
-    }
-    return "no error";
+    return refusal_of([&] { parse_scene("s.aff", "smoke a.vtk {\n phase " + g + " }"); });
 }
 
 } // namespace

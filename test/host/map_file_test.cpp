@@ -1,8 +1,8 @@
 // Particle maps in files: batches that add up alike in any order, and files that are read only as written.
 #include "host/map_file.h"
-#include "host/error.h"
 #include "host/sha256.h"
 #include "wisp/random.h"
+#include "refusal.h"
 #include <algorithm>
 #include <doctest/doctest.h>
 #include <functional>
@@ -41,14 +41,7 @@ Bytes bytes_of(const std::string &text) { return Bytes(text.begin(), text.end())
 std::string text_of(const Bytes &bytes) { return std::string(bytes.begin(), bytes.end()); }
 bool same(const MapFile &a, const MapFile &b) { return map_bytes(a) == map_bytes(b); }
 
-std::string error_of(const std::function<void()> &action) {
-    try {
-        action();
-    } catch (const InputError &error) {
-        return error.what();
-    }
-    return "no error";
-}
+std::string error_of(const std::function<void()> &action) { return refusal_of(action); }
 std::string error_of(const std::string &file) {
     return error_of([&] { parse_map(bytes_of(file), "m.map"); });
 }

@@ -2,6 +2,7 @@
 #include "host/error.h"
 #include "host/gzip.h"
 #include "host/particles.h"
+#include "refusal.h"
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -69,12 +70,7 @@ Particles parse(const std::string &content) {
 }
 
 std::string error_of(const std::string &content) {
-    try {
-        parse(content);
-    } catch (const InputError &error) {
-        return error.what();
-    }
-    return "no error";
+    return refusal_of([&] { parse(content); });
 }
 
 struct VtkStyle {

@@ -1,8 +1,8 @@
 // Passes of --reference: sums that add up alike in any order, pictures of them, and files that are read only as
 // written.
 #include "host/passes.h"
-#include "host/error.h"
 #include "host/sha256.h"
+#include "refusal.h"
 #include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
@@ -43,14 +43,7 @@ Passes passes_of(const Ranges &ranges, int width = 3, int height = 2, uint32_t s
 Bytes bytes_of(const std::string &text) { return Bytes(text.begin(), text.end()); }
 std::string text_of(const Bytes &bytes) { return std::string(bytes.begin(), bytes.end()); }
 
-std::string error_of(const std::function<void()> &action) {
-    try {
-        action();
-    } catch (const InputError &error) {
-        return error.what();
-    }
-    return "no error";
-}
+std::string error_of(const std::function<void()> &action) { return refusal_of(action); }
 std::string error_of(const std::string &file) {
     return error_of([&] { parse_passes(bytes_of(file), "p.passes"); });
 }

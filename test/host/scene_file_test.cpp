@@ -3,6 +3,7 @@
 #include "host/options.h"
 #include "host/prepare.h"
 #include "host/scene_file.h"
+#include "refusal.h"
 #include <cmath>
 #include <cstdlib>
 #include <doctest/doctest.h>
@@ -15,12 +16,7 @@ namespace {
 const std::string view = "v from 0 0 5 at 0 0 0 up 0 1 0 angle 40 hither 1 resolution 20 10\n";
 
 std::string error_of(const std::string &text) {
-    try {
-        parse_scene("s.aff", text);
-    } catch (const InputError &error) {
-        return error.what();
-    }
-    return "no error";
+    return refusal_of([&] { parse_scene("s.aff", text); });
 }
 
 void check(const Double3 &found, double x, double y, double z) {

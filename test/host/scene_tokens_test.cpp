@@ -1,6 +1,7 @@
 // Words, comments, and files in files.
 #include "host/error.h"
 #include "host/scene_file.h"
+#include "refusal.h"
 #include "temporary_folder.h"
 #include <doctest/doctest.h>
 
@@ -27,12 +28,7 @@ struct Files {
             limits);
     }
     std::string error() {
-        try {
-            parse();
-        } catch (const InputError &error) {
-            return error.what();
-        }
-        return "no error";
+        return refusal_of([&] { parse(); });
     }
 };
 

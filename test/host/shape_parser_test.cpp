@@ -1,6 +1,6 @@
 // Materials and shapes as NFF and AFF write them.
-#include "host/error.h"
 #include "host/scene_file.h"
+#include "refusal.h"
 #include <doctest/doctest.h>
 
 using namespace wisp;
@@ -10,12 +10,7 @@ namespace {
 SceneGraph graph_of(const std::string &text) { return parse_scene("dir/s.aff", text).graph; }
 
 std::string error_of(const std::string &text) {
-    try {
-        parse_scene("s.aff", text);
-    } catch (const InputError &error) {
-        return error.what();
-    }
-    return "no error";
+    return refusal_of([&] { parse_scene("s.aff", text); });
 }
 
 void check(const Double3 &found, double x, double y, double z) {

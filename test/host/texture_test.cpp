@@ -1,9 +1,9 @@
 // Textures: every PPM that the format allows is read, sRGB becomes linear light, each level is the average of the one
 // before it, and what is no such PPM gives one clear line.
 #include "host/texture.h"
-#include "host/error.h"
 #include "host/picture.h"
 #include "random_input.h"
+#include "refusal.h"
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -21,12 +21,7 @@ Bytes bytes_of(const std::string &text) { return Bytes(text.begin(), text.end())
 TexturePyramid parse(const std::string &text) { return parse_texture(bytes_of(text), "file"); }
 
 std::string error_of(const std::string &text) {
-    try {
-        parse(text);
-    } catch (const InputError &error) {
-        return error.what();
-    }
-    return "no error";
+    return refusal_of([&] { parse(text); });
 }
 
 const std::string texels = "abcdefghijklmnopqr"; // of 3 x 2

@@ -1,7 +1,7 @@
 // Density grids: every field of a VOL file is read, and each that is wrong gives one clear line.
 #include "host/volume.h"
-#include "host/error.h"
 #include "host/files.h"
+#include "refusal.h"
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -58,12 +58,7 @@ bool begins_like_volume(const std::string &bytes) { return is_volume(data_of(byt
 Volume parse(const std::string &bytes) { return parse_volume("file", data_of(bytes), bytes.size()); }
 
 std::string error_of(const std::string &bytes) {
-    try {
-        parse(bytes);
-    } catch (const InputError &error) {
-        return error.what();
-    }
-    return "no error";
+    return refusal_of([&] { parse(bytes); });
 }
 
 std::string error_of(const Header &header) { return error_of(vol(header)); }

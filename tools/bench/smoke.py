@@ -21,6 +21,7 @@ DIRECT = "--smoke direct " + EXACT
 MAP = "--smoke map " + EXACT
 VOLUME = "--smoke volume --density-step 0.55 --light-step 0 --step 0.5 --deposit exact"
 DEFAULT = "--smoke map --density-step 0.55 --light-step 0.55 --irradiance-step 1.1 --step 1"
+OWN_CELLS = "--smoke map --density-step 1 --light-step 1 --irradiance-step 2 --step 1"  # of a grid
 NONE, UNIFORM, ADAPTIVE = (f"--irradiance {way}" for way in ("none", "uniform", "adaptive"))
 ALL, MANY = photons(4100000), photons(1000000)
 
@@ -313,19 +314,21 @@ smoke {volumes}/plume.vol {{
 }}
 """)
     jobs = []
-    for n in (100000, 1000000, 3000000, 8000000):
-        options = f"--size 250x250 {DEFAULT} {UNIFORM} {photons(n)}"
-        jobs.append((n, render(f"grid_{n}", file, options, makes=("pfm", "png")),
-                     render(f"grid_{n}_seed2", file, options, "--seed 2", runs=1)))
+    for key, label, way in (("", "", DEFAULT), ("_own", "the grid's own cells, ", OWN_CELLS)):
+        for n in (100000, 1000000, 3000000, 8000000):
+            options = f"--size 250x250 {way} {UNIFORM} {photons(n)}"
+            jobs.append((f"{label}{n // quick(20, 1)} photons",
+                         render(f"grid{key}_{n}", file, options, makes=("pfm", "png")),
+                         render(f"grid{key}_{n}_seed2", file, options, "--seed 2", runs=1)))
     single = render("grid_single", file, f"--size 250x250 {DEFAULT} {UNIFORM} --photons 0")
     yield
     lit = math.sqrt(share_of_lit(volumes / "single_g05.pfm"))  # RMSE over these alone has so much of that over all
     rows = []
-    for n, job, other in jobs:
+    for what, job, other in jobs:
         error = compare(picture(job), volumes / "pbrt_g05.pfm")
         error = lit * math.sqrt(max(error ** 2 - PBRT_NOISE ** 2, 0))
         pbrt = 0.2025 / error ** 2 if error > 0 else math.nan
-        rows.append([f"{n // quick(20, 1)} photons", median(job.seconds()), spread(job.seconds()), error,
+        rows.append([what, median(job.seconds()), spread(job.seconds()), error,
                      lit * compare(picture(job), picture(other)) / math.sqrt(2), pbrt, pbrt / median(job.seconds())])
     rows.append(["pbrt", 225, None, 0.03, None, 225, None])
     rows.append(["pbrt", 2000, None, 0.01, None, 2000, None])
