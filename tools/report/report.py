@@ -116,8 +116,8 @@ def headline():
                    "".join(rows), "</tbody></table></div>",
                    '<p class="notes">Errors of smoke are relative RMSE to <code>--reference</code>, which traces paths '
                    "and shares nothing with photons, at 32 x 32 pixels and without the reference's own noise. Those of the "
-                   "irradiance map are to the same picture without one, those of the grid to pbrt's picture, of single "
-                   "scattering to a plain marcher's.</p>")
+                   "irradiance map are to the same picture without one, those of the grid to pbrt's picture where there is "
+                   "smoke, of single scattering to a plain marcher's.</p>")
 
 
 def conditions():
