@@ -8,7 +8,7 @@ from harness import (DATA, OUT, QUICK, WISP, Job, compare, median, picture, plai
                      table)
 
 TRUTH = Path("build/truth")
-SIZE, HALF = quick("100x100", "500x500"), quick("50x50", "250x250")
+SIZE, HALF = quick("50x50", "500x500"), quick("30x30", "250x250")
 
 
 def photons(n):
@@ -219,12 +219,12 @@ SHORTCUTS = quick("rate_100", "table2")
 def front():
     """Every method, arithmetic, step, number of photons and grid: seconds at one size, error at the size of the references."""
     points = []  # family, what, options
-    for n in (100000, 1000000, 4100000):
+    for n in quick((100000,), (100000, 1000000, 4100000)):
         for name, way in (("direct", f"{DIRECT} {NONE}"), ("direct + irradiance", f"{DIRECT} {UNIFORM}"),
                           ("map", f"{MAP} {NONE}"), ("map + irradiance", f"{MAP} {UNIFORM}"), ("volume", f"{VOLUME} {NONE}"),
                           ("volume + irradiance", f"{VOLUME} {UNIFORM}")):
             points.append(("method", f"{name}, {n} photons", f"{way} {photons(n)}"))
-    for n in (10000, 30000, 100000, 300000, 1000000, 3000000, 10000000, *quick([], [30000000])):
+    for n in quick((100000, 1000000, 10000000), (10000, 30000, 100000, 300000, 1000000, 3000000, 10000000, 30000000)):
         points.append(("photons", f"{n} photons", f"{DEFAULT} {UNIFORM} {photons(n)}"))
     for n in (100000, 1000000):
         for arithmetic in ("f32", "f64", "fixed"):
@@ -315,7 +315,7 @@ smoke {volumes}/plume.vol {{
 """)
     jobs = []
     for key, label, way in (("", "", DEFAULT), ("_own", "the grid's own cells, ", OWN_CELLS)):
-        for n in (100000, 1000000, 3000000, 8000000):
+        for n in quick((1000000, 8000000), (100000, 1000000, 3000000, 8000000)):
             options = f"--size 250x250 {way} {UNIFORM} {photons(n)}"
             jobs.append((f"{label}{n // quick(20, 1)} photons",
                          render(f"grid{key}_{n}", file, options, makes=("pfm", "png")),
