@@ -25,23 +25,25 @@ CORE_FLAGS   = $(FLAGS) $(MULTIVERSION) -fno-exceptions -fno-rtti
 TEST_FLAGS   = $(BITS) $(FREE) -O2 $(ARCH) $(WARN) -DWISP_TRAP -DDOCTEST_CONFIG_SUPER_FAST_ASSERTS -DDATA='"$(DATA)"'
 ARITHMETICS  = f32 f64 fixed
 
-CORE         = $(patsubst src/core/%.cpp,%,$(wildcard src/core/*.cpp))
-HOST         = $(patsubst src/host/%.cpp,%,$(wildcard src/host/*.cpp))
+# Sources of any depth of folders, without their ending. A test that names WISP_ARITH is compiled once an arithmetic.
+below        = $(patsubst $1/%.cpp,%,$(shell find $1 -name '*.cpp'))
+CORE         = $(call below,src/core)
+HOST         = $(call below,src/host)
+TOLD         = $(patsubst test/%.cpp,%,$(shell grep -rl WISP_ARITH test --include='*.cpp'))
+ONCE         = $(filter-out $(TOLD) fuzz/%_fuzz,$(call below,test))
 FUZZ         = $(patsubst test/fuzz/%_fuzz.cpp,%,$(wildcard test/fuzz/*_fuzz.cpp))
 CORE_O       = $(foreach a,$(ARITHMETICS),$(CORE:%=$B/core/$a/%.o))
 HOST_O       = $(HOST:%=$B/host/%.o)
-LIBRARY_O    = $(CORE_O) $(filter-out $B/host/main.o,$(HOST_O))
-TEST_O       = $(foreach a,$(ARITHMETICS),$(CORE:%=$B/test/core/$a/%.o) \
-                 $(patsubst test/core/%.cpp,$B/test/cases/$a/%.o,$(wildcard test/core/*.cpp))) \
-               $(patsubst %,$B/test/host/%.o,$(filter-out main,$(HOST))) \
-               $(patsubst test/host/%.cpp,$B/test/cases/%.o,$(wildcard test/host/*.cpp)) \
-               $(FUZZ:%=$B/test/fuzz/%.o) $B/test/main.o
+LIBRARY_O    = $(CORE_O) $(filter-out %/main.o,$(HOST_O))
+TEST_O       = $(foreach a,$(ARITHMETICS),$(CORE:%=$B/test/core/$a/%.o) $(TOLD:%=$B/test/cases/$a/%.o)) \
+               $(patsubst %,$B/test/host/%.o,$(filter-out %/main,$(HOST))) \
+               $(ONCE:%=$B/test/cases/once/%.o) $(FUZZ:%=$B/test/fuzz/%.o)
 
 all: $B/wisp $B/plume $B/wake $B/scene_source
 
 $B/wisp: $(CORE_O) $(HOST_O)
 	$(CXX) $(FLAGS) $^ -lz -o $@
-$B/plume $B/wake $B/scene_source: $B/%: $B/tools/%.o $(filter-out $B/host/main.o,$(HOST_O)) $(CORE_O)
+$B/plume $B/wake $B/scene_source: $B/%: $B/tools/%.o $(filter-out %/main.o,$(HOST_O)) $(CORE_O)
 	$(CXX) $(FLAGS) $^ -lz -o $@
 $B/tests: $(TEST_O)
 	$(CXX) $^ -lz -lmpfr -lgmp -o $@
@@ -53,7 +55,7 @@ $B/core/$1/%.o: src/core/%.cpp
 $B/test/core/$1/%.o: src/core/%.cpp
 	@mkdir -p $$(@D)
 	$$(CXX) $$(CPPFLAGS) $$(TEST_FLAGS) -DWISP_ARITH=$1 -c $$< -o $$@
-$B/test/cases/$1/%.o: test/core/%.cpp
+$B/test/cases/$1/%.o: test/%.cpp
 	@mkdir -p $$(@D)
 	$$(CXX) $$(CPPFLAGS) -Itest $$(TEST_FLAGS) -DWISP_ARITH=$1 -c $$< -o $$@
 endef
@@ -68,16 +70,12 @@ $B/tools/%.o: tools/%.cpp
 $B/test/host/%.o: src/host/%.cpp
 	@mkdir -p $(@D)
 	$(CXX) $(CPPFLAGS) $(TEST_FLAGS) -c $< -o $@
-$B/test/cases/%.o: test/host/%.cpp
+$B/test/cases/once/%.o: test/%.cpp
 	@mkdir -p $(@D)
 	$(CXX) $(CPPFLAGS) -Itest $(TEST_FLAGS) -c $< -o $@
 $B/test/fuzz/%.o: test/fuzz/%_fuzz.cpp
 	@mkdir -p $(@D)
 	$(CXX) $(CPPFLAGS) $(TEST_FLAGS) -DLLVMFuzzerTestOneInput=fuzz_$* -c $< -o $@
-$B/test/main.o: test/main.cpp
-	@mkdir -p $(@D)
-	$(CXX) $(CPPFLAGS) $(TEST_FLAGS) -c $< -o $@
-
 demo: $B/wisp
 	$B/wisp render fixtures/wake.aff --frames 2 -o $B/demo.png
 	@echo "the picture is $B/demo.png"
@@ -89,9 +87,9 @@ test: all $B/tests
 EMBREE_PEERS = $(foreach p,rays shadow_rays,$(ARITHMETICS:%=$B/peers/$(p)_%))
 PEERS = $(if $(wildcard /usr/include/nanoflann.hpp),$B/peers/point_tree_f32 $B/peers/point_tree_f64) \
         $(if $(wildcard /usr/include/embree3/rtcore.h),$(EMBREE_PEERS))
-$B/peers/point_tree_f32 $B/peers/point_tree_f64: $B/peers/point_tree_%: tools/peers/point_tree.cpp $B/core/%/point_tree.o
+$B/peers/point_tree_f32 $B/peers/point_tree_f64: $B/peers/point_tree_%: tools/peers/point_tree.cpp $B/core/%/geometry/point_kdtree.o
 	@mkdir -p $(@D)
-	$(CXX) $(CPPFLAGS) $(FLAGS) $(MULTIVERSION) -DWISP_ARITH=$* $< $B/core/$*/point_tree.o -o $@
+	$(CXX) $(CPPFLAGS) $(FLAGS) $(MULTIVERSION) -DWISP_ARITH=$* $< $B/core/$*/geometry/point_kdtree.o -o $@
 define PEER_RULE
 $(ARITHMETICS:%=$B/peers/$1_%): $B/peers/$1_%: tools/peers/$1.cpp $(LIBRARY_O)
 	@mkdir -p $$(@D)
@@ -164,7 +162,7 @@ build/scenes/%.cpp: build/scene_source $(wildcard fixtures/*)
 $B/scenes/%.o: build/scenes/%.cpp
 	@mkdir -p $(@D)
 	$(CXX) $(CPPFLAGS) -Itools $(FLAGS) -c $< -o $@
-$B/portable: $B/tools/portable.o $(PORTABLE:%=$B/scenes/%.o) $B/host/sha256.o $(CORE_O)
+$B/portable: $B/tools/portable.o $(PORTABLE:%=$B/scenes/%.o) $B/host/base/sha256.o $(CORE_O)
 	$(CXX) $(FLAGS) $^ $(LINK) -o $@
 
 # The core in a page of the web, build/web/index.html, and what clicks on it in Chromium.
@@ -176,7 +174,7 @@ web-deps:
 	apt-get update -q
 	apt-get install -y --no-install-recommends $(PACKAGES) $$(tools/portability --packages wasm32) chromium $$(command -v npm > /dev/null || echo npm)
 	npm install --no-save --prefix build/web playwright-core
-$B/page.wasm: $B/tools/web/page.o $(PAGE:%=$B/scenes/%.o) $B/host/inspection.o $B/host/sha256.o $(CORE_O)
+$B/page.wasm: $B/tools/web/page.o $(PAGE:%=$B/scenes/%.o) $B/host/commands/inspection.o $B/host/base/sha256.o $(CORE_O)
 	$(CXX) $(FLAGS) $^ $(LINK) -o $@
 
 # The core on a Cortex-M3 in qemu: goldens, sizes, and no floating-point code in fixed point.
@@ -185,21 +183,18 @@ embedded: $B/scene_source
 
 # Every reader under libFuzzer with address and undefined-behaviour checks, SECONDS each.
 SECONDS ?= 60
-SOURCES_particles = $(addprefix src/host/,particles.cpp vtk.cpp bgeo.cpp ply.cpp gzip.cpp files.cpp)
-SOURCES_pfm = $(addprefix src/host/,files.cpp picture.cpp flip.cpp compare.cpp stb_image_write.cpp)
-SOURCES_scene = $(addprefix src/host/,scene_file.cpp scene_tokens.cpp shape_parser.cpp tessellate.cpp options.cpp files.cpp)
-SOURCES_texture = $(addprefix src/host/,texture.cpp picture.cpp files.cpp stb_image_write.cpp)
-SOURCES_volume = src/host/volume.cpp
-SOURCES_passes = $(addprefix src/host/,passes.cpp sealed_file.cpp options.cpp sha256.cpp)
-SOURCES_proof = $(addprefix src/host/,proof.cpp files.cpp sealed_file.cpp options.cpp sha256.cpp)
-SOURCES_map = $(addprefix src/host/,map_file.cpp sealed_file.cpp options.cpp sha256.cpp)
+SANITISED    = -O1 -g -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all
+SANITISED_O  = $(patsubst %,$B/fuzz/host/%.o,$(filter-out %/main,$(HOST)))
+$B/fuzz/host/%.o: src/host/%.cpp
+	@mkdir -p $(@D)
+	clang++ $(CPPFLAGS) $(IEEE) $(SANITISED) -DWISP_FLAGS='""' -c $< -o $@
 fuzz: $(FUZZ:%=$B/fuzz/%)
 	for f in $(FUZZ); do mkdir -p $B/fuzz/corpus/$$f && $B/fuzz/$$f -max_total_time=$(SECONDS) -max_len=65536 \
 	    $B/fuzz/corpus/$$f test/corpus/$$f || exit 1; done
-$B/fuzz/%: test/fuzz/%_fuzz.cpp $(filter-out src/host/main.cpp,$(wildcard src/host/*.cpp))
+$B/fuzz/%: test/fuzz/%_fuzz.cpp $(SANITISED_O)
 	@mkdir -p $(@D)
 	clang++ -Iinclude -Isrc $(IEEE) -O1 -g -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all \
-	    $< $(SOURCES_$*) -lz -o $@
+	    $< $(SANITISED_O) -lz -o $@
 
 deps:
 	@echo "installing: $(PACKAGES)"

@@ -1,7 +1,7 @@
 // One frame of a scene as `scene_source` compiles it into a program that has no files, and the digest of its picture.
 #pragma once
-#include "host/sha256.h"
-#include "wisp/render.h"
+#include "host/base/sha256.h"
+#include "wisp/wisp.h"
 
 namespace wisp {
 

@@ -1,11 +1,11 @@
 // plume: smoke for wisp to render. Simulates a plume of warm air in a box of 65 x 19 x 26 units (plume_flow.h) and the
 // particles that it carries (plume_particles.h), and writes frames as legacy VTK files.
 // The same options give the same bytes on every machine.
+#include "host/base/error.h"
+#include "host/base/files.h"
+#include "host/scene/options.h"
 #include "plume_particles.h"
 #include "vtk_writer.h"
-#include "host/error.h"
-#include "host/files.h"
-#include "host/options.h"
 #include <cstdio>
 #include <new>
 #include <string>

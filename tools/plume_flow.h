@@ -9,8 +9,8 @@
 #pragma once
 #define GLM_FORCE_PURE
 #define GLM_FORCE_XYZW_ONLY
-#include "wisp/elementary.h"
-#include "wisp/random.h"
+#include "core/numbers/elementary.h"
+#include "core/numbers/random.h"
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <utility>

@@ -4,8 +4,8 @@
 //
 // defines `extern const wisp::CompiledScene NAME` (compiled_scene.h). Its numbers are bit for bit those that `wisp`
 // gives to the core.
-#include "host/error.h"
-#include "host/request.h"
+#include "host/base/error.h"
+#include "host/commands/request.h"
 #include <cstdio>
 
 namespace wisp {

@@ -1,6 +1,6 @@
 // Legacy VTK: a line of text in front of each array of big-endian values.
 #pragma once
-#include "host/files.h"
+#include "host/base/files.h"
 #include <cstring>
 #include <string>
 

@@ -6,13 +6,13 @@
 // The air rises evenly, swirls, and flows around each ball as an ideal fluid does (a dipole), so that no particle
 // enters one. Particles are born on the floor in a small disc, `rate` of them a step. Double, + - * / sqrt and the
 // project's own sine alone: the same options give the same bytes on every machine.
-#include "host/double3.h"
-#include "host/error.h"
-#include "host/motion.h"
-#include "host/options.h"
-#include "host/prepare.h"
-#include "wisp/elementary.h"
-#include "wisp/random.h"
+#include "core/numbers/elementary.h"
+#include "core/numbers/random.h"
+#include "host/base/double3.h"
+#include "host/base/error.h"
+#include "host/prepare/motion.h"
+#include "host/prepare/prepare.h"
+#include "host/scene/options.h"
 #include "vtk_writer.h"
 #include <cstdio>
 #include <string>

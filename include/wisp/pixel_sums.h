@@ -1,7 +1,7 @@
 // What `--reference` keeps of a pixel: sums of its samples and of their squares, in integers, so that any division of
 // the work into passes adds up to the same bits.
 #pragma once
-#include "wisp/elementary.h"
+#include "core/numbers/elementary.h"
 
 namespace wisp {
 

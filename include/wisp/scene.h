@@ -9,7 +9,7 @@
 //   file gives the same picture.
 // Coordinates must lie within +-coordinate_limit; the caller refuses a scene that does not.
 #pragma once
-#include "wisp/double_bits.h"
+#include "core/numbers/double_bits.h"
 
 namespace wisp {
 

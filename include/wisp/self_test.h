@@ -4,7 +4,7 @@
 //
 // The operands are volatile, so that the operations happen at run time and in the mode of that moment.
 #pragma once
-#include "wisp/elementary.h"
+#include "core/numbers/elementary.h"
 
 namespace wisp {
 

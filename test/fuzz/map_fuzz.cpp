@@ -1,9 +1,9 @@
 // Any bytes as a particle map: one line that says what is wrong, or a map that gives the same bytes when written. The
 // bytes behind the first two lines are also read under a SHA-256 that is theirs, which no chance would find.
-#include "host/error.h"
-#include "host/map_file.h"
-#include "host/sha256.h"
-#include "wisp/random.h"
+#include "core/numbers/random.h"
+#include "host/base/error.h"
+#include "host/base/sha256.h"
+#include "host/results/map_file.h"
 #include <cstdlib>
 #include <cstring>
 

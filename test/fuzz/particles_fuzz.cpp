@@ -1,6 +1,6 @@
 // Whatever the bytes are, parse_particles gives a table that keeps its promises or one InputError of a single line.
-#include "host/error.h"
-#include "host/particles.h"
+#include "host/base/error.h"
+#include "host/formats/particles.h"
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>

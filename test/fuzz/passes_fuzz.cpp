@@ -1,8 +1,8 @@
 // Any bytes as a file of passes: one line that says what is wrong, or passes that give the same bytes when written. The
 // bytes behind the first two lines are also read under a SHA-256 that is theirs, which no chance would find.
-#include "host/error.h"
-#include "host/passes.h"
-#include "host/sha256.h"
+#include "host/base/error.h"
+#include "host/base/sha256.h"
+#include "host/results/passes.h"
 #include <cstdlib>
 #include <cstring>
 

@@ -1,6 +1,6 @@
 // Any bytes as a PFM: refused with an InputError, or a picture that survives writing, comparing and showing.
-#include "host/compare.h"
-#include "host/error.h"
+#include "host/base/error.h"
+#include "host/images/compare.h"
 #include <cstdlib>
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

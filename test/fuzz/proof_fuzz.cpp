@@ -1,8 +1,8 @@
 // Any bytes as the proof of a .pfm: one line that says what is wrong, or a crop within its picture. The bytes behind
 // the first two lines are also read under a SHA-256 that is theirs, which no chance would find.
-#include "host/error.h"
-#include "host/proof.h"
-#include "host/sha256.h"
+#include "host/base/error.h"
+#include "host/base/sha256.h"
+#include "host/results/picture_record.h"
 #include <cstdlib>
 #include <cstring>
 

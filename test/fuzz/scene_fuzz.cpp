@@ -1,8 +1,8 @@
 // Scene files: any bytes give a scene or one line that says what is wrong. The input is the scene `name`, and behind
 // each 0 byte a file that it may include: `1`, `2`, ... There are no others.
-#include "host/error.h"
-#include "host/options.h"
-#include "host/scene_file.h"
+#include "host/base/error.h"
+#include "host/scene/options.h"
+#include "host/scene/scene_file.h"
 #include <cmath>
 #include <cstdlib>
 

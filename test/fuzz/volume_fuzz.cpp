@@ -1,6 +1,6 @@
 // Any bytes as a density grid: one line that says what is wrong, or a grid that gives the same bytes when written.
-#include "host/error.h"
-#include "host/volume.h"
+#include "host/base/error.h"
+#include "host/formats/volume.h"
 #include <cmath>
 #include <cstdlib>
 #include <cstring>

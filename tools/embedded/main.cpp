@@ -8,7 +8,7 @@
 // 4. render() fills a picture of floats, and tells an Observer how it gets on.
 #include "board.h"
 #include "compiled_scene.h"
-#include "wisp/real.h"
+#include "core/numbers/real.h"
 #include "wisp/self_test.h"
 #include <type_traits>
 

@@ -1,9 +1,9 @@
 // Embree 3 beside wisp's trees: scenes as both take them, and rays through it.
 #pragma once
-#include "host/error.h"
-#include "host/prepare.h"
-#include "wisp/camera.h"
-#include "wisp/triangle_tree.h"
+#include "core/geometry/camera.h"
+#include "core/surfaces/triangle_kdtree.h"
+#include "host/base/error.h"
+#include "host/prepare/prepare.h"
 #include <algorithm>
 #include <chrono>
 #include <cmath>

@@ -9,8 +9,8 @@
 // points in the order of our tree, and result sets written for it here, so that it neither allocates nor sorts. Times
 // are medians of alternating runs, in ns a query (ms for build); `ratio` is a rival's time over ours, and in our own
 // line that of the best rival. Results are compared before anything is timed.
-#include "wisp/point_tree.h"
-#include "wisp/random.h"
+#include "core/geometry/point_kdtree.h"
+#include "core/numbers/random.h"
 #include <algorithm>
 #include <chrono>
 #include <cmath>

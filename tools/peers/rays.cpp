@@ -7,8 +7,8 @@
 // widest vectors of the machine and once as isa=sse2, which is what bits that do not depend on the machine are held
 // against. What lets light through is not in the scene that it is asked for shadows. Times are medians of five
 // alternating runs; `ratio` is a rival's time over ours. Hits are compared before anything is timed.
+#include "core/numbers/random.h"
 #include "embree.h"
-#include "wisp/random.h"
 
 namespace wisp::WISP_ARITH {
 namespace {

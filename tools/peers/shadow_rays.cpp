@@ -7,8 +7,8 @@
 // and Embree (RTC_SCENE_FLAG_ROBUST, rtcOccluded1, one thread) in a scene of what is opaque, whose making is not
 // counted. What wisp makes for a frame is. `ratio` is Embree's time over a way's, with the widest vectors of the
 // machine, and with isa=sse2.
+#include "core/render/whitted.h"
 #include "embree.h"
-#include "wisp/whitted.h"
 
 namespace wisp::WISP_ARITH {
 namespace {
@@ -31,7 +31,7 @@ bool is_shadowed_and_kept(Shadows &shadows, const ShadowQuery &query) {
 #define is_shadowed            is_shadowed_and_kept
 #define trace                  trace_kept
 #define make_surface_materials make_kept_materials
-#include "core/whitted.cpp"
+#include "core/render/whitted.cpp"
 #undef is_shadowed
 #undef trace
 #undef make_surface_materials

@@ -1,10 +1,10 @@
 // What tools/web/page.html asks of WebAssembly: pictures of scenes that are compiled in, and what the core tells of
 // their pixels. Strings and numbers stay until the next call.
 #include "../compiled_scene.h"
-#include "host/core.h"
-#include "host/double3.h"
-#include "host/inspection.h"
-#include "host/json_object.h"
+#include "host/base/double3.h"
+#include "host/base/json_object.h"
+#include "host/commands/core.h"
+#include "host/commands/inspection.h"
 #include "wisp/self_test.h"
 #include <new>
 

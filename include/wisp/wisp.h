@@ -1,0 +1,108 @@
+// The core's door: what a scene needs, and its picture, in any of the three arithmetics.
+#pragma once
+#include "core/numbers/random.h"
+#include "wisp/arena.h"
+#include "wisp/pixel_sums.h"
+#include "wisp/pixel_trace.h"
+#include "wisp/scene.h"
+#include "wisp/statistics.h"
+
+namespace wisp {
+
+enum class Stage : uint8_t { trees, photons, irradiance, render };
+
+enum class Status : uint8_t {
+    done,
+    stopped,
+    out_of_memory,
+    overflow,  // more photons than the sums of a particle map are sure to hold
+    wrong_sums // of another number than this scene's particle map has
+};
+
+// Hears of the work as it goes: once as a stage begins (done = 0), then as parts of it are done. Returning false
+// stops the work. It may look at a clock; the core does not.
+struct Observer {
+    void *context;
+    bool (*heard)(void *context, Stage stage, uint64_t done, uint64_t total);
+
+    bool operator()(Stage stage, uint64_t done, uint64_t total) const {
+        return !heard || heard(context, stage, done, total);
+    }
+};
+
+// Batches first <= i < last of `batch_photons` photons each, the last of all perhaps fewer.
+struct Batches {
+    uint64_t first, last;
+};
+inline Batches all_batches(const Settings &settings) { return {0, batch_count(settings.photons)}; }
+
+// What photons leave on a particle map: integers, so that batches traced apart add up to the bits of one run. They do
+// not depend on the view. The memory is the caller's, who gives room for plan().map_sums; `count` of them are in use, 0
+// where nothing has been traced yet.
+struct MapSums {
+    int64_t *values;
+    uint64_t capacity, count;
+};
+
+// The stages that a scene needs, and upper bounds of their bytes.
+struct Plan {
+    bool smoke;             // there are particles
+    bool surfaces;          // there are triangles
+    bool photons;           // some light is scattered more than once
+    bool photon_directions; // ... and not evenly
+    bool photon_moments;    // ... and is seen by moments of its directions too (moments.h)
+    bool photon_powers;     // ... and photons differ in power
+    uint64_t photon_capacity;
+    uint64_t bricks;       // of resampled smoke; 0: densities are exact
+    uint64_t map_sums;     // numbers of a particle map, at most
+    uint64_t most_photons; // that they can hold
+    struct {
+        uint64_t particle_tree, photon_map, gather, particle_map, sources, light_depths, irradiance;
+        uint64_t triangle_trees; // of what never changes its form, and of what does
+        uint64_t shadows;        // what finding them keeps from frame to frame
+        uint64_t light_cuts;
+        uint64_t arena; // everything, in one block
+    } bytes;
+};
+
+// What lives from frame to frame, at the beginning of the arena: trees of triangles that never change their form, what
+// the way of finding shadows has learnt, and the resampled smoke with its light. The caller keeps it
+// beside its arena, and gives both to the next frame of the same scene and settings; nothing is kept at first.
+struct Kept {
+    void *surfaces, *shadows, *smoke;
+    uint32_t lights; // as many as the scene had
+    size_t surfaces_end, smoke_end;
+    bool same_smoke; // the caller knows: smoke and lights are bit for bit those of the frame before
+};
+
+// `plan` adds no more than a few operations a particle; `render` fills `rgb` with (x1 - x0) * (y1 - y0) linear
+// radiances of the crop, three floats each, top row first. The arena must have plan().bytes.arena bytes; with less
+// the status is out_of_memory and `rgb` is not touched.
+//
+// The particle map of Method::map is traced into `sums` when nothing is in them, otherwise taken from there; without
+// `sums` it is the arena's, for this picture alone. `trace_map` makes no picture: it adds the photons of some batches
+// to the sums, and to the counters. Sums of all batches together are those that `render` traces. Unless the status is
+// done, what is in the sums is of no use.
+//
+// The rays of one pixel of the crop are told to a `journal`. Pixels before it in the crop are rendered first, so the
+// shadows that it tells are decided by what those have taught; a crop of the pixel alone is the quickest.
+//
+// With settings.reference, `render_reference` takes its place: it adds the samples of the passes to the crop's `sums`,
+// top row first; a sample's unit is 2^scene.radiance_exponent.
+#define WISP_DECLARE_ENTRY(arithmetic)                                                                                 \
+    namespace arithmetic {                                                                                             \
+    Plan plan(const Scene &scene, const Settings &settings);                                                           \
+    Status render(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer, float *rgb,    \
+                  Statistics &statistics, MapSums *sums = nullptr, Kept *kept = nullptr,                               \
+                  const Journal *journal = nullptr);                                                                   \
+    Status trace_map(const Scene &scene, const Settings &settings, const Batches &batches, Arena &arena,               \
+                     const Observer &observer, MapSums &sums, Statistics &statistics);                                 \
+    Status render_reference(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer,      \
+                            PixelSums *sums, Statistics &statistics);                                                  \
+    }
+WISP_DECLARE_ENTRY(f32)
+WISP_DECLARE_ENTRY(f64)
+WISP_DECLARE_ENTRY(fixed)
+#undef WISP_DECLARE_ENTRY
+
+} // namespace wisp

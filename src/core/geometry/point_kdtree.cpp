@@ -1,0 +1,602 @@
+// Building the point tree and searching it for the k nearest (S5).
+//
+// * Points move through the build as records of four values, in two buffers. Quickselect copies them from one to the
+//   other without branches, and a few records are cut by counting. How it picks its pivots bears on the time but not on
+//   the outcome, since (coordinate, id) is a total order.
+// * `nearest` guesses a radius from the density of the points, gathers everything within it, and tries a larger one in
+//   the rare case that this was too little. The k-th distance among the candidates is found by counting how many lie
+//   below a bound, which is one vector loop, and moving the bound by interpolation.
+#include "core/geometry/point_kdtree.h"
+#include <algorithm>
+
+namespace wisp {
+namespace detail {
+
+// ---- conversions ----
+
+// Where the empty slots are: farther than any radius, yet in Fixed the square of a distance from there fits.
+constexpr float coordinate_of_empty(float) { return 0x1p60f; }
+constexpr double coordinate_of_empty(double) { return 0x1p60; }
+constexpr Fixed coordinate_of_empty(Fixed) { return Fixed(28672); }
+
+// Bounds of a box, rounded outwards.
+constexpr float upper_bound_of(float x) { return x; }
+constexpr float lower_bound_of(float x) { return x; }
+inline float upper_bound_of(double x) {
+    const float f = static_cast<float>(x);
+    return f < x ? from_bits<float>(to_bits(f) + (f < 0 ? -1 : 1)) : f;
+}
+inline float lower_bound_of(double x) { return -upper_bound_of(-x); }
+constexpr int32_t lower_bound_of(Fixed x) { return static_cast<int32_t>(x.raw() >> bound_shift); }
+constexpr int32_t upper_bound_of(Fixed x) { return -static_cast<int32_t>(-x.raw() >> bound_shift); }
+
+// A box that does not exist is this far inside out.
+constexpr float no_bound(float) { return 0x1p62f; }
+constexpr int32_t no_bound(int32_t) { return 1 << 29; }
+
+// Lengths and squared lengths of boxes as scalars.
+constexpr float length_of_bound(float x, float) { return x; }
+constexpr double length_of_bound(float x, double) { return x; }
+constexpr Fixed length_of_bound(int32_t x, Fixed) { return Fixed::from_raw(int64_t{x} * (1 << bound_shift)); }
+inline float root_of_bound(float x, float) { return sqrt(x); }
+inline double root_of_bound(float x, double) { return sqrt(static_cast<double>(x)); }
+inline Fixed root_of_bound(int64_t x, Fixed) { return sqrt(Fixed::from_raw(x * (1 << (2 * bound_shift - 32)))); }
+
+// What the build moves and compares for a coordinate: the number itself, that of Fixed as an integer.
+constexpr float to_key(float x) { return x; }
+constexpr double to_key(double x) { return x; }
+constexpr int64_t to_key(Fixed x) { return x.raw(); }
+constexpr float from_key(float key, float) { return key; }
+constexpr double from_key(double key, double) { return key; }
+constexpr Fixed from_key(int64_t key, Fixed) { return Fixed::from_raw(key); }
+
+// Scalars >= 0 as integers in the same order, and back.
+inline uint32_t to_ordinal(float x) { return to_bits(x); }
+inline uint64_t to_ordinal(double x) { return to_bits(x); }
+constexpr uint64_t to_ordinal(Fixed x) { return static_cast<uint64_t>(x.raw()); }
+inline float from_ordinal(uint32_t n, float) { return from_bits<float>(n); }
+inline double from_ordinal(uint64_t n, double) { return from_bits<double>(n); }
+constexpr Fixed from_ordinal(uint64_t n, Fixed) { return Fixed::from_raw(static_cast<int64_t>(n)); }
+
+} // namespace detail
+
+namespace WISP_ARITH {
+
+using namespace detail;
+
+using Ordinal = decltype(to_ordinal(Real()));
+using Key = decltype(to_key(Real()));
+
+namespace {
+
+// ---- the numbering ----
+
+// Leaves below a child of a block of height h; leaves below such a block.
+constexpr uint64_t leaves_of_child(uint32_t h) { return uint64_t{1} << (log_children * h); }
+constexpr uint64_t leaves_of_block(uint32_t h) { return leaves_of_child(h + 1); }
+
+uint32_t blocks_at(uint32_t leaves, uint32_t h) {
+    return static_cast<uint32_t>((leaves + leaves_of_block(h) - 1) / leaves_of_block(h));
+}
+
+uint32_t height_for(uint32_t leaves) {
+    uint32_t height = leaves > 0 ? 1 : 0;
+    while (height > 0 && blocks_at(leaves, height - 1) > 1) ++height;
+    return height;
+}
+
+// ---- building ----
+
+// A point on its way to its slot. Four values, so that it is moved and bounded as a vector; the last one only carries
+// the bits of the id.
+struct Record {
+    Key value[4];
+
+    Real coordinate(int axis) const { return from_key(value[axis], Real()); }
+    uint32_t id() const { return static_cast<uint32_t>(to_ordinal(from_key(value[3], Real()))); }
+};
+
+struct Bounds {
+    Key low[4], high[4]; // the last ones mean nothing
+
+    Vec3 lowest() const { return corner(low); }
+    Vec3 highest() const { return corner(high); }
+
+  private:
+    static Vec3 corner(const Key (&key)[4]) {
+        return Vec3(from_key(key[0], Real()), from_key(key[1], Real()), from_key(key[2], Real()));
+    }
+};
+
+WISP_WIDE void find_bounds(const Record *records, uint32_t count, Bounds &bounds) {
+    Key low[4], high[4];
+    for (int a = 0; a < 4; ++a) low[a] = high[a] = records[0].value[a];
+    for (size_t i = 0; i < count; ++i) WISP_LANES for (int a = 0; a < 4; ++a) {
+            const Key v = records[i].value[a];
+            low[a] = v < low[a] ? v : low[a];
+            high[a] = high[a] < v ? v : high[a];
+        }
+    for (int a = 0; a < 4; ++a) bounds.low[a] = low[a], bounds.high[a] = high[a];
+}
+
+int widest_axis(const Bounds &b) {
+    int widest = 0;
+    for (int a = 1; a < 3; ++a)
+        if (b.high[widest] - b.low[widest] < b.high[a] - b.low[a]) widest = a;
+    return widest;
+}
+
+// By (coordinate, id).
+struct Before {
+    int axis;
+    bool operator()(const Record &a, const Record &b) const {
+        return a.value[axis] < b.value[axis] || (a.value[axis] == b.value[axis] && a.id() < b.id());
+    }
+};
+
+// Copies the records whose coordinate is below the pivot to the front of `to` and the others to its back; returns how
+// many were below.
+uint32_t split(const Record *from, Record *to, uint32_t count, int axis, Key pivot) {
+    size_t front = 0, back = count; // what is between them is free
+    for (size_t i = 0; i < count; ++i) {
+        const bool below = from[i].value[axis] < pivot;
+        to[front] = from[i];
+        to[--back] = from[i];
+        front += below;
+        back += below;
+    }
+    return static_cast<uint32_t>(front);
+}
+
+constexpr uint32_t few = 64; // so many records are cut by their ranks
+
+// rank[i]: how many of the keys are below key[i]; the arrays are a whole number of vectors long.
+WISP_WIDE void find_ranks(const Key *key, uint32_t count, Ordinal *rank) {
+    for (size_t first = 0; first < count; first += lanes) {
+        Ordinal sum[lanes] = {};
+        for (size_t j = 0; j < count; ++j) {
+            const Key other = key[j];
+            WISP_LANES for (uint32_t l = 0; l < lanes; ++l) sum[l] += other < key[first + l] ? 1 : 0;
+        }
+        WISP_LANES for (uint32_t l = 0; l < lanes; ++l) rank[first + l] = sum[l];
+    }
+}
+
+// The coordinate at about place `wanted` in order, by a sample. Where that is near an end, the pivot is rather farther
+// from the end than `wanted`, so that the smaller part is what remains.
+Key sampled_pivot(const Record *records, uint32_t count, uint32_t wanted, int axis) {
+    Key sample[few];
+    Ordinal rank[few];
+    const uint32_t samples = count < 1024 ? 16 : few, stride = count / samples, margin = samples / 32;
+    uint32_t place = static_cast<uint32_t>(uint64_t{wanted} * samples / count);
+    if (place < samples / 4) place += margin;
+    if (place >= samples - samples / 4) place -= margin;
+    for (uint32_t i = 0; i < samples; ++i) sample[i] = records[i * stride + stride / 2].value[axis];
+    find_ranks(sample, samples, rank);
+    uint32_t best = 0; // the greatest rank up to the place
+    for (uint32_t i = 1; i < samples; ++i)
+        if (rank[i] <= place && (rank[i] > rank[best] || rank[best] > place)) best = i;
+    return sample[best];
+}
+
+void cut_few(const Record *from, Record *to, uint32_t count, uint32_t wanted, int axis) {
+    Key key[few + lanes] = {};
+    Ordinal rank[few + lanes], sum = 0;
+    uint32_t front = 0, back = count;
+    for (uint32_t i = 0; i < count; ++i) key[i] = from[i].value[axis];
+    find_ranks(key, count, rank);
+    for (uint32_t i = 0; i < count; ++i) {
+        to[front] = to[back - 1] = from[i];
+        sum += rank[i];
+        front += rank[i] < wanted ? 1 : 0;
+        back -= rank[i] < wanted ? 0 : 1;
+    }
+    if (2 * sum == Ordinal{count} * (count - 1)) return;
+    // Coordinates tie.
+    std::copy(from, from + count, to);
+    std::nth_element(to, to + wanted, to + count, Before{axis});
+}
+
+// Copies the records so that the first `wanted` by (coordinate, id) come first; `from` is lost. 0 < wanted < count.
+// Quickselect: the first step copies without branches; in the later ones, which find the cut near an end, few records
+// have to change places. Points that defeat the samples cost time, but not its square.
+void cut(Record *from, Record *to, uint32_t count, uint32_t wanted, int axis) {
+    constexpr uint32_t most_steps = 64;
+    for (uint32_t step = 0; count > few; ++step) {
+        const bool copied = step > 0;
+        if (step == most_steps) return std::nth_element(to, to + wanted, to + count, Before{axis});
+        const Key pivot = sampled_pivot(copied ? to : from, count, wanted, axis);
+        const auto below = [=](const Record &r) { return r.value[axis] < pivot; };
+        const auto up_to = [=](const Record &r) { return r.value[axis] <= pivot; };
+        uint32_t front = copied ? static_cast<uint32_t>(std::partition(to, to + count, below) - to)
+                                : split(from, to, count, axis, pivot);
+        if (front == 0) {
+            front = static_cast<uint32_t>(std::partition(to, to + count, up_to) - to);
+            if (wanted < front) { // the cut falls among equal coordinates
+                std::nth_element(to, to + wanted, to + front, Before{axis});
+                return;
+            }
+        }
+        if (wanted == front) return;
+        if (wanted < front) {
+            count = front;
+        } else {
+            from += front, to += front;
+            wanted -= front, count -= front;
+        }
+        if (count <= few) std::copy(to, to + count, from);
+    }
+    cut_few(from, to, count, wanted, axis);
+}
+
+// place[i]: how many of a leaf's ids are smaller than id[i].
+WISP_WIDE void find_places(const uint32_t *id, uint32_t *place) {
+    for (size_t first = 0; first < leaf_points; first += lanes) {
+        uint32_t smaller[lanes] = {};
+        for (size_t j = 0; j < leaf_points; ++j) {
+            const uint32_t other = id[j];
+            WISP_LANES for (uint32_t l = 0; l < lanes; ++l) smaller[l] += other < id[first + l] ? 1 : 0;
+        }
+        WISP_LANES for (uint32_t l = 0; l < lanes; ++l) place[first + l] = smaller[l];
+    }
+}
+
+class Builder {
+  public:
+    Builder(Real *x, Real *y, Real *z, uint32_t *id, BoxBlock *leaf_boxes)
+        : x_(x), y_(y), z_(z), id_(id), leaf_boxes_(leaf_boxes) {}
+
+    // Makes the leaves of the records first ... first + count - 1 of all, which are cut into children of height h.
+    void build(Record *records, Record *spare, uint32_t first, uint32_t count, uint32_t h) {
+        uint64_t child = leaves_of_child(h) * leaf_points;
+        while (h > 0 && count <= child) child = leaves_of_child(--h) * leaf_points;
+        if (count <= child) {
+            make_leaf(records, first, count);
+            return;
+        }
+        const uint32_t parts = static_cast<uint32_t>((count + child - 1) / child);
+        const uint32_t wanted = static_cast<uint32_t>((parts + 1) / 2 * child);
+        Bounds bounds;
+        find_bounds(records, count, bounds);
+        cut(records, spare, count, wanted, widest_axis(bounds));
+        build(spare, records, first, wanted, h);
+        build(spare + wanted, records + wanted, first + wanted, count - wanted, h);
+    }
+
+  private:
+    void make_leaf(const Record *records, uint32_t first, uint32_t count) {
+        Bounds bounds;
+        find_bounds(records, count, bounds);
+        const uint32_t leaf = first / leaf_points, lane = leaf % children;
+        BoxBlock &block = leaf_boxes_[leaf / children];
+        const Vec3 low = bounds.lowest(), high = bounds.highest();
+        block.low_x[lane] = lower_bound_of(low.x);
+        block.low_y[lane] = lower_bound_of(low.y);
+        block.low_z[lane] = lower_bound_of(low.z);
+        block.high_x[lane] = upper_bound_of(high.x);
+        block.high_y[lane] = upper_bound_of(high.y);
+        block.high_z[lane] = upper_bound_of(high.z);
+
+        uint32_t id[leaf_points], place[leaf_points];
+        for (uint32_t i = 0; i < leaf_points; ++i) id[i] = i < count ? records[i].id() : no_point;
+        find_places(id, place);
+        for (uint32_t i = 0; i < count; ++i) {
+            const uint32_t slot = first + place[i];
+            x_[slot] = records[i].coordinate(0);
+            y_[slot] = records[i].coordinate(1);
+            z_[slot] = records[i].coordinate(2);
+            id_[slot] = id[i];
+        }
+    }
+
+    Real *x_, *y_, *z_;
+    uint32_t *id_;
+    BoxBlock *leaf_boxes_;
+};
+
+void set_no_box(BoxBlock &block, uint32_t lane) {
+    block.low_x[lane] = block.low_y[lane] = block.low_z[lane] = no_bound(Bound());
+    block.high_x[lane] = block.high_y[lane] = block.high_z[lane] = -no_bound(Bound());
+}
+
+void set_union(BoxBlock &parent, uint32_t lane, const BoxBlock &block) {
+    parent.low_x[lane] = *std::min_element(block.low_x, block.low_x + children);
+    parent.low_y[lane] = *std::min_element(block.low_y, block.low_y + children);
+    parent.low_z[lane] = *std::min_element(block.low_z, block.low_z + children);
+    parent.high_x[lane] = *std::max_element(block.high_x, block.high_x + children);
+    parent.high_y[lane] = *std::max_element(block.high_y, block.high_y + children);
+    parent.high_z[lane] = *std::max_element(block.high_z, block.high_z + children);
+}
+
+// The boxes of blocks from those of their children; leaves are boxed already.
+void box_blocks(const PointTree &tree, BoxBlock *blocks) {
+    uint32_t members = tree.leaf_count;
+    for (uint32_t h = 0; h < tree.height; ++h) {
+        BoxBlock *here = blocks + tree.first_block[h];
+        if (h > 0)
+            for (uint32_t i = 0; i < members; ++i)
+                set_union(here[i / children], i % children, blocks[tree.first_block[h - 1] + i]);
+        for (uint32_t i = members; i % children != 0; ++i) set_no_box(here[i / children], i % children);
+        members = blocks_at(tree.leaf_count, h);
+    }
+}
+
+} // namespace
+
+uint64_t point_tree_bytes(uint32_t count) {
+    const uint64_t slots = (uint64_t{count} + leaf_points - 1) / leaf_points * leaf_points;
+    const uint32_t leaves = static_cast<uint32_t>(slots / leaf_points);
+    uint64_t blocks = 0;
+    for (uint32_t h = 0; h < height_for(leaves); ++h) blocks += blocks_at(leaves, h);
+    return 3 * Arena::bytes<Real>(slots) + Arena::bytes<uint32_t>(slots) + Arena::bytes<BoxBlock>(blocks) +
+           2 * Arena::bytes<Record>(count);
+}
+
+PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena) {
+    const size_t start = arena.mark();
+    PointTree tree = {};
+    const uint32_t slots = point_tree_slots(count);
+    tree.count = count;
+    tree.leaf_count = slots / leaf_points;
+    tree.height = height_for(tree.leaf_count);
+    uint32_t block_count = 0;
+    for (uint32_t h = tree.height; h-- > 0; block_count += blocks_at(tree.leaf_count, h))
+        tree.first_block[h] = block_count;
+
+    Real *x = arena.make<Real>(slots), *y = arena.make<Real>(slots), *z = arena.make<Real>(slots);
+    uint32_t *id = arena.make<uint32_t>(slots);
+    BoxBlock *blocks = arena.make<BoxBlock>(block_count);
+    const size_t kept = arena.mark();
+    Record *records = arena.make<Record>(count), *spare = arena.make<Record>(count);
+    if (!x || !y || !z || !id || !blocks || !records || !spare) {
+        arena.rewind(start);
+        return {};
+    }
+    for (uint32_t i = 0; i < count; ++i) {
+        const Vec3 &p = points[i];
+        records[i] = {{to_key(p.x), to_key(p.y), to_key(p.z), to_key(from_ordinal(Ordinal{i}, Real()))}};
+    }
+    if (count > 0) {
+        Bounds b;
+        find_bounds(records, count, b);
+        tree.bounds = {b.lowest(), b.highest()};
+        Builder(x, y, z, id, blocks + tree.first_block[0]).build(records, spare, 0, count, tree.height);
+        box_blocks(tree, blocks);
+    }
+    for (uint32_t slot = count; slot < slots; ++slot) {
+        x[slot] = coordinate_of_empty(Real());
+        y[slot] = z[slot] = Real(0);
+        id[slot] = no_point;
+    }
+    arena.rewind(kept);
+    tree.x = x, tree.y = y, tree.z = z, tree.id = id, tree.blocks = blocks;
+    tree.ready = true;
+    return tree;
+}
+
+// ---- searching ----
+
+namespace {
+
+// Squared distances of all slots of a leaf.
+WISP_VISITOR void leaf_distances(const PointTree &tree, uint32_t leaf, const Vec3 &center, Real *distance_squared) {
+    const size_t first = size_t{leaf} * leaf_points;
+    const Real *x = tree.x + first, *y = tree.y + first, *z = tree.z + first;
+    WISP_LANES for (uint32_t l = 0; l < leaf_points; ++l) {
+        const Real dx = x[l] - center.x, dy = y[l] - center.y, dz = z[l] - center.z;
+        distance_squared[l] = sum_of_products(dx, dx, dy, dy, dz, dz);
+    }
+}
+
+// Slots in ascending order with their squared distances; only those below the limit are candidates.
+struct Candidates {
+    Real *distance;
+    uint32_t *slot;
+    uint32_t count;
+    Real limit;
+};
+
+// The candidates with distance < bound, and those with distance == bound and id < ids_below.
+struct Cut {
+    Real bound;
+    uint32_t ids_below;
+};
+
+WISP_WIDE uint32_t count_below(const Real *distance, uint32_t count, Real bound) {
+    uint32_t below = 0;
+    for (size_t i = 0; i < count; ++i) below += distance[i] < bound ? 1 : 0;
+    return below;
+}
+
+WISP_WIDE uint32_t count_up_to(const Real *distance, uint32_t count, Real bound) {
+    uint32_t below = 0;
+    for (size_t i = 0; i < count; ++i) below += distance[i] <= bound ? 1 : 0;
+    return below;
+}
+
+uint32_t count_tied(const Candidates &c, Real bound, const uint32_t *id, uint32_t ids_below) {
+    uint32_t tied = 0;
+    for (uint32_t i = 0; i < c.count; ++i) tied += c.distance[i] == bound && id[c.slot[i]] < ids_below ? 1 : 0;
+    return tied;
+}
+
+// The least n in [low, high] with enough(n), which holds for high and from some n on.
+template <class Integer, class Enough> Integer least(Integer low, Integer high, Enough enough) {
+    while (low < high) {
+        const Integer middle = low + (high - low) / 2;
+        if (enough(middle))
+            high = middle;
+        else
+            low = middle + 1;
+    }
+    return low;
+}
+
+// Cuts off the first k by (distance, id); 0 < k <= inside = how many are below the limit.
+Cut cut_after(const Candidates &c, uint32_t k, uint32_t inside, const uint32_t *id) {
+    if (inside == k) return {c.limit, 0};
+    // Guess a bound that k distances do not exceed, at first as if the density were even, then by interpolation between
+    // a bound that is too low and one that is too high.
+    const auto ratio = [](uint32_t a, uint32_t b) {
+        return Real(static_cast<int32_t>(a)) / Real(static_cast<int32_t>(b));
+    };
+    Real low = Real(0), high = c.limit;
+    uint32_t up_to_low = 0, up_to_high = inside;
+    const Real part = ratio(inside - k, inside);
+    Real guess = high - high * (part * (Real(2.0 / 3) + part * Real(1.0 / 9))); // about high (k / inside)^(2/3)
+    for (int step = 0; step < 12; ++step) {
+        const uint32_t up_to_guess = count_up_to(c.distance, c.count, guess);
+        if (up_to_guess == k) return {guess, no_point};
+        (up_to_guess < k ? low : high) = guess;
+        (up_to_guess < k ? up_to_low : up_to_high) = up_to_guess;
+        if (up_to_high - up_to_low < 2) break;
+        guess = low + (high - low) * ratio(2 * (k - up_to_low) + 1, 2 * (up_to_high - up_to_low) + 2);
+    }
+    // Distances that tie, or nearly so: the k-th by bisection, then the ids of those at it.
+    const auto ordinal = least(to_ordinal(low), to_ordinal(high),
+                               [&](auto n) { return count_up_to(c.distance, c.count, from_ordinal(n, Real())) >= k; });
+    const Real bound = from_ordinal(ordinal, Real());
+    const uint32_t wanted = k - count_below(c.distance, c.count, bound);
+    return {bound, least(uint32_t{0}, no_point, [&](uint32_t n) { return count_tied(c, bound, id, n) >= wanted; })};
+}
+
+// Copies the first k candidates, those within the cut; the arrays may be the candidates' own.
+void take(const Candidates &c, uint32_t k, Cut cut, const uint32_t *id, Real *distance, uint32_t *slot) {
+    uint32_t taken = 0;
+    if (cut.ids_below == 0 || cut.ids_below == no_point) {
+        const Real bound = cut.ids_below == 0 ? cut.bound : from_ordinal(to_ordinal(cut.bound) + 1, Real());
+        for (uint32_t i = 0; taken < k; ++i) {
+            const Real d = c.distance[i];
+            distance[taken] = d;
+            slot[taken] = c.slot[i];
+            taken += d < bound ? 1 : 0;
+        }
+        return;
+    }
+    for (uint32_t i = 0; taken < k; ++i) {
+        const Real d = c.distance[i];
+        const uint32_t s = c.slot[i];
+        distance[taken] = d;
+        slot[taken] = s;
+        taken += d < cut.bound || (d == cut.bound && id[s] < cut.ids_below) ? 1 : 0;
+    }
+}
+
+// Moves the first k candidates, or all where they are fewer, to the given arrays, which may be the candidates' own;
+// returns how many. From then on only what comes before the last of them is a candidate.
+__attribute__((noinline)) uint32_t keep_first(Candidates &c, uint32_t k, const uint32_t *id, Real *distance,
+                                              uint32_t *slot) {
+    const uint32_t inside = count_below(c.distance, c.count, c.limit), kept = min(k, inside);
+    const Cut cut = cut_after(c, kept, inside, id);
+    take(c, kept, cut, id, distance, slot);
+    if (kept < inside) c.limit = from_ordinal(to_ordinal(cut.bound) + 1, Real());
+    return kept;
+}
+
+// Gathers the slots of all leaves within the radius, or where they are too many, at least the first k candidates.
+WISP_WIDE void gather(const PointTree &tree, const Vec3 &center, uint32_t k, Real radius, uint32_t capacity,
+                      Candidates &c) {
+    c.limit = radius * radius;
+    uint32_t count = 0;
+    for_each_leaf_near(tree, center, radius, [&](uint32_t leaf) {
+        if (count + leaf_points > capacity) {
+            c.count = count;
+            count = keep_first(c, k, tree.id, c.distance, c.slot);
+        }
+        leaf_distances(tree, leaf, center, c.distance + count);
+        uint32_t *slot = c.slot + count;
+        WISP_LANES for (uint32_t l = 0; l < leaf_points; ++l) slot[l] = leaf * leaf_points + l;
+        count += leaf_points;
+    });
+    while (count > 0 && c.slot[count - 1] >= tree.count) --count; // empty slots
+    c.count = count;
+}
+
+// A radius that may well hold somewhat more than k points, by the density of a node near the center that has about k.
+Real guess_radius(const PointTree &tree, const Vec3 &center, uint32_t k) {
+    const BallTest ball(center, Real(0));
+    const BoxBlock *block = tree.blocks;
+    uint32_t index = 0, lane = 0;
+    uint64_t points = 0;
+    BoundProduct gap = 0;
+    for (uint32_t h = tree.height; h-- > 0;) {
+        if (points > 0 && leaves_of_child(h) * leaf_points * 2 < k) break;
+        points = leaves_of_child(h) * leaf_points;
+        block = tree.blocks + tree.first_block[h] + index;
+        BoundProduct gaps[children];
+        WISP_LANES for (uint32_t l = 0; l < children; ++l) gaps[l] = ball.gap_squared(*block, l);
+        lane = 0;
+        for (uint32_t l = 1; l < children; ++l) lane = gaps[l] < gaps[lane] ? l : lane;
+        gap = gaps[lane];
+        index = index * children + lane;
+    }
+    const Real x = length_of_bound(block->high_x[lane] - block->low_x[lane], Real());
+    const Real y = length_of_bound(block->high_y[lane] - block->low_y[lane], Real());
+    const Real z = length_of_bound(block->high_z[lane] - block->low_z[lane], Real());
+    const Real widest = max(max(x, y), z);
+    if (!(widest > Real(0))) return Real(0);
+    const Real volume = max((x / widest) * (y / widest) * (z / widest), Real(1.0 / 64)); // in cubes of the widest
+    const Real share = Real(static_cast<int32_t>(k)) / Real(static_cast<int32_t>(points));
+    return widest * cbrt(volume * share * Real(0.2387)) + root_of_bound(gap, Real());
+}
+
+constexpr uint64_t candidates_for(uint64_t k) { return 4 * k + 32 * leaf_points; }
+
+} // namespace
+
+uint64_t nearest_scratch_bytes(uint32_t most) {
+    return Arena::bytes<Real>(candidates_for(most)) + Arena::bytes<uint32_t>(candidates_for(most));
+}
+
+bool make_nearest_scratch(uint32_t most, Arena &arena, NearestScratch &scratch) {
+    const size_t start = arena.mark();
+    scratch.capacity = static_cast<uint32_t>(candidates_for(most));
+    scratch.distance_squared = arena.make<Real>(scratch.capacity);
+    scratch.slot = arena.make<uint32_t>(scratch.capacity);
+    if (scratch.distance_squared && scratch.slot) return true;
+    arena.rewind(start);
+    return false;
+}
+
+Nearest nearest(const PointTree &tree, const Vec3 &center, uint32_t k, Real max_radius, NearestScratch &scratch,
+                uint32_t *slots, Real *distances_squared) {
+    if (k == 0 || tree.count == 0) return {};
+    Candidates c = {scratch.distance_squared, scratch.slot, 0, Real(0)};
+    Real radius = k < tree.count ? min(guess_radius(tree, center, k), max_radius) : max_radius;
+    for (uint32_t tries = 0;; ++tries) {
+        gather(tree, center, k, radius, scratch.capacity, c);
+        const uint32_t inside = count_below(c.distance, c.count, c.limit);
+        if (inside >= k || !(radius < max_radius)) break;
+        // As if the points were spread evenly; where they are not, in leaps.
+        const Real lack = Real(static_cast<int32_t>(k)) / Real(static_cast<int32_t>(inside + 1));
+        const Real growth = max(cbrt(lack * Real(1.5)), Real(tries < 2 ? 1 : 2));
+        radius = radius > Real(0) ? min(max_radius, radius * min(growth, Real(4))) : max_radius;
+    }
+    Nearest found = {};
+    found.count = keep_first(c, k, tree.id, distances_squared, slots);
+    for (uint32_t i = 1; i < found.count; ++i) {
+        const Real d = distances_squared[i], most = distances_squared[found.farthest];
+        if (most < d || (d == most && tree.id[slots[found.farthest]] < tree.id[slots[i]])) found.farthest = i;
+    }
+    if (found.count > 0) found.radius_squared = distances_squared[found.farthest];
+    return found;
+}
+
+WISP_WIDE uint32_t in_radius(const PointTree &tree, const Vec3 &center, Real radius, uint32_t *slots,
+                             uint32_t capacity) {
+    const Real limit = radius * radius;
+    uint32_t count = 0;
+    for_each_leaf_near(tree, center, radius, [&](uint32_t leaf) {
+        Real distance[leaf_points];
+        leaf_distances(tree, leaf, center, distance);
+        const uint32_t first = leaf * leaf_points, filled = min(tree.count - first, leaf_points);
+        if (capacity > 0)
+            for (uint32_t l = 0, next = count; l < filled && next < capacity; ++l)
+                if (distance[l] < limit) slots[next++] = first + l;
+        WISP_LANES for (uint32_t l = 0; l < leaf_points; ++l) count += distance[l] < limit && l < filled ? 1 : 0;
+    });
+    return count;
+}
+
+} // namespace WISP_ARITH
+} // namespace wisp

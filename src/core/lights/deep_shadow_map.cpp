@@ -1,0 +1,201 @@
+// Depths along columns of light, row by row.
+#include "core/geometry/triangle.h"
+#include "core/lights/deep_shadow_map.h"
+#include "core/smoke/sparse_grid_lanes.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+// sigma_t of all smokes in the middle of eight layers.
+WISP_WIDE void add_extinctions(const Medium &medium, const BrickRay &ray, const Lanes &t, Lanes &sum) {
+    LanePoints points;
+    find_points(*medium.bricks, ray, t, points);
+    LanePlaces at;
+    find_places(points, 1, 1, at);
+    for (uint32_t i = 0; i < medium.count; ++i) {
+        if (!medium.smokes[i].field.is_bricks) continue; // it is empty
+        Lanes sigma;
+        interpolate(at, medium.smokes[i].field.bricks.extinction, sigma);
+        for (uint32_t l = 0; l < lanes; ++l) sum[l] += points.inside[l] ? sigma[l] : Real(0);
+    }
+}
+
+// Below every depth: of a line that was not asked for yet; of one that misses smoke which is cut off.
+constexpr Real unknown = Real(-1), misses = Real(-2);
+
+// Whether there is smoke at the faces of a grid; sums over particles end at 0.
+bool reaches_its_faces(const SmokeSource &smoke) {
+    const GridSource &grid = smoke.grid;
+    if (!smoke.is_grid()) return false;
+    if (!grid.density) return true;
+    const auto at_end = [](int32_t i, int32_t n) { return i == 0 || i == n - 1; };
+    const Cell count = {grid.nx, grid.ny, grid.nz};
+    for (int32_t z = 0; z < count.z; ++z)
+        for (int32_t y = 0; y < count.y; ++y)
+            for (int32_t x = 0; x < count.x; x += at_end(z, count.z) || at_end(y, count.y) ? 1 : max(count.x - 1, 1))
+                if (order_of(grid.density[index_of(count, {x, y, z})]) > 0) return true;
+    return false;
+}
+
+// Of four values 0 to 3 at a place between the middle two: Catmull and Rom's cubic.
+struct Cubic {
+    Real weight[4];
+    explicit Cubic(Real t) {
+        const Real half_t = t * Real(0.5), r = Real(1) - t;
+        weight[0] = -half_t * r * r;
+        weight[1] = r * (Real(1) + t - Real(1.5) * t * t);
+        weight[2] = t * (Real(1) + r - Real(1.5) * r * r);
+        weight[3] = -half_t * t * r;
+    }
+    template <class Value> Real operator()(Value &&value) const {
+        return (weight[0] * value(0) + weight[1] * value(1)) + (weight[2] * value(2) + weight[3] * value(3));
+    }
+};
+
+} // namespace
+
+bool is_cut_off(const Medium &medium) {
+    for (uint32_t i = 0; i < medium.count; ++i)
+        if (reaches_its_faces(*medium.smokes[i].source)) return true;
+    return false;
+}
+
+uint32_t light_face(const Light &light, const Vec3 &x) {
+    const Vec3 way = light.kind == LightKind::parallel ? light.direction : x - light.position;
+    const uint32_t axis = largest_axis(way);
+    return 2 * axis + (way[static_cast<int>(axis)] < Real(0) ? 1 : 0);
+}
+
+LightColumns::LightColumns(const Medium &medium, bool cut_off, const Light &light, uint32_t face, const Box &bounds)
+    : medium_(&medium), cut_off_(cut_off), fans_(light.kind != LightKind::parallel),
+      axis_(static_cast<int32_t>(face / 2)), from_(fans_ ? light.position : (bounds.low + bounds.high) * Real(0.5)),
+      sign_(face % 2 ? Real(-1) : Real(1)) {
+    if (!fans_ && light_face(light, from_) != face) return;
+    const Real low = sign_ * (bounds.low[axis_] - from_[axis_]), high = sign_ * (bounds.high[axis_] - from_[axis_]);
+    const Real far = max(low, high);
+    begin_ = fans_ ? max(min(low, high), Real(0)) : min(low, high);
+    if (!(far > begin_)) return;
+    const Vec3 &cell = medium.bricks->cell;
+    Real steepest = Real(1); // the longest part of a line for each unit of height, squared
+    uint32_t count[2];
+    for (int32_t s = 0; s < 2; ++s) {
+        side_[s] = (axis_ + 1 + s) % 3;
+        const Real left = bounds.low[side_[s]] - from_[side_[s]], right = bounds.high[side_[s]] - from_[side_[s]];
+        Real least, most;
+        if (fans_) {
+            // Faces end where another axis is the largest.
+            const auto slope = [&](Real aside, Real height) {
+                return abs(aside) < height ? aside / height : aside < Real(0) ? Real(-1) : Real(1);
+            };
+            least = min(slope(left, begin_), slope(left, far)), most = max(slope(right, begin_), slope(right, far));
+        } else {
+            slope_[s] = light.direction[side_[s]] / (sign_ * light.direction[axis_]);
+            const Real aside_near = slope_[s] * begin_, aside_far = slope_[s] * far;
+            least = left - max(aside_near, aside_far), most = right - min(aside_near, aside_far);
+        }
+        distance_[s] = Real(1.5) * (fans_ ? cell[side_[s]] / far : cell[side_[s]]);
+        inverse_distance_[s] = Real(1) / distance_[s];
+        low_[s] = least - distance_[s]; // a line more before and two behind, for the cubic
+        const Real lines = (most - least) * inverse_distance_[s];
+        if (!(lines < Real(1 << 14))) return;
+        count[s] = static_cast<uint32_t>(floor_to_int(lines)) + 4;
+        const Real aside = fans_ ? max(abs(least), abs(most)) : abs(slope_[s]);
+        steepest += aside * aside;
+    }
+    const Real layers = (far - begin_) * sqrt(steepest) / min(cell.x, min(cell.y, cell.z));
+    if (!(layers < Real(1 << 14))) return;
+    layers_ = static_cast<uint32_t>(floor_to_int(layers)) + 1;
+    layer_ = (far - begin_) / Real(static_cast<int32_t>(layers_));
+    inverse_layer_ = Real(static_cast<int32_t>(layers_)) / (far - begin_);
+    count_[0] = count[0], count_[1] = count[1];
+}
+
+LightColumns::Place LightColumns::place_of(const Vec3 &x) const {
+    const Real height = max(sign_ * (x[axis_] - from_[axis_]), max(begin_, fans_ ? layer_ * Real(0x1p-10) : begin_));
+    Real across[2];
+    for (int32_t s = 0; s < 2; ++s) {
+        const Real aside = x[side_[s]] - from_[side_[s]];
+        const Real q = ((fans_ ? aside / height : aside - slope_[s] * height) - low_[s]) * inverse_distance_[s];
+        across[s] = min(max(q, Real(1)), Real(static_cast<int32_t>(count_[s]) - 3));
+    }
+    const Real layer = min((height - begin_) * inverse_layer_, Real(static_cast<int32_t>(layers_)));
+    return {across[0], across[1], layer};
+}
+
+void LightColumns::begin_row(uint32_t row, Real *kept) const {
+    for (uint32_t column = 0; column < count_[0]; ++column) *line(kept, row, column) = unknown;
+}
+
+void LightColumns::find_line(uint32_t row, uint32_t column, Real *depth) const {
+    const Bricks &bricks = *medium_->bricks;
+    const uint32_t at[2] = {column, row};
+    Ray ray; // its distances are heights above `begin_`
+    ray.direction[axis_] = sign_;
+    ray.origin[axis_] = from_[axis_] + sign_ * begin_;
+    Real squared = Real(1);
+    for (int32_t s = 0; s < 2; ++s) {
+        const Real aside = low_[s] + Real(static_cast<int32_t>(at[s])) * distance_[s];
+        const Real slope = fans_ ? aside : slope_[s];
+        ray.direction[side_[s]] = slope;
+        ray.origin[side_[s]] = from_[side_[s]] + slope * begin_ + (fans_ ? Real(0) : aside);
+        squared += slope * slope;
+    }
+    const Real length = layer_ * sqrt(squared);
+    for (uint32_t k = 0; k <= layers_; ++k) depth[k] = Real(0);
+    Real entry = Real(0), end = layer_ * Real(static_cast<int32_t>(layers_));
+    if (!clip(bricks.bounds, ray, entry, end)) {
+        if (cut_off_) depth[0] = misses;
+        return;
+    }
+
+    // What each layer adds stands at its far border; layers without smoke are left out.
+    const BrickRay in_bricks(bricks, ray);
+    uint32_t next = 0;
+    for_each_brick(bricks, ray, entry, end, [&](uint32_t, Real from, Real to) {
+        const uint32_t first = static_cast<uint32_t>(floor_to_int(max(from, Real(0)) * inverse_layer_)),
+                       last = min(static_cast<uint32_t>(floor_to_int(to * inverse_layer_)), layers_ - 1);
+        for (next = max(next, first); next <= last; next += lanes) {
+            Lanes t, part, sigma = {};
+            for (uint32_t l = 0; l < lanes; ++l) {
+                const Real low = Real(static_cast<int32_t>(next + l)) * layer_;
+                const Real begins = max(low, entry), ends = min(low + layer_, end);
+                t[l] = (begins + ends) * Real(0.5);
+                part[l] = max(ends - begins, Real(0)) * inverse_layer_;
+            }
+            add_extinctions(*medium_, in_bricks, t, sigma);
+            for (uint32_t l = 0; l < lanes && next + l < layers_; ++l)
+                depth[next + l + 1] = sigma[l] * part[l] * length;
+        }
+        return true;
+    });
+    for (uint32_t k = 0; k < layers_; ++k) depth[k + 1] += depth[k];
+}
+
+Real LightColumns::depth(const Vec3 &x, Real *kept, uint64_t &found) const {
+    const Place at = place_of(x);
+    const int32_t column = whole_part(at.u), row = whole_part(at.v),
+                  layer = min(whole_part(at.layer), static_cast<int32_t>(layers_) - 1);
+    const Cubic across(at.u - Real(column)), down(at.v - Real(row));
+    const Real t = at.layer - Real(layer);
+    const auto line_at = [&](int32_t i, int32_t j) {
+        return line(kept, static_cast<uint32_t>(row + j - 1), static_cast<uint32_t>(column + i - 1));
+    };
+    for (int32_t j = 0; j < 4; ++j)
+        for (int32_t i = 0; i < 4; ++i) {
+            Real *depth = line_at(i, j);
+            if (*depth == unknown) {
+                find_line(static_cast<uint32_t>(row + j - 1), static_cast<uint32_t>(column + i - 1), depth);
+                ++found;
+            }
+            if (*depth == misses) return misses;
+        }
+    return max(Real(0), down([&](int32_t j) {
+                   return across([&](int32_t i) {
+                       const Real *depth = line_at(i, j) + layer;
+                       return mix(depth[0], depth[1], t);
+                   });
+               }));
+}
+
+} // namespace wisp::WISP_ARITH

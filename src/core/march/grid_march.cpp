@@ -1,0 +1,384 @@
+// Ray marching through bricks, `lanes` steps at a time.
+#include "core/march/grid_march.h"
+#include "core/smoke/sparse_grid_lanes.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+// A group of steps of one ray. Lanes behind the last and outside of bricks have no length.
+struct Group {
+    int32_t step[lanes];
+    Real begin;  // of the march, from the ray's origin
+    Lanes t, dx; // middles, and lengths
+    LanePoints points;
+};
+
+struct LaneColor {
+    Lanes red, green, blue;
+};
+WISP_VISITOR void set(LaneColor &color, const Color &value) {
+    for (uint32_t l = 0; l < lanes; ++l) color.red[l] = value.x, color.green[l] = value.y, color.blue[l] = value.z;
+}
+WISP_VISITOR void add(LaneColor &color, const Lanes &amount, const Color &value) {
+    for (uint32_t l = 0; l < lanes; ++l) {
+        color.red[l] += amount[l] * value.x;
+        color.green[l] += amount[l] * value.y;
+        color.blue[l] += amount[l] * value.z;
+    }
+}
+// The same of the light that is scattered, by a smoke's extinctions and its albedo.
+WISP_VISITOR void add(LaneColor &color, const Lanes &extinction, const LaneColor &scattered, const Color &albedo) {
+    for (uint32_t l = 0; l < lanes; ++l) {
+        color.red[l] += extinction[l] * (albedo.x * scattered.red[l]);
+        color.green[l] += extinction[l] * (albedo.y * scattered.green[l]);
+        color.blue[l] += extinction[l] * (albedo.z * scattered.blue[l]);
+    }
+}
+inline Color color_of(const LaneColor &color, uint32_t l) { return Color(color.red[l], color.green[l], color.blue[l]); }
+
+// What the brightest channel of a light sends to each step, before any smoke, and whither.
+struct LaneLight {
+    Lanes irradiance, x, y, z;
+};
+
+WISP_VISITOR void illuminate_each(const Light &light, const Ray &ray, const Group &group, LaneLight &lit) {
+    Light unit = light;
+    unit.color = Color(largest(light.color));
+    for (uint32_t l = 0; l < lanes; ++l) {
+        const Step step = step_of(ray, group.t[l] - Real(0.5) * group.dx[l], group.dx[l]);
+        const Illumination here = illuminate(unit, step.middle, step.begin, step.end);
+        lit.irradiance[l] = here.irradiance.x;
+        lit.x[l] = here.direction.x;
+        lit.y[l] = here.direction.y;
+        lit.z[l] = here.direction.z;
+    }
+}
+
+// Of a point light 16 steps and more away the inverse square of the middle is its mean over the step, but for 1e-3.
+WISP_VISITOR void illuminate_group(const Light &light, const Ray &ray, const Group &group, Real step, LaneLight &lit) {
+    if (light.kind != LightKind::point) return illuminate_each(light, ray, group, lit);
+    const Vec3 from = ray.origin - light.position;
+    const Real near = Real(16) * step, brightest = largest(light.color);
+    Real nearest = path_end;
+    for (uint32_t l = 0; l < lanes; ++l) {
+        const Real x = from.x + ray.direction.x * group.t[l], y = from.y + ray.direction.y * group.t[l],
+                   z = from.z + ray.direction.z * group.t[l];
+        const Real distance = sqrt(x * x + y * y + z * z), inverse = Real(1) / max(distance, near);
+        lit.irradiance[l] = brightest * inverse * inverse;
+        lit.x[l] = x * inverse;
+        lit.y[l] = y * inverse;
+        lit.z[l] = z * inverse;
+        nearest = min(nearest, distance);
+    }
+    if (nearest < near) illuminate_each(light, ray, group, lit);
+}
+
+// Each step's entry of a light, where it is heard.
+template <bool heard> struct LaneNotes {
+    template <class Ask> bool is_blocked(uint32_t, const Statistics &, Ask &&ask) { return ask(); }
+};
+template <> struct LaneNotes<true> {
+    template <class Ask> bool is_blocked(uint32_t lane, const Statistics &statistics, Ask &&ask) {
+        const Statistics before = statistics;
+        const bool blocked = ask();
+        tell_answer(entry[lane], before, statistics, blocked);
+        return blocked;
+    }
+    // The smoke has the extinctions `here`, and scatters `p` of the light's brightest channel.
+    void tell_lanes(const Journal &journal, const Light &light, const Color &color, const Ray &ray, const Group &group,
+                    const LaneLight &lit, const Lanes &tau, const Color &albedo, const Lanes &here, const Lanes &p) {
+        for (uint32_t l = 0; l < lanes; ++l) {
+            if (!(here[l] > Real(0))) continue;
+            const Vec3 x = ray.origin + ray.direction * group.t[l];
+            const Real depth = max(Real(0), tau[l]);
+            entry[l].step = group.step[l];
+            entry[l].faces = true;
+            entry[l].direction = told(Vec3(lit.x[l], lit.y[l], lit.z[l]));
+            entry[l].distance = to_double(illuminate(light, x, x, x).distance);
+            entry[l].irradiance = told(color * lit.irradiance[l]);
+            entry[l].optical_depth = to_double(depth);
+            entry[l].transmittance = to_double(exp(-depth));
+            entry[l].contribution = told(albedo * color * (here[l] * p[l]));
+            tell(journal, entry[l]);
+        }
+    }
+    JournalEntry::Light entry[lanes] = {};
+};
+
+// What surfaces leave of a light's share in each step.
+template <bool heard>
+void shade(const BrickMarcher &marcher, const Light &light, uint32_t number, const Ray &ray, const Group &group,
+           Lanes &share, LaneNotes<heard> &notes) {
+    for (uint32_t l = 0; l < lanes; ++l) {
+        if (!(group.dx[l] > Real(0)) || !(share[l] > Real(0))) continue;
+        const Vec3 x = ray.origin + ray.direction * group.t[l];
+        const auto is_blocked = [&] { return is_shadowed(marcher.shadows, number, x, illuminate(light, x, x, x)); };
+        if (notes.is_blocked(l, *marcher.statistics, is_blocked)) share[l] = Real(0);
+    }
+}
+
+// sum of p L of the lights, after the smoke before them. `here` are the smoke's extinctions.
+template <class M>
+WISP_VISITOR void gather_lights(const M &marcher, const Smoke &smoke, const Ray &ray, const Group &group,
+                                const Lanes &here, LaneColor &scattered) {
+    const LightDepths &depths = *marcher.depths;
+    const Vec3 out = -ray.direction;
+    if (depths.light_count > 0) {
+        LanePlaces at;
+        find_places(group.points, depths.stride, static_cast<int32_t>(depths.light_count), at);
+        const int32_t nodes = static_cast<int32_t>(nodes_of(depths.stride));
+        for (uint32_t light = 0; light < depths.light_count; ++light) {
+            LaneLight lit;
+            const Light &from = depths.lights[light];
+            const Real brightest = largest(from.color);
+            illuminate_group(from, ray, group, marcher.step, lit);
+            Lanes tau, p;
+            interpolate(at, depths.depth, tau);
+            if (smoke.phase.isotropic())
+                for (uint32_t l = 0; l < lanes; ++l) p[l] = inv_four_pi<Real>;
+            else
+                for (uint32_t l = 0; l < lanes; ++l) p[l] = smoke.phase(Vec3(lit.x[l], lit.y[l], lit.z[l]), out);
+            for (uint32_t l = 0; l < lanes; ++l) p[l] *= lit.irradiance[l] * exp(-max(Real(0), tau[l]));
+            LaneNotes<is_heard<M>> notes;
+            if (marcher.shadows) shade(marcher, from, light, ray, group, p, notes);
+            if (brightest > Real(0)) add(scattered, p, from.color / brightest);
+            if constexpr (is_heard<M>) {
+                for (JournalEntry::Light &entry : notes.entry) {
+                    entry.light = light;
+                    entry.smoke = static_cast<uint32_t>(&smoke - marcher.medium->smokes);
+                }
+                if (brightest > Real(0))
+                    notes.tell_lanes(*marcher.journal, from, from.color / brightest, ray, group, lit, tau, smoke.albedo,
+                                     here, p);
+            }
+            for (uint32_t l = 0; l < lanes; ++l) at.node[l] += nodes;
+        }
+    }
+}
+
+// What moments beyond the flux send towards `out`: those of a node are summed up before they are interpolated.
+WISP_VISITOR void gather_moments(const Irradiance &map, const Phase &phase, const Group &group, const Vec3 &out,
+                                 Lanes &sent) {
+    LanePlaces at;
+    find_places(group.points, map.moment_stride, 1, at);
+    const Moments seen = seen_moments(phase, out);
+    const auto sum = [&](int32_t node) {
+        const uint32_t *packed = map.moments + node * static_cast<int32_t>(moment_words);
+        Real total = Real(0);
+        for (uint32_t i = 0; i < moment_count; ++i)
+            total += seen.of[i] * Real(flux_units(packed[i / 3], static_cast<int32_t>(i % 3)));
+        return total;
+    };
+    interpolate(at, sum, sent);
+    for (uint32_t l = 0; l < lanes; ++l) sent[l] *= Real(1.0 / greatest_component);
+}
+
+// The same of the irradiance map.
+WISP_VISITOR void gather_scattered(const BrickMarcher &marcher, const Smoke &smoke, const Ray &ray, const Group &group,
+                                   LaneColor &scattered) {
+    const Vec3 out = -ray.direction;
+    if (!marcher.irradiance) return;
+    const Irradiance &map = *marcher.irradiance;
+    int32_t first[lanes], stride[lanes], exponent[lanes];
+    for (uint32_t l = 0; l < lanes; ++l) {
+        first[l] = map.first[group.points.brick[l]];
+        stride[l] = map.stride[group.points.brick[l]];
+        exponent[l] = map.exponent[group.points.brick[l]];
+    }
+    LanePlaces at;
+    find_places(group.points, first, stride, at);
+    Lanes p;
+    for (uint32_t l = 0; l < lanes; ++l) p[l] = Real(1);
+    if (map.flux && !smoke.phase.isotropic()) {
+        Lanes flux[3];
+        for (int32_t c = 0; c < 3; ++c)
+            interpolate(
+                at, [&map, c](int32_t node) { return unpack_flux(map.flux[node])[c]; }, flux[c]);
+        for (uint32_t l = 0; l < lanes; ++l)
+            p[l] = phase_of_flux(smoke.phase, Vec3(flux[0][l], flux[1][l], flux[2][l]), out) * four_pi<Real>;
+        if (map.moments && takes_moments(smoke.phase.asymmetry())) {
+            Lanes more;
+            gather_moments(map, smoke.phase, group, out, more);
+            for (uint32_t l = 0; l < lanes; ++l) {
+                const Vec3 there(flux[0][l], flux[1][l], flux[2][l]);
+                p[l] = max(Real(0), p[l] + (more[l] - guessed_from_flux(smoke.phase, there, out)));
+            }
+        }
+    }
+    if (map.grey) {
+        Lanes value;
+        const uint32_t *values = map.value;
+        interpolate(
+            at, [values](int32_t node) { return Real(static_cast<int32_t>(values[node])); }, value);
+        for (uint32_t l = 0; l < lanes; ++l) p[l] *= scale_pow2(value[l], exponent[l] - grey_bits);
+        add(scattered, p, map.color);
+        return;
+    }
+    Lanes channel[3];
+    for (int32_t c = 0; c < 3; ++c) {
+        interpolate(
+            at, [&map, c](int32_t node) { return unpack_color(map.value[node], 0)[c]; }, channel[c]);
+        for (uint32_t l = 0; l < lanes; ++l) channel[c][l] = scale_pow2(channel[c][l], exponent[l]);
+    }
+    for (uint32_t l = 0; l < lanes; ++l) {
+        scattered.red[l] += p[l] * channel[0][l];
+        scattered.green[l] += p[l] * channel[1][l];
+        scattered.blue[l] += p[l] * channel[2][l];
+    }
+}
+
+// The ray so far.
+struct Progress {
+    Color radiance = Color(Real(0));
+    Depth depth;
+};
+
+// (1 - e^-s) / s without a branch; `e` is e^-s. (numerics E4)
+inline Real mean_transmittance_of(Real s, Real e) {
+    const Real series =
+        Real(1) -
+        s * (Real(0.5) - s * (Real(1.0 / 6) - s * (Real(1.0 / 24) - s * (Real(1.0 / 120) - s * Real(1.0 / 720)))));
+    const Real quotient = (Real(1) - e) / max(s, Real(0.125));
+    return s < Real(0.125) ? series : quotient;
+}
+
+// What is heard of a group: the parts of its sources.
+struct LaneParts {
+    LaneColor single, multiple, emission;
+};
+
+template <class M>
+WISP_VISITOR void march_lanes(const M &marcher, const Ray &ray, const BrickRay &in_bricks, Real length, Group &group,
+                              Progress &so_far) {
+    const Medium &medium = *marcher.medium;
+    const Bricks &bricks = *medium.bricks;
+    const Real step_length = marcher.step;
+    for (uint32_t l = 0; l < lanes; ++l) {
+        const Real from = Real(group.step[l]) * step_length;
+        group.dx[l] = max(Real(0), min(step_length, length - from));
+        group.t[l] = from + Real(0.5) * group.dx[l];
+    }
+    find_points(bricks, in_bricks, group.t, group.points);
+    for (uint32_t l = 0; l < lanes; ++l) group.dx[l] = group.points.inside[l] ? group.dx[l] : Real(0);
+    LanePlaces at;
+    find_places(group.points, 1, 1, at);
+    Lanes sigma;
+    LaneColor source;
+    for (uint32_t l = 0; l < lanes; ++l) sigma[l] = Real(0);
+    set(source, Color(Real(0)));
+    LaneParts parts;
+    if constexpr (is_heard<M>) {
+        set(parts.single, Color(Real(0)));
+        set(parts.multiple, Color(Real(0)));
+        set(parts.emission, Color(Real(0)));
+    }
+    for (uint32_t s = 0; s < medium.count; ++s) {
+        const Smoke &smoke = medium.smokes[s];
+        if (!smoke.field.is_bricks) continue;
+        Lanes here;
+        interpolate(at, smoke.field.bricks.extinction, here);
+        Real any = Real(0);
+        for (uint32_t l = 0; l < lanes; ++l) {
+            here[l] = group.dx[l] > Real(0) ? here[l] : Real(0);
+            any = max(any, here[l]);
+        }
+        if (!(any > Real(0))) continue;
+        const Color glow = (Color(Real(1)) - smoke.albedo) * smoke.emission;
+        LaneColor scattered;
+        set(scattered, Color(Real(0)));
+        gather_lights(marcher, smoke, ray, group, here, scattered);
+        if constexpr (is_heard<M>) {
+            LaneColor again;
+            set(again, Color(Real(0)));
+            gather_scattered(marcher, smoke, ray, group, again);
+            add(parts.single, here, scattered, smoke.albedo);
+            add(parts.multiple, here, again, smoke.albedo);
+            add(parts.emission, here, glow);
+        }
+        gather_scattered(marcher, smoke, ray, group, scattered);
+        for (uint32_t l = 0; l < lanes; ++l) {
+            sigma[l] += here[l];
+            source.red[l] += here[l] * (smoke.albedo.x * scattered.red[l] + glow.x);
+            source.green[l] += here[l] * (smoke.albedo.y * scattered.green[l] + glow.y);
+            source.blue[l] += here[l] * (smoke.albedo.z * scattered.blue[l] + glow.z);
+        }
+    }
+
+    // What of each step's source arrives: behind the depth before the group, and that of the steps before it.
+    Lanes depth, before, weight;
+    Real sum = Real(0);
+    for (uint32_t l = 0; l < lanes; ++l) depth[l] = sigma[l] * group.dx[l];
+    for (uint32_t l = 0; l < lanes; ++l) {
+        before[l] = sum;
+        sum += depth[l];
+    }
+    if (!(sum > Real(0))) return;
+    const Real so_deep = so_far.depth.value;
+    for (uint32_t l = 0; l < lanes; ++l)
+        weight[l] = exp(-(so_deep + before[l])) * mean_transmittance_of(depth[l], exp(-depth[l])) * group.dx[l];
+    for (uint32_t l = 0; l < lanes; ++l) {
+        source.red[l] *= weight[l];
+        source.green[l] *= weight[l];
+        source.blue[l] *= weight[l];
+    }
+    if constexpr (is_heard<M>)
+        for (uint32_t l = 0; l < lanes; ++l)
+            tell_step(marcher, group.step[l], group.begin + group.t[l], group.dx[l], sigma[l], so_deep + before[l],
+                      color_of(parts.single, l), color_of(parts.multiple, l), color_of(parts.emission, l),
+                      color_of(source, l));
+    so_far.radiance += Color(sum_of_lanes(source.red), sum_of_lanes(source.green), sum_of_lanes(source.blue));
+    so_far.depth.add(sum);
+}
+
+WISP_WIDE void march_group(const BrickMarcher &marcher, const Ray &ray, const BrickRay &in_bricks, Real length,
+                           Group &group, Progress &so_far) {
+    march_lanes(marcher, ray, in_bricks, length, group, so_far);
+}
+void march_group(const Heard<BrickMarcher> &marcher, const Ray &ray, const BrickRay &in_bricks, Real length,
+                 Group &group, Progress &so_far) {
+    march_lanes(marcher, ray, in_bricks, length, group, so_far);
+}
+
+template <class M> Through march_of(M &marcher, const Ray &ray, Real end) {
+    const Medium &medium = *marcher.medium;
+    Real begin = Real(0);
+    if (medium.empty() || !clip(medium.bounds, ray, begin, end)) return nothing_between();
+    const Ray inside = {ray.origin + ray.direction * begin, ray.direction};
+    const Real length = end - begin, inverse_step = Real(1) / marcher.step;
+    const int32_t steps = floor_to_int(length * inverse_step) + 1;
+    const BrickRay in_bricks(*medium.bricks, inside);
+    tell_march(marcher, begin, end, steps);
+    Progress so_far;
+    Group group;
+    group.begin = begin;
+    uint32_t waiting = 0; // steps of the next group
+    int32_t next = 0;     // the first step that no brick has had
+    for_each_brick(*medium.bricks, inside, Real(0), length, [&](uint32_t, Real from, Real to) {
+        // Steps whose middles lie in the brick: the first lies at or behind `from`.
+        const int32_t first = max(next, floor_to_int(from * inverse_step + Real(0.5)));
+        const int32_t last = to < length ? min(floor_to_int(to * inverse_step + Real(0.5)), steps) : steps;
+        for (int32_t i = first; i < last; ++i) {
+            group.step[waiting++] = i;
+            if (waiting < lanes) continue;
+            march_group(marcher, inside, in_bricks, length, group, so_far);
+            waiting = 0;
+            if (!(so_far.depth.value < opaque_depth)) return false;
+        }
+        marcher.statistics->smoke.march_samples += static_cast<uint64_t>(max(0, last - first));
+        next = max(next, last);
+        return true;
+    });
+    if (waiting > 0 && so_far.depth.value < opaque_depth) {
+        for (uint32_t l = waiting; l < lanes; ++l) group.step[l] = steps; // of no length
+        march_group(marcher, inside, in_bricks, length, group, so_far);
+    }
+    return tell_end(marcher, so_far.depth.value, {so_far.radiance, exp(-so_far.depth.value)});
+}
+
+} // namespace
+
+Through march(BrickMarcher &marcher, const Ray &ray, Real end) { return march_of(marcher, ray, end); }
+Through march(Heard<BrickMarcher> &marcher, const Ray &ray, Real end) { return march_of(marcher, ray, end); }
+
+} // namespace wisp::WISP_ARITH

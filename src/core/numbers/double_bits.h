@@ -1,0 +1,40 @@
+// What the core asks of the doubles in scenes and settings, by integers, with the results that an FPU gives:
+// fixed-point programs have no floating-point code at all. No NaN, no infinity.
+#pragma once
+#include "core/numbers/fixed.h"
+
+namespace wisp {
+
+// Ascends with x; 0 for either zero.
+template <class Float> constexpr auto order_of(Float x) {
+    using Signed = std::make_signed_t<detail::BitsOf<Float>>;
+    const Signed bits = static_cast<Signed>(detail::to_bits(x));
+    return bits < 0 ? std::numeric_limits<Signed>::min() - bits : bits;
+}
+
+namespace detail {
+// |x| = mantissa 2^exponent, 2^62 <= mantissa < 2^63 or 0.
+struct DoubleParts {
+    int64_t mantissa;
+    int exponent;
+};
+constexpr DoubleParts parts_of(double x) {
+    const uint64_t bits = to_bits(x) & (UINT64_MAX >> 1), field = bits >> 52;
+    const uint64_t mantissa = field == 0 ? bits : (bits & 0xfffffffffffff) | 0x10000000000000;
+    if (mantissa == 0) return {0, 0};
+    const int up = leading_zeros(mantissa) - 1;
+    return {static_cast<int64_t>(mantissa << up), static_cast<int>(field == 0 ? 1 : field) - 1075 - up};
+}
+} // namespace detail
+
+// a b, rounded to the nearest double; a product of 0 is +0.
+constexpr double product(double a, double b) {
+    using namespace detail;
+    const DoubleParts x = parts_of(a), y = parts_of(b);
+    const Wide exact = detail::product<Wide>(x.mantissa, y.mantissa);
+    // Of 60 bits or more, the last says whether anything is behind them.
+    const uint64_t magnitude = static_cast<uint64_t>(high_word(exact)) | (low_word(exact) != 0);
+    return nearest_float<double>((to_bits(a) ^ to_bits(b)) >> 63 != 0, magnitude, x.exponent + y.exponent + 64);
+}
+
+} // namespace wisp

@@ -1,0 +1,38 @@
+// Vectors of Real: GLM's types, + - * / and cross; products that must round once are our own.
+#pragma once
+#define GLM_FORCE_PURE
+#define GLM_FORCE_XYZW_ONLY
+#include "core/numbers/real.h"
+#include "wisp/scene.h"
+#include <glm/vec3.hpp>
+#include <glm/geometric.hpp>
+
+namespace wisp::WISP_ARITH {
+
+using Vec3 = glm::vec<3, Real, glm::defaultp>;
+using Color = Vec3; // linear R G B
+
+inline Vec3 vec_of(const Double3 &v) { return Vec3(to_real<Real>(v.x), to_real<Real>(v.y), to_real<Real>(v.z)); }
+
+// a.b; in fixed rounded once, from the exact 128-bit sum.
+inline Real dot(const Vec3 &a, const Vec3 &b) { return sum_of_products(a.x, b.x, a.y, b.y, a.z, b.z); }
+inline Real length(const Vec3 &v) { return sqrt(dot(v, v)); }
+// v / |v|; v must not be zero.
+inline Vec3 normalize(const Vec3 &v) { return v / length(v); }
+
+inline Vec3 lowest(const Vec3 &a, const Vec3 &b) { return Vec3(min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)); }
+inline Vec3 highest(const Vec3 &a, const Vec3 &b) { return Vec3(max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)); }
+inline Real largest(const Color &c) { return max(c.x, max(c.y, c.z)); }
+
+inline Real mix(Real a, Real b, Real t) { return a + t * (b - a); } // exact where a = b
+
+using wisp::scale_pow2;
+inline Vec3 scale_pow2(const Vec3 &v, int k) {
+    return Vec3(scale_pow2(v.x, k), scale_pow2(v.y, k), scale_pow2(v.z, k));
+}
+
+struct Box {
+    Vec3 low, high; // empty when low > high
+};
+
+} // namespace wisp::WISP_ARITH

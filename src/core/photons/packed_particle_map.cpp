@@ -1,0 +1,235 @@
+// Sums of deposits as entries of 4 or 8 bytes, and the source functions that they make (S4-3).
+#include "core/numbers/packed_light.h"
+#include "core/photons/packed_particle_map.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+int32_t length_of(int64_t x) { return x == 0 ? 0 : 64 - detail::leading_zeros(static_cast<uint64_t>(x)); }
+
+// n / 2^shift, rounded to nearest; n >= 0.
+uint32_t shifted(int64_t n, int32_t shift) {
+    if (shift <= 0) return static_cast<uint32_t>(n << -shift);
+    return static_cast<uint32_t>(min(((n >> (shift - 1)) + 1) >> 1, int64_t{0xffffffff}));
+}
+
+// Where light goes on an element: the flux relative to the power, or the mean direction, of length 1.
+uint32_t direction_of(const Deposits &deposits, const Color &photon_color, uint32_t element) {
+    const int64_t *sum = deposits.power + uint64_t{element} * deposits.channels;
+    const int64_t *flux = deposits.flux + uint64_t{element} * 3;
+    const bool one = deposits.channels == 1;
+    const int64_t power = one ? *sum : sum[0] + sum[1] + sum[2];
+    if (power <= 0) return 0;
+    const Vec3 sum_of_directions(photons_of(flux[0]), photons_of(flux[1]), photons_of(flux[2]));
+    if (deposits.kept == Direction::mean) {
+        const Real most = largest(highest(sum_of_directions, -sum_of_directions));
+        if (!(most > photons_of(power) * Real(0x1p-16))) return 0; // a direction out of rounding (D7)
+        return pack_flux(normalize(sum_of_directions / most));
+    }
+    const Real all = photons_of(power) * (one ? photon_color.x + photon_color.y + photon_color.z : Real(1));
+    return pack_flux(sum_of_directions / all);
+}
+
+void pack_entries(const Deposits &deposits, const Color &photon_color, MapEntries &entries) {
+    int64_t most = 0;
+    for (uint64_t i = 0; i < uint64_t{deposits.count} * deposits.channels; ++i) most = max(most, deposits.power[i]);
+    const bool one = deposits.channels == 1;
+    const int32_t length = length_of(most);
+    entries.exponent = one ? length - deposit_bits : exponent_for(photons_of(most));
+    for (uint32_t i = 0; i < deposits.count; ++i) {
+        const int64_t *sum = deposits.power + uint64_t{i} * deposits.channels;
+        entries.power[i] =
+            one ? shifted(*sum, length - 32)
+                : pack_color(Color(photons_of(sum[0]), photons_of(sum[1]), photons_of(sum[2])), entries.exponent);
+        if (entries.direction) entries.direction[i] = direction_of(deposits, photon_color, i);
+    }
+}
+
+// What all photons put on an element, in 2^exponent photons.
+Color power_of(const PackedMap &map, const MapEntries &entries, uint32_t element, int32_t exponent) {
+    const uint32_t power = entries.power[element];
+    if (map.one_channel) return map.photon_color * scaled_integer<Real>(power, entries.exponent - exponent - 32);
+    return unpack_color(power, entries.exponent - exponent);
+}
+
+// The flux that an element scatters, relative to its power: a mean direction counts as all of it, as in the paper.
+Vec3 flux_of(const PackedMap &map, const MapEntries &entries, uint32_t element) {
+    const Vec3 flux = unpack_flux(entries.direction[element]);
+    return map.kept == Direction::mean && entries.direction[element] != 0 ? normalize(flux) : flux;
+}
+
+struct Element {
+    Vec3 position;
+    Real cross_section; // the integral of its part of sigma_t
+};
+Element element_of(const Smoke &smoke, uint32_t index) {
+    if (smoke.field.is_grid) {
+        const GridField &grid = smoke.field.grid;
+        const Vec3 &edge = grid.between.edge;
+        return {position_of_sample(grid, index), grid.extinction[index] * edge.x * edge.y * edge.z};
+    }
+    const PointTree &tree = smoke.field.particles.tree;
+    return {Vec3(tree.x[index], tree.y[index], tree.z[index]),
+            to_real<Real>(smoke.source->particles[tree.id[index]].area)};
+}
+
+// power / cross-section * 2^exponent * unit, half of the scaling before the division: in fixed point neither leaves the
+// range.
+Color per_cross_section(const Color &power, Real cross_section, const PhotonUnit &unit) {
+    const int32_t half = unit.exponent / 2;
+    return scale_pow2(scale_pow2(power, half) * unit.unit / cross_section, unit.exponent - half);
+}
+
+// Sum of p times the light that was scattered before, towards the eye, at an element.
+Color multiple_scattering(const PackedMap &map, const Smoke &smoke, uint32_t index, uint32_t i, const Element &element,
+                          const Vec3 &eye) {
+    if (!map.of_smoke) return Color(Real(0));
+    const MapEntries &entries = map.of_smoke[index];
+    const Color power = power_of(map, entries, i, 0);
+    if (!(largest(power) > Real(0))) return power;
+    Real p = inv_four_pi<Real>;
+    if (entries.direction) {
+        const Vec3 way = eye - element.position;
+        const Real distance = length(way);
+        if (distance > Real(0)) p = phase_of_flux(smoke.phase, flux_of(map, entries, i), way / distance);
+    }
+    return per_cross_section(power * p, element.cross_section, map.unit);
+}
+
+// The elements of one smoke that carry power, as photons.
+bool make_element_map(const PackedMap &map, const Smoke &smoke, const MapEntries &entries, Arena &arena,
+                      PhotonMap &elements) {
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < entries.count; ++i) count += entries.power[i] != 0 ? 1 : 0;
+    const uint32_t slots = point_tree_slots(count);
+    Color *power = arena.make<Color>(slots);
+    Vec3 *flux = entries.direction ? arena.make<Vec3>(slots) : nullptr;
+    Vec3 *points = arena.make<Vec3>(count);
+    uint32_t *origin = arena.make<uint32_t>(count);
+    if (!power || (entries.direction && !flux) || !points || !origin) return false;
+    uint32_t next = 0;
+    for (uint32_t i = 0; i < entries.count; ++i) {
+        if (entries.power[i] == 0) continue;
+        origin[next] = i;
+        points[next++] = element_of(smoke, i).position;
+    }
+    elements = {};
+    elements.tree = build_point_tree(points, count, arena);
+    if (!elements.tree.ready) return false;
+    for (uint32_t slot = 0; slot < count; ++slot) {
+        const uint32_t i = origin[elements.tree.id[slot]];
+        power[slot] = power_of(map, entries, i, entries.exponent);
+        if (flux) flux[slot] = flux_of(map, entries, i);
+    }
+    elements.power = power;
+    elements.direction = flux;
+    elements.fluxes = true;
+    elements.unit = {map.unit.unit, map.unit.exponent + entries.exponent};
+    return true;
+}
+
+} // namespace
+
+MeanLight light_of_element(const PackedMap &map, const Smoke &smoke, uint32_t index, uint32_t element) {
+    const MapEntries &entries = map.of_smoke[index];
+    const Real cross_section = element_of(smoke, element).cross_section;
+    if (!(cross_section > Real(0))) return {Color(Real(0)), Vec3(Real(0))};
+    const Color power = power_of(map, entries, element, 0) * inv_four_pi<Real>;
+    return {per_cross_section(power, cross_section, map.unit),
+            entries.direction ? flux_of(map, entries, element) : Vec3(Real(0))};
+}
+
+bool make_packed_map(const Scene &scene, const PhotonNeeds &needs, Direction kept, Arena &arena, PackedMap &packed) {
+    packed = {};
+    if (!needs.traced) return true;
+    packed.of_smoke = arena.make<MapEntries>(scene.smoke_count);
+    if (!packed.of_smoke) return false;
+    packed.count = scene.smoke_count;
+    packed.one_channel = !needs.powers;
+    packed.kept = kept;
+    for (uint32_t i = 0; i < packed.count; ++i) {
+        const bool directions = order_of(scene.smokes[i].asymmetry) != 0;
+        MapEntries &entries = packed.of_smoke[i];
+        entries = {};
+        entries.count = elements_of(scene.smokes[i]);
+        entries.power = arena.make<uint32_t>(entries.count);
+        if (directions) entries.direction = arena.make<uint32_t>(entries.count);
+        if (!entries.power || (directions && !entries.direction)) return false;
+    }
+    return true;
+}
+
+uint64_t packed_map_bytes(const Scene &scene, const PhotonNeeds &needs) {
+    if (!needs.traced) return 0;
+    uint64_t bytes = Arena::bytes<MapEntries>(scene.smoke_count);
+    for (uint32_t i = 0; i < scene.smoke_count; ++i)
+        bytes +=
+            Arena::bytes<uint32_t>(elements_of(scene.smokes[i])) * (order_of(scene.smokes[i].asymmetry) != 0 ? 2 : 1);
+    return bytes;
+}
+
+uint64_t bytes_of(const PackedMap &map) {
+    uint64_t bytes = 0;
+    for (uint32_t i = 0; map.of_smoke && i < map.count; ++i)
+        bytes += uint64_t{map.of_smoke[i].count} * (map.of_smoke[i].direction ? 8 : 4);
+    return bytes;
+}
+
+void pack_map(const ParticleMap &map, PackedMap &packed) {
+    packed.photon_color = map.photon_color;
+    packed.unit = map.unit;
+    if (!map.of_smoke) packed.of_smoke = nullptr;
+    for (uint32_t i = 0; packed.of_smoke && i < packed.count; ++i)
+        pack_entries(map.of_smoke[i], map.photon_color, packed.of_smoke[i]);
+}
+
+const Color *const *make_sources(const Scene &scene, const Medium &medium, const PackedMap &map, const Vec3 &eye,
+                                 Arena &arena) {
+    const Color **sources = arena.make<const Color *>(medium.count);
+    if (!sources) return nullptr;
+    for (uint32_t s = 0; s < medium.count; ++s) {
+        const Smoke &smoke = medium.smokes[s];
+        const uint32_t count = elements_of(scene.smokes[s]);
+        Color *source = arena.make<Color>(count);
+        if (!source) return nullptr;
+        sources[s] = source;
+        const Color glow = (Color(Real(1)) - smoke.albedo) * smoke.emission;
+        for (uint32_t i = 0; i < count; ++i) {
+            const Element element = element_of(smoke, i);
+            source[i] = Color(Real(0));
+            if (element.cross_section > Real(0))
+                source[i] = smoke.albedo * multiple_scattering(map, smoke, s, i, element, eye) + glow;
+        }
+    }
+    return sources;
+}
+
+bool make_element_maps(const Medium &medium, const PackedMap &map, Arena &arena, const PhotonMap *&maps) {
+    maps = nullptr;
+    if (!map.of_smoke) return true;
+    PhotonMap *of_smoke = arena.make<PhotonMap>(medium.count);
+    if (!of_smoke) return false;
+    for (uint32_t i = 0; i < medium.count; ++i)
+        if (!make_element_map(map, medium.smokes[i], map.of_smoke[i], arena, of_smoke[i])) return false;
+    maps = of_smoke;
+    return true;
+}
+
+uint64_t element_map_bytes(const Scene &scene) {
+    uint64_t bytes = Arena::bytes<PhotonMap>(scene.smoke_count);
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        const uint32_t count = elements_of(scene.smokes[i]), slots = point_tree_slots(count);
+        bytes += 2 * Arena::bytes<Vec3>(slots) + Arena::bytes<Vec3>(count) + Arena::bytes<uint32_t>(count) +
+                 point_tree_bytes(count);
+    }
+    return bytes;
+}
+
+uint64_t source_bytes(const Scene &scene) {
+    uint64_t bytes = Arena::bytes<const Color *>(scene.smoke_count);
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) bytes += Arena::bytes<Color>(elements_of(scene.smokes[i]));
+    return bytes;
+}
+
+} // namespace wisp::WISP_ARITH

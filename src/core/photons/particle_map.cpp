@@ -1,0 +1,146 @@
+// Deposits on particles (S4-3).
+#include "core/photons/particle_map.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+int64_t to_units(Real x) { return round_to_int(scale_pow2(max(Real(-127), min(x, Real(127))), deposit_bits)); }
+
+// A share of a photon in units.
+struct Units {
+    int64_t power[3], flux[3];
+};
+Units units_of(const Deposits &deposits, const Color &photon, const Vec3 &direction, Real share) {
+    const Color power = photon * share;
+    const Vec3 flux = direction * (deposits.kept == Direction::mean ? share : power.x + power.y + power.z);
+    return {{to_units(deposits.channels == 1 ? share : power.x), to_units(power.y), to_units(power.z)},
+            {to_units(flux.x), to_units(flux.y), to_units(flux.z)}};
+}
+
+void add_power(const Deposits &deposits, uint32_t element, const Units &more, const Units &less) {
+    int64_t *sum = deposits.power + uint64_t{element} * deposits.channels;
+    for (uint32_t c = 0; c < deposits.channels; ++c) sum[c] += more.power[c] - less.power[c];
+}
+
+void add_flux(const Deposits &deposits, uint32_t element, const Units &more, const Units &less) {
+    if (!deposits.flux) return;
+    int64_t *sum = deposits.flux + uint64_t{element} * 3;
+    for (uint32_t c = 0; c < 3; ++c) sum[c] += more.flux[c] - less.flux[c];
+}
+
+void deposit(const Deposits &deposits, uint32_t element, const Color &photon, const Vec3 &direction, Real share) {
+    const Units units = units_of(deposits, photon, direction, share);
+    add_power(deposits, element, units, {});
+    add_flux(deposits, element, units, {});
+}
+
+// The sums of all smokes, one behind the other: powers, then fluxes. Made 0 where there are none yet.
+Status make_deposits(const Scene &scene, const PhotonNeeds &needs, Direction kept, MapSums &sums, Deposits *deposits) {
+    uint64_t count = 0;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        Deposits &d = deposits[i];
+        d = {};
+        d.count = elements_of(scene.smokes[i]);
+        d.channels = needs.powers ? 3 : 1;
+        d.kept = kept;
+        const auto take = [&](uint64_t numbers) {
+            count += numbers;
+            return count <= sums.capacity ? sums.values + (count - numbers) : nullptr;
+        };
+        d.power = take(uint64_t{d.count} * d.channels);
+        if (order_of(scene.smokes[i].asymmetry) != 0) d.flux = take(uint64_t{d.count} * 3);
+    }
+    if (sums.count != 0) return sums.count == count ? Status::done : Status::wrong_sums;
+    if (count > sums.capacity) return Status::out_of_memory;
+    sums.count = count;
+    for (uint64_t k = 0; k < count; ++k) sums.values[k] = 0;
+    return Status::done;
+}
+
+} // namespace
+
+bool deposit_by_kernel(const Deposits &deposits, const DensityField &field, const Vec3 &x, const Color &photon,
+                       const Vec3 &direction) {
+    Real total = Real(0), so_far = Real(0);
+    for_each_extinction(field, x, [&](uint32_t, Real part) { total += part; });
+    if (!(total > Real(0))) return false;
+    // Differences of what the shares so far come to: the last of these is the whole photon, to the unit.
+    const Units whole = units_of(deposits, photon, direction, Real(1));
+    Units before = {};
+    for_each_extinction(field, x, [&](uint32_t element, Real part) {
+        so_far += part;
+        const Units after = units_of(deposits, photon, direction, so_far / total);
+        add_power(deposits, element, after, before);
+        if (deposits.kept == Direction::mean)
+            add_flux(deposits, element, whole, {}); // w_t' += w_p; a sample at a border as often as it is a corner
+        else
+            add_flux(deposits, element, after, before);
+        before = after;
+    });
+    return true;
+}
+
+ParticleMapPlan plan_particle_map(const Scene &scene, const Settings &settings) {
+    ParticleMapPlan plan = {photon_needs(scene, settings), 0, 0};
+    if (!plan.needs.traced) return plan;
+    plan.bytes = Arena::bytes<Deposits>(scene.smoke_count) +
+                 Arena::bytes<Emitter>(uint64_t{scene.light_count} + scene.smoke_count);
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        const uint64_t count = elements_of(scene.smokes[i]);
+        plan.sums += count * ((plan.needs.powers ? 3 : 1) + (order_of(scene.smokes[i].asymmetry) != 0 ? 3 : 0));
+    }
+    plan.bytes += Arena::bytes<int64_t>(plan.sums);
+    return plan;
+}
+
+uint64_t most_deposits(const Settings &settings) {
+    // The largest is a flux: R + G + B of a photon, at most 3, or eight directions of a grid's corners; along a flight
+    // what to_units lets pass.
+    const int32_t bits = deposit_bits + (settings.deposit == Deposit::path ? 7 : 3);
+    return (uint64_t{1} << (63 - bits)) - (most_collisions + 1);
+}
+
+Status trace_particle_map(const Scene &scene, const Medium &medium, const Light *lights, const Settings &settings,
+                          const PhotonNeeds &needs, const Batches &batches, const Observer &observer, Arena &arena,
+                          MapSums &sums, Statistics &statistics, ParticleMap &map) {
+    map = {};
+    if (!needs.traced) return sums.count == 0 ? Status::done : Status::wrong_sums;
+    Deposits *deposits = arena.make<Deposits>(medium.count);
+    if (!deposits) return Status::out_of_memory;
+    const Status made = make_deposits(scene, needs, settings.direction, sums, deposits);
+    if (made != Status::done) return made;
+    const Emitters emitters = find_emitters(medium, lights, scene.light_count, arena);
+    if (!emitters.list) return Status::out_of_memory;
+    if (emitters.count == 0) return Status::done;
+    const auto &counts = statistics.photons;
+    const uint64_t most = most_deposits(settings);
+    bool fits = true;
+    const Status status = for_each_batch(settings.photons, batches, observer, [&](uint64_t batch, uint64_t photons) {
+        return for_each_photon(settings.seed, batch, photons, [&](uint64_t key) {
+            trace_photon(
+                medium, emitters, key, statistics,
+                [&](const MediumCollision &at, const Photon &arrived, const Color &power) {
+                    const Deposits &to = deposits[at.smoke];
+                    const Ray &ray = arrived.ray;
+                    if (settings.deposit == Deposit::exact) deposit(to, at.element, power, ray.direction, Real(1));
+                    const bool claimed =
+                        settings.deposit != Deposit::kernel ||
+                        deposit_by_kernel(to, medium.smokes[at.smoke].field, ray.origin, power, ray.direction);
+                    ++(claimed ? statistics.photons.stored : statistics.photons.unclaimed);
+                },
+                [&](const Photon &photon, Real end, const Color &power) {
+                    if (settings.deposit != Deposit::path) return;
+                    for (uint32_t s = 0; s < medium.count; ++s)
+                        for_each_depth(medium.smokes[s].field, photon.ray, end, [&](uint32_t element, Real depth) {
+                            deposit(deposits[s], element, power, photon.ray.direction, depth);
+                        });
+                });
+            return fits = counts.stored + counts.emitted <= most;
+        });
+    });
+    map = {deposits, emitters.list[0].photon_color, photon_unit(emitters.power, settings.photons)};
+    return fits ? status : Status::overflow;
+}
+
+} // namespace wisp::WISP_ARITH

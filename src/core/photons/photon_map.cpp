@@ -1,0 +1,224 @@
+// Photons: the store, the map, and the radiance estimate (S2).
+#include "core/photons/photon_map.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+// What the collisions leave behind, in the order of the photons.
+struct Store {
+    Vec3 *position, *direction; // direction, power and smoke may be nullptr: not needed
+    Color *power;
+    uint32_t *smoke;
+    uint64_t count, capacity;
+};
+
+bool make_store(const PhotonPlan &plan, uint32_t smokes, Arena &arena, Store &store) {
+    store = {};
+    store.capacity = plan.capacity;
+    store.position = arena.make<Vec3>(plan.capacity);
+    if (plan.directions) store.direction = arena.make<Vec3>(plan.capacity);
+    if (plan.powers) store.power = arena.make<Color>(plan.capacity);
+    if (smokes > 1) store.smoke = arena.make<uint32_t>(plan.capacity);
+    return store.position && (store.direction || !plan.directions) && (store.power || !plan.powers) &&
+           (store.smoke || smokes < 2);
+}
+
+// Photons of one batch. False when the store is too small, and then nothing of the batch remains.
+bool trace_batch(const Medium &medium, const Emitters &emitters, uint64_t seed, uint64_t batch, uint64_t photons,
+                 Store &store, Statistics &statistics) {
+    const Statistics before = statistics;
+    const uint64_t stored_before = store.count;
+    const bool done = for_each_photon(seed, batch, photons, [&](uint64_t key) {
+        bool room = true;
+        trace_photon(medium, emitters, key, statistics,
+                     [&](const MediumCollision &at, const Photon &arrived, const Color &power) {
+                         room = room && store.count < store.capacity;
+                         if (!room) return;
+                         store.position[store.count] = arrived.ray.origin;
+                         if (store.direction) store.direction[store.count] = arrived.ray.direction;
+                         if (store.power) store.power[store.count] = power;
+                         if (store.smoke) store.smoke[store.count] = at.smoke;
+                         ++store.count;
+                         ++statistics.photons.stored;
+                     });
+        return room;
+    });
+    if (done) return true;
+    statistics = before;
+    store.count = stored_before;
+    statistics.photons.store_full = true;
+    return false;
+}
+
+// The map of the photons that collided with smoke `index`.
+bool make_map(const Store &store, uint32_t index, Arena &arena, PhotonMap &map) {
+    const auto belongs = [&](uint64_t i) { return !store.smoke || store.smoke[i] == index; };
+    uint32_t count = 0;
+    for (uint64_t i = 0; i < store.count; ++i) count += belongs(i) ? 1 : 0;
+
+    const uint32_t slots = point_tree_slots(count);
+    Vec3 *direction = store.direction ? arena.make<Vec3>(slots) : nullptr;
+    Color *power = store.power ? arena.make<Color>(slots) : nullptr;
+    Vec3 *points = store.position;
+    uint32_t *origin = nullptr; // which stored photon each point is
+    if (store.smoke) {
+        points = arena.make<Vec3>(count);
+        origin = arena.make<uint32_t>(count);
+        if (!points || !origin) return false;
+        uint32_t next = 0;
+        for (uint64_t i = 0; i < store.count; ++i) {
+            if (!belongs(i)) continue;
+            origin[next] = static_cast<uint32_t>(i);
+            points[next++] = store.position[i];
+        }
+    }
+    if ((store.direction && !direction) || (store.power && !power)) return false;
+    map.tree = build_point_tree(points, count, arena);
+    if (!map.tree.ready) return false;
+    for (uint32_t slot = 0; slot < count; ++slot) {
+        const uint32_t photon = origin ? origin[map.tree.id[slot]] : map.tree.id[slot];
+        if (direction) direction[slot] = store.direction[photon];
+        if (power) power[slot] = store.power[photon];
+    }
+    map.direction = direction;
+    map.power = power;
+    return true;
+}
+
+} // namespace
+
+PhotonPlan plan_photons(const Scene &scene, const Settings &settings) {
+    const PhotonNeeds needs = photon_needs(scene, settings);
+    if (!needs.traced) return {};
+    PhotonPlan plan = {needs, 0, 0};
+    // Where more collisions are to be stored, tracing ends early and says so. A single batch has room for more.
+    constexpr uint64_t per_photon = 4, per_photon_of_one_batch = 64, most = 0x7fffffff;
+    const uint64_t of_one_batch = per_photon_of_one_batch * min(settings.photons, uint64_t{batch_photons});
+    plan.capacity = max(per_photon * min(settings.photons, most / per_photon), of_one_batch);
+    const uint64_t emitters = scene.light_count + scene.smoke_count;
+    plan.bytes = Arena::bytes<Emitter>(emitters) + Arena::bytes<PhotonMap>(scene.smoke_count) +
+                 Arena::bytes<Vec3>(plan.capacity);
+    const uint64_t payloads = (plan.directions ? 1 : 0) + (plan.powers ? 1 : 0);
+    // Each smoke's map is built at its turn: the slots of all together are the capacity and less than a leaf each.
+    const uint64_t slots = plan.capacity + scene.smoke_count * leaf_points;
+    plan.bytes += payloads * (Arena::bytes<Vec3>(plan.capacity) + Arena::bytes<Vec3>(slots));
+    plan.bytes += point_tree_bytes(static_cast<uint32_t>(plan.capacity));
+    if (scene.smoke_count > 1)
+        plan.bytes += 2 * Arena::bytes<uint32_t>(plan.capacity) + Arena::bytes<Vec3>(plan.capacity) +
+                      scene.smoke_count * (point_tree_bytes(leaf_points) + 4 * Arena::bytes<Vec3>(1));
+    return plan;
+}
+
+PhotonMaps trace_photons(const Medium &medium, const Light *lights, uint32_t light_count, const Settings &settings,
+                         const PhotonPlan &plan, const Observer &observer, Arena &arena, Statistics &statistics) {
+    if (!plan.traced) return {nullptr, Status::done};
+    PhotonMap *maps = arena.make<PhotonMap>(medium.count);
+    const Emitters emitters = find_emitters(medium, lights, light_count, arena);
+    Store store;
+    if (!maps || !emitters.list || !make_store(plan, medium.count, arena, store))
+        return {nullptr, Status::out_of_memory};
+    if (emitters.count == 0) return {nullptr, Status::done};
+
+    bool any = false;
+    const Status status =
+        for_each_batch(settings.photons, all_batches(settings), observer, [&](uint64_t batch, uint64_t photons) {
+            const bool done = trace_batch(medium, emitters, settings.seed, batch, photons, store, statistics);
+            any = any || done;
+            return done;
+        });
+    if (status != Status::done) return {nullptr, status};
+    if (!any) return {nullptr, Status::out_of_memory};
+
+    const size_t before = arena.mark();
+    for (uint32_t i = 0; i < medium.count; ++i) {
+        maps[i] = {};
+        maps[i].uniform_power = emitters.list[0].photon_color;
+        maps[i].unit = photon_unit(emitters.power, statistics.photons.emitted);
+        if (!make_map(store, i, arena, maps[i])) return {nullptr, Status::out_of_memory};
+    }
+    statistics.bytes.photon_map = arena.mark() - before;
+    return {maps, Status::done};
+}
+
+bool make_gather(uint32_t most, Arena &arena, Gather &gather) {
+    gather.most = most;
+    gather.slot = arena.make<uint32_t>(most);
+    gather.distance_squared = arena.make<Real>(most);
+    return gather.slot && gather.distance_squared && make_nearest_scratch(most, arena, gather.scratch);
+}
+
+uint64_t gather_bytes(uint32_t most) {
+    return Arena::bytes<uint32_t>(most) + Arena::bytes<Real>(most) + nearest_scratch_bytes(most);
+}
+
+namespace {
+
+// The photons of an estimate: add(photon) for each but the one on the ball's surface. Returns the ball's radius, 0
+// where there is no photon.
+template <class Add>
+Real for_each_near(const PhotonMap &map, const Vec3 &x, Real largest_radius, Gather &gather, Statistics &statistics,
+                   Add &&add) {
+    if (map.tree.count == 0) return Real(0);
+    const Nearest found =
+        nearest(map.tree, x, gather.most, largest_radius, gather.scratch, gather.slot, gather.distance_squared);
+    ++statistics.smoke.gathers;
+    statistics.smoke.gathered += found.count;
+    if (found.count == 0) return Real(0);
+    const bool full = found.count == gather.most;
+    const uint32_t left_out = full ? found.farthest : found.count;
+    for (uint32_t i = 0; i < found.count; ++i)
+        if (i != left_out) add(gather.slot[i]);
+    return full ? max(sqrt(found.radius_squared), largest_radius * Real(0.001)) : largest_radius;
+}
+
+const Color &power_of(const PhotonMap &map, uint32_t photon) {
+    return map.power ? map.power[photon] : map.uniform_power;
+}
+
+// / (4/3 pi r^3) * unit * 2^exponent, a third of the scaling after each division.
+Color per_volume(Color sum, Real radius, const PhotonUnit &unit) {
+    sum = sum * (unit.unit * (Real(3) * inv_four_pi<Real>));
+    const int32_t third = unit.exponent / 3;
+    sum = scale_pow2(sum / radius, third);
+    sum = scale_pow2(sum / radius, third);
+    return scale_pow2(sum / radius, unit.exponent - 2 * third);
+}
+
+} // namespace
+
+Color in_scattered(const PhotonMap &map, const Phase &phase, const Vec3 &x, const Vec3 &out, Real largest_radius,
+                   Gather &gather, Statistics &statistics) {
+    Color sum(Real(0));
+    const Real radius = for_each_near(map, x, largest_radius, gather, statistics, [&](uint32_t photon) {
+        const Color &power = power_of(map, photon);
+        if (!map.direction)
+            sum += power;
+        else if (map.fluxes)
+            sum += power * phase_of_flux(phase, map.direction[photon], out);
+        else
+            sum += power * phase(map.direction[photon], out);
+    });
+    if (!(radius > Real(0))) return sum;
+    if (!map.direction) sum = sum * inv_four_pi<Real>;
+    return per_volume(sum, radius, map.unit);
+}
+
+MeanLight scattered_evenly(const PhotonMap &map, const Vec3 &x, Real largest_radius, Gather &gather,
+                           Statistics &statistics) {
+    Color sum(Real(0));
+    Vec3 flux(Real(0));
+    const Real radius = for_each_near(map, x, largest_radius, gather, statistics, [&](uint32_t photon) {
+        const Color &power = power_of(map, photon);
+        sum += power;
+        if (map.direction) flux += map.direction[photon] * (power.x + power.y + power.z);
+    });
+    MeanLight light = {Color(Real(0)), Vec3(Real(0))};
+    if (!(radius > Real(0))) return light;
+    const Real all = sum.x + sum.y + sum.z;
+    if (all > Real(0)) light.flux = flux / all;
+    light.radiance = per_volume(sum * inv_four_pi<Real>, radius, map.unit);
+    return light;
+}
+
+} // namespace wisp::WISP_ARITH

@@ -1,0 +1,113 @@
+// Where photons come from, and whether any are needed (S2).
+#include "core/photons/photon_tracing.h"
+#include "core/photons/spherical_harmonics.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+// A photon of an emitter drawn in proportion to its largest channel, so that all photons carry the same there.
+const Emitter &choose(const Emitters &emitters, Event event) {
+    Real rest = unit_half_open<Real>(draw(event, dimension_light)) * emitters.power;
+    uint32_t i = 0;
+    for (; i + 1 < emitters.count; ++i) {
+        const Real power = largest(emitters.list[i].power);
+        if (rest < power) break;
+        rest -= power;
+    }
+    return emitters.list[i];
+}
+
+double largest_of(const Double3 &c) {
+    const auto larger = [](double a, double b) { return order_of(a) < order_of(b) ? b : a; };
+    return larger(c.x, larger(c.y, c.z));
+}
+bool same(double a, double b) { return order_of(a) == order_of(b); }
+
+} // namespace
+
+Emitters find_emitters(const Medium &medium, const Light *lights, uint32_t light_count, Arena &arena) {
+    Emitters emitters = {arena.make<Emitter>(light_count + medium.count), 0, Real(0)};
+    if (!emitters.list) return emitters;
+    const auto add = [&](const Emitter &emitter) {
+        if (!(largest(emitter.power) > Real(0))) return;
+        emitters.list[emitters.count++] = emitter;
+        emitters.power += largest(emitter.power);
+    };
+    for (uint32_t i = 0; i < light_count; ++i) add(make_emitter(lights[i], medium.sphere));
+    for (uint32_t i = 0; i < medium.count; ++i) {
+        const Color power = medium.smokes[i].emitted_power;
+        if (!(largest(power) > Real(0))) continue;
+        Emitter glow = {};
+        glow.smoke = i;
+        glow.power = power;
+        glow.photon_color = power / largest(power);
+        add(glow);
+    }
+    return emitters;
+}
+
+Birth emit_photon(const Medium &medium, const Emitters &emitters, uint64_t key) {
+    const Event birth = photon_event(key, 0);
+    const Emitter &emitter = choose(emitters, birth);
+    const Photon photon = emitter.light ? emit(emitter, medium.sphere, birth)
+                                        : emit_from_smoke(medium.smokes[emitter.smoke], emitter.photon_color, birth);
+    return {photon, &emitter};
+}
+
+bool is_stopped_before(const Medium &medium, const Birth &birth) {
+    const Light *light = birth.emitter->light;
+    if (!medium.surfaces || !light || light->kind != LightKind::parallel) return false;
+    const Ray &ray = birth.photon.ray;
+    TreeCounts unused = {};
+    return is_blocked(*medium.surfaces, {ray.origin, -ray.direction}, Real(0), path_end, no_triangle, unused);
+}
+
+PhotonUnit photon_unit(Real power, uint64_t emitted) {
+    if (emitted == 0 || !(power > Real(0))) return {Real(1), 0};
+    int32_t shift = 0; // emitted / 2^shift in [2^29, 2^30)
+    while (emitted >> (29 + shift) > 1) ++shift;
+    while (shift <= 0 && (emitted << -shift) >> 29 == 0) --shift;
+    const uint64_t mantissa = shift > 0 ? emitted >> shift : emitted << -shift;
+    Real unit = power / scale_pow2(Real(static_cast<int32_t>(mantissa)), -29);
+    int32_t exponent = -29 - shift;
+    for (; unit >= Real(2); ++exponent) unit = scale_pow2(unit, -1);
+    for (; unit < Real(1); --exponent) unit = scale_pow2(unit, 1);
+    return {unit, exponent};
+}
+
+PhotonNeeds photon_needs(const Scene &scene, const Settings &settings) {
+    PhotonNeeds needs = {};
+    bool scatters = false, glows = false, grey = true;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        const SmokeSource &smoke = scene.smokes[i];
+        if (smoke.empty()) continue;
+        if (any_above_zero(smoke.albedo)) scatters = true;
+        if (any_above_zero(smoke.emission)) glows = true;
+        const int64_t g = order_of(smoke.asymmetry), size = max(g, -g);
+        if (size > 0) needs.directions = true;
+        if (size > 0 && size <= order_of(most_asymmetry_of_moments)) needs.moments = true;
+        if (!same(smoke.albedo.x, smoke.albedo.y) || !same(smoke.albedo.y, smoke.albedo.z)) grey = false;
+    }
+    needs.traced = scatters && (glows || scene.light_count > 0) && settings.photons > 0;
+    if (!needs.traced) return {};
+    // All photons carry one and the same power where neither lights nor albedos tell them apart.
+    needs.powers = !grey || glows;
+    const Double3 *color = nullptr; // of the first light that is not black
+    for (uint32_t i = 0; i < scene.light_count; ++i) {
+        const Double3 &c = scene.lights[i].color;
+        const double brightest = largest_of(c);
+        if (!any_above_zero(c)) continue;
+        if (!color) color = &c;
+        const double first = largest_of(*color); // compared without dividing
+        const auto same_hue = [&](double mine, double other) {
+            return same(product(mine, first), product(other, brightest));
+        };
+        if (!same_hue(c.x, color->x) || !same_hue(c.y, color->y) || !same_hue(c.z, color->z) ||
+            scene.lights[i].kind == LightKind::constant)
+            needs.powers = true;
+    }
+    return needs;
+}
+
+} // namespace wisp::WISP_ARITH

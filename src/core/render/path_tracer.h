@@ -1,0 +1,47 @@
+// The truth that every other method is measured against: unbiased volumetric path tracing.
+//
+// It shares the density fields, the lights' formulas and the phase function with the rest, and nothing of the photons:
+// free paths are Woodcock's delta tracking against local majorants (where photons use exact collisions), draws come
+// from a generator in sequence (where photons hash), and light arrives by next-event estimation. Slow and simple.
+#pragma once
+#include "core/march/ray_march.h"
+#include "core/numbers/random.h"
+#include "wisp/arena.h"
+#include "wisp/wisp.h"
+
+namespace wisp::WISP_ARITH {
+
+// Upper bounds of the medium's sigma_t, one a cell.
+struct Majorants {
+    Lattice lattice;
+    const Real *sigma; // of each cell, x fastest; nullptr: the arena was too small
+};
+// Cells of about the length `edge`, larger where there would be too many.
+Majorants make_majorants(const Medium &medium, Real edge, Arena &arena);
+
+// All that a path asks of the scene.
+struct PathTracer {
+    const Medium *medium;
+    const Light *lights;
+    uint32_t light_count;
+    Majorants majorants;
+    Statistics *statistics;
+    Shadows *shadows; // of surfaces; nullptr: there are none
+};
+
+// Where a free path along the ray ends, if before `end`: the collision's distance, and with whose density.
+// Unbiased: tentative collisions of rate sigma_m are real ones with probability sigma_t / sigma_m.
+MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 &generator);
+
+// `radiance`, and one sample of what smoke sends along the ray from distances 0 to `end`: its expectation is right
+// (S1). A path that meets a surface ends there: those give no light to smoke.
+Color sample_radiance(const PathTracer &tracer, Ray ray, Real end, Color radiance, Pcg32 &generator);
+
+uint64_t reference_bytes(const Scene &scene);
+bool make_path_tracer(const Scene &scene, const Medium &medium, const Light *lights, Shadows *shadows, Arena &arena,
+                      Statistics &statistics, PathTracer &tracer); // false: the arena was too small
+
+// A pixel's pass has draws of its own: a crop, or a part of the passes, is a part of the whole.
+Pcg32 pass_generator(const Settings &settings, uint32_t pass, int32_t x, int32_t y);
+
+} // namespace wisp::WISP_ARITH

@@ -1,0 +1,299 @@
+// Whitted's recursive ray tracing.
+#include "core/render/whitted.h"
+#include "core/surfaces/texture.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+constexpr Real least_weight = Real(0.01); // of a ray in its pixel: lighter ones are not sent
+
+// A ray and the cone of what its pixel sees by it.
+struct Beam {
+    Ray ray;
+    Real width; // of the cone at the ray's origin
+    uint32_t skip;
+};
+
+// A point of a surface, turned towards the ray that met it.
+struct Point {
+    Vec3 position;
+    Vec3 plane;   // the triangle's normal, on the ray's side
+    Vec3 normal;  // the interpolated one, on the same side of the plane as `plane`
+    bool entered; // the ray came from outside
+    const SurfaceMaterial *material;
+    Color texture;
+    uint32_t triangle;
+    bool still; // it never moves
+    Real u, v;  // in the triangle
+    uint32_t body;
+    Real width; // of the cone
+};
+
+Real largest_size(const Vec3 &v) { return max(abs(v.x), max(abs(v.y), abs(v.z))); }
+Vec3 applied(const Vec3 axis[3], const Vec3 &v) { return axis[0] * v.x + axis[1] * v.y + axis[2] * v.z; }
+Real binary_log(Real x) { return log(x) * Real(1.44269504088896340736); }
+Vec3 mirrored(const Vec3 &direction, const Vec3 &normal) {
+    return direction - normal * (Real(2) * dot(direction, normal));
+}
+
+// The mean of the triangle's texture in the beam's footprint: as wide as the cone, and longer the more it is slanted.
+// `area` is twice the triangle's.
+WISP_VISITOR Color texture_of(const Scene &scene, const Triangle &triangle, const Vec3 &share, Real width, Real cosine,
+                              Real area) {
+    const Texture &texture = scene.textures[triangle.texture];
+    Real u[3], v[3];
+    for (int i = 0; i < 3; ++i) {
+        u[i] = to_real<Real>(triangle.texel[i][0]);
+        v[i] = to_real<Real>(triangle.texel[i][1]);
+    }
+    const Real pictures = abs((u[1] - u[0]) * (v[2] - v[0]) - (u[2] - u[0]) * (v[1] - v[0]));
+    Real lod = Real(0);
+    if (pictures > Real(0) && width > Real(0) && area > Real(0)) {
+        const Real texels = binary_log(pictures) + binary_log(Real(texture.width)) + binary_log(Real(texture.height));
+        lod = binary_log(width) + (texels - binary_log(area) - binary_log(max(cosine, Real(1.0 / 64)))) * Real(0.5);
+    }
+    return texture_at(texture, u[0] * share.x + u[1] * share.y + u[2] * share.z,
+                      v[0] * share.x + v[1] * share.y + v[2] * share.z, lod);
+}
+
+template <class T> Point point_at(const T &tracer, const Beam &beam, const Hit &hit) {
+    const Scene &scene = *tracer.scene;
+    const Triangle &triangle = scene.triangles[hit.triangle];
+    const PlacedBody *body = hit.body < tracer.surfaces->body_count ? &tracer.surfaces->bodies[hit.body] : nullptr;
+    Vec3 corner = vec_of(triangle.corner[0]), edge1 = vec_of(triangle.corner[1]) - corner,
+         edge2 = vec_of(triangle.corner[2]) - corner;
+    if (body) { // edges apart from where it is: far out, corners of small bodies have no digits left
+        corner = body->origin + applied(body->axis, corner);
+        edge1 = applied(body->axis, edge1);
+        edge2 = applied(body->axis, edge2);
+    }
+    const Vec3 share(Real(1) - hit.u - hit.v, hit.u, hit.v);
+    Point point;
+    // Of edges about 1 long: in fixed point the product of short ones has no digits left.
+    const Real size1 = largest_size(edge1), size2 = largest_size(edge2);
+    const Vec3 product = cross(edge1 / size1, edge2 / size2);
+    const Real sine = length(product);
+    point.plane = sine > Real(0) ? product / sine : -beam.ray.direction;
+    point.position = corner + edge1 * hit.u + edge2 * hit.v;
+    point.normal = point.plane;
+    const Double3 &n = triangle.normal[0];
+    if (order_of(n.x) != 0 || order_of(n.y) != 0 || order_of(n.z) != 0) {
+        Vec3 normal = vec_of(n) * share.x + vec_of(triangle.normal[1]) * share.y + vec_of(triangle.normal[2]) * share.z;
+        if (length(normal) > Real(0x1p-12)) {
+            if (body) { // by the inverse transpose, which may be small
+                const Vec3 *inverse = body->inverse;
+                normal = Vec3(dot(inverse[0], normal), dot(inverse[1], normal), dot(inverse[2], normal));
+                const Real size = largest_size(normal);
+                normal = size > Real(0) ? normal / size : point.plane;
+            }
+            point.normal = normalize(normal);
+        }
+        if (dot(point.plane, point.normal) < Real(0)) point.plane = -point.plane; // vertex normals know the outside
+    }
+    const Real cosine = -dot(point.plane, beam.ray.direction);
+    point.entered = !(cosine < Real(0));
+    if (!point.entered) {
+        point.plane = -point.plane;
+        point.normal = -point.normal;
+    }
+    point.material = &tracer.materials[triangle.material];
+    point.triangle = hit.triangle;
+    point.still = hit.triangle < tracer.surfaces->still_count;
+    point.u = hit.u;
+    point.v = hit.v;
+    point.body = hit.body;
+    point.width = beam.width + tracer.spread * hit.distance;
+    point.texture = triangle.texture < 0
+                        ? Color(Real(1))
+                        : texture_of(scene, triangle, share, point.width, abs(cosine), sine * size1 * size2);
+    return point;
+}
+
+// What the irradiance from light i is multiplied by, seen along `direction`; false: nothing comes of it. A light behind
+// the triangle's plane gives nothing, whatever the interpolated normal says, and none is blocked by the triangle
+// itself.
+template <class T>
+bool respond(const T &tracer, const Point &point, const Vec3 &direction, uint32_t i, const Illumination &from,
+             Color &factor) {
+    const SurfaceMaterial &material = *point.material;
+    const Vec3 to_light = -from.direction;
+    const Real cosine = dot(point.normal, to_light);
+    LightNote<is_heard<T>> note(tracer, *tracer.statistics, i, from);
+    if (!(dot(point.plane, to_light) > Real(0)) || !(cosine > Real(0)) || !(largest(from.irradiance) > Real(0))) {
+        if constexpr (is_heard<T>) note.entry.faces = false;
+        return false;
+    }
+    const ShadowQuery query = {{point.position, to_light},
+                               from.distance - tracer.surfaces->skin,
+                               i,
+                               point.triangle,
+                               point.still,
+                               point.u,
+                               point.v,
+                               point.body};
+    if (note.is_blocked(tracer.shadows, [&] { return is_shadowed(*tracer.shadows, query); })) return false;
+    Real passing = Real(1);
+    if (tracer.medium) {
+        const Real depth = optical_depth(*tracer.medium, query.ray, from.distance);
+        passing = exp(-depth);
+        note.passes(depth, passing);
+    }
+    const Real lambert = tracer.lights[i].kind == LightKind::constant ? cosine : cosine * inv_pi<Real>;
+    const Real highlight = power(dot(mirrored(-to_light, point.normal), -direction), material.shininess);
+    factor = (material.diffuse * point.texture * lambert + material.specular * highlight) * passing;
+    if constexpr (is_heard<T>) note.gives(from.irradiance * factor);
+    return true;
+}
+
+// What the lights give, seen along `direction`.
+template <class T> Color direct_light(const T &tracer, const Point &point, const Vec3 &direction) {
+    Color sum(Real(0)), factor;
+    if (!tracer.cuts) {
+        for (uint32_t i = 0; i < tracer.scene->light_count; ++i) {
+            const Illumination from = illuminate(tracer.lights[i], point.position, point.position, point.position);
+            if (respond(tracer, point, direction, i, from, factor)) sum += from.irradiance * factor;
+        }
+        return sum;
+    }
+    const LitPoint lit = {point.position,
+                          point.plane,
+                          point.normal,
+                          mirrored(direction, point.normal),
+                          point.material->diffuse * point.texture,
+                          point.material->specular,
+                          point.material->shininess};
+    if (!(largest(lit.diffuse) > Real(0)) && !(largest(lit.specular) > Real(0))) return sum;
+    const auto ask = [&](uint32_t i, const Illumination &from) {
+        return respond(tracer, point, direction, i, from, factor) ? factor : Color(Real(0));
+    };
+    return light_of_cut(*tracer.cuts, lit, ask).sum;
+}
+
+template <class T> Color trace(const T &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight);
+
+// A ray that leaves the point, if it is worth it.
+template <class T>
+Color follow(const T &tracer, const Point &point, const Vec3 &direction, const Color &share, uint32_t depth,
+             Real weight, RayKind kind, uint64_t &count) {
+    const Real rest = weight * largest(share);
+    if (depth == tracer.depth || rest < least_weight) {
+        if constexpr (is_heard<T>)
+            if (rest > Real(0))
+                tell(*tracer.journal, JournalEntry::Unsent{kind, told(share), to_double(rest), !(rest < least_weight)});
+        return Color(Real(0));
+    }
+    ++count;
+    if constexpr (is_heard<T>)
+        tell(*tracer.journal,
+             JournalEntry::Ray{kind, depth + 1, told(point.position), told(direction), told(share), to_double(rest)});
+    const Beam beam = {{point.position, direction}, point.width, point.triangle};
+    return share * trace(tracer, beam, tracer.surfaces->skin, depth + 1, rest);
+}
+
+// The direction off the surface, on this side of its plane: where the interpolated normal would send the ray through
+// it, the plane's own mirrors.
+WISP_VISITOR Vec3 reflection(const Point &point, const Vec3 &direction) {
+    const Vec3 way = mirrored(direction, point.normal);
+    return normalize(dot(way, point.plane) > Real(0) ? way : mirrored(direction, point.plane));
+}
+
+// Snell's law; false: all is reflected. Behind the plane in any case.
+WISP_VISITOR bool refraction(const Point &point, const Vec3 &direction, Vec3 &way) {
+    const Real index = point.material->index, ratio = point.entered ? Real(1) / index : index;
+    if (ratio == Real(1)) {
+        way = direction;
+        return true;
+    }
+    const Vec3 &normal = dot(direction, point.normal) < Real(0) ? point.normal : point.plane;
+    const Real cosine = -dot(direction, normal), rest = Real(1) - ratio * ratio * (Real(1) - cosine * cosine);
+    if (rest < Real(0)) return false;
+    way = normalize(direction * ratio + normal * (ratio * cosine - sqrt(rest)));
+    if (!(dot(way, point.plane) < Real(0))) way = direction;
+    return true;
+}
+
+// What there is to tell of a hit.
+JournalEntry::Hit hit_entry(const Whitted &tracer, const Hit &hit, const Point &point, const Color &ambient) {
+    const Triangle &triangle = tracer.scene->triangles[hit.triangle];
+    JournalEntry::Hit entry = {};
+    entry.distance = to_double(hit.distance);
+    entry.triangle = hit.triangle;
+    entry.body = hit.body < tracer.surfaces->body_count ? static_cast<int32_t>(hit.body) : -1;
+    entry.still = point.still;
+    entry.material = triangle.material;
+    entry.texture = triangle.texture;
+    entry.u = to_double(hit.u);
+    entry.v = to_double(hit.v);
+    entry.point = told(point.position);
+    entry.plane = told(point.plane);
+    entry.normal = told(point.normal);
+    entry.entered = point.entered;
+    entry.texture_color = told(point.texture);
+    entry.ambient = told(ambient);
+    return entry;
+}
+
+// What the surface that a beam hits, if any, sends back along it.
+template <class T> Color shade(const T &tracer, const Beam &beam, const Hit &hit, uint32_t depth, Real weight) {
+    if (!hit.found) return tracer.background;
+    const Point point = point_at(tracer, beam, hit);
+    const SurfaceMaterial &material = *point.material;
+    const Vec3 &direction = beam.ray.direction;
+    Color radiance = material.ambient * point.texture;
+    if constexpr (is_heard<T>) tell(*tracer.journal, hit_entry(tracer, hit, point, radiance));
+    const Color lit = direct_light(tracer, point, direction);
+    if constexpr (is_heard<T>) tell(*tracer.journal, JournalEntry::Lit{told(lit)});
+    radiance += lit;
+    const Color passing(material.transmission);
+    Vec3 inside;
+    const bool passes = material.transmission > Real(0) && refraction(point, direction, inside);
+    const Color mirror = material.specular + (passes ? Color(Real(0)) : passing);
+    auto &rays = tracer.statistics->rays;
+    radiance +=
+        follow(tracer, point, reflection(point, direction), mirror, depth, weight, RayKind::reflected, rays.reflected);
+    if (passes) radiance += follow(tracer, point, inside, passing, depth, weight, RayKind::refracted, rays.refracted);
+    return radiance;
+}
+
+template <class T> Color trace(const T &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight) {
+    TreeCounts unused = {};
+    const Hit hit = nearest_hit(*tracer.surfaces, beam.ray, begin, path_end, beam.skip, unused);
+    if (depth == 0) see(*tracer.shadows, beam.ray, hit);
+    if (!tracer.medium) {
+        const Color radiance = shade(tracer, beam, hit, depth, weight);
+        tell_ray_end(tracer, hit.found, nothing_between(), radiance, radiance);
+        return radiance;
+    }
+    const Through smoke = tracer.through(tracer.marcher, beam.ray, hit.found ? hit.distance : path_end);
+    const Color behind = shade(tracer, beam, hit, depth, weight * smoke.transmittance);
+    const Color radiance = smoke.radiance + behind * smoke.transmittance;
+    tell_ray_end(tracer, hit.found, smoke, behind, radiance);
+    return radiance;
+}
+
+} // namespace
+
+SurfaceMaterial *make_surface_materials(const Scene &scene, Arena &arena) {
+    SurfaceMaterial *materials = arena.make<SurfaceMaterial>(scene.material_count);
+    for (uint32_t i = 0; materials && i < scene.material_count; ++i) {
+        const Material &m = scene.materials[i];
+        materials[i] = {vec_of(m.ambient),
+                        vec_of(m.diffuse),
+                        vec_of(m.specular),
+                        to_real<Real>(m.shininess),
+                        to_real<Real>(m.transmission),
+                        to_real<Real>(m.index)};
+    }
+    return materials;
+}
+
+Color trace(const Whitted &tracer, const Ray &ray) {
+    return trace(tracer, {ray, Real(0), no_triangle}, Real(0), 0, Real(1));
+}
+Color trace(const Heard<Whitted> &tracer, const Ray &ray) {
+    tell_camera_ray(tracer, ray);
+    return trace(tracer, {ray, Real(0), no_triangle}, Real(0), 0, Real(1));
+}
+
+} // namespace wisp::WISP_ARITH

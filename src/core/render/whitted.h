@@ -1,0 +1,42 @@
+// Whitted's recursive ray tracing: ambient and diffuse light, Phong's highlights, reflection, refraction, hard shadows.
+//
+//     I = am A tex + sum over lights of E (D tex max(0, N L) + S max(0, R V)^shininess) + S reflected + T transmitted
+//
+// where tex is the texture's colour and E D is divided by pi for lights of physical units (all but `l`). Smoke dims E,
+// and what each ray sees, camera ray, reflected or refracted: it is where its particles are, in glass, too.
+#pragma once
+#include "core/lights/lightcuts.h"
+#include "core/march/ray_march.h"
+#include "core/shadows/shadows.h"
+
+namespace wisp::WISP_ARITH {
+
+struct SurfaceMaterial {
+    Color ambient, diffuse, specular;
+    Real shininess, transmission, index;
+};
+SurfaceMaterial *make_surface_materials(const Scene &scene, Arena &arena); // nullptr: the arena was too small
+
+// What the rays of one frame have in common.
+struct Whitted {
+    const Scene *scene;
+    const Surfaces *surfaces;
+    const SurfaceMaterial *materials;
+    const Light *lights;
+    Shadows *shadows;
+    Color background;
+    uint32_t depth; // of the longest chain of rays behind the camera's
+    Real spread;    // by which a camera ray widens on a unit of its way: the edge of a pixel
+    Statistics *statistics;
+    const LightCuts *cuts = nullptr; // where not every light is asked
+    // Smoke, where there is any: what lights shine through, and what a ray sees of it up to a distance.
+    const Medium *medium = nullptr;
+    void *marcher = nullptr;
+    Through (*through)(void *marcher, const Ray &ray, Real end) = nullptr;
+};
+
+// Radiance along a camera ray.
+Color trace(const Whitted &tracer, const Ray &ray);
+Color trace(const Heard<Whitted> &tracer, const Ray &ray);
+
+} // namespace wisp::WISP_ARITH

@@ -1,0 +1,262 @@
+// What can stop a shadow ray that starts anywhere in a box.
+#include "core/shadows/box_shaft.h"
+#include <algorithm>
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+constexpr int lattice_bits = 26, finer = 3; // the tree's coordinates are below 2^23 steps
+constexpr uint32_t leaf_axis = 3;
+
+using Triple = LatticePoint;
+
+Triple minus(const Triple &a, const Triple &b) { return {{a.x[0] - b.x[0], a.x[1] - b.x[1], a.x[2] - b.x[2]}}; }
+Triple cross_product(const Triple &a, const Triple &b) {
+    return {{a.x[1] * b.x[2] - a.x[2] * b.x[1], a.x[2] * b.x[0] - a.x[0] * b.x[2], a.x[0] * b.x[1] - a.x[1] * b.x[0]}};
+}
+detail::Wide wide_dot(const Triple &a, const Triple &b) {
+    return detail::product<detail::Wide>(a.x[0], b.x[0]) + detail::product<detail::Wide>(a.x[1], b.x[1]) +
+           detail::product<detail::Wide>(a.x[2], b.x[2]);
+}
+// Of w: 1 or -1 where its magnitude is above the slack, which is not negative; else 0.
+int sign_beyond(detail::Wide w, detail::Wide slack) {
+    const bool negative = detail::high_word(w) < 0;
+    const detail::Wide rest = (negative ? detail::negated(w) : w) + detail::negated(slack);
+    if (detail::high_word(rest) < 0 || detail::is_zero(rest)) return 0;
+    return negative ? -1 : 1;
+}
+LatticePoint corner_of(const LatticeBounds &box, int i) {
+    return {{(i & 1 ? box.high : box.low).x[0], (i & 2 ? box.high : box.low).x[1], (i & 4 ? box.high : box.low).x[2]}};
+}
+LatticeBounds widened(LatticeBounds box, int64_t by) {
+    for (int a = 0; a < 3; ++a) {
+        box.low.x[a] -= by;
+        box.high.x[a] += by;
+    }
+    return box;
+}
+
+int64_t plane_of(uint32_t value, const TriangleTree &tree) { // in the tree's own steps
+    if constexpr (std::is_same_v<Real, Fixed>) return static_cast<int32_t>(value);
+    return floor_to_int(scale_pow2(detail::from_bits<float>(value), -tree.step_exponent));
+}
+
+void lattice_triangle(const Scene &scene, uint32_t triangle, int exponent, LatticePoint (&corner)[3]) {
+    for (int c = 0; c < 3; ++c) corner[c] = lattice_point(vec_of(scene.triangles[triangle].corner[c]), exponent);
+}
+
+} // namespace
+
+int still_exponent(const TriangleTree &still) { return still.step_exponent - finer; }
+
+int exponent_for(const TriangleTree &still, Real farthest) {
+    int exponent = still_exponent(still);
+    while (!(farthest < scale_pow2(Real(1), min(exponent + lattice_bits, 30)))) ++exponent;
+    return exponent;
+}
+
+int light_exponent(const TriangleTree &still, const Light &light) {
+    if (light.kind == LightKind::parallel) return still_exponent(still);
+    const Vec3 &p = light.position;
+    return exponent_for(still, max(abs(p.x), max(abs(p.y), abs(p.z))));
+}
+
+ShaftLattice make_shaft_lattice(const Surfaces &surfaces, int exponent) {
+    const auto steps = [exponent](Real length) { return int64_t{floor_to_int(scale_pow2(length, -exponent))} + 1; };
+    const int64_t error = std::is_same_v<Real, float>    ? 1 << 8
+                          : std::is_same_v<Real, double> ? 1
+                                                         : steps(Real(0x1p-14));
+    const int64_t blur = std::is_same_v<Real, float> ? 1 << 6 : error + 1;
+    return {exponent, error + 3, blur, steps(surfaces.skin)};
+}
+
+bool follow_light(ShaftLight &light, const Shadows &shadows, uint32_t number, bool known) {
+    if (known && same_shadows(light.light, shadows.lights[number])) return false;
+    light.light = shadows.lights[number];
+    light.lattice = make_shaft_lattice(*shadows.surfaces, light_exponent(shadows.surfaces->still, light.light));
+    return true;
+}
+
+bool is_on_lattice(const TriangleTree &still, const Vec3 &p) {
+    const Real farthest = still.largest * Real(2); // the lattice reaches as far
+    return abs(p.x) <= farthest && abs(p.y) <= farthest && abs(p.z) <= farthest;
+}
+
+LatticePoint lattice_point(const Vec3 &p, int exponent) {
+    return {{floor_to_int(scale_pow2(p.x, -exponent)), floor_to_int(scale_pow2(p.y, -exponent)),
+             floor_to_int(scale_pow2(p.z, -exponent))}};
+}
+
+Shaft::Shaft(const ShaftLattice &lattice, const LatticeBounds &box, const Light &light)
+    : lattice_(lattice), from_(widened(box, lattice.margin)), to_(from_) {
+    if (light.kind == LightKind::parallel) {
+        // 2^(lattice_bits + 2) steps lead beyond all that is still.
+        const LatticePoint way = lattice_point(light.direction, -lattice_bits - 2);
+        to_ = {minus(from_.low, way), minus(from_.high, way)};
+    } else {
+        const LatticePoint at = lattice_point(light.position, lattice.exponent);
+        to_ = widened({at, at}, lattice.margin);
+    }
+    for (int a = 0; a < 3; ++a) {
+        around_.low.x[a] = std::min(from_.low.x[a], to_.low.x[a]);
+        around_.high.x[a] = std::max(from_.high.x[a], to_.high.x[a]);
+    }
+    // Along each axis the shaft is seen as the hull of two rectangles. A line through corners of the same name is a
+    // side where that corner is the farthest along its normal.
+    for (int a = 0; a < 3; ++a) {
+        const int b = a == 2 ? 0 : a + 1;
+        for (int name = 0; name < 4; ++name) {
+            const bool high_a = name & 1, high_b = name & 2;
+            const int64_t at_a = (high_a ? from_.high : from_.low).x[a], at_b = (high_b ? from_.high : from_.low).x[b];
+            const int64_t d_a = (high_a ? to_.high : to_.low).x[a] - at_a,
+                          d_b = (high_b ? to_.high : to_.low).x[b] - at_b;
+            for (const int sign : {1, -1}) {
+                const int64_t n_a = sign * d_b, n_b = -sign * d_a;
+                if ((n_a == 0 && n_b == 0) || (high_a ? n_a < 0 : n_a > 0) || (high_b ? n_b < 0 : n_b > 0)) continue;
+                side_[side_count_++] = {{a, b}, {n_a, n_b}, {at_a, at_b}};
+                break;
+            }
+        }
+    }
+}
+
+bool Shaft::may_meet(const LatticeBounds &box) const {
+    for (int a = 0; a < 3; ++a)
+        if (box.high.x[a] < around_.low.x[a] || box.low.x[a] > around_.high.x[a]) return false;
+    for (int i = 0; i < side_count_; ++i) {
+        const Side &side = side_[i];
+        int64_t least = 0;
+        for (int k = 0; k < 2; ++k) {
+            const int a = side.axis[k];
+            least += side.normal[k] * ((side.normal[k] > 0 ? box.low : box.high).x[a] - side.at[k]);
+        }
+        if (least > 0) return false;
+    }
+    return true;
+}
+
+bool Shaft::may_meet(const LatticePoint (&t)[3]) const {
+    LatticeBounds box = {t[0], t[0]};
+    for (int a = 0; a < 3; ++a) {
+        box.low.x[a] = std::min(t[0].x[a], std::min(t[1].x[a], t[2].x[a]));
+        box.high.x[a] = std::max(t[0].x[a], std::max(t[1].x[a], t[2].x[a]));
+        if (box.high.x[a] < around_.low.x[a] || box.low.x[a] > around_.high.x[a]) return false;
+    }
+    for (int i = 0; i < side_count_; ++i) {
+        const Side &side = side_[i];
+        bool outside = true;
+        for (const LatticePoint &p : t)
+            outside = outside && side.normal[0] * (p.x[side.axis[0]] - side.at[0]) +
+                                         side.normal[1] * (p.x[side.axis[1]] - side.at[1]) >
+                                     0;
+        if (outside) return false;
+    }
+    const Triple normal = cross_product(minus(t[1], t[0]), minus(t[2], t[0]));
+    const detail::Wide none = detail::join<detail::Wide>(0, 0);
+    const int first = sign_beyond(wide_dot(normal, minus(from_.low, t[0])), none);
+    bool apart = first != 0;
+    for (int i = 0; i < 8 && apart; ++i)
+        for (const LatticeBounds *end : {&from_, &to_})
+            apart = apart && sign_beyond(wide_dot(normal, minus(corner_of(*end, i), t[0])), none) == first;
+    return !apart;
+}
+
+// The volume of four points changes by no more than 6 D^2 `blur` when one of them is moved by that in each coordinate,
+// where D is the largest difference of coordinates: its sign is that of all triangles nearby where it is beyond 32 D^2
+// blur. Whether a ray passes an edge on the one side or the other is the sign of the volume of two of its points and
+// the edge's ends; it is linear in each, so corners of boxes stand for all that is in them. The boxes are wider by the
+// skin and twice the margin: hits are counted from there to there only.
+bool Shaft::is_cut_by(const LatticePoint (&t)[3]) const {
+    const int64_t more = lattice_.skin + lattice_.margin;
+    const LatticeBounds from = widened(from_, more), to = widened(to_, more);
+    int64_t widest = 2 * lattice_.blur;
+    for (int a = 0; a < 3; ++a) {
+        const int64_t low =
+            std::min(std::min(from.low.x[a], to.low.x[a]), std::min(t[0].x[a], std::min(t[1].x[a], t[2].x[a])));
+        const int64_t high =
+            std::max(std::max(from.high.x[a], to.high.x[a]), std::max(t[0].x[a], std::max(t[1].x[a], t[2].x[a])));
+        widest = std::max(widest, high - low);
+    }
+    const detail::Wide slack = detail::product<detail::Wide>(widest * widest, 32 * lattice_.blur);
+    const Triple normal = cross_product(minus(t[1], t[0]), minus(t[2], t[0]));
+    const int before = sign_beyond(wide_dot(normal, minus(from.low, t[0])), slack);
+    if (before == 0) return false;
+    for (int i = 0; i < 8; ++i)
+        if (sign_beyond(wide_dot(normal, minus(corner_of(from, i), t[0])), slack) != before ||
+            sign_beyond(wide_dot(normal, minus(corner_of(to, i), t[0])), slack) != -before)
+            return false;
+    int inside = 0;
+    for (int i = 0; i < 8; ++i)
+        for (int e = 0; e < 3; ++e) {
+            const LatticePoint a = corner_of(from, i);
+            const Triple plane = cross_product(minus(t[e], a), minus(t[e == 2 ? 0 : e + 1], a));
+            for (int j = 0; j < 8; ++j) {
+                const int side = sign_beyond(wide_dot(plane, minus(corner_of(to, j), a)), slack);
+                if (inside == 0) inside = side;
+                if (side == 0 || side != inside) return false;
+            }
+        }
+    return true;
+}
+
+bool find_blockers(const Shadows &shadows, const ShaftLattice &lattice, const Shaft &shaft, uint32_t most,
+                   uint32_t *blocker, uint32_t &count) {
+    const TriangleTree &tree = shadows.surfaces->still;
+    TreeCounts &counts = shadows.statistics->shadow.proofs;
+    count = 0;
+    if (tree.triangle_count == 0) return true;
+    // From the tree's steps to the shaft's, which are longer or shorter by a power of two.
+    const int shift = tree.step_exponent - lattice.exponent;
+    const auto down = [shift](int64_t x) { return shift >= 0 ? x * (int64_t{1} << shift) : x >> -shift; };
+    const auto up = [&down](int64_t x) { return -down(-x); };
+    struct Waiting {
+        uint32_t node;
+        LatticeBounds cell; // in the tree's steps
+    } waiting[most_tree_depth + 1];
+    const LatticePoint low = lattice_point(tree.bounds.low, tree.step_exponent),
+                       high = lattice_point(tree.bounds.high, tree.step_exponent);
+    waiting[0] = {0, {low, {{high.x[0] + 1, high.x[1] + 1, high.x[2] + 1}}}};
+    for (uint32_t waiting_count = 1; waiting_count > 0;) {
+        const Waiting now = waiting[--waiting_count];
+        ++counts.node_visits;
+        LatticeBounds cell;
+        for (int a = 0; a < 3; ++a) {
+            cell.low.x[a] = down(now.cell.low.x[a]);
+            cell.high.x[a] = up(now.cell.high.x[a]);
+        }
+        if (!shaft.may_meet(cell)) continue;
+        const TriangleNode &node = tree.nodes[now.node];
+        if (node.axis() != leaf_axis) {
+            const int64_t plane = plane_of(node.value, tree);
+            const int axis = static_cast<int>(node.axis());
+            for (const bool above : {true, false}) {
+                Waiting &next = waiting[waiting_count++];
+                next = {node.first() + (above ? 1 : 0), now.cell};
+                (above ? next.cell.low : next.cell.high).x[axis] = plane;
+            }
+            continue;
+        }
+        for (uint32_t i = 0; i < node.value; ++i) {
+            const uint32_t triangle = tree.groups[node.first() + i / group_triangles].triangle[i % group_triangles];
+            if ((triangle & lets_light_through) != 0) continue;
+            if (std::find(blocker, blocker + count, triangle) != blocker + count) continue;
+            LatticePoint corner[3];
+            ++counts.triangle_tests;
+            lattice_triangle(*shadows.scene, triangle, lattice.exponent, corner);
+            if (!shaft.may_meet(corner)) continue;
+            if (count == most) return false;
+            blocker[count++] = triangle;
+        }
+    }
+    return true;
+}
+
+bool is_cut_by(const Shadows &shadows, const ShaftLattice &lattice, const Shaft &shaft, uint32_t triangle) {
+    ++shadows.statistics->shadow.proofs.triangle_tests;
+    LatticePoint corner[3];
+    lattice_triangle(*shadows.scene, triangle, lattice.exponent, corner);
+    return shaft.is_cut_by(corner);
+}
+
+} // namespace wisp::WISP_ARITH

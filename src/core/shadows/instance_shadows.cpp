@@ -1,0 +1,280 @@
+// Shadows of and on bodies.
+#include "core/shadows/box_shaft.h"
+#include "core/shadows/instance_shadows.h"
+#include <algorithm>
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+constexpr uint32_t most_lights = 32;           // with rasters
+constexpr uint32_t most_body_lights = 1 << 16; // of whole lights
+constexpr uint32_t finest_side = 32, sides = 6;
+constexpr uint32_t most_steps = 24; // of a body's rectangles for one light, on average; 6 is enough for a side of 1
+constexpr uint8_t rays_before_shaft = 16;
+constexpr Real beside = Real(1.0 / 32), rim = Real(1.0 / 16); // as the header has them
+constexpr Real narrowest = Real(1.0 / 256);                   // raster
+
+uint32_t raster_lights_of(const Scene &scene) {
+    return scene.body_count ? std::min(scene.light_count, most_lights) : 0;
+}
+uint32_t body_lights_of(const Scene &scene) {
+    return scene.body_count ? std::min(scene.light_count, most_body_lights / scene.body_count) : 0;
+}
+
+struct Axes {
+    int a, b, c;
+};
+Axes axes_from(uint32_t first) {
+    const int a = static_cast<int>(first);
+    const int b = a == 2 ? 0 : a + 1;
+    return {a, b, b == 2 ? 0 : b + 1};
+}
+
+struct Rectangle {
+    Real low[2], high[2];
+
+    void add(const Rectangle &r) {
+        for (int i = 0; i < 2; ++i) {
+            low[i] = min(low[i], r.low[i]);
+            high[i] = max(high[i], r.high[i]);
+        }
+    }
+};
+
+Real quotient(Real x, Real a) { return x >= a ? Real(1) : x <= -a ? Real(-1) : x / a; } // clamped; a >= 0
+
+// The rectangle of a box on a side of the light's cube; false: it is not there.
+bool rectangle_on_side(const Light &light, uint32_t side, const Box &box, Rectangle &rectangle) {
+    const Axes axes = axes_from(side / 2);
+    Vec3 low = box.low - light.position - Vec3(beside), high = box.high - light.position + Vec3(beside);
+    if (side % 2 == 1) std::swap(low, high), low = -low, high = -high;
+    const int across[2] = {axes.b, axes.c};
+    Real near = low[axes.a];
+    const Real far = high[axes.a];
+    for (const int i : across) near = max(near, max(low[i], -high[i])); // |p.b|, |p.c| <= p.a
+    near = max(near, Real(0));
+    if (far < near || far == Real(0)) return false;
+    for (int i = 0; i < 2; ++i) {
+        const Real from = low[across[i]], to = high[across[i]];
+        rectangle.low[i] = quotient(from, from < Real(0) ? near : far);
+        rectangle.high[i] = quotient(to, to > Real(0) ? near : far);
+    }
+    return true;
+}
+
+// In the plane across a parallel light.
+void place_in_plane(const Vec3 &direction, const Axes &axes, const Vec3 &p, Real (&place)[2]) {
+    place[0] = p[axes.b] - p[axes.a] * (direction[axes.b] / direction[axes.a]);
+    place[1] = p[axes.c] - p[axes.a] * (direction[axes.c] / direction[axes.a]);
+}
+Rectangle rectangle_in_plane(const Light &light, const Box &box) {
+    const Axes axes = axes_from(largest_axis(light.direction));
+    const Vec3 low = box.low - Vec3(beside), high = box.high + Vec3(beside);
+    Rectangle all = {};
+    for (int i = 0; i < 8; ++i) {
+        const Vec3 corner(i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z);
+        Rectangle here;
+        place_in_plane(light.direction, axes, corner, here.low);
+        std::copy(here.low, here.low + 2, here.high);
+        if (i == 0) all = here;
+        all.add(here);
+    }
+    return all;
+}
+
+bool rectangle_of(const Light &light, uint32_t side, const Box &box, Rectangle &rectangle) {
+    if (light.kind != LightKind::parallel) return rectangle_on_side(light, side, box, rectangle);
+    if (side == 0) rectangle = rectangle_in_plane(light, box);
+    return side == 0;
+}
+
+// Steps first to last, both included, of the raster's two coordinates.
+struct Steps {
+    int32_t first[2], last[2];
+
+    uint32_t count() const { return static_cast<uint32_t>((last[0] - first[0] + 1) * (last[1] - first[1] + 1)); }
+};
+Steps steps_of(const LightRaster &raster, const Rectangle &rectangle) {
+    const int32_t end = static_cast<int32_t>(raster.side) - 1;
+    Steps steps;
+    for (int i = 0; i < 2; ++i) {
+        const Real from = (rectangle.low[i] - raster.low[i]) * raster.steps[i],
+                   to = (rectangle.high[i] - raster.low[i]) * raster.steps[i];
+        steps.first[i] = min(max(floor_to_int(from - rim), 0), end);
+        steps.last[i] = min(max(floor_to_int(to + rim), 0), end);
+    }
+    return steps;
+}
+
+// visit(group, rectangle) for the bodies that are seen on the side.
+template <class Visit>
+void for_each_rectangle(const Surfaces &surfaces, const Light &light, uint32_t side, Visit &&visit) {
+    Rectangle rectangle;
+    for (uint32_t g = surfaces.group_count; g-- > 0;)
+        if (surfaces.groups[g].second == 0 && rectangle_of(light, side, surfaces.groups[g].box, rectangle))
+            visit(g, rectangle);
+}
+
+// The light's rasters, as fine as `room` for their bodies allows. Returns how much of it they use.
+uint32_t make_rasters(const Surfaces &surfaces, const Light &light, LightRaster *rasters, uint32_t *groups,
+                      uint32_t begin, uint32_t room) {
+    Rectangle all[sides] = {};
+    for (uint32_t s = 0; s < sides; ++s) {
+        rasters[s].side = 0;
+        for_each_rectangle(surfaces, light, s, [&](uint32_t, const Rectangle &r) {
+            if (rasters[s].side == 0) all[s] = r;
+            rasters[s].side = finest_side;
+            all[s].add(r);
+        });
+    }
+    for (uint32_t finest = finest_side;; finest /= 2) {
+        uint32_t used = 0;
+        for (uint32_t s = 0; s < sides; ++s) {
+            LightRaster &raster = rasters[s];
+            if (raster.side == 0) continue;
+            raster.side = finest;
+            for (int i = 0; i < 2; ++i) {
+                raster.low[i] = all[s].low[i];
+                raster.steps[i] = Real(static_cast<int32_t>(finest)) / max(all[s].high[i] - all[s].low[i], narrowest);
+            }
+            for_each_rectangle(surfaces, light, s,
+                               [&](uint32_t, const Rectangle &r) { used += steps_of(raster, r).count(); });
+        }
+        if (used <= room) break;
+    }
+    uint32_t end = begin;
+    for (uint32_t s = 0; s < sides; ++s) { // counted, added up to where each ends, and filled backwards
+        LightRaster &raster = rasters[s];
+        const uint32_t steps = raster.side * raster.side;
+        const auto for_each_step = [&](auto &&visit) {
+            for_each_rectangle(surfaces, light, s, [&](uint32_t group, const Rectangle &r) {
+                const Steps at = steps_of(raster, r);
+                for (int32_t y = at.first[1]; y <= at.last[1]; ++y)
+                    for (int32_t x = at.first[0]; x <= at.last[0]; ++x)
+                        visit(raster.starts[static_cast<uint32_t>(y) * raster.side + static_cast<uint32_t>(x)], group);
+            });
+        };
+        std::fill(raster.starts, raster.starts + steps + 1, 0u);
+        for_each_step([](uint32_t &count, uint32_t) { ++count; });
+        for (uint32_t i = 0; i < steps; ++i) raster.starts[i] = end += raster.starts[i];
+        raster.starts[steps] = end;
+        for_each_step([groups](uint32_t &start, uint32_t group) { groups[--start] = group; });
+    }
+    return end - begin;
+}
+
+// The raster and the step of a query; nullptr: there is no body.
+const uint32_t *find_step(const BodyShadows &bodies, const Light &light, const ShadowQuery &query) {
+    const Vec3 &way = query.ray.direction; // the light sees the point along -way
+    const bool parallel = light.kind == LightKind::parallel;
+    const Axes axes = axes_from(largest_axis(parallel ? light.direction : way));
+    const uint32_t side = parallel ? 0 : 2 * static_cast<uint32_t>(axes.a) + (way[axes.a] > Real(0) ? 1 : 0);
+    const LightRaster &raster = bodies.rasters[query.light * sides + side];
+    if (raster.side == 0) return nullptr;
+    Real place[2] = {way[axes.b] / way[axes.a], way[axes.c] / way[axes.a]};
+    if (parallel) place_in_plane(light.direction, axes, query.ray.origin, place);
+    int32_t step[2];
+    const int32_t end = static_cast<int32_t>(raster.side);
+    for (int i = 0; i < 2; ++i) {
+        const Real at = (place[i] - raster.low[i]) * raster.steps[i];
+        if (at < -rim || at > Real(end) + rim) return nullptr;
+        step[i] = min(max(floor_to_int(at), 0), end - 1);
+    }
+    return raster.starts + static_cast<uint32_t>(step[1] * end + step[0]);
+}
+
+// The triangles between a body and a light, if they are few.
+void look_for_blockers(BodyLight &body, const Shadows &shadows, const ShadowQuery &query) {
+    const Surfaces &surfaces = *shadows.surfaces;
+    const Light &light = shadows.lights[query.light];
+    const Box &box = surfaces.boxes[query.body];
+    Real farthest = Real(0);
+    for (int a = 0; a < 3; ++a) farthest = max(farthest, max(abs(box.low[a]), abs(box.high[a])));
+    const ShaftLattice lattice = make_shaft_lattice(
+        surfaces, std::max(light_exponent(surfaces.still, light), exponent_for(surfaces.still, farthest)));
+    LatticeBounds bounds = {lattice_point(box.low, lattice.exponent), lattice_point(box.high, lattice.exponent)};
+    for (int64_t &x : bounds.high.x) ++x;
+    uint32_t count;
+    if (find_blockers(shadows, lattice, Shaft(lattice, bounds, light), most_listed, body.blocker, count))
+        body.blocker_count = static_cast<uint8_t>(count);
+}
+
+} // namespace
+
+uint64_t body_shadow_bytes(const Scene &scene) {
+    const uint64_t lights = raster_lights_of(scene), rasters = lights * sides;
+    return Arena::bytes<LightRaster>(rasters) + Arena::bytes<uint32_t>(rasters * (finest_side * finest_side + 1)) +
+           Arena::bytes<uint32_t>(lights * scene.body_count * most_steps) +
+           Arena::bytes<BodyLight>(uint64_t{body_lights_of(scene)} * scene.body_count);
+}
+
+BodyShadows make_body_shadows(const Shadows &shadows, Arena &arena) {
+    const Scene &scene = *shadows.scene;
+    BodyShadows bodies = {};
+    bodies.raster_lights = raster_lights_of(scene);
+    bodies.light_count = body_lights_of(scene);
+    const size_t rasters = size_t{bodies.raster_lights} * sides,
+                 entries = size_t{bodies.light_count} * scene.body_count;
+    constexpr uint32_t starts_of_raster = finest_side * finest_side + 1;
+    const uint32_t room = scene.body_count * most_steps;
+    bodies.rasters = arena.make<LightRaster>(rasters);
+    uint32_t *starts = arena.make<uint32_t>(rasters * starts_of_raster);
+    bodies.groups = arena.make<uint32_t>(size_t{bodies.raster_lights} * room);
+    bodies.lights = arena.make<BodyLight>(entries);
+    bodies.ready = bodies.rasters && starts && bodies.groups && bodies.lights;
+    if (!bodies.ready) return bodies;
+    for (size_t i = 0; i < rasters; ++i) bodies.rasters[i].starts = starts + i * starts_of_raster;
+    uint32_t used = 0;
+    for (uint32_t l = 0; l < bodies.raster_lights; ++l)
+        used += make_rasters(*shadows.surfaces, shadows.lights[l], bodies.rasters + size_t{l} * sides, bodies.groups,
+                             used, room);
+    for (size_t i = 0; i < entries; ++i) {
+        bodies.lights[i].blocker_count = BodyLight::not_known;
+        bodies.lights[i].rays = 0;
+    }
+    return bodies;
+}
+
+BodyLight *find_body_light(BodyShadows &bodies, const Shadows &shadows, const ShadowQuery &query) {
+    const uint32_t body_count = shadows.surfaces->body_count;
+    if (query.light >= bodies.light_count || query.body >= body_count) return nullptr;
+    BodyLight &body = bodies.lights[size_t{query.light} * body_count + query.body];
+    if (body.rays < rays_before_shaft && ++body.rays == rays_before_shaft) look_for_blockers(body, shadows, query);
+    return &body;
+}
+
+bool is_blocked_by_listed(const BodyLight &body, const Shadows &shadows, const ShadowQuery &query) {
+    const TriangleRay ray(query.ray.origin, query.ray.direction);
+    for (uint32_t i = 0; i < body.blocker_count; ++i) {
+        ++shadows.statistics->shadow.extra_tests;
+        if (is_met(*shadows.scene, body.blocker[i], ray, shadows.surfaces->skin, query.end)) return true;
+    }
+    return false;
+}
+
+bool is_blocked_by_moving(const BodyShadows &bodies, const Shadows &shadows, const ShadowQuery &query, bool &asked) {
+    const Surfaces &surfaces = *shadows.surfaces;
+    TreeCounts &counts = shadows.statistics->shadow.traced;
+    asked = surfaces.morph_count > 0;
+    if (query.light >= bodies.raster_lights) {
+        asked = asked || surfaces.group_count > 0;
+        return is_blocked_by_moving(shadows, query);
+    }
+    if (is_blocked_by_morphs(surfaces, query.ray, surfaces.skin, query.end, query.triangle, counts)) return true;
+    const uint32_t *step = find_step(bodies, shadows.lights[query.light], query);
+    if (!step) return false;
+    asked = asked || step[0] < step[1];
+    for (uint32_t i = step[0]; i < step[1]; ++i) {
+        const BodyGroup &group = surfaces.groups[bodies.groups[i]];
+        Real begin = Real(0), end = query.end;
+        ++counts.node_visits;
+        if (clip(group.box, query.ray, begin, end) &&
+            is_blocked_by_body(surfaces.bodies[group.body], query.ray, surfaces.skin, query.end, query.triangle,
+                               counts))
+            return true;
+    }
+    return false;
+}
+
+} // namespace wisp::WISP_ARITH

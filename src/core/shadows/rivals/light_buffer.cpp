@@ -1,0 +1,457 @@
+// The light buffer.
+#include "core/shadows/rivals/light_buffer.h"
+#include <algorithm>
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+constexpr uint32_t least_edge = 16, most_edge = 256; // of a cube's face, in cells
+constexpr uint64_t most_entries = 1u << 23;          // of all lights
+constexpr uint32_t most_listed = 512;                // in a cell
+constexpr int32_t nowhere = 0x7fffffff;              // depth
+
+constexpr int coarser = 7, slope_bits = 30, gain_bits = 8;
+constexpr int64_t parallel_reach = 1 << 19;
+constexpr int64_t most_gain = 1 << 16, most_margin = 1 << 10; // so that numbers stay below 2^63
+constexpr int64_t farthest = 1 << 26;                         // steps, as shaft.h says
+
+// Cells along an edge of a cube's face: twice the root of the number of triangles. A single face has as many as a cube.
+uint32_t cube_edge(uint32_t triangles) {
+    uint32_t edge = least_edge;
+    while (edge < most_edge && uint64_t{edge} * edge < 4 * uint64_t{triangles}) ++edge;
+    return edge;
+}
+uint32_t cells_of_cube(uint32_t edge) { return 6 * edge * edge; }
+int64_t single_edge(int64_t edge) { return edge * 12 / 5; }
+
+int64_t size_of(int64_t x) { return x < 0 ? -x : x; }
+int64_t floor_divide(int64_t a, int64_t b) { return a >= 0 ? a / b : -((b - 1 - a) / b); } // b > 0
+
+struct Seen {
+    int64_t x[3]; // across twice, along
+    int64_t depth;
+};
+
+// Faces 0, 1 look along +x, -x and so on; across are the next two axes.
+struct Face {
+    explicit Face(const BufferView &view, uint32_t face)
+        : index(face), along(view.cube ? static_cast<int>(face / 2) : view.axis), across{along == 2 ? 0 : along + 1,
+                                                                                         along == 0 ? 2 : along - 1},
+          sign(!view.cube ? view.sign
+               : face % 2 ? -1
+                          : 1),
+          cells(view.edge) {}
+
+    Seen see(const BufferView &view, const LatticePoint &p) const {
+        Seen seen;
+        const int64_t far = sign * (p.x[along] - view.origin.x[along]);
+        for (int k = 0; k < 2; ++k) {
+            const int64_t at = p.x[across[k]] - view.origin.x[across[k]] - ((far * view.slope[k]) >> slope_bits);
+            seen.x[k] = (at * view.gain[k]) >> (gain_bits + coarser);
+        }
+        seen.depth = far >> coarser;
+        seen.x[2] = view.reach != 0 ? view.reach : seen.depth;
+        return seen;
+    }
+    // across is -along to along, along > 0
+    int64_t row_of(int64_t across_, int64_t along_) const {
+        return std::min(std::max(floor_divide((across_ + along_) * cells, 2 * along_), int64_t{0}), cells - 1);
+    }
+    uint32_t index_of(int64_t i, int64_t j) const { return static_cast<uint32_t>((index * cells + j) * cells + i); }
+
+    uint32_t index;
+    int along, across[2], sign;
+    int64_t cells;
+};
+uint32_t faces_of(const BufferView &view) { return view.cube ? 6 : 1; }
+
+LatticePoint corner_of(const LatticeBounds &box, int i) {
+    return {{(i & 1 ? box.high : box.low).x[0], (i & 2 ? box.high : box.low).x[1], (i & 4 ? box.high : box.low).x[2]}};
+}
+
+// false: what is rounded is too much for cells.
+bool make_view(BufferView &view, const Light &light, const ShaftLattice &lattice, const TriangleTree &still,
+               uint32_t edge) {
+    view = {};
+    const bool parallel = light.kind == LightKind::parallel;
+    LatticeBounds box = {lattice_point(still.bounds.low, lattice.exponent),
+                         lattice_point(still.bounds.high, lattice.exponent)};
+    LatticePoint way; // of the light to the middle
+    if (parallel) {
+        way = lattice_point(light.direction, -28);
+        for (int a = 0; a < 3; ++a) view.origin.x[a] = (box.low.x[a] + box.high.x[a]) / 2;
+    } else {
+        view.origin = lattice_point(light.position, lattice.exponent);
+        for (int a = 0; a < 3; ++a) way.x[a] = (box.low.x[a] + box.high.x[a]) / 2 - view.origin.x[a];
+    }
+    int64_t widest = 1;
+    for (int a = 0; a < 3; ++a) {
+        if (size_of(way.x[a]) > size_of(way.x[view.axis])) view.axis = a;
+        widest = std::max(widest, box.high.x[a] - box.low.x[a]);
+    }
+    const int64_t far = size_of(way.x[view.axis]);
+    view.cube = !parallel && far < 2 * widest;
+    view.edge = view.cube ? edge : single_edge(edge);
+    view.sign = way.x[view.axis] < 0 ? -1 : 1;
+    view.gain[0] = view.gain[1] = 1 << gain_bits;
+    const int64_t margin = lattice.margin + (parallel ? 2 : 0);
+    if (!view.cube) {
+        view.reach = parallel ? parallel_reach : 0;
+        const Face face(view, 0);
+        for (int k = 0; k < 2; ++k) {
+            view.slope[k] = way.x[face.across[k]] * (int64_t{1} << slope_bits) / far;
+            view.gain[k] = std::min(most_gain, (most_margin << (gain_bits + coarser - 2)) / (margin + 1));
+            for (int i = 0; i < 8; ++i) {
+                const LatticePoint p = corner_of(box, i);
+                const int64_t ahead = view.sign * (p.x[view.axis] - view.origin.x[view.axis]);
+                const int64_t at =
+                    p.x[face.across[k]] - view.origin.x[face.across[k]] - ((ahead * view.slope[k]) >> slope_bits);
+                const int64_t room = parallel ? parallel_reach << coarser : ahead;
+                view.gain[k] = std::min(view.gain[k], (room << gain_bits) / (size_of(at) + 2 * (margin + 1)));
+            }
+        }
+    }
+    for (int k = 0; k < 2; ++k) {
+        const int64_t all = (margin + 1) + (((margin + 1) * size_of(view.slope[k])) >> slope_bits) + 1;
+        view.margin[k] = ((all * view.gain[k]) >> (gain_bits + coarser)) + 3;
+        if (view.margin[k] > most_margin || view.gain[k] <= 0) return false;
+    }
+    view.depth_margin = (margin >> coarser) + 3;
+    view.margin[2] = parallel ? 0 : view.depth_margin;
+    return view.depth_margin <= most_margin;
+}
+
+// A triangle as a face sees it.
+class Outline {
+  public:
+    Outline(const BufferView &view, const ShaftLattice &lattice, const Face &face, const LatticePoint (&corner)[3])
+        : view_(view), cells_(face.cells) {
+        nearest_ = farthest_ = 0;
+        for (int c = 0; c < 3; ++c) {
+            t_[c] = face.see(view, corner[c]);
+            nearest_ = c == 0 ? t_[c].depth : std::min(nearest_, t_[c].depth);
+            farthest_ = c == 0 ? t_[c].depth : std::max(farthest_, t_[c].depth);
+        }
+        skin_ = (lattice.skin >> coarser) + 1;
+    }
+
+    struct Cells {
+        int64_t low[2], high[2]; // high: behind the last
+    };
+
+    // Whether any cell may list it, and those that have to be looked at.
+    bool find_cells(const Face &face, Cells &all) {
+        const int64_t *const m = view_.margin;
+        all = {{0, 0}, {cells_, cells_}};
+        least_ = -m[2];
+        for (int k = 0; k < 3; ++k) {
+            const int64_t low = std::min(t_[0].x[k], std::min(t_[1].x[k], t_[2].x[k])),
+                          high = std::max(t_[0].x[k], std::max(t_[1].x[k], t_[2].x[k]));
+            least_ = std::max(least_, std::max(low, -high) - m[k]);
+            if (k == 2 && high < std::max(least_, int64_t{0}) - m[2]) return false;
+        }
+        if (!between(all)) return false;
+        const bool before = std::min(t_[0].x[2], std::min(t_[1].x[2], t_[2].x[2])) > m[2];
+        for (int k = 0; k < 2 && before; ++k) {
+            all.low[k] = cells_;
+            all.high[k] = 0;
+            for (const Seen &t : t_)
+                for (const int64_t along : {t.x[2] - m[2], t.x[2] + m[2]}) {
+                    all.low[k] = std::min(all.low[k], face.row_of(t.x[k] - m[k], along));
+                    all.high[k] = std::max(all.high[k], face.row_of(t.x[k] + m[k], along) + 1);
+                }
+        }
+        draw();
+        return true;
+    }
+
+    bool may_be_in(const Cells &cells) const {
+        if (!between(cells)) return false;
+        if (least_ <= 0) return true;
+        for (int e = 0; e < 3; ++e) {
+            const Range side = range_of(line_[e], cells);
+            if (side_ == 0 ? side.low > beyond_[e] || side.high < -beyond_[e] : side.high < -beyond_[e]) return false;
+        }
+        return true;
+    }
+
+    // false: it is not in the cell.
+    bool find_depth(const Cells &cell, int32_t &depth) const {
+        int64_t nearest = nearest_ - view_.depth_margin;
+        if (height_ > 0) {
+            const int64_t steepest = range_of(normal_, cell).high;
+            if (steepest <= 0) return false;
+            nearest = std::max(nearest, height_ * cells_ / steepest);
+        }
+        depth = static_cast<int32_t>(std::min(nearest, int64_t{nowhere}));
+        return true;
+    }
+
+    // Behind which all is in its shadow, or nowhere.
+    int32_t shaded_behind(const Cells &cell) const {
+        if (!may_cover_) return nowhere;
+        for (const auto &line : line_)
+            if (range_of(line, cell).low <= inside_) return nowhere;
+        return static_cast<int32_t>(farthest_ + 4 * view_.depth_margin + skin_);
+    }
+
+  private:
+    struct Range {
+        int64_t low, high;
+    };
+
+    // Of normal . (u, v, 1) * cells in these cells.
+    Range range_of(const int64_t (&normal)[3], const Cells &cells) const {
+        Range range = {normal[2] * cells_, normal[2] * cells_};
+        for (int k = 0; k < 2; ++k) {
+            const int64_t low = normal[k] * (2 * cells.low[k] - cells_),
+                          high = normal[k] * (2 * cells.high[k] - cells_);
+            range.low += std::min(low, high);
+            range.high += std::max(low, high);
+        }
+        return range;
+    }
+
+    bool between(const Cells &cells) const {
+        for (int k = 0; k < 2; ++k) {
+            const int64_t low = 2 * cells.low[k] - cells_, high = 2 * cells.high[k] - cells_;
+            bool above = false, below = false;
+            for (const Seen &t : t_) {
+                const int64_t at = t.x[k] * cells_, more = cells_ * view_.margin[k];
+                above = above || at - low * t.x[2] + more + size_of(low) * view_.margin[2] >= 0;
+                below = below || high * t.x[2] - at + more + size_of(high) * view_.margin[2] >= 0;
+            }
+            if (!above || !below) return false;
+        }
+        return true;
+    }
+
+    void draw() {
+        const int64_t *const m = view_.margin;
+        const auto cross = [](const int64_t(&a)[3], const int64_t(&b)[3], int64_t(&n)[3]) {
+            n[0] = a[1] * b[2] - a[2] * b[1];
+            n[1] = a[2] * b[0] - a[0] * b[2];
+            n[2] = a[0] * b[1] - a[1] * b[0];
+        };
+        const auto size = [m](const int64_t(&n)[3]) {
+            return size_of(n[0]) * m[0] + size_of(n[1]) * m[1] + size_of(n[2]) * m[2];
+        };
+        const auto dot = [](const int64_t(&a)[3], const int64_t(&b)[3]) {
+            return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        };
+        for (int e = 0; e < 3; ++e) cross(t_[e].x, t_[e == 2 ? 0 : e + 1].x, line_[e]);
+        const int64_t volume = dot(line_[0], t_[2].x);
+        side_ = volume > 0 ? 1 : volume < 0 ? -1 : 0;
+        for (int e = 0; e < 3; ++e) {
+            if (side_ < 0)
+                for (int64_t &n : line_[e]) n = -n;
+            beyond_[e] = least_ > 0 ? size(line_[e]) * cells_ / least_ + 1 : 0;
+        }
+        const int64_t depth_margin = view_.depth_margin, off = std::max(depth_margin, std::max(m[0], m[1]));
+        if (view_.reach == 0) {
+            int64_t edge[2][3];
+            for (int e = 0; e < 2; ++e)
+                for (int k = 0; k < 3; ++k) edge[e][k] = t_[e + 1].x[k] - t_[0].x[k];
+            cross(edge[0], edge[1], normal_);
+            for (int64_t &n : normal_) n >>= 16;
+            const int64_t at[3] = {dot(normal_, t_[0].x), dot(normal_, t_[1].x), dot(normal_, t_[2].x)};
+            int64_t low = std::min(at[0], std::min(at[1], at[2])), high = std::max(at[0], std::max(at[1], at[2]));
+            if (high < 0) {
+                for (int64_t &n : normal_) n = -n;
+                low = -high;
+            }
+            height_ = low - size(normal_);
+            if (nearest_ < skin_ + 8 * depth_margin) return; // too near to the light to be sure that it is before it
+        }
+        // All cones are looked at as far away as the farthest corner.
+        const int64_t plane = view_.reach != 0 ? view_.reach : farthest_;
+        if (side_ == 0 || plane <= 4 * off) return;
+        int64_t reach = plane;
+        for (const Seen &t : t_)
+            for (const int64_t x : t.x) reach = std::max(reach, size_of(x));
+        reach += 2 * off;
+        may_cover_ = true;
+        inside_ = (40 * reach * reach * off / plane + 1) * cells_;
+    }
+
+    const BufferView &view_;
+    int64_t cells_, nearest_, farthest_, skin_;
+    int64_t least_ = 0; // along, of all in cells that is hit
+    Seen t_[3];
+    int side_ = 0; // of its edges' planes on which it is, 0: either
+    int64_t line_[3][3], beyond_[3];
+    bool may_cover_ = false;
+    int64_t inside_ = 0;
+    int64_t normal_[3], height_ = 0; // of its plane: all of it that is hit is at least so far along the normal
+};
+
+// visit(index of a cell, cell, outline) of each that may have to list the triangle.
+template <class Visit>
+void for_each_cell_of(const BufferLight &light, const LatticePoint (&corner)[3], uint64_t &tests, Visit &&visit) {
+    for (uint32_t f = 0; f < faces_of(light.view); ++f) {
+        const Face face(light.view, f);
+        Outline outline(light.view, light.lattice, face, corner);
+        Outline::Cells waiting[24];
+        ++tests;
+        if (!outline.find_cells(face, waiting[0])) continue;
+        for (int count = 1; count > 0;) {
+            const Outline::Cells cells = waiting[--count];
+            ++tests;
+            if (!outline.may_be_in(cells)) continue;
+            const int64_t width = cells.high[0] - cells.low[0], height = cells.high[1] - cells.low[1];
+            if (width == 1 && height == 1) {
+                visit(face.index_of(cells.low[0], cells.low[1]), cells, outline);
+                continue;
+            }
+            const int k = width >= height ? 0 : 1;
+            const int64_t middle = (cells.low[k] + cells.high[k]) / 2;
+            waiting[count] = waiting[count + 1] = cells;
+            waiting[count++].low[k] = middle;
+            waiting[count++].high[k] = middle;
+        }
+    }
+}
+
+void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &shadows) {
+    const Scene &scene = *shadows.scene;
+    const TriangleTree &still = shadows.surfaces->still;
+    light.lattice = make_shaft_lattice(*shadows.surfaces, light_exponent(still, light.light));
+    light.state = BufferLight::useless;
+    if (!make_view(light.view, light.light, light.lattice, still, buffer.edge)) return;
+    light.state = BufferLight::ready;
+    const auto for_each_entry = [&](auto &&visit) {
+        for (uint32_t i = 0; i < scene.still_count; ++i) {
+            const Triangle &triangle = scene.triangles[i];
+            const Vec3 corner[3] = {vec_of(triangle.corner[0]), vec_of(triangle.corner[1]), vec_of(triangle.corner[2])};
+            if (order_of(scene.materials[triangle.material].transmission) > 0 ||
+                !has_area(corner[0], corner[1], corner[2]))
+                continue;
+            const LatticePoint points[3] = {lattice_point(corner[0], light.lattice.exponent),
+                                            lattice_point(corner[1], light.lattice.exponent),
+                                            lattice_point(corner[2], light.lattice.exponent)};
+            for_each_cell_of(light, points, shadows.statistics->shadow.proofs.triangle_tests,
+                             [&](uint32_t index, const Outline::Cells &cells, const Outline &outline) {
+                                 BufferEntry entry = {i, 0};
+                                 BufferCell &cell = light.cells[index];
+                                 if (outline.find_depth(cells, entry.depth) && entry.depth <= cell.shaded)
+                                     visit(cell, entry, outline, cells);
+                             });
+        }
+    };
+    BufferCell *const end = light.cells + cells_of_cube(buffer.edge);
+    std::fill(light.cells, end, BufferCell{0, 0, nowhere});
+    for_each_entry([](BufferCell &cell, const BufferEntry &, const Outline &outline, const Outline::Cells &cells) {
+        ++cell.count;
+        cell.shaded = std::min(cell.shaded, outline.shaded_behind(cells));
+    });
+    uint32_t used = 0;
+    for (BufferCell *cell = light.cells; cell != end; ++cell) {
+        cell->first = used;
+        if (cell->count > most_listed || cell->count > buffer.entry_count - used) {
+            cell->count = BufferCell::traced;
+        } else {
+            used += cell->count;
+            cell->count = 0;
+        }
+    }
+    // Now that all is known of what is in shadow, there are no more.
+    for_each_entry([&light](BufferCell &cell, const BufferEntry &entry, const Outline &, const Outline::Cells &) {
+        if (cell.count != BufferCell::traced) light.entries[cell.first + cell.count++] = entry;
+    });
+    for (BufferCell *cell = light.cells; cell != end; ++cell)
+        if (cell->count != BufferCell::traced)
+            std::sort(light.entries + cell->first, light.entries + cell->first + cell->count,
+                      [](const BufferEntry &a, const BufferEntry &b) {
+                          return a.depth < b.depth || (a.depth == b.depth && a.triangle < b.triangle);
+                      });
+}
+
+uint32_t entries_for(const Scene &scene) {
+    const uint64_t fair = most_entries / max(scene.light_count, 1u);
+    return static_cast<uint32_t>(
+        std::min(fair, 16 * uint64_t{scene.still_count} + 2 * cells_of_cube(cube_edge(scene.still_count))));
+}
+
+// The cell of a point, and its depth; nullptr: none.
+const BufferCell *find_cell(const BufferLight &light, const TriangleTree &still, const Vec3 &from, int64_t &depth) {
+    const Real reach = still.largest * Real(2); // as far as whole numbers go
+    if (!(abs(from.x) <= reach && abs(from.y) <= reach && abs(from.z) <= reach)) return nullptr;
+    const LatticePoint at = lattice_point(from, light.lattice.exponent);
+    for (const int64_t x : at.x)
+        if (x < -farthest || x >= farthest) return nullptr;
+    uint32_t index = 0;
+    if (light.view.cube) {
+        const auto way = [&](int a) { return at.x[a] - light.view.origin.x[a]; };
+        int axis = 0;
+        for (int a = 1; a < 3; ++a)
+            if (size_of(way(a)) > size_of(way(axis))) axis = a;
+        index = static_cast<uint32_t>(2 * axis + (way(axis) < 0 ? 1 : 0));
+    }
+    const Face face(light.view, index);
+    const Seen seen = face.see(light.view, at);
+    depth = seen.depth;
+    if (seen.x[2] < 0) return nullptr;
+    const int64_t along = std::max(seen.x[2], int64_t{1});
+    for (int k = 0; k < 2; ++k)
+        if (size_of(seen.x[k]) > along + 1) return nullptr; // by one: they are rounded apart
+    return light.cells + face.index_of(face.row_of(seen.x[0], along), face.row_of(seen.x[1], along));
+}
+
+} // namespace
+
+uint64_t light_buffer_bytes(const Scene &scene) {
+    return Arena::bytes<LightBuffer>(1) + Arena::bytes<BufferLight>(scene.light_count) +
+           scene.light_count * (Arena::bytes<BufferCell>(cells_of_cube(cube_edge(scene.still_count))) +
+                                Arena::bytes<BufferEntry>(entries_for(scene)));
+}
+
+LightBuffer *make_light_buffer(const Scene &scene, Arena &arena) {
+    LightBuffer *buffer = arena.make<LightBuffer>(1);
+    BufferLight *lights = arena.make<BufferLight>(scene.light_count);
+    if (!buffer || !lights) return nullptr;
+    *buffer = {scene.light_count, cube_edge(scene.still_count), entries_for(scene), lights};
+    for (uint32_t l = 0; l < scene.light_count; ++l) {
+        lights[l] = {};
+        lights[l].cells = arena.make<BufferCell>(cells_of_cube(buffer->edge));
+        lights[l].entries = arena.make<BufferEntry>(buffer->entry_count);
+        if (!lights[l].cells || !lights[l].entries) return nullptr;
+    }
+    return buffer;
+}
+
+void begin_frame(LightBuffer &buffer, const Shadows &shadows) {
+    for (uint32_t l = 0; l < buffer.light_count; ++l) {
+        BufferLight &light = buffer.lights[l];
+        if (!same_shadows(light.light, shadows.lights[l])) light.state = BufferLight::unasked;
+        light.light = shadows.lights[l];
+    }
+}
+
+bool is_shadowed(LightBuffer &buffer, Shadows &shadows, const ShadowQuery &query) {
+    const Surfaces &surfaces = *shadows.surfaces;
+    Statistics &statistics = *shadows.statistics;
+    if (surfaces.still.triangle_count == 0) return is_blocked_by_moving(shadows, query);
+    BufferLight &light = buffer.lights[query.light];
+    if (light.state == BufferLight::unasked) make_lists(buffer, light, shadows);
+    int64_t depth;
+    const BufferCell *const cell =
+        light.state == BufferLight::ready ? find_cell(light, surfaces.still, query.ray.origin, depth) : nullptr;
+    if (cell && depth > cell->shaded) {
+        ++statistics.rays.shadow_culled;
+        return true;
+    }
+    if (!cell || cell->count == BufferCell::traced) return is_blocked(shadows, query);
+    const TriangleRay ray(query.ray.origin, query.ray.direction);
+    const BufferEntry *const first = light.entries + cell->first;
+    bool asked = false;
+    for (const BufferEntry *entry = first; entry != first + cell->count && entry->depth <= depth; ++entry) {
+        if (entry->triangle == query.triangle) continue;
+        asked = true;
+        ++statistics.shadow.extra_tests;
+        if (is_met(*shadows.scene, entry->triangle, ray, surfaces.skin, query.end)) return true;
+    }
+    return asked ? is_blocked_by_moving(shadows, query) : is_shadowed_by_moving_alone(shadows, query);
+}
+
+} // namespace wisp::WISP_ARITH

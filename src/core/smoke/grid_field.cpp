@@ -1,0 +1,220 @@
+// Density grids: trilinear extinction and its exact line integrals, cell by cell.
+#include "core/smoke/grid_field.h"
+#include "core/smoke/kernel.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+Vec3 to_frame(const GridField &field, const Vec3 &d) {
+    return Vec3(dot(field.axis[0], d), dot(field.axis[1], d), dot(field.axis[2], d));
+}
+
+// The sample at a corner of a cell `between` samples; the outermost stand for what lies behind them.
+int64_t sample_beside(const GridField &field, const Cell &cell, int32_t dx, int32_t dy, int32_t dz) {
+    const Cell &n = field.samples;
+    return index_of(n, {min(max(cell.x - 1 + dx, 0), n.x - 1), min(max(cell.y - 1 + dy, 0), n.y - 1),
+                        min(max(cell.z - 1 + dz, 0), n.z - 1)});
+}
+
+// The trilinear value at p, a point of the frame in or next to the cell `between` samples.
+Real value_in_cell(const GridField &field, const Cell &cell, const Vec3 &p) {
+    return max(Real(0), trilinear(place_in(field.between, cell, p), [&](int32_t dx, int32_t dy, int32_t dz) {
+                   return field.extinction[sample_beside(field, cell, dx, dy, dz)];
+               }));
+}
+
+// int sigma_t over the distances from `from` to `to`, inside one cell: exact for the cubic polynomial.
+Real depth_in_cell(const GridField &field, const Cell &cell, const Ray &ray, Real from, Real to) {
+    const Real half = (to - from) * Real(0.5), middle = from + half;
+    const Real a = value_in_cell(field, cell, ray.origin + ray.direction * (middle - gauss_node * half));
+    const Real b = value_in_cell(field, cell, ray.origin + ray.direction * (middle + gauss_node * half));
+    return half * (a + b);
+}
+
+bool contains(const Box &box, const Vec3 &p) {
+    return !(p.x < box.low.x || p.y < box.low.y || p.z < box.low.z || p.x > box.high.x || p.y > box.high.y ||
+             p.z > box.high.z);
+}
+
+Vec3 absolute(const Vec3 &v) { return Vec3(abs(v.x), abs(v.y), abs(v.z)); }
+
+// An offset from a sample in units of a cell's edge, drawn from its tent; the border cells' outer halves are flat.
+Real tent_offset(int32_t i, int32_t count, Real u) {
+    const bool below = u < Real(0.5);
+    const Real v = below ? Real(2) * u : Real(2) * u - Real(1); // of that side
+    if (below ? i == 0 : i == count - 1) return below ? -v * Real(0.5) : v * Real(0.5);
+    const Real inward = Real(1) - sqrt(v);
+    return below ? -inward : inward;
+}
+
+Cell cell_of_sample(const GridField &field, uint32_t sample) {
+    const uint32_t nx = static_cast<uint32_t>(field.samples.x), ny = static_cast<uint32_t>(field.samples.y);
+    return {static_cast<int32_t>(sample % nx), static_cast<int32_t>(sample / nx % ny),
+            static_cast<int32_t>(sample / nx / ny)};
+}
+
+// The point of the scene that lies `offset` edges beside the middle of a cell.
+Vec3 place_of(const GridField &field, const Cell &cell, const Vec3 &offset) {
+    const Vec3 place = Vec3(Real(cell.x), Real(cell.y), Real(cell.z)) + offset + Vec3(Real(0.5));
+    const Vec3 p = field.box.low + place * field.between.edge;
+    return field.center + field.axis[0] * p.x + field.axis[1] * p.y + field.axis[2] * p.z;
+}
+
+} // namespace
+
+void find_corners(const GridField &field, const Cell &cell, const Vec3 &p, Corners &corners) {
+    const Vec3 t = place_in(field.between, cell, p);
+    for (int i = 0; i < 8; ++i) {
+        const int dx = i & 1, dy = i >> 1 & 1, dz = i >> 2;
+        corners.sample[i] = static_cast<uint32_t>(sample_beside(field, cell, dx, dy, dz));
+        const Real wx = max(Real(0), dx ? t.x : Real(1) - t.x), wy = max(Real(0), dy ? t.y : Real(1) - t.y);
+        corners.weight[i] = wx * wy * max(Real(0), dz ? t.z : Real(1) - t.z);
+    }
+}
+
+bool find_corners(const GridField &field, const Vec3 &x, Corners &corners) {
+    const Vec3 p = to_frame(field, x - field.center);
+    if (!contains(field.box, p)) return false;
+    find_corners(field, cell_at(field.between, p), p, corners);
+    return true;
+}
+
+bool enter(const GridField &field, const Ray &ray, Ray &inside, Real &entry, Real &end) {
+    inside = {to_frame(field, ray.origin - field.center), to_frame(field, ray.direction)};
+    entry = Real(0);
+    if (!clip(field.box, inside, entry, end)) return false;
+    inside.origin += inside.direction * entry;
+    end -= entry;
+    return true;
+}
+
+Real extinction(const GridField &field, const Vec3 &x) {
+    const Vec3 p = to_frame(field, x - field.center);
+    if (!contains(field.box, p)) return Real(0);
+    if (field.constant()) return field.extinction[0];
+    return value_in_cell(field, cell_at(field.between, p), p);
+}
+
+Color radiated(const GridField &field, const Vec3 &x, const Color *source, Real &sigma) {
+    sigma = Real(0);
+    Color sum(Real(0));
+    for_each_extinction(field, x, [&](uint32_t sample, Real here) {
+        sigma += here;
+        sum += source[sample] * here;
+    });
+    return sum;
+}
+
+Real optical_depth(const GridField &field, const Ray &ray, Real end) {
+    Ray inside;
+    Real entry, depth = Real(0);
+    if (!enter(field, ray, inside, entry, end)) return Real(0);
+    if (field.constant()) return end * field.extinction[0];
+    for_each_cell(field.between, inside, Real(0), end, [&](const Cell &cell, Real from, Real to) {
+        depth += depth_in_cell(field, cell, inside, from, to);
+        return true;
+    });
+    return depth;
+}
+
+Real majorant(const GridField &field, const Box &box) {
+    const Vec3 middle = to_frame(field, (box.low + box.high) * Real(0.5) - field.center);
+    const Vec3 reach = (box.high - box.low) * Real(0.5);
+    const Vec3 half(dot(absolute(field.axis[0]), reach), dot(absolute(field.axis[1]), reach),
+                    dot(absolute(field.axis[2]), reach));
+    const Vec3 low = middle - half, high = middle + half;
+    if (high.x < field.box.low.x || high.y < field.box.low.y || high.z < field.box.low.z || low.x > field.box.high.x ||
+        low.y > field.box.high.y || low.z > field.box.high.z)
+        return Real(0);
+    // The samples on both sides of every cell between them that the box touches.
+    const Cell first = cell_at(field.between, low), last = cell_at(field.between, high), &n = field.samples;
+    Real greatest = Real(0);
+    for (int32_t z = max(first.z - 1, 0); z <= min(last.z, n.z - 1); ++z)
+        for (int32_t y = max(first.y - 1, 0); y <= min(last.y, n.y - 1); ++y)
+            for (int32_t x = max(first.x - 1, 0); x <= min(last.x, n.x - 1); ++x)
+                greatest = max(greatest, field.extinction[index_of(n, {x, y, z})]);
+    return greatest;
+}
+
+Collision first_collision(const GridField &field, const Ray &ray, Real end, Event event) {
+    Collision collision = {false, end, 0};
+    Ray inside;
+    Real entry;
+    if (!enter(field, ray, inside, entry, end)) return collision;
+    Real rest = -log1p(-unit_open<Real>(draw(event, field.dimension))); // of the optical depth
+    if (field.constant()) {
+        const Real sigma = field.extinction[0];
+        if (rest < end * sigma) collision = {true, entry + rest / sigma, 0};
+        return collision;
+    }
+    for_each_cell(field.between, inside, Real(0), end, [&](const Cell &cell, Real from, Real to) {
+        const Real depth = depth_in_cell(field, cell, inside, from, to);
+        if (!(rest < depth)) {
+            rest -= depth;
+            return true;
+        }
+        const Real t = increasing_root(from, to, [&](Real at, Real &slope) {
+            slope = value_in_cell(field, cell, inside.origin + inside.direction * at);
+            return depth_in_cell(field, cell, inside, from, at) - rest;
+        });
+        Corners corners;
+        find_corners(field, cell, inside.origin + inside.direction * t, corners);
+        Real total = Real(0);
+        for (int i = 0; i < 8; ++i) total += corners.weight[i] * field.extinction[corners.sample[i]];
+        Real share = unit_half_open<Real>(draw(event, field.dimension + 1)) * total;
+        int chosen = 0;
+        for (; chosen < 7; ++chosen) {
+            const Real here = corners.weight[chosen] * field.extinction[corners.sample[chosen]];
+            if (share < here) break;
+            share -= here;
+        }
+        collision = {true, entry + t, corners.sample[chosen]};
+        return false;
+    });
+    return collision;
+}
+
+Vec3 position_of_sample(const GridField &field, uint32_t sample) {
+    return place_of(field, cell_of_sample(field, sample), Vec3(Real(0)));
+}
+
+Vec3 point_of_sample(const GridField &field, uint32_t sample, const Vec3 &uniform) {
+    const Cell &n = field.samples, at = cell_of_sample(field, sample);
+    return place_of(
+        field, at,
+        Vec3(tent_offset(at.x, n.x, uniform.x), tent_offset(at.y, n.y, uniform.y), tent_offset(at.z, n.z, uniform.z)));
+}
+
+uint64_t grid_field_bytes(const GridSource &source) { return Arena::bytes<Real>(source.count()); }
+
+GridField grid_frame(const GridSource &source) {
+    GridField field = {};
+    field.samples = {source.nx, source.ny, source.nz};
+    field.center = vec_of(source.center);
+    for (int i = 0; i < 3; ++i) field.axis[i] = vec_of(source.axis[i]);
+    const Vec3 half = vec_of(source.half);
+    field.box = {-half, half};
+    const Vec3 edge(Real(2) * half.x / Real(source.nx), Real(2) * half.y / Real(source.ny),
+                    Real(2) * half.z / Real(source.nz));
+    field.between = make_lattice(-half - edge * Real(0.5), edge, {source.nx + 1, source.ny + 1, source.nz + 1});
+    const Vec3 reach =
+        absolute(field.axis[0]) * half.x + absolute(field.axis[1]) * half.y + absolute(field.axis[2]) * half.z;
+    field.bounds = {field.center - reach, field.center + reach};
+    return field;
+}
+
+GridField make_grid_field(const GridSource &source, uint32_t dimension, Arena &arena) {
+    GridField field = grid_frame(source);
+    field.dimension = dimension;
+    Real *values = arena.make<Real>(source.count());
+    if (!values) return field;
+    const Real sigma = to_real<Real>(source.extinction);
+    for (uint64_t i = 0; i < source.count(); ++i)
+        values[i] = source.density ? sigma * to_real<Real>(source.density[i]) : sigma;
+    field.extinction = values;
+    field.ready = true;
+    return field;
+}
+
+} // namespace wisp::WISP_ARITH

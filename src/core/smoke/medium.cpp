@@ -1,0 +1,191 @@
+// The smoke of a scene, block by block.
+#include "core/smoke/medium.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+bool any(const Color &c) { return largest(c) > Real(0); }
+
+// For each particle the share of the whole cross-section that lies before it, as a fraction of 2^32; for the samples of
+// a grid, whose tents all have the same volume, the share of the density. Summed in integers, so that the choice is the
+// same in every arithmetic.
+const uint32_t *shares_of_area(const SmokeSource &source, Arena &arena) {
+    const uint32_t count = elements_of(source);
+    uint32_t *before = arena.make<uint32_t>(count);
+    if (!before) return nullptr;
+    const GridSource &grid = source.grid;
+    const auto area = [&](uint32_t i) {
+        return !source.is_grid() ? to_real<Real>(source.particles[i].area)
+               : grid.density    ? to_real<Real>(grid.density[i])
+                                 : Real(1);
+    };
+    Real greatest = Real(0);
+    for (uint32_t i = 0; i < count; ++i) greatest = max(greatest, area(i));
+    uint64_t total = 0;
+    const auto units = [&](uint32_t i) { // an area in 1 / 65536 of the greatest
+        return static_cast<uint64_t>(floor_to_int(scale_pow2(area(i) / greatest, 16)));
+    };
+    for (uint32_t i = 0; i < count; ++i) total += units(i);
+    // sum / total as a fraction of 2^32, by long division in two halves of 16 bits: total < 2^47.
+    uint64_t sum = 0;
+    if (total == 0) total = 1; // all too small for the arithmetic: all shares are 0
+    for (uint32_t i = 0; i < count; ++i) {
+        const uint64_t high = (sum << 16) / total, rest = (sum << 16) % total;
+        before[i] = static_cast<uint32_t>(high << 16 | (rest << 16) / total);
+        sum += units(i);
+    }
+    return before;
+}
+
+} // namespace
+
+uint64_t medium_bytes(const Scene &scene, double density_step) {
+    uint64_t bytes = Arena::bytes<Smoke>(scene.smoke_count);
+    const bool resampled = order_of(density_step) > 0 && can_resample(scene);
+    const BrickPlan bricks = resampled ? plan_bricks(scene, density_step) : BrickPlan{0, 0, Real(0)};
+    if (resampled) bytes += bricks.bytes + Arena::bytes<Bricks>(1);
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        const SmokeSource &source = scene.smokes[i];
+        bytes += resampled && !source.empty() ? brick_field_bytes(source, bricks.count) : density_field_bytes(source);
+        const bool glows = any_above_zero(source.emission);
+        if (glows) bytes += Arena::bytes<uint32_t>(elements_of(source));
+    }
+    return bytes;
+}
+
+Medium make_medium(const Scene &scene, double density_step, Arena &arena) {
+    Medium medium = {};
+    if (order_of(density_step) > 0 && can_resample(scene)) {
+        Bricks *bricks = arena.make<Bricks>(1);
+        if (!bricks) return medium;
+        *bricks = make_bricks(scene, density_step, arena);
+        if (!bricks->ready) return medium;
+        medium.bricks = bricks;
+    }
+    Smoke *smokes = arena.make<Smoke>(scene.smoke_count);
+    if (!smokes) return medium;
+    medium.smokes = smokes;
+    medium.count = scene.smoke_count;
+    uint32_t dimensions = 0;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        const SmokeSource &source = scene.smokes[i];
+        Smoke smoke = {};
+        smoke.source = &source;
+        smoke.albedo = vec_of(source.albedo);
+        smoke.phase = Phase(to_real<Real>(source.asymmetry));
+        smoke.emission = vec_of(source.emission);
+        smoke.field = make_density_field(source, medium.bricks, dimensions, arena);
+        if (!smoke.field.ready()) return medium;
+        if (!source.empty() && any(smoke.emission * (Color(Real(1)) - smoke.albedo))) {
+            smoke.emitted_power =
+                smoke.emission * (Color(Real(1)) - smoke.albedo) * (four_pi<Real> * to_real<Real>(source.total_area));
+            if (any(smoke.emitted_power)) {
+                smoke.area_before = shares_of_area(source, arena);
+                if (!smoke.area_before) return medium;
+            }
+        }
+        if (!source.empty()) {
+            const bool first = medium.empty();
+            const Box &bounds = smoke.field.bounds();
+            medium.bounds.low = first ? bounds.low : lowest(medium.bounds.low, bounds.low);
+            medium.bounds.high = first ? bounds.high : highest(medium.bounds.high, bounds.high);
+        }
+        dimensions += dimensions_of(source);
+        smokes[i] = smoke;
+    }
+    if (!medium.empty()) {
+        medium.sphere.center = (medium.bounds.low + medium.bounds.high) * Real(0.5);
+        Real radius_squared = Real(0), support = Real(0);
+        for (uint32_t i = 0; i < medium.count; ++i) {
+            const SmokeSource &source = scene.smokes[i];
+            for (uint32_t k = 0; k < source.count; ++k) {
+                const Vec3 d = vec_of(source.particles[k].position) - medium.sphere.center;
+                radius_squared = max(radius_squared, dot(d, d));
+            }
+            if (source.count > 0) support = max(support, Real(2) * to_real<Real>(source.largest_h));
+        }
+        medium.sphere.radius = sqrt(radius_squared) + support;
+        for (uint32_t i = 0; i < medium.count; ++i) {
+            const GridSource &grid = scene.smokes[i].grid;
+            if (scene.smokes[i].is_grid())
+                medium.sphere.radius = max(medium.sphere.radius, length(vec_of(grid.center) - medium.sphere.center) +
+                                                                     length(vec_of(grid.half)));
+        }
+    }
+    medium.ready = true;
+    return medium;
+}
+
+Real optical_depth(const Medium &medium, const Ray &ray, Real end) {
+    Real depth = Real(0);
+    for (uint32_t i = 0; i < medium.count; ++i) depth += optical_depth(medium.smokes[i].field, ray, end);
+    return depth;
+}
+
+Real free_way(const Medium &medium, const Ray &ray, Real begin) {
+    if (!medium.surfaces) return path_end;
+    TreeCounts unused = {};
+    return nearest_opaque_hit(*medium.surfaces, ray, begin, path_end, unused).distance;
+}
+
+MediumCollision first_collision(const Medium &medium, const Ray &ray, Real end, Event event) {
+    MediumCollision nearest = {false, end, 0, 0};
+    for (uint32_t i = 0; i < medium.count; ++i) {
+        const Collision collision = first_collision(medium.smokes[i].field, ray, nearest.distance, event);
+        if (collision.found) nearest = {true, collision.distance, i, collision.element};
+    }
+    return nearest;
+}
+
+bool meets_smoke(const Medium &medium, const Bricks &bricks, uint32_t brick, const Cell &node, int32_t stride) {
+    const Cell low = {max(node.x - stride, 0), max(node.y - stride, 0), max(node.z - stride, 0)};
+    const Cell high = {min(node.x + stride, brick_cells), min(node.y + stride, brick_cells),
+                       min(node.z + stride, brick_cells)};
+    if (!medium.bricks) {
+        const Box box = {node_of(bricks, brick, low), node_of(bricks, brick, high)};
+        for (uint32_t i = 0; i < medium.count; ++i)
+            if (majorant(medium.smokes[i].field, box) > Real(0)) return true;
+        return false;
+    }
+    const Cell count = {nodes_along(1), nodes_along(1), nodes_along(1)};
+    for (uint32_t i = 0; i < medium.count; ++i) {
+        if (!medium.smokes[i].field.is_bricks) continue;
+        const Real *sigma = medium.smokes[i].field.bricks.nodes(brick);
+        for (int32_t z = low.z; z <= high.z; ++z)
+            for (int32_t y = low.y; y <= high.y; ++y)
+                for (int32_t x = low.x; x <= high.x; ++x)
+                    if (sigma[index_of(count, {x, y, z})] > Real(0)) return true;
+    }
+    return false;
+}
+
+Photon emit_from_smoke(const Smoke &smoke, const Color &photon_color, Event event) {
+    // The particle or sample, by its share of the density's integral; then a point of its kernel or tent.
+    const uint32_t target = draw(event, dimension_position_1);
+    uint32_t low = 0, high = elements_of(*smoke.source);
+    while (high - low > 1) {
+        const uint32_t middle = low + (high - low) / 2;
+        (smoke.area_before[middle] <= target ? low : high) = middle;
+    }
+    const Phase uniform = Phase(Real(0));
+    const Vec3 up(Real(0), Real(0), Real(1));
+    const Vec3 direction = deflect(up, uniform.sample(unit_open<Real>(draw(event, dimension_direction_1))),
+                                   unit_half_open<Real>(draw(event, dimension_direction_2)));
+    if (smoke.source->is_grid()) {
+        const Vec3 place(unit_open<Real>(draw(event, dimension_position_2)),
+                         unit_open<Real>(draw(event, dimension_radius)),
+                         unit_open<Real>(draw(event, dimension_azimuth)));
+        return {{point_of_sample(smoke.field.grid, low, place), direction}, photon_color, true};
+    }
+    const Particle &particle = smoke.source->particles[low];
+    const bool spline = smoke.source->kernel == Kernel::spline;
+    const Real share = unit_open<Real>(draw(event, dimension_radius));
+    const Real radius =
+        (spline ? Spline::radius_of_share(share) : Real(2) * Poly6::radius_of_share(share)) * to_real<Real>(particle.h);
+    const Vec3 outward = deflect(up, uniform.sample(unit_open<Real>(draw(event, dimension_position_2))),
+                                 unit_half_open<Real>(draw(event, dimension_azimuth)));
+    return {{vec_of(particle.position) + outward * radius, direction}, photon_color, true};
+}
+
+} // namespace wisp::WISP_ARITH

@@ -1,0 +1,242 @@
+// Density from particles (S3) and what follows from it in closed form.
+//
+// Every function visits leaves in ascending order and adds lane l of each leaf to lane l of the sum, then the lanes in
+// one fixed tree: a leaf that is visited though it is too far away adds zeros, so the bits do not depend on how
+// tightly the visitor culls.
+#include "core/smoke/particle_field.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+template <class K> Real extinction_of(const ParticleField &field, const Vec3 &x) {
+    const PointTree &tree = field.tree;
+    Real sum[lanes] = {};
+    for_each_leaf_near(tree, x, field.support, [&](uint32_t leaf) {
+        for (uint32_t first = leaf * leaf_points; first < (leaf + 1) * leaf_points; first += lanes)
+            for (uint32_t l = 0; l < lanes; ++l) {
+                const uint32_t i = first + l;
+                const Real dx = tree.x[i] - x.x, dy = tree.y[i] - x.y, dz = tree.z[i] - x.z;
+                const Real h = field.inverse_h[i];
+                sum[l] += (field.scale[i] * h) * K::value(sum_of_products(dx, dx, dy, dy, dz, dz) * (h * h)); // S3
+            }
+    });
+    return sum_of_lanes(sum);
+}
+
+template <class K> Real majorant_of(const ParticleField &field, const Box &box) {
+    const PointTree &tree = field.tree;
+    const Vec3 middle = (box.low + box.high) * Real(0.5), half = (box.high - box.low) * Real(0.5);
+    Real sum[lanes] = {};
+    for_each_leaf_near(tree, middle, field.support + length(half), [&](uint32_t leaf) {
+        for (uint32_t first = leaf * leaf_points; first < (leaf + 1) * leaf_points; first += lanes)
+            for (uint32_t l = 0; l < lanes; ++l) {
+                const uint32_t i = first + l;
+                const Real dx = max(abs(tree.x[i] - middle.x) - half.x, Real(0));
+                const Real dy = max(abs(tree.y[i] - middle.y) - half.y, Real(0));
+                const Real dz = max(abs(tree.z[i] - middle.z) - half.z, Real(0));
+                const Real h = field.inverse_h[i];
+                sum[l] += (field.scale[i] * h) * K::value(sum_of_products(dx, dx, dy, dy, dz, dz) * (h * h));
+            }
+    });
+    return sum_of_lanes(sum);
+}
+
+// All lanes do the same, so that each loop is a vector loop: a particle that the line misses adds 0. Whole chords are
+// cheaper than the difference of two line integrals, which only particles near an end of the segment need.
+template <class K> Real optical_depth_of(const ParticleField &field, const Ray &ray, Real end) {
+    Real sum[lanes] = {};
+    for_each_leaf_on_segment(field.tree, ray.origin, ray.direction, Real(0), end, field.support, [&](uint32_t leaf) {
+        for (uint32_t first = leaf * leaf_points; first < (leaf + 1) * leaf_points; first += lanes) {
+            Real b_squared[lanes], middle[lanes];
+            uint32_t met = 0, cut = 0;
+            for (uint32_t l = 0; l < lanes; ++l) {
+                const Passage passed = passage(field, first + l, ray);
+                b_squared[l] = passed.b_squared;
+                middle[l] = passed.along;
+                const uint32_t hit = b_squared[l] < K::support_squared ? 1u : 0u;
+                met |= hit;
+                cut |= middle[l] < field.support ? hit : 0u;
+                cut |= end - middle[l] < field.support ? hit : 0u;
+            }
+            if (!met) continue;
+            if (!cut) {
+                for (uint32_t l = 0; l < lanes; ++l) sum[l] += field.scale[first + l] * K::chord(b_squared[l]);
+                continue;
+            }
+            for (uint32_t l = 0; l < lanes; ++l) {
+                const Real h = field.inverse_h[first + l], half = sqrt(max(Real(0), K::support_squared - b_squared[l]));
+                const Real from = max(-half, -middle[l] * h), to = max(from, min(half, (end - middle[l]) * h));
+                const Real b2 = min(b_squared[l], K::support_squared);
+                sum[l] += field.scale[first + l] * max(Real(0), K::line(b2, to) - K::line(b2, from));
+            }
+        }
+    });
+    return sum_of_lanes(sum);
+}
+
+struct Chord {
+    Real b_squared, from, to; // in units of h
+};
+
+// Along a chord from `from` to `to`: where the integral of the kernel since `from` has grown to `goal`.
+template <class K> Real distance_of_depth(const Chord &chord, Real goal) {
+    const Real start = K::line(chord.b_squared, chord.from);
+    return increasing_root(chord.from, chord.to, [&](Real t, Real &slope) {
+        slope = K::value(chord.b_squared + t * t);
+        return K::line(chord.b_squared, t) - start - goal;
+    });
+}
+
+// Where photon `xi` of the exponential clock of particle `slot` collides with it, if it does before `nearest`.
+template <class K>
+void collide(const ParticleField &field, const Ray &ray, uint32_t slot, Real xi, Collision &nearest) {
+    const PointTree &tree = field.tree;
+    const Vec3 to_particle = Vec3(tree.x[slot], tree.y[slot], tree.z[slot]) - ray.origin;
+    const Vec3 across = cross(ray.direction, to_particle);
+    const Real inverse_h = field.inverse_h[slot], scale = field.scale[slot];
+    const Real b_squared = dot(across, across) * (inverse_h * inverse_h);
+    if (!(b_squared < K::support_squared) || scale == Real(0)) return;
+
+    // The part of the chord that the ray covers so far, in units of h from the closest approach. The particle is met
+    // where the chord's depth has grown to -ln(1 - xi), if it is that deep.
+    const Real middle = dot(to_particle, ray.direction), half = sqrt(K::support_squared - b_squared);
+    const Real from = max(-half, -middle * inverse_h), to = min(half, (nearest.distance - middle) * inverse_h);
+    if (!(from < to)) return;
+    const Chord chord = {b_squared, from, to};
+    const Real goal = -log1p(-xi) / scale;
+    if (K::line(b_squared, to) - K::line(b_squared, from) < goal) return;
+    const Real distance = middle + distance_of_depth<K>(chord, goal) / inverse_h;
+    nearest = {true, min(max(Real(0), distance), nearest.distance), slot};
+}
+
+template <class K> Collision first_collision_of(const ParticleField &field, const Ray &ray, Real end, Event event) {
+    const PointTree &tree = field.tree;
+    constexpr Real rounding = Real(0x1p-20);
+    Collision nearest = {false, end, 0};
+    for_each_leaf_on_segment(tree, ray.origin, ray.direction, Real(0), end, field.support, [&](uint32_t leaf) {
+        for (uint32_t first = leaf * leaf_points; first < (leaf + 1) * leaf_points; first += lanes) {
+            // Two sieves for whole vectors, as 1 - e^-x <= x: draws beyond the depth of any line through the particle,
+            // then draws beyond that of a line that passes as far from its middle as this one.
+            uint32_t bits[lanes], candidates = 0;
+            for (uint32_t l = 0; l < lanes; ++l) {
+                bits[l] = draw(event, field.first_dimension + tree.id[first + l]);
+                candidates |= bits[l] <= field.reach[first + l] ? 1u : 0u;
+            }
+            if (!candidates) continue;
+            Real xi[lanes], bound[lanes];
+            uint32_t likely = 0;
+            for (uint32_t l = 0; l < lanes; ++l) {
+                bound[l] = field.scale[first + l] * chord_bound<K>(passage(field, first + l, ray).b_squared) + rounding;
+                xi[l] = unit_open<Real>(bits[l]);
+                likely |= xi[l] <= bound[l] ? 1u : 0u;
+            }
+            if (!likely) continue;
+            for (uint32_t l = 0; l < lanes; ++l)
+                if (xi[l] <= bound[l]) collide<K>(field, ray, first + l, xi[l], nearest);
+        }
+    });
+    return nearest;
+}
+
+// A depth as a fraction of 2^32, rounded up. A clock that has rung within the depth x drew at most 1 - e^-x <= x.
+template <class T> uint32_t fraction_above(T x) {
+    if (x == T(0)) return 0; // no density: no draw is below
+    if (!(x < T(1))) return 0xffffffffu;
+    uint32_t bits;
+    if constexpr (std::is_same_v<T, Fixed>)
+        bits = static_cast<uint32_t>(x.raw());
+    else
+        bits = static_cast<uint32_t>(x * T(0x1p32));
+    return bits < 0xffffffffu ? bits + 1 : bits;
+}
+
+} // namespace
+
+bool enter(const ParticleField &field, Ray &ray, Real &entry, Real &end) {
+    entry = Real(0);
+    if (field.tree.count == 0 || !clip(field.bounds, ray, entry, end)) return false;
+    if (entry > Real(0)) ray.origin += ray.direction * entry;
+    end -= entry;
+    return true;
+}
+
+WISP_WIDE Real extinction(const ParticleField &field, const Vec3 &x) {
+    if (field.tree.count == 0) return Real(0);
+    return field.kernel == Kernel::spline ? extinction_of<Spline>(field, x) : extinction_of<Poly6>(field, x);
+}
+
+WISP_WIDE Real majorant(const ParticleField &field, const Box &box) {
+    if (field.tree.count == 0) return Real(0);
+    return field.kernel == Kernel::spline ? majorant_of<Spline>(field, box) : majorant_of<Poly6>(field, box);
+}
+
+WISP_WIDE Real optical_depth(const ParticleField &field, const Ray &ray, Real end) {
+    Ray near = ray;
+    Real entry;
+    if (!enter(field, near, entry, end)) return Real(0);
+    return field.kernel == Kernel::spline ? optical_depth_of<Spline>(field, near, end)
+                                          : optical_depth_of<Poly6>(field, near, end);
+}
+
+WISP_WIDE Collision first_collision(const ParticleField &field, const Ray &ray, Real end, Event event) {
+    Ray near = ray;
+    Real entry;
+    if (!enter(field, near, entry, end)) return {false, end, 0};
+    Collision collision = field.kernel == Kernel::spline ? first_collision_of<Spline>(field, near, end, event)
+                                                         : first_collision_of<Poly6>(field, near, end, event);
+    collision.distance += entry;
+    return collision;
+}
+
+uint64_t particle_field_bytes(uint32_t particles) {
+    const uint64_t slots = point_tree_slots(particles);
+    return Arena::bytes<Vec3>(particles) + point_tree_bytes(particles) + 2 * Arena::bytes<Real>(slots) +
+           Arena::bytes<uint32_t>(slots);
+}
+
+ParticleField make_particle_field(const SmokeSource &source, uint32_t first_dimension, Arena &arena) {
+    ParticleField field = {};
+    field.first_dimension = first_dimension;
+    field.kernel = source.kernel;
+    const bool spline = source.kernel == Kernel::spline;
+    const Real constant = spline ? Spline::constant : Poly6::constant;
+    const Real line_maximum = spline ? Spline::line_maximum : Poly6::line_maximum;
+    field.support = Real(2) * to_real<Real>(source.largest_h);
+
+    const uint32_t slots = point_tree_slots(source.count);
+    Real *inverse_h = arena.make<Real>(slots), *scale = arena.make<Real>(slots);
+    uint32_t *reach = arena.make<uint32_t>(slots);
+    Vec3 *points = arena.make<Vec3>(source.count);
+    if (!inverse_h || !scale || !reach || !points) return field;
+
+    for (uint32_t i = 0; i < source.count; ++i) {
+        points[i] = vec_of(source.particles[i].position);
+        field.bounds.low = i == 0 ? points[i] : lowest(field.bounds.low, points[i]);
+        field.bounds.high = i == 0 ? points[i] : highest(field.bounds.high, points[i]);
+    }
+    field.bounds.low -= Vec3(field.support);
+    field.bounds.high += Vec3(field.support);
+    field.tree = build_point_tree(points, source.count, arena);
+    if (!field.tree.ready) return field;
+
+    for (uint32_t slot = 0; slot < slots; ++slot) {
+        if (slot >= source.count) { // behind the last point: weightless
+            inverse_h[slot] = scale[slot] = Real(0);
+            reach[slot] = 0;
+            continue;
+        }
+        const Particle &particle = source.particles[field.tree.id[slot]];
+        const Real h = to_real<Real>(particle.h) * (spline ? Real(1) : Real(2)); // poly6's own h is its support
+        inverse_h[slot] = Real(1) / h;
+        scale[slot] = to_real<Real>(particle.area) * constant * inverse_h[slot] * inverse_h[slot];
+        reach[slot] = fraction_above(scale[slot] * line_maximum);
+    }
+    field.inverse_h = inverse_h;
+    field.scale = scale;
+    field.reach = reach;
+    field.ready = true;
+    return field;
+}
+
+} // namespace wisp::WISP_ARITH

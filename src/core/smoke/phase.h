@@ -1,0 +1,66 @@
+// Henyey and Greenstein's phase function (S2) in the cancellation-free form of numerics E1, for every -1 < g < 1.
+#pragma once
+#include "core/numbers/vec.h"
+
+namespace wisp::WISP_ARITH {
+
+class Phase {
+  public:
+    explicit Phase(Real g)
+        : g_(g), a_(Real(1) - g), b_(Real(1) + g), peak_(inv_four_pi<Real> * ((Real(1) - g) * (Real(1) + g))) {}
+
+    // The same function with g times `share`.
+    Phase with_share(Real share) const { return Phase(g_ * share); }
+
+    Real asymmetry() const { return g_; }
+    bool isotropic() const { return g_ == Real(0); }
+
+    // p, per steradian, for light that travels along `in` and leaves along `out` (unit vectors): integral 1 over out.
+    Real operator()(const Vec3 &in, const Vec3 &out) const {
+        if (isotropic()) return inv_four_pi<Real>;
+        // 1 + g^2 - 2 g cos = (1 - |g|)^2 + 2 |g| (1 -+ cos), with 1 -+ cos = |out -+ in|^2 / 2
+        const Vec3 chord = g_ > Real(0) ? out - in : out + in;
+        const Real least = g_ > Real(0) ? a_ : b_;
+        const Real d = least * least + abs(g_) * dot(chord, chord);
+        return peak_ / d / sqrt(d);
+    }
+
+    struct Cosine {
+        Real cosine, sine;
+    };
+    // The angle between the old and the new direction, for xi in [0, 1].
+    Cosine sample(Real xi) const {
+        const Real e = Real(1) - xi, d = a_ * e + b_ * xi;
+        const Real ratio_a = a_ / d, ratio_b = b_ / d;
+        const Real one_minus = Real(2) * (ratio_a * e) * (ratio_a * (e + b_ * xi));
+        const Real one_plus = Real(2) * (ratio_b * xi) * (ratio_b * (xi + a_ * e));
+        const Real sine = sqrt(one_minus * one_plus);
+        return {one_minus < one_plus ? Real(1) - one_minus : one_plus - Real(1), min(sine, Real(1))};
+    }
+
+  private:
+    Real g_, a_, b_, peak_;
+};
+
+// p towards `out` of light that arrives with a flux, relative to its power: Henyey and Greenstein's about the flux's
+// direction, with g times the share of the power that flows that way. Positive, exact for even light, right in its
+// first moment.
+inline Real phase_of_flux(const Phase &phase, const Vec3 &flux, const Vec3 &out) {
+    const Real share = length(flux);
+    if (!(share > Real(0))) return inv_four_pi<Real>;
+    return phase.with_share(min(share, Real(1)))(flux / share, out);
+}
+
+// A unit vector at the given angle to the unit vector d, turned about it by `turns` in [0, 1[.
+// The frame is Duff et al.'s: no division by zero for any d (hard case A8).
+inline Vec3 deflect(const Vec3 &d, Phase::Cosine angle, Real turns) {
+    const Real sign = d.z < Real(0) ? Real(-1) : Real(1);
+    const Real p = Real(-1) / (sign + d.z), q = d.x * d.y * p;
+    const Vec3 u(Real(1) + sign * d.x * d.x * p, sign * q, -sign * d.x);
+    const Vec3 v(q, sign + d.y * d.y * p, -d.y);
+    Real sine, cosine;
+    sincos_turns(turns, sine, cosine);
+    return normalize(u * (angle.sine * cosine) + v * (angle.sine * sine) + d * angle.cosine);
+}
+
+} // namespace wisp::WISP_ARITH

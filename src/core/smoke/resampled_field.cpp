@@ -1,0 +1,225 @@
+// Resampling, and what the march and photons ask of the result.
+#include "core/smoke/resampled_field.h"
+#include "core/smoke/sparse_grid_lanes.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+constexpr int32_t along = nodes_along(1);
+constexpr uint32_t row = 2 * lanes; // nodes of a row while they are summed: whole vectors
+constexpr uint32_t rows = static_cast<uint32_t>(along * along);
+static_assert(static_cast<uint32_t>(along) <= row, "a row of a brick fits");
+
+// Particles add to the rows that they reach, leaf by leaf in ascending order: a node's sum has the same order in every
+// brick that holds it.
+//
+// Trilinear interpolation spreads what the nodes hold: along each axis it adds cell^2 / 6 to the variance, of which a
+// kernel has h^2 times K::variance. Kernels are taken that much narrower, so that what is interpolated has the spread
+// of the particles; column depths err by a sixth of what they would.
+template <class K> void sum_particles(const ParticleField &field, const Bricks &bricks, uint32_t brick, Real *sums) {
+    const PointTree &tree = field.tree;
+    const Vec3 low = low_of(bricks, brick), half = bricks.lattice.edge * Real(0.5);
+    const Real spread = bricks.cell.x * bricks.cell.x * Real(1 / (6 * K::variance));
+    Real x[row];
+    for (uint32_t l = 0; l < row; ++l) x[l] = node_of(bricks, brick, {static_cast<int32_t>(l), 0, 0}).x;
+    for_each_leaf_near(tree, low + half, field.support + length(half), [&](uint32_t leaf) {
+        for (uint32_t i = leaf * leaf_points; i < (leaf + 1) * leaf_points; ++i) {
+            const Real broad = field.inverse_h[i];
+            if (field.scale[i] == Real(0)) continue;
+            // (h / h')^2 = 1 / (1 - cell^2 / (6 variance h^2)), 4 at most.
+            const Real narrower = Real(1) / max(Real(1) - spread * (broad * broad), Real(0.25)), ratio = sqrt(narrower);
+            const Real h = broad * ratio, scale = field.scale[i] * broad * (narrower * ratio);
+            // The rows whose nodes the support may hold, one more on either side for rounding.
+            const Real reach = K::support / h;
+            const Vec3 p = (Vec3(tree.x[i], tree.y[i], tree.z[i]) - low) * bricks.inverse_cell;
+            const Vec3 r = bricks.inverse_cell * reach;
+            if (p.x + r.x < Real(-1) || p.x - r.x > Real(along)) continue;
+            const int32_t first_y = max(floor_to_int(p.y - r.y), 0),
+                          last_y = min(floor_to_int(p.y + r.y) + 1, along - 1);
+            const int32_t first_z = max(floor_to_int(p.z - r.z), 0),
+                          last_z = min(floor_to_int(p.z + r.z) + 1, along - 1);
+            for (int32_t z = first_z; z <= last_z; ++z)
+                for (int32_t y = first_y; y <= last_y; ++y) {
+                    const Vec3 node = node_of(bricks, brick, {0, y, z});
+                    const Real dy = node.y - tree.y[i], dz = node.z - tree.z[i], aside = dy * dy + dz * dz;
+                    if (!(aside * (h * h) < K::support_squared)) continue;
+                    Real *sum = sums + static_cast<uint32_t>(z * along + y) * row;
+                    for (uint32_t l = 0; l < row; ++l) {
+                        const Real dx = x[l] - tree.x[i];
+                        sum[l] += scale * K::value((dx * dx + aside) * (h * h)); // S3
+                    }
+                }
+        }
+    });
+}
+
+WISP_WIDE void resample_brick(const ParticleField &field, const Bricks &bricks, uint32_t brick, Real *nodes) {
+    Real sums[rows * row];
+    for (Real &sum : sums) sum = Real(0);
+    if (field.kernel == Kernel::spline)
+        sum_particles<Spline>(field, bricks, brick, sums);
+    else
+        sum_particles<Poly6>(field, bricks, brick, sums);
+    for (uint32_t r = 0; r < rows; ++r)
+        for (uint32_t l = 0; l < static_cast<uint32_t>(along); ++l) *nodes++ = sums[r * row + l];
+}
+
+void resample_brick(const GridField &grid, const Bricks &bricks, uint32_t brick, Real *nodes) {
+    const Cell &at = bricks.place[brick], &n = grid.samples;
+    const int32_t parts = bricks.parts;
+    const auto sample = [](int32_t i, int32_t count) { return min(max(i, 0), count - 1); };
+    const Real part = Real(1) / Real(parts);
+    for (uint32_t k = 0; k < nodes_of(1); ++k) {
+        const Cell node = cell_of_index(along, k);
+        const Cell in = {at.x * brick_cells + node.x, at.y * brick_cells + node.y, at.z * brick_cells + node.z};
+        const Cell before = {in.x / parts - 1, in.y / parts - 1, in.z / parts - 1};
+        const Vec3 t = Vec3(Real(in.x % parts), Real(in.y % parts), Real(in.z % parts)) * part;
+        *nodes++ = trilinear(t, [&](int32_t dx, int32_t dy, int32_t dz) {
+            return grid.extinction[index_of(
+                n, {sample(before.x + dx, n.x), sample(before.y + dy, n.y), sample(before.z + dz, n.z)})];
+        });
+    }
+}
+
+template <class Field> void resample_all(const Field &field, const Bricks &bricks, Real *nodes, Real *greatest) {
+    for (uint32_t brick = 0; brick < bricks.count; ++brick, nodes += nodes_of(1)) {
+        resample_brick(field, bricks, brick, nodes);
+        greatest[brick] = Real(0);
+        for (uint32_t i = 0; i < nodes_of(1); ++i) greatest[brick] = max(greatest[brick], nodes[i]);
+    }
+}
+
+// The ray from where it enters the smoke's bounds.
+bool enter(const Bricks &bricks, const Ray &ray, Ray &inside, Real &entry, Real &end) {
+    entry = Real(0);
+    if (bricks.count == 0 || !clip(bricks.bounds, ray, entry, end)) return false;
+    inside = {ray.origin + ray.direction * entry, ray.direction};
+    end -= entry;
+    return true;
+}
+
+} // namespace
+
+uint64_t brick_field_bytes(const SmokeSource &source, uint64_t bricks) {
+    return Arena::bytes<Real>(bricks * nodes_of(1)) + Arena::bytes<Real>(bricks) +
+           (source.is_grid() ? grid_field_bytes(source.grid) : particle_field_bytes(source.count));
+}
+
+BrickField resample(const SmokeSource &source, const Bricks &bricks, uint32_t dimension, Arena &arena) {
+    BrickField field = {&bricks, nullptr, nullptr, dimension, false};
+    Real *nodes = arena.make<Real>(size_t{bricks.count} * nodes_of(1));
+    Real *greatest = arena.make<Real>(bricks.count);
+    if (!nodes || !greatest) return field;
+    const size_t mark = arena.mark();
+    if (source.is_grid()) {
+        const GridField grid = make_grid_field(source.grid, dimension, arena);
+        if (!grid.ready) return field;
+        resample_all(grid, bricks, nodes, greatest);
+    } else {
+        const ParticleField particles = make_particle_field(source, dimension, arena);
+        if (!particles.ready) return field;
+        resample_all(particles, bricks, nodes, greatest);
+    }
+    arena.rewind(mark);
+    field.extinction = nodes;
+    field.greatest = greatest;
+    field.ready = true;
+    return field;
+}
+
+Real extinction(const BrickField &field, const Vec3 &x) {
+    const Bricks &bricks = *field.bricks;
+    const Box &box = bricks.bounds;
+    if (bricks.count == 0 || x.x < box.low.x || x.y < box.low.y || x.z < box.low.z || x.x > box.high.x ||
+        x.y > box.high.y || x.z > box.high.z)
+        return Real(0);
+    const uint32_t brick = brick_at(bricks, cell_at(bricks.lattice, x));
+    return brick == no_brick ? Real(0) : extinction(field, brick, place_in(bricks, brick, x));
+}
+
+WISP_WIDE void add_depths(const BrickField &field, const BrickRay &ray, const Lanes &t, const Lanes &length,
+                          Lanes &sum) {
+    LanePoints points;
+    find_points(*field.bricks, ray, t, points);
+    LanePlaces at;
+    find_places(points, 1, 1, at);
+    Lanes sigma;
+    interpolate(at, field.extinction, sigma);
+    for (uint32_t l = 0; l < lanes; ++l) sum[l] += points.inside[l] ? sigma[l] * length[l] : Real(0);
+}
+
+// Parts are gathered until there is one for each lane.
+Real optical_depth(const BrickField &field, const Ray &ray, Real end) {
+    const Bricks &bricks = *field.bricks;
+    Ray inside;
+    Real entry;
+    if (!enter(bricks, ray, inside, entry, end)) return Real(0);
+    const BrickRay in_bricks(bricks, inside);
+    const Real cell = min(bricks.cell.x, min(bricks.cell.y, bricks.cell.z)), inverse_cell = Real(1) / cell;
+    Lanes t, length, sum = {};
+    uint32_t waiting = 0;
+    for_each_brick(bricks, inside, Real(0), end, [&](uint32_t brick, Real from, Real to) {
+        if (!(field.greatest[brick] > Real(0))) return true;
+        const int32_t parts = floor_to_int((to - from) * inverse_cell) + 1;
+        const Real part = (to - from) / Real(parts);
+        for (int32_t i = 0; i < parts; ++i) {
+            t[waiting] = from + (Real(i) + Real(0.5)) * part;
+            length[waiting++] = part;
+            if (waiting < lanes) continue;
+            add_depths(field, in_bricks, t, length, sum);
+            waiting = 0;
+        }
+        return true;
+    });
+    if (waiting > 0) {
+        for (uint32_t l = waiting; l < lanes; ++l) t[l] = length[l] = Real(0);
+        add_depths(field, in_bricks, t, length, sum);
+    }
+    return sum_of_lanes(sum);
+}
+
+Real majorant(const BrickField &field, const Box &box) {
+    const Bricks &bricks = *field.bricks;
+    if (bricks.count == 0) return Real(0);
+    const Cell first = cell_at(bricks.lattice, box.low), last = cell_at(bricks.lattice, box.high);
+    Real greatest = Real(0);
+    for (int32_t z = first.z; z <= last.z; ++z)
+        for (int32_t y = first.y; y <= last.y; ++y)
+            for (int32_t x = first.x; x <= last.x; ++x) {
+                const uint32_t brick = brick_at(bricks, {x, y, z});
+                if (brick != no_brick) greatest = max(greatest, field.greatest[brick]);
+            }
+    return greatest;
+}
+
+Collision first_collision(const BrickField &field, const Ray &ray, Real end, Event event) {
+    Collision collision = {false, end, 0};
+    Ray inside;
+    Real entry;
+    if (!enter(*field.bricks, ray, inside, entry, end)) return collision;
+    Pcg32 generator(uint64_t{event.high} << 32 | (event.low + field.dimension * 0x9e3779b9u));
+    const auto exponential = [&generator] { return -log(unit_open<Real>(generator())); };
+    Real rest = exponential();
+    uint32_t tentative = 0;
+    for_each_brick(*field.bricks, inside, Real(0), end, [&](uint32_t brick, Real from, Real to) {
+        const Real bound = field.greatest[brick];
+        for (Real t = from;;) {
+            const Real depth = bound * (to - t);
+            if (!(rest < depth)) {
+                rest -= depth;
+                return true;
+            }
+            if (++tentative == most_tentative) return false;
+            t += rest / bound;
+            rest = exponential();
+            const Vec3 p = place_in(*field.bricks, brick, inside.origin + inside.direction * t);
+            if (!(unit_half_open<Real>(generator()) * bound < extinction(field, brick, p))) continue;
+            collision = {true, entry + t, brick};
+            return false;
+        }
+    });
+    return collision;
+}
+
+} // namespace wisp::WISP_ARITH

@@ -1,0 +1,203 @@
+// Where bricks are: around every particle's support, and around the samples of a grid that are not 0.
+#include "core/smoke/sparse_grid.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+// The largest lattice whose bricks a plan counts one by one, a bit each.
+constexpr uint64_t most_counted = uint64_t{1} << 19;
+
+// The lattice before any brick exists.
+struct Layout {
+    Lattice bricks;
+    Vec3 cell;
+    Box bounds;
+};
+
+int32_t bricks_for(Real size, Real edge) { return floor_to_int(size / edge) + 1; }
+
+Layout layout_of(const Vec3 &low, const Vec3 &cell, const Box &bounds) {
+    const Vec3 edge = cell * Real(brick_cells), size = bounds.high - low;
+    const Cell count = {bricks_for(size.x, edge.x), bricks_for(size.y, edge.y), bricks_for(size.z, edge.z)};
+    return {make_lattice(low, edge, count), cell, bounds};
+}
+
+// Half the edges of the box, along x, y and z, around a grid that may be turned.
+Vec3 reach_of(const GridSource &grid) {
+    const auto along = [&grid](double x, double y, double z) {
+        return abs(to_real<Real>(product(x, grid.half.x))) + abs(to_real<Real>(product(y, grid.half.y))) +
+               abs(to_real<Real>(product(z, grid.half.z)));
+    };
+    const Double3 *axis = grid.axis;
+    return Vec3(along(axis[0].x, axis[1].x, axis[2].x), along(axis[0].y, axis[1].y, axis[2].y),
+                along(axis[0].z, axis[1].z, axis[2].z));
+}
+
+Layout around_all(const Scene &scene, Real cell) {
+    Box bounds = {Vec3(Real(0)), Vec3(Real(0))};
+    bool any = false;
+    const auto add = [&](const Vec3 &x, const Vec3 &reach) {
+        bounds.low = any ? lowest(bounds.low, x - reach) : x - reach;
+        bounds.high = any ? highest(bounds.high, x + reach) : x + reach;
+        any = true;
+    };
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        const SmokeSource &smoke = scene.smokes[i];
+        const Vec3 reach = Vec3(Real(2) * to_real<Real>(smoke.largest_h));
+        for (uint32_t k = 0; k < smoke.count; ++k) add(vec_of(smoke.particles[k].position), reach);
+        if (smoke.is_grid()) add(vec_of(smoke.grid.center), reach_of(smoke.grid));
+    }
+    return layout_of(bounds.low, Vec3(cell), bounds);
+}
+
+Layout around_grid(const GridSource &grid, Real cell, int32_t parts) {
+    const Vec3 center = vec_of(grid.center), half = vec_of(grid.half);
+    const Box box = {center - half, center + half};
+    if (!grid.density) { // constant: whole cells
+        const auto fit = [cell](Real size) { return size / Real(floor_to_int(size / cell) + 1); };
+        const Vec3 size = half * Real(2);
+        return layout_of(box.low, Vec3(fit(size.x), fit(size.y), fit(size.z)), box);
+    }
+    // Node i parts is sample i - 1.
+    const Vec3 edge(Real(2) * half.x / Real(grid.nx), Real(2) * half.y / Real(grid.ny),
+                    Real(2) * half.z / Real(grid.nz));
+    return layout_of(box.low - edge * Real(0.5), edge * (Real(1) / Real(parts)), box);
+}
+
+Layout layout_of(const Scene &scene, double lengths) {
+    const Real cell = finest_length(scene) * to_real<Real>(lengths);
+    if (!is_aligned_grid(scene)) return around_all(scene, cell);
+    uint32_t i = 0;
+    while (!scene.smokes[i].is_grid()) ++i;
+    return around_grid(scene.smokes[i].grid, cell, parts_within(lengths));
+}
+
+// How far x is from the stretch of an axis from `low` to `low` + `edge`.
+Real gap(Real x, Real low, Real edge) { return max(max(low - x, x - (low + edge)), Real(0)); }
+
+// visit(brick of the lattice) for each that may hold smoke, perhaps more than once.
+template <class Visit> void for_each_touched(const Scene &scene, const Layout &layout, int32_t parts, Visit &&visit) {
+    const Lattice &lattice = layout.bricks;
+    const auto visit_range = [&](const Cell &first, const Cell &last, auto &&touched) {
+        for (int32_t z = first.z; z <= last.z; ++z)
+            for (int32_t y = first.y; y <= last.y; ++y)
+                for (int32_t x = first.x; x <= last.x; ++x)
+                    if (touched(Vec3(Real(x), Real(y), Real(z)) * lattice.edge + lattice.low))
+                        visit(index_of(lattice.count, {x, y, z}));
+    };
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        const SmokeSource &smoke = scene.smokes[i];
+        for (uint32_t k = 0; k < smoke.count; ++k) {
+            const Vec3 x = vec_of(smoke.particles[k].position);
+            const Real reach = Real(2) * to_real<Real>(smoke.particles[k].h), reach_squared = reach * reach;
+            visit_range(cell_at(lattice, x - Vec3(reach)), cell_at(lattice, x + Vec3(reach)), [&](const Vec3 &low) {
+                const Vec3 apart(gap(x.x, low.x, lattice.edge.x), gap(x.y, low.y, lattice.edge.y),
+                                 gap(x.z, low.z, lattice.edge.z));
+                return dot(apart, apart) <= reach_squared;
+            });
+        }
+        if (!smoke.is_grid()) continue;
+        const GridSource &grid = smoke.grid;
+        const auto always = [](const Vec3 &) { return true; };
+        if (!grid.density) {
+            visit_range({0, 0, 0}, {lattice.count.x - 1, lattice.count.y - 1, lattice.count.z - 1}, always);
+            continue;
+        }
+        if (!is_aligned_grid(scene)) {
+            const Vec3 center = vec_of(grid.center), reach = reach_of(grid);
+            visit_range(cell_at(lattice, center - reach), cell_at(lattice, center + reach), always);
+            continue;
+        }
+        const float *density = grid.density;
+        for (int32_t z = 0; z < grid.nz; ++z)
+            for (int32_t y = 0; y < grid.ny; ++y)
+                for (int32_t x = 0; x < grid.nx; ++x)
+                    if (order_of(*density++) > 0) { // its tent covers the cells x and x + 1, and at the border one more
+                        const auto first = [parts](int32_t at) { return max(at - 1, 0) * parts / brick_cells; };
+                        const auto last = [parts](int32_t at, int32_t most) {
+                            return min((at + 3) * parts / brick_cells, most - 1);
+                        };
+                        const Cell &n = lattice.count;
+                        visit_range({first(x), first(y), first(z)}, {last(x, n.x), last(y, n.y), last(z, n.z)}, always);
+                    }
+    }
+}
+
+uint64_t bytes_of(uint64_t lattice, uint64_t count) {
+    return Arena::bytes<uint32_t>(lattice) + Arena::bytes<Cell>(count);
+}
+
+bool any_smoke(const Scene &scene) {
+    for (uint32_t i = 0; i < scene.smoke_count; ++i)
+        if (!scene.smokes[i].empty()) return true;
+    return false;
+}
+
+} // namespace
+
+Real finest_length(const Scene &scene) {
+    Real finest = Real(0);
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        if (scene.smokes[i].empty()) continue;
+        const Real h = to_real<Real>(scene.smokes[i].smallest_h);
+        finest = finest == Real(0) ? h : min(finest, h);
+    }
+    return finest;
+}
+
+Bricks make_bricks(const Scene &scene, double lengths, Arena &arena) {
+    Bricks bricks = {};
+    if (!any_smoke(scene)) {
+        bricks.ready = true;
+        return bricks;
+    }
+    const Layout layout = layout_of(scene, lengths);
+    bricks.parts = parts_within(lengths);
+    bricks.lattice = layout.bricks;
+    bricks.cell = layout.cell;
+    bricks.inverse_cell = Vec3(Real(1) / layout.cell.x, Real(1) / layout.cell.y, Real(1) / layout.cell.z);
+    bricks.bounds = layout.bounds;
+
+    const uint64_t all = number_of(layout.bricks.count);
+    uint32_t *index = arena.make<uint32_t>(all);
+    if (!index) return bricks;
+    for (uint64_t i = 0; i < all; ++i) index[i] = no_brick;
+    for_each_touched(scene, layout, bricks.parts, [index](int64_t i) { index[i] = 0; });
+    for (uint64_t i = 0; i < all; ++i)
+        if (index[i] != no_brick) index[i] = bricks.count++;
+    Cell *place = arena.make<Cell>(bricks.count);
+    if (!place) return bricks;
+    const Cell &n = layout.bricks.count;
+    for (int32_t z = 0; z < n.z; ++z)
+        for (int32_t y = 0; y < n.y; ++y)
+            for (int32_t x = 0; x < n.x; ++x) {
+                const uint32_t brick = index[index_of(n, {x, y, z})];
+                if (brick != no_brick) place[brick] = {x, y, z};
+            }
+    bricks.index = index;
+    bricks.place = place;
+    bricks.ready = true;
+    return bricks;
+}
+
+BrickPlan plan_bricks(const Scene &scene, double lengths) {
+    if (!any_smoke(scene)) return {0, 0, Real(0)};
+    const Layout layout = layout_of(scene, lengths);
+    const uint64_t all = number_of(layout.bricks.count);
+    uint64_t count = all;
+    if (all <= most_counted) {
+        uint8_t touched[most_counted / 8];
+        for (uint64_t i = 0; i < (all + 7) / 8; ++i) touched[i] = 0;
+        count = 0;
+        for_each_touched(scene, layout, parts_within(lengths), [&](int64_t i) {
+            uint8_t &byte = touched[i / 8];
+            const uint8_t bit = static_cast<uint8_t>(1u << (i % 8));
+            count += byte & bit ? 0 : 1;
+            byte |= bit;
+        });
+    }
+    return {count, bytes_of(all, count), length(layout.bounds.high - layout.bounds.low)};
+}
+
+} // namespace wisp::WISP_ARITH

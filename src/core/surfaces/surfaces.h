@@ -1,0 +1,77 @@
+// All surfaces of a scene: triangles that never move in one kd-tree, those of each body in another in its own space,
+// those that change their form in a third, built anew for each frame. Still and moving ones are kept strictly apart, so
+// that what is known of still ones holds in every frame.
+#pragma once
+#include "core/geometry/ray.h"
+#include "core/surfaces/triangle_kdtree.h"
+
+namespace wisp::WISP_ARITH {
+
+// A body in this frame. Rays are taken into its space, their distances stay those of the world.
+struct PlacedBody {
+    TriangleTree tree;
+    Box bounds; // in its own space
+    uint32_t first, count;
+    Vec3 axis[3], origin, inverse[3];
+};
+
+// The visible bodies, halved by the middles of their boxes down to one. Children lie behind their parents: the first
+// next to it, the second at `second`; 0: this is the body `body`.
+struct BodyGroup {
+    Box box; // of the world, and a margin for what is rounded
+    uint32_t second, body;
+};
+
+struct Surfaces {
+    TriangleTree still, morphs;
+    PlacedBody *bodies;
+    uint32_t body_count;
+    Box *boxes; // of the visible bodies in the world, as those of the groups
+    BodyGroup *groups;
+    uint32_t group_count;
+    uint32_t still_count, morph_first, morph_count; // triangles of the scene
+    Real skin;
+    bool ready; // false: the arena was too small
+};
+
+// Bytes of what make_surfaces and place_surfaces need, at most.
+uint64_t surface_bytes(const Scene &scene);
+uint64_t placement_bytes(const Scene &scene);
+
+// The trees of what never changes its form: as long as the scene's triangles are the same, these are.
+Surfaces make_surfaces(const Scene &scene, Arena &arena);
+
+// Moves the bodies to where they are in this frame, and builds the tree of what has changed its form.
+void place_surfaces(const Scene &scene, Arena &arena, Surfaces &surfaces);
+
+// The nearest triangle at a distance in (begin, end), of several the first of the scene; `skip` is passed by.
+struct Hit {
+    bool found;
+    Real distance, u, v; // of corners 1 and 2
+    uint32_t triangle;   // of the scene
+    uint32_t body;       // or body_count: none
+};
+Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts);
+Hit nearest_opaque_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, TreeCounts &counts);
+
+// Whether an opaque triangle is at a distance in (begin, end): one that never moves, and then which; one that changes
+// its form; one of a body; one of those two; any.
+bool is_blocked_by_still(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
+                         uint32_t &occluder, TreeCounts &counts);
+bool is_blocked_by_morphs(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
+                          TreeCounts &counts);
+bool is_blocked_by_body(const PlacedBody &body, const Ray &ray, Real begin, Real end, uint32_t skip,
+                        TreeCounts &counts);
+bool is_blocked_by_moving(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
+                          TreeCounts &counts);
+bool is_blocked(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts);
+
+// Whether one triangle that never moves, and has an area, is at a distance in (begin, end): as its tree finds it.
+inline bool is_met(const Scene &scene, uint32_t triangle, const TriangleRay &ray, Real begin, Real end) {
+    const Double3 *corner = scene.triangles[triangle].corner;
+    TriangleHit hit;
+    return meet(ray, vec_of(corner[0]), vec_of(corner[1]), vec_of(corner[2]), hit) && hit.distance > begin &&
+           hit.distance < end;
+}
+
+} // namespace wisp::WISP_ARITH

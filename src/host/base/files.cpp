@@ -1,0 +1,130 @@
+// Plain C streams: they give errno, which is the reason that the user sees.
+#include "host/base/error.h"
+#include "host/base/files.h"
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <fcntl.h>
+#include <filesystem>
+#include <initializer_list>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace wisp {
+namespace {
+
+std::string reason() { return std::strerror(errno); }
+
+[[noreturn]] void fail_output(const std::string &path) {
+    throw Error(exit_output, path + ": could not be written: " + reason());
+}
+
+// Opened with `mode`, written and closed without an error; errno says why not.
+bool write_whole(const std::string &path, const char *mode, const void *data, size_t size) {
+    std::FILE *file = std::fopen(path.c_str(), mode);
+    if (!file) return false;
+    const bool written = size == 0 || std::fwrite(data, 1, size, file) == size; // of nothing, data may be null
+    const int why = errno;
+    const bool closed = std::fclose(file) == 0; // what was buffered meets a full disk only here
+    if (!written) errno = why;
+    return written && closed;
+}
+
+// A device, a pipe, a folder: something that a rename would replace or cannot replace.
+bool is_special(const std::string &path) {
+    std::error_code ignored;
+    const std::filesystem::file_status status = std::filesystem::status(path, ignored);
+    return std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);
+}
+
+// Where a file is written before it takes its name: always the same, so that what a killed process left is found.
+std::string aside_of(const std::string &path) { return path + ".part"; }
+
+bool is_open_at(int file, const std::string &path) {
+    struct stat open, there;
+    return fstat(file, &open) == 0 && stat(path.c_str(), &there) == 0 && open.st_dev == there.st_dev &&
+           open.st_ino == there.st_ino;
+}
+
+// Opens `aside` for this process alone: of several that write the same file each waits for the one before. A file
+// system without locks is taken as one without such neighbours. -1, errno: it cannot be opened.
+int claim(const std::string &aside) {
+    for (;;) {
+        const int file = open(aside.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+        if (file < 0) return file;
+        while (flock(file, LOCK_EX) != 0 && errno == EINTR) {
+        }
+        if (is_open_at(file, aside)) return file;
+        close(file); // the one before has given it its name
+    }
+}
+
+// Signals that ask the process to end wait as long as this lives: nothing stays aside.
+class Uninterrupted {
+  public:
+    Uninterrupted() {
+        sigset_t held;
+        sigemptyset(&held);
+        for (int signal : {SIGHUP, SIGINT, SIGTERM}) sigaddset(&held, signal);
+        sigprocmask(SIG_BLOCK, &held, &before_);
+    }
+    ~Uninterrupted() { sigprocmask(SIG_SETMASK, &before_, nullptr); }
+    Uninterrupted(const Uninterrupted &) = delete;
+    Uninterrupted &operator=(const Uninterrupted &) = delete;
+
+  private:
+    sigset_t before_;
+};
+
+void write_bytes(const std::string &path, const void *data, size_t size) {
+    if (is_special(path)) {
+        if (!write_whole(path, "wb", data, size)) fail_output(path);
+        return;
+    }
+    const std::string aside = aside_of(path);
+    const Uninterrupted uninterrupted;
+    const int claimed = claim(aside);
+    if (claimed < 0) fail_output(path);
+    const bool done = write_whole(aside, "wb", data, size) && std::rename(aside.c_str(), path.c_str()) == 0;
+    const int why = errno;
+    if (!done) std::remove(aside.c_str());
+    close(claimed);
+    errno = why;
+    if (!done) fail_output(path);
+}
+
+} // namespace
+
+Bytes read_file(const std::string &path) {
+    std::FILE *file = std::fopen(path.c_str(), "rb");
+    if (!file) throw InputError(path + ": cannot be opened: " + reason());
+    Bytes bytes;
+    uint8_t block[65536];
+    size_t count;
+    while ((count = std::fread(block, 1, sizeof block, file)) > 0) bytes.insert(bytes.end(), block, block + count);
+    const bool failed = std::ferror(file) != 0;
+    const std::string why = reason();
+    std::fclose(file);
+    if (failed) throw InputError(path + ": cannot be read: " + why);
+    return bytes;
+}
+
+Bytes read_plain_file(const std::string &path) {
+    if (is_special(path)) throw InputError(path + ": cannot be read: not a plain file");
+    return read_file(path);
+}
+
+void write_file(const std::string &path, const Bytes &bytes) { write_bytes(path, bytes.data(), bytes.size()); }
+void write_file(const std::string &path, const std::string &text) { write_bytes(path, text.data(), text.size()); }
+
+void tidy_up(const std::string &path) {
+    const std::string aside = aside_of(path);
+    const int file = open(aside.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
+    if (file < 0) return;
+    if (flock(file, LOCK_EX | LOCK_NB) == 0 && is_open_at(file, aside)) std::remove(aside.c_str());
+    close(file);
+}
+
+} // namespace wisp

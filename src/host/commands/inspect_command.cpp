@@ -1,0 +1,137 @@
+// `wisp inspect`: a scene and a pixel in, what the core tells of it out.
+#include "host/base/error.h"
+#include "host/commands/commands.h"
+#include "host/commands/inspection.h"
+#include "host/commands/progress.h"
+#include "host/commands/request.h"
+#include "host/results/fingerprint.h"
+
+namespace wisp {
+
+namespace {
+
+struct Question {
+    Request request;
+    std::string x, y, sample; // as they were given; `sample` empty: all
+    bool json = false;
+};
+
+// A place or a number below `end`, by its name.
+int number_below(const std::string &name, const std::string &value, int64_t end) {
+    const auto number = to_integer(value);
+    if (!number || *number < 0 || *number >= end)
+        throw Error(exit_usage,
+                    name + ": found '" + value + "', expected a whole number from 0 to " + std::to_string(end - 1));
+    return static_cast<int>(*number);
+}
+
+void refuse(const char *option, const std::string &why) {
+    throw Error(exit_usage, std::string("option '") + option + "' does not go with inspect: " + why);
+}
+
+void check(const Request &request) {
+    const Options &options = request.options;
+    check_options(request);
+    const struct {
+        const char *name;
+        bool given;
+    } of_files[] = {{"output", !options.outputs.empty()},
+                    {"map-out", !options.map_out.empty()},
+                    {"batches", options.batches.has_value()},
+                    {"stats", !options.stats.empty()},
+                    {"digest", options.digest}};
+    for (const auto &option : of_files)
+        if (option.given) refuse(option.name, "it makes no picture");
+    if (options.reference) refuse("reference", "its pixels are sums of paths");
+    if (options.shadows == ShadowMethod::paper) refuse("shadows", "paper's pixels depend on frames before");
+    if (several_frames(request))
+        throw Error(exit_usage, request.name + ": found several frames, expected one with --frames");
+}
+
+// The words behind `inspect`, but for those that are its own.
+Question read_question(const std::vector<std::string> &arguments) {
+    Question question;
+    std::vector<std::string> others;
+    for (size_t i = 0; i < arguments.size(); ++i) {
+        if (arguments[i] == "--json") {
+            question.json = true;
+        } else if (arguments[i] == "--sample") {
+            if (++i == arguments.size()) throw Error(exit_usage, "option '--sample' needs a value: I");
+            question.sample = arguments[i];
+        } else if (arguments[i].compare(0, 9, "--sample=") == 0) {
+            question.sample = arguments[i].substr(9);
+        } else {
+            others.push_back(arguments[i]);
+        }
+    }
+    CommandLine line = parse_arguments(others);
+    if (line.files.size() != 3)
+        throw Error(exit_usage, "found " + std::to_string(line.files.size()) +
+                                    " words behind 'inspect', expected SCENE X Y; see 'wisp help'");
+    question.x = line.files[1];
+    question.y = line.files[2];
+    line.files.resize(1);
+    question.request = read_request(line);
+    return question;
+}
+
+} // namespace
+
+int inspect_command(const std::vector<std::string> &arguments) {
+    const Question question = read_question(arguments);
+    const Request &request = question.request;
+    const Options &options = request.options;
+    check(request);
+    const int64_t frame = request.frames.first;
+    PreparedScene prepared;
+    prepare_scene(request.name, request.file, options, frame, prepared);
+    Inspection inspection;
+    inspection.scene = request.name;
+    inspection.arithmetic = core(options.arithmetic).name;
+    inspection.frame = frame;
+    inspection.x = number_below("X", question.x, prepared.width);
+    inspection.y = number_below("Y", question.y, prepared.height);
+    inspection.width = prepared.width;
+    inspection.height = prepared.height;
+    if (!question.sample.empty())
+        inspection.only = static_cast<uint32_t>(number_below("option 'sample'", question.sample, options.samples));
+    inspection.center = prepared.center;
+    inspection.scale = prepared.scale;
+    inspection.radiance_exponent = prepared.scene.radiance_exponent;
+    Settings settings = settings_of(options, prepared);
+    const Crop &crop = settings.crop;
+    if (inspection.x < crop.x0 || inspection.x >= crop.x1 || inspection.y < crop.y0 || inspection.y >= crop.y1)
+        throw Error(exit_usage, "option 'crop' does not have the pixel " + question.x + " " + question.y);
+    if (!options.crop) settings.crop = {inspection.x, inspection.y, inspection.x + 1, inspection.y + 1};
+    // What comes behind the pixel is of no use.
+    settings.crop.y1 = inspection.y + 1;
+
+    const Plan plan = checked_plan(request, prepared.scene, settings);
+    MapFile map;
+    if (!options.map_in.empty())
+        map = saved_map(request, frame, identity_of_map(prepared.scene, settings, core(options.arithmetic).name), plan);
+    MapSums sums = {map.sums.data(), map.sums.size(), map.sums.size()};
+    if (map.sums.empty() && uses_map(settings)) {
+        map.sums.resize(plan.map_sums);
+        sums = {map.sums.data(), map.sums.size(), 0};
+    }
+    const auto block = make_block(request.name, plan.bytes.arena);
+    Arena arena(block.get(), plan.bytes.arena);
+    std::vector<float> rgb(static_cast<size_t>(settings.crop.x1 - settings.crop.x0) *
+                           static_cast<size_t>(settings.crop.y1 - settings.crop.y0) * 3);
+    Statistics statistics;
+    hear_signals();
+    Watch watch(options, frame);
+    const Journal journal = inspection.journal();
+    const Status status = core(options.arithmetic)
+                              .render(prepared.scene, settings, arena, watch.observer(), rgb.data(), statistics,
+                                      uses_map(settings) ? &sums : nullptr, nullptr, &journal);
+    watch.finish();
+    if (status == Status::stopped) stop(request, frame);
+    if (status != Status::done) fail(request, plan, frame, status);
+    const std::string told = question.json ? inspection_json(inspection) : inspection_text(inspection);
+    std::fwrite(told.data(), 1, told.size(), stdout);
+    return exit_done;
+}
+
+} // namespace wisp

@@ -1,0 +1,62 @@
+// The time that frames take, and how far they are.
+#pragma once
+#include "host/base/interrupt.h"
+#include "host/scene/options.h"
+#include "wisp/wisp.h"
+#include <chrono>
+#include <cstdio>
+#include <unistd.h>
+
+namespace wisp {
+
+inline double now() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+// Hears the core: measures the seconds of its stages and shows how far it is.
+class Watch {
+  public:
+    Watch(const Options &options, int64_t frame) : frame_(frame) {
+        using Progress = Options::Progress;
+        shown_ = !options.quiet && (options.progress == Progress::always ||
+                                    (options.progress == Progress::automatic && isatty(STDERR_FILENO)));
+    }
+    Observer observer() {
+        return {this, [](void *self, Stage stage, uint64_t done, uint64_t total) {
+                    static_cast<Watch *>(self)->hear(stage, done, total);
+                    return heard_signal() == 0;
+                }};
+    }
+    void finish() {
+        close(now());
+        if (shown_) std::fprintf(stderr, "\r%-40s\r", "");
+    }
+    double seconds(Stage stage) const { return seconds_[static_cast<int>(stage)]; }
+
+  private:
+    void hear(Stage stage, uint64_t done, uint64_t total) {
+        static const char *const names[] = {"trees", "photons", "irradiance", "render"};
+        const double time = now();
+        if (done == 0) {
+            close(time);
+            stage_ = static_cast<int>(stage);
+            began_ = time;
+        }
+        if (!shown_ || (done > 0 && time < next_)) return;
+        next_ = time + 0.2;
+        std::fprintf(stderr, "\rframe %lld: %s %3d %%", static_cast<long long>(frame_), names[static_cast<int>(stage)],
+                     static_cast<int>(total ? 100 * done / total : 0));
+        std::fflush(stderr);
+    }
+    void close(double time) {
+        if (stage_ >= 0) seconds_[stage_] += time - began_;
+        stage_ = -1;
+    }
+
+    int64_t frame_;
+    bool shown_;
+    int stage_ = -1;
+    double began_ = 0, next_ = 0, seconds_[4] = {};
+};
+
+} // namespace wisp

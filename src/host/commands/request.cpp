@@ -1,0 +1,231 @@
+#include "host/base/error.h"
+#include "host/base/files.h"
+#include "host/base/interrupt.h"
+#include "host/commands/defaults.h"
+#include "host/commands/request.h"
+#include "wisp/pixel_sums.h"
+#include <new>
+#include <unistd.h>
+
+namespace wisp {
+
+namespace {
+
+// The frames to render: of an animated scene those that it has, unless others are asked for.
+Options::Frames frames_of(const Request &request) {
+    const Options &options = request.options;
+    if (!request.file.animation) {
+        if (options.frame_count)
+            throw Error(exit_usage, request.name + ": option 'frame-count': there is no animation (statement 'a')");
+        return options.frames.value_or(Options::Frames());
+    }
+    const int64_t last = frame_count_of(request.file, options) - 1;
+    if (!options.frames) return {0, last, 1};
+    if (options.frames->last > last)
+        throw Error(exit_usage, request.name + ": option 'frames': found frame " +
+                                    std::to_string(options.frames->last) + ", expected 0 to " + std::to_string(last));
+    return *options.frames;
+}
+
+} // namespace
+
+Request read_request(const CommandLine &line) {
+    if (line.files.size() != 1)
+        throw Error(exit_usage,
+                    "found " + std::to_string(line.files.size()) + " scene files, expected one; see 'wisp help'");
+    Request request;
+    for (const auto &[name, value] : line.options) set_option(request.options, name, value, ""); // usage before input
+    request.name = line.files[0];
+    request.file = read_scene(request.name);
+    request.options = Options();
+    for (const SceneFile::Default &setting : request.file.defaults) try {
+            if (setting.option == "output" || setting.option == "stats" || setting.option == "error-out" ||
+                setting.option == "map-out" || setting.option == "map-in")
+                throw InputError(setting.where + "option '" + setting.option +
+                                 "' in a scene, expected it on the command line");
+            set_option(request.options, setting.option, setting.value, setting.where);
+        } catch (const Error &error) {
+            throw InputError(error.what());
+        }
+    for (const auto &[name, value] : line.options) set_option(request.options, name, value, "");
+    request.frames = frames_of(request);
+    return request;
+}
+
+Settings settings_of(const Options &options, const PreparedScene &prepared) {
+    const int width = prepared.width, height = prepared.height;
+    Settings settings = {};
+    settings.crop = {0, 0, width, height};
+    if (options.crop) {
+        const auto &c = *options.crop;
+        if (c.x1 > width || c.y1 > height)
+            throw Error(exit_usage, "option 'crop' reaches beyond the picture's " + std::to_string(width) + " x " +
+                                        std::to_string(height) + " pixels");
+        settings.crop = {c.x0, c.y0, c.x1, c.y1};
+    }
+    settings.samples = options.samples;
+    settings.depth = options.depth;
+    settings.shadows = options.shadows;
+    settings.lights = options.lights;
+    settings.check_shadows = options.verbose && settings.shadows == ShadowMethod::paper;
+    settings.photons = options.photons;
+    settings.seed = options.seed;
+    settings.gather = options.gather;
+    settings.gather_radius = options.gather_radius;
+    choose_way(options, prepared.scene, settings);
+    settings.reference = options.reference;
+    const Options::Range passes = options.passes.value_or(Options::Range{0, 16});
+    settings.first_pass = passes.first;
+    settings.last_pass = passes.last;
+    return settings;
+}
+
+Plan checked_plan(const Request &request, const Scene &scene, const Settings &settings) {
+    for (uint32_t i = 0; i < scene.smoke_count; ++i)
+        if (scene.smokes[i].is_grid() && settings.method == Method::map && settings.estimate == Estimate::knn)
+            throw Error(exit_usage, request.name + ": option 'estimate': found 'knn' with --smoke map for a grid or a "
+                                                   "box, expected kernel, or particles alone");
+    const Plan plan = core(request.options.arithmetic).plan(scene, settings);
+    if (plan.surfaces && !plan.smoke && uses_map(settings))
+        throw Error(exit_usage, request.name + ": found options of the particle map, expected none without smoke");
+    if (request.options.memory && plan.bytes.arena > *request.options.memory)
+        throw Error(exit_memory, request.name + ": the plan needs " + std::to_string(plan.bytes.arena) +
+                                     " bytes, expected at most the " + std::to_string(*request.options.memory) +
+                                     " of --memory" + (plan.photons ? "; fewer --photons need less" : ""));
+    if (uses_map(settings) && settings.photons > plan.most_photons)
+        throw Error(exit_usage, "option 'photons': found " + std::to_string(settings.photons) + ", expected at most " +
+                                    std::to_string(plan.most_photons) + " that the particle map's sums can hold");
+    return plan;
+}
+
+uint64_t picture_bytes(const Options &options, const Settings &settings) {
+    if (options.batches) return 0;
+    const Crop &c = settings.crop;
+    const uint64_t pixels = static_cast<uint64_t>(c.x1 - c.x0) * static_cast<uint64_t>(c.y1 - c.y0);
+    return pixels * (2 * 3 * sizeof(float) + (settings.reference ? sizeof(PixelSums) : 0));
+}
+
+void check_picture(const Request &request, const Settings &settings, const Plan &plan) {
+    const uint64_t picture = picture_bytes(request.options, settings);
+    const uint64_t machine =
+        static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
+    const bool asked = request.options.memory && plan.bytes.arena + picture > *request.options.memory;
+    if (!asked && picture <= machine) return;
+    const std::string most =
+        asked ? std::to_string(*request.options.memory) + " of --memory" : std::to_string(machine) + " of this machine";
+    throw Error(exit_memory, request.name + ": the picture needs " + std::to_string(picture) +
+                                 " bytes beside the plan's " + std::to_string(plan.bytes.arena) +
+                                 ", expected at most the " + most + "; a smaller --size or --crop needs less");
+}
+
+MapFile saved_map(const Request &request, int64_t frame, const std::string &scene, const Plan &plan) {
+    const std::string path = numbered(request.options.map_in, frame);
+    MapFile map = parse_map(read_file(path), path);
+    check_map(map, scene, plan.map_sums, path);
+    return map;
+}
+
+void fail(const Request &request, const Plan &plan, int64_t frame, Status status) {
+    if (status == Status::wrong_sums)
+        throw InputError(numbered(request.options.map_in, frame) + ": not as many sums as this scene's map has");
+    if (status == Status::overflow)
+        throw InputError(request.name + ": photons collide so often that the particle map's sums might overflow, "
+                                        "expected fewer --photons or thinner smoke");
+    throw Error(exit_memory,
+                request.name + ": the plan's " + std::to_string(plan.bytes.arena) + " bytes do not suffice");
+}
+
+void stop(const Request &request, int64_t frame) {
+    const int signal = heard_signal();
+    throw Error(static_cast<Exit>(exit_signal + signal),
+                request.name + ": stopped by " + signal_name(signal) + " in frame " + std::to_string(frame));
+}
+
+namespace {
+
+void check_map_options(const Options &options, bool several) {
+    const struct {
+        const char *name;
+        bool given;
+    } of_map[] = {{"map-out", !options.map_out.empty()},
+                  {"map-in", !options.map_in.empty()},
+                  {"batches", options.batches.has_value()},
+                  {"remap", options.remap}};
+    for (const auto &option : of_map)
+        if (option.given && (options.reference || options.method.value_or(Method::map) != Method::map))
+            throw Error(exit_usage, std::string("option '") + option.name + "' belongs to --smoke map");
+    for (size_t i : {0, 2, 3})
+        if (!options.map_in.empty() && of_map[i].given)
+            throw Error(exit_usage,
+                        std::string("option '") + of_map[i].name + "' does not go with --map-in: nothing is traced");
+    if (several && !options.map_out.empty() && !has_number(options.map_out))
+        throw Error(exit_usage,
+                    "option 'map-out': found '" + options.map_out + "' for several frames, expected a name with %04d");
+    for (const std::string &output : options.outputs)
+        if (output == options.map_out)
+            throw Error(exit_usage, "option 'map-out' is '" + output + "' like an output, expected another file");
+    if (!options.batches) return;
+    if (options.map_out.empty())
+        throw Error(exit_usage, "option 'batches' makes no picture, expected --map-out with it");
+    if (!options.outputs.empty() || options.digest)
+        throw Error(exit_usage, std::string("option '") + (options.digest ? "digest" : "output") +
+                                    "' does not go with --batches: they make no picture");
+    const uint64_t batches = batch_count(options.photons);
+    if (options.batches->last > batches)
+        throw Error(exit_usage, "option 'batches': found '" + std::to_string(options.batches->first) + ":" +
+                                    std::to_string(options.batches->last) + "', expected batches below " +
+                                    std::to_string(batches) + ": those of " + std::to_string(options.photons) +
+                                    " photons");
+}
+
+} // namespace
+
+void check_options(const Request &request) {
+    const Options &options = request.options;
+    const bool several = several_frames(request);
+    check_map_options(options, several);
+    for (const std::string &output : options.outputs) {
+        if (several && !has_number(output))
+            throw Error(exit_usage,
+                        "option 'output': found '" + output + "' for several frames, expected a name with %04d");
+        if (ends_in(output, ".map"))
+            throw Error(exit_usage, "option 'output': found '" + output + "', expected --map-out for the particle map");
+        if (!options.reference && ends_in(output, ".passes"))
+            throw Error(exit_usage, "option 'output': found '" + output + "', expected .passes only with --reference");
+    }
+    if (options.shadows == ShadowMethod::paper) {
+        const auto refuse = [](const char *option, const char *expected) {
+            throw Error(exit_usage,
+                        std::string("option '") + option + "' does not go with --shadows paper: " + expected);
+        };
+        if (options.crop) refuse("crop", "it learns from whole pictures");
+        if (options.reference) refuse("reference", "its pixels would be wrong");
+        if (request.frames.first != 0 || request.frames.step != 1)
+            refuse("frames", "it learns from frame to frame, expected all from 0 on");
+    }
+    if (options.method == Method::direct && options.estimate == Estimate::kernel)
+        throw Error(exit_usage, "option 'estimate': found 'kernel', expected knn with --smoke direct");
+    if (several && !options.error_out.empty() && !has_number(options.error_out))
+        throw Error(exit_usage, "option 'error-out': found '" + options.error_out +
+                                    "' for several frames, expected a name with %04d");
+    if (!options.reference && options.passes) throw Error(exit_usage, "option 'passes' belongs to --reference");
+    if (!options.reference && !options.error_out.empty())
+        throw Error(exit_usage, "option 'error-out' belongs to --reference");
+    for (const std::string &output : options.outputs)
+        if (output == options.error_out)
+            throw Error(exit_usage, "option 'error-out' is '" + output + "' like an output, expected another file");
+}
+
+bool several_frames(const Request &request) {
+    return request.frames.last - request.frames.first >= request.frames.step;
+}
+
+std::unique_ptr<unsigned char[]> make_block(const std::string &name, uint64_t bytes) {
+    std::unique_ptr<unsigned char[]> block(new (std::nothrow) unsigned char[bytes]);
+    if (!block)
+        throw Error(exit_memory, name + ": the plan needs " + std::to_string(bytes) +
+                                     " bytes, more than the system gives; fewer --photons need less");
+    return block;
+}
+
+} // namespace wisp

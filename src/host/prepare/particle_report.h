@@ -1,0 +1,17 @@
+// Whether a smoke has as many particles as its picture needs (S7), in words: for `wisp plan -v`.
+#pragma once
+#include "host/commands/core.h"
+#include "host/prepare/prepare.h"
+#include <string>
+#include <vector>
+
+namespace wisp {
+
+// The relative error (root of the mean square) of the density that independent particles give, from the neighbourhoods
+// of all of them; infinite where there is no neighbour.
+double density_error(const SmokeSource &smoke, const std::vector<Neighbourhood> &neighbourhoods);
+
+// Two lines for each smoke of particles: whether they suffice, and how many of them are noise.
+std::vector<std::string> particle_report(const PreparedScene &prepared, const Core &core);
+
+} // namespace wisp

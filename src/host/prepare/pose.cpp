@@ -1,0 +1,194 @@
+#include "host/base/double3.h"
+#include "host/base/error.h"
+#include "host/prepare/motion.h"
+#include "host/prepare/pose.h"
+#include <limits>
+
+namespace wisp {
+
+namespace {
+
+using Corners = std::array<Double3, 3>;
+
+// What moves or hides the node itself.
+const Motion *motion_of(const SceneGraph &graph, const Node &node) {
+    const Motion *m = find_motion(graph, node.name);
+    const bool any = m && !(m->translation.empty() && m->rotation.empty() && m->scale.empty() && m->visibility.empty());
+    return any ? m : nullptr;
+}
+
+// One more than a node's index: the world is 0.
+size_t place_of(int32_t node) { return static_cast<size_t>(node + 1); }
+
+// From the space of a node to the nearest space that moves, or to that of the world.
+struct Frame {
+    int32_t mover = -1;
+    Matrix matrix;
+};
+
+std::vector<Frame> still_frames(const SceneGraph &graph) {
+    std::vector<Frame> frames(1);
+    for (size_t i = 0; i < graph.nodes.size(); ++i) {
+        const Node &node = graph.nodes[i];
+        Frame frame = frames[place_of(node.parent)];
+        if (motion_of(graph, node))
+            frame = {static_cast<int32_t>(i), Matrix()};
+        else
+            frame.matrix = frame.matrix * placement_matrix(node.placement);
+        frames.push_back(frame);
+    }
+    return frames;
+}
+
+// From the space of a node to that of the world.
+struct Pose {
+    Matrix matrix;
+    bool visible = true;
+};
+
+std::vector<Pose> poses_at(const SceneGraph &graph, double time) {
+    std::vector<Pose> poses(1);
+    for (const Node &node : graph.nodes) {
+        Pose pose = poses[place_of(node.parent)];
+        if (const Motion *motion = motion_of(graph, node)) {
+            pose.matrix = pose.matrix * motion_matrix(*motion, time);
+            pose.visible = pose.visible && is_visible(*motion, time);
+        } else {
+            pose.matrix = pose.matrix * placement_matrix(node.placement);
+        }
+        poses.push_back(pose);
+    }
+    return poses;
+}
+
+// The inverse transpose of a matrix, but for a factor above 0; of a matrix without inverse the cofactors, which still
+// know the normal of a plane.
+Matrix normal_matrix(const Matrix &m) {
+    const double size = std::max({largest_component(m.axis[0]), largest_component(m.axis[1]),
+                                  largest_component(m.axis[2]), std::numeric_limits<double>::min()});
+    const Double3 a = m.axis[0] * (1 / size), b = m.axis[1] * (1 / size), c = m.axis[2] * (1 / size);
+    const double sign = dot(a, cross(b, c)) < 0 ? -1 : 1;
+    return {{cross(b, c) * sign, cross(c, a) * sign, cross(a, b) * sign}, {0, 0, 0}};
+}
+
+bool has_inverse(const Matrix &m) {
+    const double scale = length(m.axis[0]) * length(m.axis[1]) * length(m.axis[2]);
+    return std::fabs(dot(m.axis[0], cross(m.axis[1], m.axis[2]))) > 1e-12 * scale;
+}
+
+void set_normals(Triangle &triangle, const Corners &normals) {
+    const bool all =
+        std::all_of(normals.begin(), normals.end(), [](const Double3 &n) { return largest_component(n) > 0; });
+    for (size_t i = 0; i < 3; ++i) triangle.normal[i] = all ? unit(normals[i]) : Double3{0, 0, 0};
+}
+
+void check_range(const std::string &name, const Double3 &p) {
+    for (double x : {p.x, p.y, p.z})
+        if (!(std::fabs(x) <= 1e100))
+            throw InputError(name + ":1: the transforms of a scene enlarge it beyond +-1e100, expected smaller scales");
+}
+
+// A mesh by a matrix, from `triangle` on.
+void bake(const std::string &name, const Mesh &mesh, const Matrix &matrix, Triangle *triangle) {
+    std::vector<Double3> positions, normals;
+    for (const Double3 &p : mesh.positions) {
+        positions.push_back(transform_point(matrix, p));
+        check_range(name, positions.back());
+    }
+    const Matrix to_normals = normal_matrix(matrix);
+    for (const Double3 &n : mesh.normals) normals.push_back(transform_vector(to_normals, n));
+    for (const Mesh::Row &row : mesh.rows) {
+        Triangle &t = *triangle++;
+        t = {};
+        t.material = mesh.material;
+        t.texture = mesh.texture;
+        for (size_t i = 0; i < 3; ++i) {
+            t.corner[i] = positions[row.corner[i]];
+            if (!mesh.texels.empty()) std::copy_n(mesh.texels[row.texel[i]].begin(), 2, t.texel[i]);
+        }
+        if (!normals.empty()) set_normals(t, {normals[row.normal[0]], normals[row.normal[1]], normals[row.normal[2]]});
+    }
+}
+
+// `tpa` at a time, in the space of its node.
+Morph::Pose shape_at(const Morph &morph, double time) {
+    const std::vector<Morph::Pose> &poses = morph.poses;
+    if (time <= poses.front().time) return poses.front();
+    if (time >= poses.back().time) return poses.back();
+    size_t next = 1;
+    while (time >= poses[next].time) ++next;
+    const Morph::Pose &a = poses[next - 1], &b = poses[next];
+    const double u = (time - a.time) / (b.time - a.time);
+    Morph::Pose shape = {time, {}, {}};
+    for (size_t i = 0; i < 3; ++i) {
+        shape.corners[i] = a.corners[i] * (1 - u) + b.corners[i] * u;
+        shape.normals[i] = a.normals[i] * (1 - u) + b.normals[i] * u;
+    }
+    return shape;
+}
+
+} // namespace
+
+Shapes make_shapes(const std::string &name, const SceneGraph &graph) {
+    const std::vector<Frame> frames = still_frames(graph);
+    // Where the triangles of each mover are to begin; the world is the first of them.
+    std::vector<uint64_t> begin(graph.nodes.size() + 2);
+    for (const Mesh &mesh : graph.meshes) begin[place_of(frames[place_of(mesh.node)].mover) + 1] += mesh.rows.size();
+    for (size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
+    const uint64_t all = begin.back() + graph.morphs.size();
+    if (all > std::numeric_limits<uint32_t>::max())
+        throw InputError(name + ":1: there are " + std::to_string(all) + " triangles, expected fewer than 4294967296");
+
+    Shapes shapes = {};
+    shapes.triangles.resize(all);
+    shapes.still_count = static_cast<uint32_t>(begin[1]);
+    shapes.body_triangle_count = static_cast<uint32_t>(begin.back() - begin[1]);
+    shapes.morph_count = static_cast<uint32_t>(graph.morphs.size());
+    for (size_t i = 0; i < graph.nodes.size(); ++i) {
+        if (begin[i + 1] == begin[i + 2]) continue;
+        Body body = {};
+        body.first = static_cast<uint32_t>(begin[i + 1]);
+        body.count = static_cast<uint32_t>(begin[i + 2] - begin[i + 1]);
+        shapes.bodies.push_back(body);
+        shapes.body_nodes.push_back(static_cast<int32_t>(i));
+    }
+    for (const Mesh &mesh : graph.meshes) {
+        const Frame &frame = frames[place_of(mesh.node)];
+        uint64_t &next = begin[place_of(frame.mover)];
+        bake(name, mesh, frame.matrix, shapes.triangles.data() + next);
+        next += mesh.rows.size();
+    }
+    return shapes;
+}
+
+void pose_shapes(const std::string &name, const SceneGraph &graph, double time, Shapes &shapes) {
+    const std::vector<Pose> poses = poses_at(graph, time);
+    for (size_t i = 0; i < shapes.bodies.size(); ++i) {
+        Body &body = shapes.bodies[i];
+        const Pose &pose = poses[place_of(shapes.body_nodes[i])];
+        std::copy_n(pose.matrix.axis, 3, body.axis);
+        body.origin = pose.matrix.origin;
+        body.visible = pose.visible && has_inverse(pose.matrix);
+        for (const Double3 &v : {body.axis[0], body.axis[1], body.axis[2], body.origin}) check_range(name, v);
+    }
+    Triangle *triangle = shapes.triangles.data() + shapes.still_count + shapes.body_triangle_count;
+    for (const Morph &morph : graph.morphs) {
+        const Pose &pose = poses[place_of(morph.node)];
+        const Morph::Pose shape = shape_at(morph, time);
+        const Matrix to_normals = normal_matrix(pose.matrix);
+        Triangle &t = *triangle++;
+        t = {};
+        t.material = morph.material;
+        t.texture = -1;
+        Corners normals;
+        for (size_t i = 0; i < 3; ++i) {
+            t.corner[i] = transform_point(pose.matrix, shape.corners[i]);
+            check_range(name, t.corner[i]);
+            normals[i] = transform_vector(to_normals, shape.normals[i]);
+        }
+        set_normals(t, normals);
+        if (!pose.visible) t.corner[1] = t.corner[2] = t.corner[0];
+    }
+}
+
+} // namespace wisp

@@ -1,0 +1,428 @@
+// Lengths are divided by a power of two and radiances by another, so that nothing is rounded here but the distance to
+// the middle of the smoke, in double; decisions that depend on the arithmetic are the core's.
+#include "core/numbers/elementary.h"
+#include "host/base/double3.h"
+#include "host/base/error.h"
+#include "host/base/files.h"
+#include "host/formats/particles.h"
+#include "host/formats/volume.h"
+#include "host/prepare/decimate.h"
+#include "host/prepare/motion.h"
+#include "host/prepare/placement.h"
+#include "host/prepare/prepare.h"
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <tuple>
+
+namespace wisp {
+
+namespace {
+
+void sort_canonically(std::vector<Particle> &particles) {
+    std::sort(particles.begin(), particles.end(), [](const Particle &a, const Particle &b) {
+        return std::make_tuple(a.position.x, a.position.y, a.position.z, a.h, a.area) <
+               std::make_tuple(b.position.x, b.position.y, b.position.z, b.h, b.area);
+    });
+}
+
+// The particles of one block in the units of the scene, in canonical order.
+std::vector<Particle> load_particles(const std::vector<Node> &nodes, const SceneFile::Smoke &smoke,
+                                     const std::string &path, const Bytes &bytes, std::vector<std::string> &notes) {
+    const Particles table = parse_particles(path, bytes.data(), bytes.size());
+    if (table.has_particle_radius)
+        notes.push_back(path + ": its particle radii are not smoothing lengths and are not used");
+    if (!smoke.radius && table.smoothing_length.empty() && !table.position.empty())
+        throw InputError(smoke.where + "no smoothing length, expected a line 'radius H' or an attribute 'h' in " +
+                         path);
+    if (!smoke.mass && table.mass.empty() && !table.position.empty())
+        throw InputError(smoke.where + "no mass, expected a line 'mass M' or an attribute 'mass' in " + path);
+
+    const double scale = scale_in_world(nodes, smoke.node);
+    std::vector<Particle> particles(table.position.size());
+    double farthest = 0, smallest_h = 1e300;
+    for (size_t i = 0; i < particles.size(); ++i) {
+        const Double3 p = {table.position[i][0], table.position[i][1], table.position[i][2]};
+        Particle &particle = particles[i];
+        particle.position = placed_in_world(nodes, smoke.node, p);
+        particle.h = (smoke.radius ? *smoke.radius : table.smoothing_length[i]) * scale;
+        if (!(particle.h >= 1e-100 && particle.h <= 1e100))
+            throw InputError(smoke.where + "a smoothing length is outside 1e-100 to 1e100, expected one within");
+        particle.area = smoke.extinction * (smoke.mass ? *smoke.mass : table.mass[i]);
+        for (double x : {p.x, p.y, p.z}) farthest = std::max(farthest, std::fabs(x));
+        smallest_h = std::min(smallest_h, particle.h);
+    }
+    // Formats hold float32: positions far from 0 may be coarser than the smoke.
+    if (!particles.empty() && farthest * scale * 0x1p-24 > 0.01 * smallest_h)
+        notes.push_back(path +
+                        ": as 32-bit numbers its positions are coarser than a hundredth of the smoothing length");
+    sort_canonically(particles);
+    return particles;
+}
+
+// A box of cells in the units of the scene, transformed like particles; `density` outlives it.
+GridSource place_grid(const std::vector<Node> &nodes, const SceneFile::Smoke &smoke, const Double3 &low,
+                      const Double3 &high) {
+    GridSource grid = {};
+    grid.nx = grid.ny = grid.nz = 1;
+    grid.extinction = smoke.extinction;
+    grid.center = placed_in_world(nodes, smoke.node, (low + high) * 0.5);
+    grid.half = (high - low) * (0.5 * scale_in_world(nodes, smoke.node));
+    for (double half : {grid.half.x, grid.half.y, grid.half.z})
+        if (!(half >= 1e-100 && half <= 1e100))
+            throw InputError(smoke.where + "an edge of the grid is outside 1e-100 to 1e100, expected one within");
+    for (int i = 0; i < 3; ++i)
+        grid.axis[i] = turned_in_world(nodes, smoke.node, {double(i == 0), double(i == 1), double(i == 2)});
+    return grid;
+}
+
+// One block in the units of the scene, into `source` and the memory behind it.
+void load(const std::vector<Node> &nodes, const SceneFile::Smoke &smoke, int64_t frame, SmokeSource &source,
+          std::vector<Particle> &particles, std::vector<float> &density, std::vector<std::string> &notes) {
+    source.kernel = smoke.kernel;
+    source.albedo = smoke.albedo;
+    source.asymmetry = smoke.phase;
+    source.emission = smoke.emission;
+    if (smoke.box) {
+        source.grid = place_grid(nodes, smoke, smoke.box->low, smoke.box->high);
+        source.grid.extinction *= smoke.box->density;
+        return;
+    }
+    const std::string path = numbered(smoke.file, smoke.first_frame + frame * smoke.frame_step);
+    const Bytes bytes = read_file(path);
+    if (!is_volume(bytes.data(), bytes.size())) {
+        particles = load_particles(nodes, smoke, path, bytes, notes);
+        return;
+    }
+    if (!smoke.of_particles.empty())
+        throw InputError(smoke.of_particles + ", expected none for the density grid " + path +
+                         ": only particles have it");
+    Volume volume = parse_volume(path, bytes.data(), bytes.size());
+    source.grid = place_grid(nodes, smoke, {volume.low[0], volume.low[1], volume.low[2]},
+                             {volume.high[0], volume.high[1], volume.high[2]});
+    source.grid.nx = static_cast<int32_t>(volume.nx);
+    source.grid.ny = static_cast<int32_t>(volume.ny);
+    source.grid.nz = static_cast<int32_t>(volume.nz);
+    density = std::move(volume.density);
+}
+
+// Takes the particles away that are noise (--thin). Before anything else: strays do not widen the smoke.
+void thin(const SceneFile &file, double epsilon, PreparedScene &prepared) {
+    std::vector<LightSource> lights;
+    for (const SceneFile::Light &l : file.lights) lights.push_back({l.kind, l.position, l.direction, 2, l.color});
+    const auto noise = find_noise(prepared.particles, prepared.smokes, file.view->from, lights, epsilon);
+    for (size_t i = 0; i < noise.size(); ++i) {
+        if (prepared.particles[i].empty()) continue;
+        size_t given = 0;
+        for (const Removal &r : noise[i]) given += r.heir != r.index;
+        prepared.notes.push_back("smoke " + std::to_string(i + 1) + ": --thin leaves out " +
+                                 std::to_string(noise[i].size()) + " of " +
+                                 std::to_string(prepared.particles[i].size()) + " particles; " + std::to_string(given) +
+                                 " give their mass to a neighbour");
+        remove_particles(prepared.particles[i], noise[i]);
+        sort_canonically(prepared.particles[i]); // heirs have another mass
+    }
+}
+
+// What --step multiplies for a grid: the shortest edge of a cell, of a box a twentieth of its own.
+double step_length(const GridSource &grid) {
+    if (!grid.density) return std::min({grid.half.x, grid.half.y, grid.half.z}) * 0.1;
+    return 2 * std::min({grid.half.x / grid.nx, grid.half.y / grid.ny, grid.half.z / grid.nz});
+}
+
+// Half the edges of the upright box around a turned one.
+Double3 reach(const GridSource &grid) {
+    const Double3 *a = grid.axis, &h = grid.half;
+    return {std::fabs(a[0].x) * h.x + std::fabs(a[1].x) * h.y + std::fabs(a[2].x) * h.z,
+            std::fabs(a[0].y) * h.x + std::fabs(a[1].y) * h.y + std::fabs(a[2].y) * h.z,
+            std::fabs(a[0].z) * h.x + std::fabs(a[1].z) * h.y + std::fabs(a[2].z) * h.z};
+}
+
+struct Extent {
+    Double3 low = {0, 0, 0}, high = {0, 0, 0};
+    double smallest_h = 0, largest_h = 0;
+    bool any = false;
+};
+
+Extent extent_of(const PreparedScene &prepared) {
+    Extent e;
+    const auto add = [&e](const Double3 &x, double h) {
+        e.low = e.any ? Double3{std::min(e.low.x, x.x), std::min(e.low.y, x.y), std::min(e.low.z, x.z)} : x;
+        e.high = e.any ? Double3{std::max(e.high.x, x.x), std::max(e.high.y, x.y), std::max(e.high.z, x.z)} : x;
+        e.smallest_h = e.any ? std::min(e.smallest_h, h) : h;
+        e.largest_h = std::max(e.largest_h, h);
+        e.any = true;
+    };
+    for (const auto &particles : prepared.particles)
+        for (const Particle &p : particles) add(p.position, p.h);
+    for (const SmokeSource &smoke : prepared.smokes) {
+        if (!smoke.is_grid()) continue;
+        add(smoke.grid.center - reach(smoke.grid), step_length(smoke.grid));
+        add(smoke.grid.center + reach(smoke.grid), step_length(smoke.grid));
+    }
+    return e;
+}
+
+// The block in normalised lengths, and what is to be known of all of it. A grid's largest density becomes 1 to 2, so
+// that fixed point keeps the digits of all.
+void normalize(SmokeSource &source, std::vector<Particle> &particles, std::vector<float> &densities,
+               const Double3 &center, double scale) {
+    for (Particle &p : particles) {
+        p.position = (p.position - center) * scale;
+        p.h *= scale;
+        p.area *= scale * scale;
+        source.smallest_h = source.largest_h == 0 ? p.h : std::min(source.smallest_h, p.h);
+        source.largest_h = std::max(source.largest_h, p.h);
+        source.total_area += p.area;
+    }
+    source.particles = particles.data();
+    source.count = static_cast<uint32_t>(particles.size());
+    if (!source.is_grid()) return;
+    GridSource &grid = source.grid;
+    grid.center = (grid.center - center) * scale;
+    grid.half = grid.half * scale;
+    grid.extinction /= scale;
+    float densest = 0;
+    for (float density : densities) densest = std::max(densest, density);
+    if (densest > 0) {
+        const int e = exponent_of(static_cast<double>(densest));
+        for (float &density : densities) density = std::ldexp(density, -e);
+        grid.extinction = std::ldexp(grid.extinction, e);
+    }
+    source.smallest_h = source.largest_h = step_length(grid);
+    double sum = grid.density ? 0 : 1;
+    for (uint64_t i = 0; grid.density && i < grid.count(); ++i) sum += static_cast<double>(grid.density[i]);
+    // Each sample's tent has the volume of a cell.
+    source.total_area =
+        grid.extinction * sum * (8 * grid.half.x * grid.half.y * grid.half.z / static_cast<double>(grid.count()));
+}
+
+Camera make_camera(const SceneFile::View &view, int width, int height, const Double3 &center, double scale) {
+    double sine, cosine;
+    sincos_turns(view.angle / 720, sine, cosine);
+    // The angle spans the centres of the first and the last row; with one row, the row.
+    const double pixel = 2 * sine / cosine / std::max(height - 1, 1);
+    const Double3 forward = unit(view.at - view.from), right = unit(cross(forward, view.up)),
+                  up = cross(right, forward);
+    Camera camera;
+    camera.origin = (view.from - center) * scale;
+    camera.right = right * pixel;
+    camera.down = up * -pixel;
+    camera.corner = forward - camera.right * (0.5 * width) - camera.down * (0.5 * height);
+    return camera;
+}
+
+// The largest irradiance that the light gives to the smoke, or to a point in its middle.
+double brightness(const LightSource &light, const Double3 &middle, double radius) {
+    const double color = largest(light.color);
+    if (light.kind == LightKind::parallel || light.kind == LightKind::constant) return color;
+    const Double3 way = light.position - middle;
+    const double distance = std::max(std::sqrt(dot(way, way)) - radius, std::max(radius, 1.0) * 0.5);
+    return color / (distance * distance);
+}
+
+// The same for surfaces, of which all else is within coordinate_limit.
+void check_surface_range(const std::string &name, const PreparedScene &prepared, const Options &options) {
+    const bool fixed = options.arithmetic == Arithmetic::fixed;
+    const auto refuse = [&name](const std::string &what) {
+        throw InputError(name + ":1: " + what + ", expected a scene that fits");
+    };
+    const double farthest = fixed ? 0x1p13 : 0x1p18;
+    if (!(largest_component(prepared.scene.camera.origin) <= farthest))
+        refuse("the camera is too far from the surfaces for this arithmetic");
+    if (fixed && length(prepared.scene.camera.corner) > 0x1p15) refuse("the view is too wide for fixed point");
+    double sum = 0;
+    for (const LightSource &light : prepared.lights) {
+        if (light.kind != LightKind::parallel && !(largest_component(light.position) <= farthest))
+            refuse("a light is too far from the surfaces for this arithmetic");
+        if (fixed && largest(light.color) > 0x1p30) refuse("a light is too strong for fixed point");
+        sum += largest(light.color);
+    }
+    if (fixed && options.lights == LightChoice::cuts && sum > 0x1p30)
+        refuse("the lights together are too strong for cuts in fixed point");
+    if (prepared.scene.radiance_exponent > 120) refuse("it is too bright for a picture of 32-bit numbers");
+    if (!fixed) return;
+    for (uint32_t i = 0; i < prepared.scene.body_count; ++i) {
+        const Body &body = prepared.scene.bodies[i];
+        double most = 0;
+        for (int k = 0; body.visible && k < 3; ++k)
+            most = std::max({most, largest_component(body.axis[k]), largest_component(body.inverse[k])});
+        if (most > 0x1p11) refuse("something is stretched more than 2048 times, too much for fixed point");
+    }
+    for (uint32_t i = 0; i < prepared.scene.material_count; ++i) {
+        const Material &m = prepared.scene.materials[i];
+        if (std::max({largest(m.ambient), largest(m.diffuse), largest(m.specular)}) > 4)
+            refuse("a material is brighter than 4, too much for fixed point");
+    }
+}
+
+// Surfaces give the unit of length, so that it is that of every frame; in fixed point smoke is neither fine nor coarse
+// in it.
+void check_beside_surfaces(const std::string &name, const Extent &extent, double scale, const Options &options) {
+    if (options.arithmetic != Arithmetic::fixed) return;
+    if (!(extent.smallest_h * scale >= 0x1p-4 && extent.largest_h * scale <= 0x1p7))
+        throw InputError(name + ":1: beside these surfaces the smoke is too " +
+                         (extent.smallest_h * scale < 0x1p-4 ? "fine" : "coarse") +
+                         " for fixed point, expected smoothing lengths of 1/10000 to 1/10 of their size");
+}
+
+// Refuses what leaves the range of the arithmetic: of float, and of fixed-point numbers, which end at 2^31.
+void check_range(const std::string &name, const SceneFile &file, const PreparedScene &prepared, const Extent &extent,
+                 const Options &options) {
+    if (!extent.any) return;
+    const auto refuse = [](const std::string &where, const std::string &what) {
+        throw InputError(where + what + ", expected a scene that fits");
+    };
+    const std::string scene_line = name + ":1: ";
+    const bool fixed = options.arithmetic == Arithmetic::fixed;
+    const auto distance = [](const Double3 &p) { return std::sqrt(dot(p, p)); };
+    double radius = 0, power = 0;
+    for (size_t i = 0; i < prepared.smokes.size(); ++i) {
+        const std::string &where = file.smokes[i].where;
+        for (const Particle &p : prepared.particles[i]) {
+            for (double x : {p.position.x, p.position.y, p.position.z})
+                if (!(std::fabs(x) <= coordinate_limit))
+                    refuse(where, "the smoke is more than " + std::to_string(static_cast<int>(2 * coordinate_limit)) +
+                                      " smoothing lengths wide");
+            radius = std::max(radius, distance(p.position) + 2 * p.h);
+            if (!(p.area <= (fixed ? 0x1p20 : 1e30) * p.h * p.h))
+                refuse(where, "a particle's optical depth is too large for this arithmetic");
+        }
+        const SmokeSource &smoke = prepared.smokes[i];
+        const GridSource &grid = smoke.grid;
+        if (smoke.is_grid()) {
+            const Double3 half = reach(grid);
+            for (double x : {std::fabs(grid.center.x) + half.x, std::fabs(grid.center.y) + half.y,
+                             std::fabs(grid.center.z) + half.z})
+                if (!(x <= coordinate_limit)) refuse(where, "the grid is too wide for its smallest edge");
+            radius = std::max(radius, distance(grid.center) + distance(grid.half));
+            double densest = grid.density ? 0 : 1;
+            for (float density : prepared.densities[i]) densest = std::max(densest, static_cast<double>(density));
+            if (!(grid.extinction * densest <= (fixed ? 0x1p15 : 1e30)))
+                refuse(where, "the smoke's extinction is too large for this arithmetic");
+        }
+        // 1 - |g| keeps some digits, and p = (1 + |g|) / (4 pi (1 - |g|)^2) stays in range.
+        const double least = fixed ? 0x1p-16 : options.arithmetic == Arithmetic::f32 ? 0x1p-20 : 0x1p-40;
+        if (!(1 - std::fabs(smoke.asymmetry) >= least))
+            refuse(where, "the phase is nearer to 1 or -1 than this arithmetic can tell");
+        power += 4 * 3.15 * largest(smoke.emission) * smoke.total_area;
+        if (fixed && !smoke.is_grid() && smoke.total_area > 0x1p26)
+            refuse(where, "the smoke's cross-section is too large for fixed point");
+        if (fixed && smoke.largest_h * options.gather_radius > 0x1p14)
+            refuse(where, "the gather radius is too large for fixed point");
+    }
+    if (distance(prepared.scene.camera.origin) > 0x1p18)
+        refuse(scene_line, "the camera is more than 262144 smoothing lengths from the smoke");
+    if (fixed && distance(prepared.scene.camera.corner) > 0x1p15) // of the longest ray, before it is normalised
+        refuse(scene_line, "the view is too wide for fixed point");
+    if (fixed && extent.largest_h > 4096 * extent.smallest_h)
+        refuse(scene_line, "smoothing lengths differ by more than 4096, too much for fixed point");
+    for (const LightSource &light : prepared.lights) {
+        const double color = largest(light.color), d = distance(light.position) + radius;
+        const bool somewhere = light.kind != LightKind::parallel;
+        if (somewhere && d > (fixed ? 0x1p14 : 0x1p18))
+            refuse(scene_line, "a light is more than " + std::to_string(fixed ? 16384 : 262144) +
+                                   " smoothing lengths from the smoke, too far for this arithmetic");
+        power += color * 4 * 3.15 *
+                 (light.kind == LightKind::parallel   ? radius * radius
+                  : light.kind == LightKind::constant ? d * d
+                                                      : 1);
+        if (fixed && color > 0x1p30) refuse(scene_line, "a light is too strong for fixed point");
+    }
+    if (fixed && power > 0x1p30) refuse(scene_line, "the lights' power is too large for fixed point");
+}
+
+} // namespace
+
+int64_t frame_count_of(const SceneFile &file, const Options &options) {
+    return options.frame_count.value_or(file.animation ? file.animation->frames : 1);
+}
+
+double time_of(const SceneFile &file, const Options &options, int64_t frame) {
+    if (!file.animation) return 0;
+    return time_of_frame(file.animation->start, file.animation->end, frame_count_of(file, options), frame);
+}
+
+void prepare_scene(const std::string &name, const SceneFile &file, const Options &options, int64_t frame,
+                   PreparedScene &prepared) {
+    if (!file.view) throw InputError(name + ":1: there is no view, expected a statement 'v from ...'");
+    const double time = time_of(file, options, frame);
+    const SceneFile::View view = view_at(*file.view, file.graph, time);
+    prepared.particles.clear();
+    prepared.densities.clear();
+    prepared.smokes.clear();
+    prepared.lights.clear();
+    prepared.notes.clear();
+    prepared.scene = {};
+    prepared.width = options.width.value_or(file.view->width);
+    prepared.height = options.height.value_or(file.view->height);
+
+    const size_t smokes = file.smokes.size();
+    prepared.particles.resize(smokes);
+    prepared.densities.resize(smokes);
+    prepared.smokes.resize(smokes);
+    for (size_t i = 0; i < smokes; ++i) {
+        load(file.graph.nodes, file.smokes[i], frame, prepared.smokes[i], prepared.particles[i], prepared.densities[i],
+             prepared.notes);
+        if (!prepared.densities[i].empty()) prepared.smokes[i].grid.density = prepared.densities[i].data();
+    }
+    if (options.thin > 0) thin(file, options.thin, prepared);
+    const Extent extent = extent_of(prepared);
+    Double3 center = extent.any ? (extent.low + extent.high) * 0.5 : view.from;
+    double scale = extent.any ? std::ldexp(1.0, -exponent_of(extent.smallest_h)) : 1;
+    double radius = (0.5 * length(extent.high - extent.low) + 2 * extent.largest_h) * scale;
+    if (file.graph.has_surfaces()) {
+        if (!prepared.surfaces) prepared.surfaces.emplace(name, file, file.animation ? file.animation->start : 0);
+        prepared.surfaces->pose(name, file, time);
+        center = prepared.surfaces->center;
+        scale = prepared.surfaces->scale;
+        if (extent.any) { // around both
+            const Double3 low = (extent.low - center) * scale, high = (extent.high - center) * scale;
+            radius = std::max({prepared.surfaces->radius, length(low), length(high)});
+            check_beside_surfaces(name, extent, scale, options);
+        } else {
+            radius = prepared.surfaces->radius;
+        }
+    }
+
+    prepared.center = center;
+    prepared.scale = scale;
+    for (size_t i = 0; i < smokes; ++i)
+        normalize(prepared.smokes[i], prepared.particles[i], prepared.densities[i], center, scale);
+
+    double brightest = std::max(largest(file.background), 0.0);
+    for (const SceneFile::Smoke &smoke : file.smokes) brightest = std::max(brightest, largest(smoke.emission));
+    if (prepared.surfaces) brightest = std::max(brightest, largest(file.ambient));
+    for (const SceneFile::Light &light : file.lights) {
+        const Double3 position = light_position_at(light.position, light.name, file.graph, time);
+        LightSource source = {light.kind, (position - center) * scale, {0, 0, 1}, 2, light.color};
+        if (light.kind == LightKind::spot || light.kind == LightKind::parallel)
+            source.direction = unit(light.direction);
+        if (light.kind == LightKind::spot) {
+            double sine, cosine; // 1 - cos x = 2 sin^2(x / 2), x half of the cone's angle
+            sincos_turns(light.degrees / 1440, sine, cosine);
+            source.one_minus_cosine = 2 * sine * sine;
+        }
+        if (light.kind == LightKind::point || light.kind == LightKind::spot)
+            source.color = light.color * (scale * scale);
+        prepared.lights.push_back(source);
+        brightest = std::max(brightest, brightness(source, {0, 0, 0}, radius));
+    }
+
+    Scene &scene = prepared.scene;
+    scene.camera = make_camera(view, prepared.width, prepared.height, center, scale);
+    scene.radiance_exponent = brightest > 0 ? exponent_of(brightest) + 1 : 0;
+    const double dim = std::ldexp(1.0, -scene.radiance_exponent);
+    scene.background = file.background * dim;
+    for (SmokeSource &smoke : prepared.smokes) smoke.emission = smoke.emission * dim;
+    for (LightSource &light : prepared.lights) light.color = light.color * dim;
+    scene.lights = prepared.lights.data();
+    scene.light_count = static_cast<uint32_t>(prepared.lights.size());
+    scene.smokes = prepared.smokes.data();
+    scene.smoke_count = static_cast<uint32_t>(prepared.smokes.size());
+    if (prepared.surfaces) prepared.surfaces->show(scene, file, dim);
+    if (prepared.surfaces) check_surface_range(name, prepared, options);
+    check_range(name, file, prepared, extent, options);
+}
+
+} // namespace wisp

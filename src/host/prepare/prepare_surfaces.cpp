@@ -1,0 +1,149 @@
+#include "host/base/double3.h"
+#include "host/base/error.h"
+#include "host/prepare/motion.h"
+#include "host/prepare/prepare_surfaces.h"
+
+namespace wisp {
+
+namespace {
+
+// Still triangles reach to 2^10 to 2^11 from their middle; where lights or the camera are farther out than four times
+// that, less, down to 2^4.
+constexpr int size_exponent = 10, least_exponent = 4, reach_exponent = 12;
+
+struct Extent {
+    Double3 low = {1e300, 1e300, 1e300}, high = {-1e300, -1e300, -1e300};
+
+    void add(const Double3 &p) {
+        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    }
+    void add(const Triangle *triangles, uint32_t count) {
+        for (uint32_t i = 0; i < count; ++i)
+            for (const Double3 &corner : triangles[i].corner) add(corner);
+    }
+    bool any() const { return low.x <= high.x; }
+    Double3 middle() const { return (low + high) * 0.5; }
+};
+
+// How far lights and the camera are from a point, and go by their key frames.
+double farthest_from(const Double3 &center, const SceneFile &file) {
+    double farthest = 0;
+    const auto add = [&](const Double3 &p, const std::string &name) {
+        farthest = std::max(farthest, largest_component(p - center));
+        const auto motion = file.graph.motions.find(name);
+        if (name.empty() || motion == file.graph.motions.end()) return;
+        const Double3 from = name == "camera" ? Double3{0, 0, 0} : p;
+        for (const Key &key : motion->second.translation)
+            farthest = std::max(farthest, largest_component(from + key.value - center));
+    };
+    add(file.view->from, "camera");
+    for (const SceneFile::Light &light : file.lights)
+        if (light.kind != LightKind::parallel) add(light.position, light.name);
+    return farthest;
+}
+
+Matrix matrix_of(const Body &body) { return {{body.axis[0], body.axis[1], body.axis[2]}, body.origin}; }
+
+} // namespace
+
+PreparedSurfaces::PreparedSurfaces(const std::string &name, const SceneFile &file, double start) {
+    const SceneGraph &graph = file.graph;
+    shapes_ = make_shapes(name, graph);
+    pose_shapes(name, graph, start, shapes_);
+    // Bodies and morphs may go anywhere: only where nothing is still do they give the scene its size.
+    Extent extent;
+    extent.add(shapes_.triangles.data(), shapes_.still_count);
+    if (!extent.any()) {
+        for (const Body &body : shapes_.bodies)
+            for (uint32_t i = body.first; i < body.first + body.count; ++i)
+                for (const Double3 &corner : shapes_.triangles[i].corner)
+                    extent.add(transform_point(matrix_of(body), corner));
+        extent.add(shapes_.triangles.data() + shapes_.still_count + shapes_.body_triangle_count, shapes_.morph_count);
+    }
+    const Double3 half = (extent.high - extent.low) * 0.5;
+    center = extent.middle();
+    scale = 1;
+    if (largest(half) > 0) {
+        const int size = exponent_of(largest(half)),
+                  reach = exponent_of(std::max(farthest_from(center, file), largest(half)));
+        scale =
+            std::ldexp(1.0, std::max(std::min(size_exponent, reach_exponent - reach + size), least_exponent) - size);
+    }
+    radius = length(half) * scale;
+
+    for (uint32_t i = 0; i < shapes_.still_count; ++i) normalize(shapes_.triangles[i], {center, scale});
+    for (const Body &body : shapes_.bodies) {
+        Extent own;
+        own.add(shapes_.triangles.data() + body.first, body.count);
+        double size = 0; // of the body's units in the world
+        for (const Double3 &axis : body.axis) size = std::max(size, length(axis));
+        Space space = {own.middle(), size > 0 ? scale * std::ldexp(1.0, exponent_of(size)) : scale};
+        // One that is flattened may be far larger than what is seen of it.
+        const double reach = largest_component(own.high - space.center);
+        if (reach * space.scale > coordinate_limit)
+            space.scale = std::ldexp(1.0, exponent_of(coordinate_limit) - 1 - exponent_of(reach));
+        for (uint32_t i = body.first; i < body.first + body.count; ++i) normalize(shapes_.triangles[i], space);
+        spaces_.push_back(space);
+    }
+    for (const std::string &path : graph.textures) images_.push_back(read_texture(path));
+    for (const TexturePyramid &image : images_) textures_.push_back(image.view());
+}
+
+void PreparedSurfaces::normalize(Triangle &triangle, const Space &space) const {
+    for (Double3 &corner : triangle.corner) corner = (corner - space.center) * space.scale;
+}
+
+void PreparedSurfaces::pose(const std::string &name, const SceneFile &file, double time) {
+    const auto check = [&name](double largest) {
+        if (!(largest <= coordinate_limit))
+            throw InputError(name +
+                             ":1: something moves more than four times as far as what is still reaches, expected "
+                             "a scene that fits");
+    };
+    pose_shapes(name, file.graph, time, shapes_);
+    for (uint32_t i = shapes_.still_count + shapes_.body_triangle_count; i < shapes_.triangles.size(); ++i) {
+        normalize(shapes_.triangles[i], {center, scale});
+        for (const Double3 &corner : shapes_.triangles[i].corner) check(largest_component(corner));
+    }
+    bodies_ = shapes_.bodies;
+    for (size_t b = 0; b < bodies_.size(); ++b) {
+        Body &body = bodies_[b];
+        const Space &space = spaces_[b];
+        if (!body.visible) continue;
+        body.origin = (transform_point(matrix_of(body), space.center) - center) * scale;
+        for (Double3 &axis : body.axis) axis = axis * (scale / space.scale);
+        const Double3 *a = body.axis, yz = cross(a[1], a[2]), zx = cross(a[2], a[0]), xy = cross(a[0], a[1]);
+        const double volume = dot(a[0], yz);
+        // The rows of the inverse are these over the volume; its columns are asked for.
+        const Double3 x = yz * (1 / volume), y = zx * (1 / volume), z = xy * (1 / volume);
+        body.inverse[0] = {x.x, y.x, z.x};
+        body.inverse[1] = {x.y, y.y, z.y};
+        body.inverse[2] = {x.z, y.z, z.z};
+        for (uint32_t i = body.first; i < body.first + body.count; ++i)
+            for (const Double3 &corner : shapes_.triangles[i].corner)
+                check(largest_component(transform_point(matrix_of(body), corner)));
+    }
+}
+
+void PreparedSurfaces::show(Scene &scene, const SceneFile &file, double dim) {
+    materials_.clear();
+    for (const FileMaterial &m : file.graph.materials) {
+        const Double3 &a = m.ambient, &am = file.ambient;
+        materials_.push_back({Double3{a.x * am.x, a.y * am.y, a.z * am.z} * dim, m.diffuse, m.specular, m.shininess,
+                              m.transmission, m.index > 0 ? m.index : 1});
+    }
+    scene.triangles = shapes_.triangles.data();
+    scene.still_count = shapes_.still_count;
+    scene.body_triangle_count = shapes_.body_triangle_count;
+    scene.morph_count = shapes_.morph_count;
+    scene.bodies = bodies_.data();
+    scene.body_count = static_cast<uint32_t>(bodies_.size());
+    scene.materials = materials_.data();
+    scene.material_count = static_cast<uint32_t>(materials_.size());
+    scene.textures = textures_.data();
+    scene.texture_count = static_cast<uint32_t>(textures_.size());
+    scene.skin = 2 * radius * 1e-6;
+}
+
+} // namespace wisp

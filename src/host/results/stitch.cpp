@@ -1,0 +1,102 @@
+#include "host/base/error.h"
+#include "host/base/sha256.h"
+#include "host/results/picture_record.h"
+#include "host/results/stitch.h"
+#include <algorithm>
+
+namespace wisp {
+
+namespace {
+
+struct Part {
+    std::string name;
+    Proof proof;
+    Picture picture;
+};
+
+bool has(const Crop &crop, int x, int y) { return x >= crop.x0 && x < crop.x1 && y >= crop.y0 && y < crop.y1; }
+
+uint64_t area_of(const Crop &crop) {
+    return static_cast<uint64_t>(crop.x1 - crop.x0) * static_cast<uint64_t>(crop.y1 - crop.y0);
+}
+
+Part read_part(const std::string &name) {
+    const std::string proof_name = proof_path(name);
+    const PfmProof of = parse_proof(read_file(proof_name), proof_name);
+    const Bytes bytes = read_file(name);
+    const Crop &crop = of.proof.crop;
+    Part part = {name, of.proof, parse_pfm(bytes, name)};
+    if (sha256(bytes.data(), bytes.size()).text != of.sha256 || part.picture.width != crop.x1 - crop.x0 ||
+        part.picture.height != crop.y1 - crop.y0)
+        throw InputError(name + ": not the picture of which " + proof_name + " speaks, expected the one as rendered");
+    return part;
+}
+
+void check_part(const Part &part, const std::vector<Part> &others) {
+    const Crop &a = part.proof.crop;
+    for (const Part &other : others) {
+        if (part.proof.scene != other.proof.scene || part.proof.width != other.proof.width ||
+            part.proof.height != other.proof.height)
+            throw InputError(part.name + ": a part of another picture than " + other.name +
+                             ": another scene, frame, size, options, arithmetic or version, expected the same");
+        const Crop &b = other.proof.crop;
+        if (a.x0 < b.x1 && b.x0 < a.x1 && a.y0 < b.y1 && b.y0 < a.y1)
+            throw InputError(part.name + ": pixel " + std::to_string(std::max(a.x0, b.x0)) + "," +
+                             std::to_string(std::max(a.y0, b.y0)) + " is in " + other.name +
+                             " too, expected parts that do not overlap");
+    }
+}
+
+// Says which is the first pixel that is missing, of whole rows from the top: it lies behind parts, or at the borders.
+[[noreturn]] void refuse_gap(const std::vector<Part> &parts) {
+    std::vector<int> columns = {0}, rows = {0};
+    for (const Part &part : parts) {
+        columns.push_back(part.proof.crop.x1);
+        rows.push_back(part.proof.crop.y1);
+    }
+    std::sort(columns.begin(), columns.end());
+    std::sort(rows.begin(), rows.end());
+    const Proof &whole = parts[0].proof;
+    for (int y : rows)
+        for (int x : columns) {
+            const bool found = std::any_of(parts.begin(), parts.end(),
+                                           [x, y](const Part &part) { return has(part.proof.crop, x, y); });
+            if (!found && x < whole.width && y < whole.height)
+                throw InputError(parts[0].name + ": of its picture's " + std::to_string(whole.width) + " x " +
+                                 std::to_string(whole.height) + " pixels no part has " + std::to_string(x) + "," +
+                                 std::to_string(y) + ", expected all");
+        }
+    throw InputError(parts[0].name + ": of its picture pixels are missing, expected all");
+}
+
+} // namespace
+
+Picture stitch(const std::vector<std::string> &names) {
+    std::vector<Part> parts;
+    uint64_t covered = 0;
+    for (const std::string &name : names) {
+        Part part = read_part(name);
+        check_part(part, parts);
+        covered += area_of(part.proof.crop);
+        parts.push_back(std::move(part));
+    }
+    const Proof &whole = parts.at(0).proof;
+    if (covered != static_cast<uint64_t>(whole.width) * static_cast<uint64_t>(whole.height)) refuse_gap(parts);
+    Picture picture;
+    picture.width = whole.width;
+    picture.height = whole.height;
+    picture.rgb.resize(covered * 3); // as many as were read
+    const auto row_size = [](int width) { return static_cast<size_t>(width) * 3; };
+    for (const Part &part : parts) {
+        const Crop &crop = part.proof.crop;
+        const size_t size = row_size(part.picture.width);
+        for (int y = crop.y0; y < crop.y1; ++y)
+            std::copy_n(part.picture.rgb.begin() + static_cast<ptrdiff_t>(static_cast<size_t>(y - crop.y0) * size),
+                        size,
+                        picture.rgb.begin() +
+                            static_cast<ptrdiff_t>(static_cast<size_t>(y) * row_size(whole.width) + row_size(crop.x0)));
+    }
+    return picture;
+}
+
+} // namespace wisp

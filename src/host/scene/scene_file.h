@@ -1,0 +1,68 @@
+// A scene as its file says it, with all that it includes: NFF and AFF, and statements of our own, in the units of the
+// scene.
+#pragma once
+#include "host/scene/scene_graph.h"
+#include "host/scene/scene_tokens.h"
+#include "wisp/scene.h"
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace wisp {
+
+struct SceneFile {
+    struct View {
+        Double3 from, at, up;
+        double angle; // degrees, from the centre of the top pixel row to the centre of the bottom one
+        int width, height;
+    };
+    struct Light {
+        LightKind kind;
+        Double3 position, direction;
+        double degrees; // a spot's full cone angle
+        Double3 color;
+        std::string name = {}; // of `la`: the motion of this name adds to the position
+    };
+    struct Animation { // frame i is at start + i (end - start) / (frames - 1)
+        double start, end;
+        int64_t frames;
+    };
+    struct Box {
+        Double3 low, high; // low < high
+        double density;
+    };
+    struct Smoke {
+        std::string file;         // as found from the working directory; `%04d` = number of the frame
+        std::optional<Box> box;   // instead of a file
+        std::string where;        // `FILE:LINE: ` of the statement
+        std::string of_particles; // the last line that only particles can have, as `FILE:LINE: found 'radius'`
+        Kernel kernel = Kernel::spline;
+        std::optional<double> radius, mass;
+        double extinction = 1;
+        Double3 albedo = {0.9, 0.9, 0.9};
+        double phase = 0;
+        Double3 emission = {0, 0, 0};
+        // The space of the file or box; -1: the world. All nodes around it are `xs` of one scale above 0.
+        int32_t node = -1;
+        int64_t first_frame = 0, frame_step = 1; // frame i shows file first + i * step
+    };
+    struct Default {
+        std::string option, value, where;
+    };
+
+    std::optional<View> view;
+    Double3 background = {0, 0, 0}, ambient = {1, 1, 1};
+    std::optional<Animation> animation;
+    std::vector<Light> lights; // in the space of the world
+    std::vector<Smoke> smokes;
+    SceneGraph graph;
+    std::vector<Default> defaults; // `render KEY VALUE`
+};
+
+// Throws InputError `FILE:LINE: what is wrong, what was expected`. Of the files that a scene names only those that it
+// includes are read.
+SceneFile read_scene(const std::string &path);
+SceneFile parse_scene(const std::string &path, const std::string &text, const FileReader &read = read_plain_file,
+                      const SceneLimits &limits = {});
+
+} // namespace wisp

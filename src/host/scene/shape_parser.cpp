@@ -1,0 +1,236 @@
+#include "host/base/double3.h"
+#include "host/scene/shape_parser.h"
+#include "host/scene/tessellate.h"
+#include <stdexcept>
+
+namespace wisp {
+
+namespace {
+
+// What every arithmetic holds, after several reflections too.
+constexpr double most_color = 1000, most_shininess = 1e7, most_index = 1000, most_texel = coordinate_limit;
+constexpr size_t most_fine_spheres = 1000; // of a scene: where there are more none is fine
+
+// Of shapes before the first material: a grey that is lit.
+const FileMaterial grey = {{0.5, 0.5, 0.5}, {0.5, 0.5, 0.5}, {0, 0, 0}, 0, 0, 1};
+
+} // namespace
+
+const std::map<std::string_view, void (ShapeParser::*)()> ShapeParser::table = {
+    {"f", &ShapeParser::plain_material},
+    {"fm", &ShapeParser::full_material},
+    {"s", &ShapeParser::sphere},
+    {"c", &ShapeParser::cone},
+    {"p", &ShapeParser::polygon},
+    {"pp", &ShapeParser::patch},
+    {"m", &ShapeParser::mesh},
+    {"tt", &ShapeParser::textured_triangle},
+    {"ttp", &ShapeParser::textured_patch},
+    {"tpa", &ShapeParser::animated_triangle},
+};
+
+bool ShapeParser::parse(std::string_view word, int32_t node) {
+    const auto found = table.find(word);
+    if (found == table.end()) return false;
+    node_ = node;
+    (this->*found->second)();
+    return true;
+}
+
+std::string ShapeParser::statements() {
+    std::string names;
+    for (const auto &entry : table) names.append(entry.first) += ' ';
+    return names;
+}
+
+void ShapeParser::plain_material() {
+    const Double3 color = tokens_.color("the material");
+    const double diffuse = tokens_.number_in("a diffuse part Kd from 0 to 1000", 0, most_color);
+    const double specular = tokens_.number_in("a specular part Ks from 0 to 1000", 0, most_color);
+    finish_material({color * diffuse, color * diffuse, {specular, specular, specular}, 0, 0, 1});
+}
+
+void ShapeParser::full_material() {
+    const Double3 ambient = tokens_.color("the ambient colour"), diffuse = tokens_.color("the diffuse colour");
+    finish_material({ambient, diffuse, tokens_.color("the specular colour"), 0, 0, 1});
+}
+
+void ShapeParser::finish_material(FileMaterial material) {
+    for (const Double3 &color : {material.ambient, material.diffuse, material.specular})
+        if (largest(color) > most_color) tokens_.fail("found a colour of a material above 1000, expected less");
+    material.shininess = tokens_.number_in("a shininess from 0 to 1e7", 0, most_shininess);
+    material.transmission = tokens_.number_in("a transmission from 0 to 1", 0, 1);
+    material.index = tokens_.number_in("an index of refraction up to 1000", -1e30, most_index);
+    if (material.index > 0 && material.index < 1 / most_index)
+        tokens_.fail("found index " + tokens_.last() + ", expected 0, or one from 0.001 to 1000");
+    use(material);
+}
+
+void ShapeParser::use(const FileMaterial &m) {
+    const Double3 &a = m.ambient, &d = m.diffuse, &s = m.specular;
+    const std::array<double, 12> values = {a.x,    a.y, a.z, d.x, d.y, d.z, s.x, s.y, s.z, m.shininess, m.transmission,
+                                           m.index};
+    const auto [found, is_new] = materials_.try_emplace(values, static_cast<uint32_t>(graph_.materials.size()));
+    if (is_new) graph_.materials.push_back(m);
+    material_ = found->second;
+}
+
+uint32_t ShapeParser::material() {
+    if (!material_) use(grey);
+    return *material_;
+}
+
+int32_t ShapeParser::texture(std::string_view file) {
+    const auto [found, is_new] =
+        textures_.try_emplace(tokens_.beside(file), static_cast<int32_t>(graph_.textures.size()));
+    if (is_new) graph_.textures.push_back(found->first);
+    return found->second;
+}
+
+std::array<double, 2> ShapeParser::texel() {
+    const double u = tokens_.number_in("u from -8192 to 8192", -most_texel, most_texel);
+    return {u, tokens_.number_in("v from -8192 to 8192", -most_texel, most_texel)};
+}
+
+std::vector<Double3> ShapeParser::vectors(size_t count, std::string_view what) {
+    std::vector<Double3> result(count);
+    for (Double3 &v : result) v = tokens_.vector(what);
+    return result;
+}
+
+void ShapeParser::add_triangles(size_t count) {
+    triangles_ += count;
+    if (triangles_ > most_triangles_)
+        tokens_.fail("more than " + std::to_string(most_triangles_) + " triangles, expected no more");
+}
+
+void ShapeParser::add(Mesh &&mesh) {
+    if (mesh.rows.empty()) return;
+    add_triangles(mesh.rows.size());
+    mesh.node = node_;
+    mesh.material = material();
+    graph_.meshes.push_back(std::move(mesh));
+}
+
+void ShapeParser::sphere() {
+    const Double3 center = tokens_.vector("the sphere's centre");
+    const double radius = tokens_.number("the sphere's radius");
+    if (radius == 0) tokens_.fail("found radius 0, expected another");
+    add_triangles(sphere_triangles(spheres_.size() < most_fine_spheres));
+    spheres_.push_back({center, radius, graph_.meshes.size()});
+    graph_.meshes.push_back({node_, material(), -1, {}, {}, {}, {}});
+}
+
+void ShapeParser::finish() {
+    for (const Sphere &sphere : spheres_) {
+        Mesh &mesh = graph_.meshes[sphere.mesh],
+             made = sphere_mesh(sphere.center, sphere.radius, spheres_.size() <= most_fine_spheres);
+        mesh.positions = std::move(made.positions);
+        mesh.normals = std::move(made.normals);
+        mesh.rows = std::move(made.rows);
+    }
+}
+
+void ShapeParser::cone() {
+    const Double3 base = tokens_.vector("the base");
+    const double base_radius = tokens_.number("the base's radius");
+    const Double3 apex = tokens_.vector("the apex");
+    const double apex_radius = tokens_.number("the apex's radius");
+    if (base.x == apex.x && base.y == apex.y && base.z == apex.z)
+        tokens_.fail("base and apex are the same point, expected two");
+    if (base_radius == 0 && apex_radius == 0) tokens_.fail("both radii are 0, expected at most one");
+    if ((base_radius < 0 && apex_radius > 0) || (base_radius > 0 && apex_radius < 0))
+        tokens_.fail("one radius is below 0 and one above, expected the same sign");
+    add(cone_mesh(base, base_radius, apex, apex_radius));
+}
+
+void ShapeParser::polygon() {
+    const size_t count = tokens_.count("the polygon's corners", 3, 3);
+    add_polygon(vectors(count, "a corner"), {});
+}
+
+void ShapeParser::patch() {
+    std::vector<Double3> corners(tokens_.count("the patch's corners", 3, 6)), normals(corners.size());
+    for (size_t i = 0; i < corners.size(); ++i) {
+        corners[i] = tokens_.vector("a corner");
+        normals[i] = tokens_.vector("a normal");
+    }
+    add_polygon(corners, normals);
+}
+
+void ShapeParser::add_polygon(const std::vector<Double3> &corners, const std::vector<Double3> &normals) {
+    try {
+        add(polygon_mesh(corners, normals));
+    } catch (const std::invalid_argument &error) {
+        tokens_.fail(std::string("found ") + error.what());
+    }
+}
+
+void ShapeParser::mesh() {
+    Mesh mesh = {};
+    mesh.texture = -1;
+    tokens_.keyword("vertices");
+    mesh.positions = vectors(tokens_.count("the mesh's vertices", 1, 3), "a vertex");
+    if (tokens_.accept("normals")) mesh.normals = vectors(tokens_.count("the mesh's normals", 1, 3), "a normal");
+    if (tokens_.accept("texturecoords")) {
+        mesh.texels.resize(tokens_.count("the mesh's texture coordinates", 1, 2));
+        mesh.texture = texture(tokens_.name("a texture's file"));
+        for (auto &t : mesh.texels) t = texel();
+    }
+    tokens_.keyword("triangles");
+    const size_t words = 3 + (mesh.normals.empty() ? 0 : 3) + (mesh.texels.empty() ? 0 : 3);
+    mesh.rows.resize(tokens_.count("the mesh's triangles", 1, words));
+    const auto indices = [this](std::array<uint32_t, 3> &three, size_t size, std::string_view what) {
+        if (size == 0) return;
+        for (uint32_t &i : three) i = static_cast<uint32_t>(tokens_.integer(what, 0, static_cast<int64_t>(size) - 1));
+    };
+    for (Mesh::Row &row : mesh.rows) {
+        indices(row.corner, mesh.positions.size(), "a triangle's vertex");
+        indices(row.normal, mesh.normals.size(), "a triangle's normal");
+        indices(row.texel, mesh.texels.size(), "a triangle's texture coordinates");
+    }
+    add(std::move(mesh));
+}
+
+void ShapeParser::textured_triangle() {
+    Mesh mesh = {};
+    mesh.texture = texture(tokens_.name("a texture's file"));
+    for (int i = 0; i < 3; ++i) {
+        mesh.positions.push_back(tokens_.vector("a corner"));
+        mesh.texels.push_back(texel());
+    }
+    mesh.rows = {{{0, 1, 2}, {0, 0, 0}, {0, 1, 2}}};
+    add(std::move(mesh));
+}
+
+void ShapeParser::textured_patch() {
+    Mesh mesh = {};
+    mesh.texture = texture(tokens_.name("a texture's file"));
+    for (int i = 0; i < 3; ++i) {
+        mesh.positions.push_back(tokens_.vector("a corner"));
+        mesh.normals.push_back(tokens_.vector("a normal"));
+        mesh.texels.push_back(texel());
+    }
+    mesh.rows = {{{0, 1, 2}, {0, 1, 2}, {0, 1, 2}}};
+    add(std::move(mesh));
+}
+
+void ShapeParser::animated_triangle() {
+    Morph morph = {node_, 0, {}};
+    morph.poses.resize(tokens_.count("the triangle's times", 1, 19));
+    for (size_t i = 0; i < morph.poses.size(); ++i) {
+        Morph::Pose &pose = morph.poses[i];
+        pose.time = tokens_.number("a time");
+        if (i > 0 && pose.time < morph.poses[i - 1].time)
+            tokens_.fail("found time " + tokens_.last() + " behind a later one, expected ascending times");
+        for (size_t k = 0; k < 3; ++k) {
+            pose.corners[k] = tokens_.vector("a corner");
+            pose.normals[k] = tokens_.vector("a normal");
+        }
+    }
+    morph.material = material();
+    add_triangles(1);
+    graph_.morphs.push_back(std::move(morph));
+}
+
+} // namespace wisp

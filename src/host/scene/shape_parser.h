@@ -1,0 +1,63 @@
+// Statements about surfaces: materials `f fm`, and shapes `s c p pp m tt ttp tpa`, which take the last material.
+#pragma once
+#include "host/scene/scene_graph.h"
+#include "host/scene/scene_tokens.h"
+#include <array>
+#include <map>
+#include <optional>
+
+namespace wisp {
+
+class ShapeParser {
+  public:
+    ShapeParser(SceneTokens &tokens, SceneGraph &graph, size_t most_triangles)
+        : tokens_(tokens), graph_(graph), most_triangles_(most_triangles) {}
+
+    // The rest of the statement `word`, in the space of a node; false if it is none of them.
+    bool parse(std::string_view word, int32_t node);
+    static std::string statements(); // with a space behind each
+
+    // At the end: makes the spheres, all as coarse where there are many; too many are refused before.
+    void finish();
+
+  private:
+    static const std::map<std::string_view, void (ShapeParser::*)()> table;
+
+    void plain_material();
+    void full_material();
+    void sphere();
+    void cone();
+    void polygon();
+    void patch();
+    void mesh();
+    void textured_triangle();
+    void textured_patch();
+    void animated_triangle();
+
+    void finish_material(FileMaterial material);
+    void use(const FileMaterial &material);
+    uint32_t material();
+    int32_t texture(std::string_view file);
+    std::array<double, 2> texel();
+    std::vector<Double3> vectors(size_t count, std::string_view what);
+    void add_triangles(size_t count);
+    void add(Mesh &&mesh);
+    void add_polygon(const std::vector<Double3> &corners, const std::vector<Double3> &normals);
+
+    struct Sphere {
+        Double3 center;
+        double radius;
+        size_t mesh; // its place among the graph's
+    };
+
+    SceneTokens &tokens_;
+    SceneGraph &graph_;
+    std::vector<Sphere> spheres_;
+    size_t most_triangles_, triangles_ = 0;
+    int32_t node_ = -1;                                    // of the statement
+    std::map<std::array<double, 12>, uint32_t> materials_; // where in the graph
+    std::map<std::string, int32_t, std::less<>> textures_; // likewise
+    std::optional<uint32_t> material_;                     // the last; none yet: the default
+};
+
+} // namespace wisp

@@ -1,0 +1,686 @@
+// build/wisp as a user meets it: exit statuses, error lines, outputs, digests, crops, frames, memory.
+#include "host/base/sha256.h"
+#include "host/images/picture.h"
+#include "host/results/passes.h"
+#include "support/command_line.h"
+#include <cmath>
+#include <doctest/doctest.h>
+#include <unistd.h>
+
+using namespace wisp;
+
+TEST_CASE("command line: wrong usage ends with 2 and one line") {
+    const Desk desk;
+    for (const std::string &arguments : {std::string(""),
+                                         std::string("paint"),
+                                         std::string("render"),
+                                         "render " + desk.s() + " " + desk.s(),
+                                         "render --bogus " + desk.s(),
+                                         "render " + desk.s() + " --spp",
+                                         "render " + desk.s() + " --spp 0",
+                                         "render " + desk.s() + " --deposit exact --density-step 0.5",
+                                         std::string("render fixtures/grid.aff --smoke map --estimate knn"),
+                                         "render " + desk.s() + " --smoke map --estimate knn --irradiance uniform",
+                                         "render " + desk.s() + " --smoke volume --density-step 0",
+                                         "render " + desk.s() + " --irradiance-step 0",
+                                         "render " + desk.s() + " --smoke direct --estimate kernel",
+                                         "render " + desk.s() + " --reference=1",
+                                         "render " + desk.s() + " --crop 0,0,17,3",
+                                         "render " + desk.s() + " --frames 0:1 -o a.png",
+                                         "render " + desk.s() + " -o a.jpg",
+                                         "render " + desk.s() + " --quiet=1",
+                                         std::string("render fixtures/surfaces.aff --shadows soft"),
+                                         std::string("render fixtures/surfaces.aff --shadows paper --crop 0,0,4,4"),
+                                         std::string("render fixtures/surfaces.aff --shadows paper --frames 1"),
+                                         std::string("render fixtures/surfaces.aff --shadows paper --frames 0:2:2"),
+                                         std::string("compare a.pfm")}) {
+        CAPTURE(arguments);
+        const Ran ran = desk.wisp(arguments);
+        CHECK(ran.status == 2);
+        CHECK(lines(ran.err) == 1);
+        CHECK(ran.out.empty());
+    }
+}
+
+TEST_CASE("command line: bad input ends with 3 and a line that names the file") {
+    Desk desk;
+    desk.write("bad.aff", "v from 1");
+    desk.write("noview.aff", "b 0 0 0");
+    desk.write("missing.aff", Desk::scene("none.vtk", ""));
+    desk.write("broken.vtk", Desk::puff(40).substr(0, 300));
+    desk.write("broken.aff", Desk::scene("broken.vtk", ""));
+    desk.write("option.aff", Desk::scene("puff.vtk", "render spp zero"));
+    desk.write("massless.aff",
+               "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 4 4\nsmoke puff.vtk { radius 1 }");
+    const struct {
+        const char *scene, *error;
+    } cases[] = {{"nowhere.aff", "nowhere.aff: cannot be opened: No such file or directory\n"},
+                 {"bad.aff", "bad.aff:1: the file ends, expected y of from\n"},
+                 {"noview.aff", "noview.aff:1: there is no view, expected a statement 'v from ...'\n"},
+                 {"missing.aff", "none.vtk: cannot be opened: No such file or directory\n"},
+                 {"broken.aff", nullptr},
+                 {"option.aff", "option.aff:11: option 'spp': found 'zero', expected a whole number from 1 to 65536\n"},
+                 {"massless.aff", nullptr}};
+    for (const auto &c : cases) {
+        const Ran ran = desk.wisp("render " + desk.file(c.scene) + " -o " + desk.file("x.png"));
+        CAPTURE(std::string(c.scene));
+        CHECK(ran.status == 3);
+        CHECK(lines(ran.err) == 1);
+        if (c.error) CHECK(ran.err == desk.file("") + c.error);
+        CHECK(!std::filesystem::exists(desk.file("x.png")));
+    }
+}
+
+TEST_CASE("command line: a plan beyond --memory ends with 4, an unwritable output with 5") {
+    const Desk desk;
+    const Ran small = desk.wisp("render " + desk.s() + " --memory 10k -o " + desk.file("x.png"));
+    CHECK(small.status == 4);
+    CHECK(lines(small.err) == 1);
+    CHECK(!std::filesystem::exists(desk.file("x.png")));
+    CHECK(desk.wisp("render " + desk.s() + " --memory 1G").status == 0);
+    const Ran unwritable = desk.wisp("render " + desk.s() + " -o " + desk.file("none/x.png"));
+    CHECK(unwritable.status == 5);
+    CHECK(lines(unwritable.err) == 1);
+    CHECK(desk.wisp("render " + desk.s() + " --stats " + desk.file("none/x.json")).status == 5);
+}
+
+TEST_CASE("command line: a picture beyond --memory, or beyond the machine's, ends with 4 before any work") {
+    Desk desk;
+    desk.write("triangle.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 35 hither 0.1 resolution 8 8\n"
+                               "p 3\n-1 -1 0\n1 -1 0\n0 1 0\n");
+    const std::string out = " -o " + desk.file("x.pfm");
+    for (const char *options : {" --size 16384x16384 --memory 1G", " --size 65536x65536 --memory 64G",
+                                " --size 8192x8192 --reference --memory 1G"}) {
+        CAPTURE(options);
+        for (const char *command : {"render ", "plan "}) {
+            const Ran big = desk.wisp(command + desk.file("triangle.aff") + options + out);
+            CHECK(big.status == 4);
+            CHECK(lines(big.err) == 1);
+            CHECK(big.err.find("a smaller --size or --crop needs less") != std::string::npos);
+        }
+    }
+    // Sums of --reference, 515 GB of them: more than most machines have.
+    const uint64_t needed = uint64_t{65536} * 65536 * 120;
+    if (static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<uint64_t>(sysconf(_SC_PAGESIZE)) < needed)
+        CHECK(desk.wisp("render " + desk.file("triangle.aff") + " --size 65536x65536 --reference" + out).status == 4);
+    const std::string crop = desk.file("triangle.aff") + " --size 16384x16384 --memory 1M --crop 0,0,8,8";
+    CHECK(desk.wisp("render " + crop + out).status == 0);
+    CHECK(desk.wisp("inspect " + desk.file("triangle.aff") + " 3 4 --size 16384x16384 --memory 1M").status == 0);
+}
+
+TEST_CASE("command line: the digest is the SHA-256 of the .pfm, the same on every run") {
+    const Desk desk;
+    for (const char *arithmetic : {"f32", "f64", "fixed"}) {
+        const std::string pfm = desk.file("a.pfm");
+        const Ran ran = desk.wisp("render " + desk.s() + " --digest --arith " + arithmetic + " -o " + pfm + " -o " +
+                                  desk.file("a.png"));
+        REQUIRE(ran.status == 0);
+        CHECK(ran.err.empty());
+        const Bytes bytes = read_file(pfm);
+        CHECK(ran.out == std::string(sha256(bytes.data(), bytes.size()).text) + "  " + pfm + "\n");
+        const Picture picture = read_pfm(pfm);
+        CHECK(picture.width == 16);
+        CHECK(picture.height == 12);
+        CHECK(desk.wisp("render " + desk.s() + " --digest --arith=" + arithmetic).out == ran.out.substr(0, 66) + "-\n");
+    }
+}
+
+TEST_CASE("command line: permuted particles give the same picture") { // C10
+    Desk desk;
+    std::string text = Desk::puff(40);
+    const size_t start = text.find("float\n") + 6;
+    // Turn the list of points round.
+    std::vector<std::string> numbers;
+    for (size_t at = start; at + 1 < text.size();) {
+        const size_t space = text.find(' ', at);
+        numbers.push_back(text.substr(at, space - at));
+        at = space + 1;
+    }
+    std::string turned = text.substr(0, start);
+    for (size_t i = numbers.size(); i >= 3; i -= 3)
+        turned += numbers[i - 3] + " " + numbers[i - 2] + " " + numbers[i - 1] + " ";
+    desk.write("turned.vtk", turned);
+    desk.write("t.aff", Desk::scene("turned.vtk", ""));
+    for (const char *arithmetic : {"f32", "f64", "fixed"}) {
+        const std::string options = std::string(" --digest --arith ") + arithmetic;
+        CHECK(desk.wisp("render " + desk.s() + options).out == desk.wisp("render " + desk.file("t.aff") + options).out);
+    }
+}
+
+TEST_CASE("command line: a scene far from the origin is the same picture") { // C11
+    Desk desk;
+    const auto shifted = [&](double by) {
+        const std::string b = std::to_string(by);
+        return "v from " + b + " 0 4 at " + b + " 0 0 up 0 1 0 angle 30 hither 1 resolution 16 12\nlp " +
+               std::to_string(by + 3) +
+               " 3 3 40 40 40\nsmoke puff.vtk { radius 0.2 mass 1 extinction 0.02 transform 1 1 1 0 0 1 0 " + b +
+               " 0 0 }\nrender photons 3000";
+    };
+    desk.write("near.aff", shifted(0));
+    REQUIRE(desk.wisp("render " + desk.file("near.aff") + " -o " + desk.file("near.pfm")).status == 0);
+    for (double by : {1024.0, 131072.0, 8388608.0}) {
+        desk.write("far.aff", shifted(by));
+        REQUIRE(desk.wisp("render " + desk.file("far.aff") + " -o " + desk.file("far.pfm")).status == 0);
+        CHECK(desk.wisp("compare " + desk.file("far.pfm") + " " + desk.file("near.pfm") + " --tolerance 1e-3").status ==
+              0);
+    }
+}
+
+TEST_CASE("command line: crops, frames and defaults of the scene") {
+    Desk desk;
+    REQUIRE(desk.wisp("render " + desk.s() + " -o " + desk.file("whole.pfm")).status == 0);
+    REQUIRE(desk.wisp("render " + desk.s() + " --crop 3,2,9,7 -o " + desk.file("part.pfm")).status == 0);
+    const Picture whole = read_pfm(desk.file("whole.pfm")), part = read_pfm(desk.file("part.pfm"));
+    REQUIRE(part.width == 6);
+    REQUIRE(part.height == 5);
+    for (size_t y = 0; y < 5; ++y)
+        for (size_t x = 0; x < 18; ++x) CHECK(part.rgb[y * 18 + x] == whole.rgb[((y + 2) * 16 + 3) * 3 + x]);
+
+    desk.write("p_03.vtk", Desk::puff(10));
+    desk.write("p_05.vtk", Desk::puff(20));
+    desk.write("f.aff", Desk::scene("p_%02d.vtk", "render spp 1"));
+    const Ran frames = desk.wisp("render " + desk.file("f.aff") + " --frames 3:5:2 --digest -o " +
+                                 desk.file("f_%04d.pfm") + " --stats " + desk.file("f.json"));
+    CHECK(frames.status == 0);
+    CHECK(lines(frames.out) == 2);
+    CHECK(std::filesystem::exists(desk.file("f_0003.pfm")));
+    CHECK(std::filesystem::exists(desk.file("f_0005.pfm")));
+    CHECK(!std::filesystem::exists(desk.file("f_0004.pfm")));
+    const std::string stats = text_of(desk.file("f.json"));
+    CHECK(stats.find("\"frame\": 3") != std::string::npos);
+    CHECK(stats.find("\"primary\": 192") != std::string::npos); // spp 1 of the scene
+    CHECK(stats.find("\"particles\": 20") != std::string::npos);
+    CHECK(desk.wisp("render " + desk.file("f.aff") + " --frames 4 --quiet").status == 3);
+    // The command line beats the scene.
+    CHECK(desk.wisp("render " + desk.file("f.aff") + " --frames 3 --spp 2 --stats " + desk.file("g.json")).status == 0);
+    CHECK(text_of(desk.file("g.json")).find("\"primary\": 384") != std::string::npos);
+}
+
+TEST_CASE("command line: plan says what a scene needs and renders nothing") {
+    Desk desk;
+    const Ran lit = desk.wisp("plan " + desk.s() + " --smoke direct");
+    CHECK(lit.status == 0);
+    CHECK(lit.out.find("photons        yes") != std::string::npos);
+    CHECK(lit.out.find("no directions (isotropic)") != std::string::npos);
+    desk.write("black.aff", "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 4 4\nlp 3 3 3 1 1 1\nsmoke "
+                            "puff.vtk { radius 1 mass 1 albedo 0 0 0 }");
+    CHECK(desk.wisp("plan " + desk.file("black.aff") + " --smoke direct")
+              .out.find("photons        no                0 bytes  the albedo is 0: nothing scatters") !=
+          std::string::npos);
+    const std::string even = "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 4 4\nlp 3 3 3 1 1 1\n"
+                             "smoke puff.vtk { radius 1 mass 1 phase ";
+    const auto kept = [&](const std::string &phase, const std::string &what) {
+        desk.write("even.aff", even + phase + " }");
+        return desk.wisp("plan " + desk.file("even.aff")).out.find(", " + what + "\n") != std::string::npos;
+    };
+    CHECK(kept("0", "no flux (isotropic)"));
+    CHECK(kept("0.5", "flux and moments of directions"));
+    CHECK(kept("0.6", "flux"));
+    desk.write("empty.aff", "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 4 4");
+    const Ran empty = desk.wisp("plan " + desk.file("empty.aff"));
+    CHECK(empty.out.find("particle tree  no") != std::string::npos);
+    CHECK(empty.out.find("there is no smoke") != std::string::npos);
+    CHECK(desk.wisp("plan " + desk.s() + " --memory 10k").status == 4);
+}
+
+TEST_CASE("command line: progress is silent unless asked for, and never in the way") {
+    const Desk desk;
+    CHECK(desk.wisp("render " + desk.s()).err.empty());
+    CHECK(desk.wisp("render " + desk.s() + " --progress always").err.find("render") != std::string::npos);
+    CHECK(desk.wisp("render " + desk.s() + " --progress always -q").err.empty());
+    CHECK(desk.wisp("render " + desk.s() + " --progress never").err.empty());
+}
+
+TEST_CASE("command line: help and version") {
+    const Desk desk;
+    CHECK(desk.wisp("help").out.find("--photons") != std::string::npos);
+    const Ran version = desk.wisp("version");
+    CHECK(version.out.find("wisp ") == 0);
+    CHECK(version.out.find("f32 f64 fixed") != std::string::npos);
+    CHECK(version.out.find("-ffp-contract=off") != std::string::npos);
+}
+
+TEST_CASE("command line: degenerate pictures and smokes") { // C1, C4, E15, E17
+    Desk desk;
+    const std::string camera = "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution ";
+    const std::string head = "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS ";
+    const std::string rest =
+        "\nlp 3 3 3 40 40 40\nsmoke p.vtk { radius 0.2 mass 1 extinction 0.02 }\nrender photons 500";
+    for (const std::string &points :
+         {std::string("0 float\n"), std::string("1 float\n0 0 0\n"), std::string("2 float\n0 0 0 1 0 0\n"),
+          std::string("3 float\n0 0 0 0 0 0 0 0 0\n"), std::string("4 float\n0 0 0 1 0 0 0 1 0 1 1 0\n")})
+        for (const std::string &size : {std::string("1 1"), std::string("1 5"), std::string("5 1"), std::string("4 3")})
+            for (const char *arithmetic : {"f32", "f64", "fixed"}) {
+                desk.write("p.vtk", head + points);
+                desk.write("d.aff", camera + size + rest);
+                CAPTURE(points);
+                CAPTURE(size);
+                CHECK(desk.wisp("render " + desk.file("d.aff") + " --arith " + arithmetic).status == 0);
+            }
+}
+
+TEST_CASE("command line: what does not fit fixed point is refused with the reason") {
+    Desk desk;
+    const auto with = [&](const std::string &smoke, const std::string &light) {
+        desk.write("x.aff", "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 2 2\nlp " + light +
+                                "\nsmoke puff.vtk { " + smoke + " }\nrender photons 100");
+        return desk.wisp("render " + desk.file("x.aff") + " --arith fixed");
+    };
+    CHECK(with("radius 0.2 mass 1 extinction 0.02", "3 3 3 1 1 1").status == 0);
+    CHECK(with("radius 1e-5 mass 1", "3 3 3 1 1 1").status == 3); // wider than the range of coordinates
+    CHECK(with("radius 0.2 mass 1e9", "3 3 3 1 1 1").err.find("optical depth") != std::string::npos);
+    CHECK(with("radius 0.2 mass 1", "3 3 3e4 1 1 1").err.find("a light is more than") != std::string::npos);
+    CHECK(with("radius 0.2 mass 1 extinction 1e30", "3 3 3 1 1 1").status == 3); // B2
+}
+
+namespace {
+
+struct ReferenceDesk : Desk {
+    ReferenceDesk() { write("r.aff", lit("box -1 -1 -1 1 1 1 1.5 { phase 0.3 emission 0.2 0.1 0 }")); }
+    Ran render(const std::string &options) const { return wisp("render " + file("r.aff") + " --reference " + options); }
+    Ran merge(const std::string &options) const { return wisp("merge " + options); }
+};
+
+} // namespace
+
+TEST_CASE("command line: what belongs to --reference is refused without it, and in a scene what names a file") {
+    const ReferenceDesk desk;
+    const std::string s = desk.s(), x = desk.file("x");
+    desk.refuses(desk.wisp("render " + s + " --passes 0:2 -o " + x + ".pfm"), 2,
+                 "option 'passes' belongs to --reference");
+    desk.refuses(desk.wisp("render " + s + " --error-out " + x + ".pfm"), 2,
+                 "option 'error-out' belongs to --reference");
+    desk.refuses(desk.wisp("render " + s + " -o " + x + ".passes"), 2,
+                 "option 'output': found '" + x + ".passes', expected .passes only with --reference");
+    desk.refuses(desk.render("--passes 2:2"), 2,
+                 "option 'passes': found '2:2', expected a whole number from 3 to 2147483647");
+    desk.refuses(desk.render("--error-out " + x + ".png"), 2,
+                 "option 'error-out': found '" + x + ".png', expected a file name that ends in .pfm");
+    desk.refuses(desk.render("--frames 0:1 --error-out " + x + ".pfm"), 2,
+                 "option 'error-out': found '" + x + ".pfm' for several frames, expected a name with %04d");
+    desk.refuses(desk.render("--frames 0:1 -o " + x + ".passes"), 2,
+                 "option 'output': found '" + x + ".passes' for several frames, expected a name with %04d");
+    CHECK(!desk.has("x.pfm"));
+    CHECK(!desk.has("x.passes"));
+
+    Desk scenes;
+    scenes.write("o.aff", Desk::lit("box 0 0 0 1 1 1 1 {}", "render reference 1\nrender error-out e.pfm"));
+    const Ran named = scenes.wisp("render " + scenes.file("o.aff"));
+    CHECK(named.status == 3);
+    CHECK(named.err == scenes.file("o.aff") + ":10: option 'error-out' in a scene, expected it on the command line\n");
+    // The others may be a scene's defaults.
+    scenes.write("d.aff", Desk::lit("box 0 0 0 1 1 1 1 {}", "render reference 1\nrender passes 0:2"));
+    scenes.write("e.aff", Desk::lit("box 0 0 0 1 1 1 1 {}"));
+    const Ran ran = scenes.wisp("render " + scenes.file("d.aff") + " --digest");
+    CHECK(ran.status == 0);
+    CHECK(ran.out == scenes.wisp("render " + scenes.file("e.aff") + " --digest --reference --passes 0:2").out);
+}
+
+TEST_CASE("command line: passes apart and merged are the passes together, to the byte") {
+    const ReferenceDesk desk;
+    for (const std::string arithmetic : {"f32", "f64", "fixed"}) {
+        const std::string arith = " --arith " + arithmetic;
+        const auto files = [&](const std::string &name) {
+            return " -o " + desk.file(name + ".passes") + " -o " + desk.file(name + ".pfm") + " --error-out " +
+                   desk.file(name + "_e.pfm") + " -o " + desk.file(name + ".png") + " --digest";
+        };
+        const Ran whole = desk.render("--passes 0:5" + arith + files("whole"));
+        REQUIRE(whole.status == 0);
+        CHECK(whole.err.empty());
+        const Bytes pfm = read_file(desk.file("whole.pfm"));
+        CHECK(whole.out == std::string(sha256(pfm.data(), pfm.size()).text) + "  " + desk.file("whole.pfm") + "\n");
+        const Ran a = desk.render("--passes 0:2" + arith + files("a")),
+                  b = desk.render("--passes 2:5" + arith + files("b"));
+        REQUIRE(a.status == 0);
+        REQUIRE(b.status == 0);
+        CHECK(!desk.same("a.pfm", "b.pfm")); // other passes have other samples
+        for (const auto &order : {desk.file("a.passes") + " " + desk.file("b.passes"),
+                                  desk.file("b.passes") + " " + desk.file("a.passes")}) {
+            const Ran merged = desk.merge(order + files("m"));
+            REQUIRE(merged.status == 0);
+            CHECK(merged.err.empty());
+            CHECK(merged.out.substr(0, 64) == whole.out.substr(0, 64));
+            CHECK(merged.out.substr(64) == "  " + desk.file("m.pfm") + "\n");
+            for (const char *kind : {".pfm", ".passes", "_e.pfm", ".png"})
+                CHECK(desk.same("m" + std::string(kind), "whole" + std::string(kind)));
+        }
+        CHECK(desk.merge(desk.file("m.passes") + files("n")).status == 0); // of one: the same
+        CHECK(desk.same("n.passes", "whole.passes"));
+        CHECK(desk.same("n_e.pfm", "whole_e.pfm"));
+        const Passes passes = parse_passes(read_file(desk.file("whole.passes")), "whole.passes");
+        CHECK(passes.ranges.size() == 1);
+        CHECK(pfm == pfm_bytes(mean_picture(passes)));
+        CHECK(read_file(desk.file("whole_e.pfm")) == pfm_bytes(error_picture(passes)));
+    }
+}
+
+TEST_CASE("command line: a crop of a reference is a part of the whole, in the picture and its errors") {
+    const ReferenceDesk desk;
+    REQUIRE(desk.render("--passes 0:3 -o " + desk.file("w.pfm") + " --error-out " + desk.file("we.pfm")).status == 0);
+    REQUIRE(desk.render("--passes 0:3 --crop 2,1,7,5 -o " + desk.file("p.pfm") + " --error-out " + desk.file("pe.pfm"))
+                .status == 0);
+    for (const auto &[whole_name, part_name] : {std::make_pair("w.pfm", "p.pfm"), std::make_pair("we.pfm", "pe.pfm")}) {
+        const Picture whole = read_pfm(desk.file(whole_name)), part = read_pfm(desk.file(part_name));
+        REQUIRE(part.width == 5);
+        REQUIRE(part.height == 4);
+        for (size_t y = 0; y < 4; ++y)
+            for (size_t x = 0; x < 15; ++x) CHECK(part.rgb[y * 15 + x] == whole.rgb[((y + 1) * 9 + 2) * 3 + x]);
+    }
+}
+
+TEST_CASE("command line: frames of a reference have their own outputs, and -v says what was written") {
+    const ReferenceDesk desk;
+    const Ran ran = desk.render("--passes 0:2 --frames 0:1 -v -o " + desk.file("f_%02d.passes") + " --error-out " +
+                                desk.file("e_%02d.pfm") + " --digest");
+    CHECK(ran.status == 0);
+    CHECK(ran.err == "wrote " + desk.file("f_00.passes") + "\nwrote " + desk.file("e_00.pfm") + "\nwrote " +
+                         desk.file("f_01.passes") + "\nwrote " + desk.file("e_01.pfm") + "\n");
+    CHECK(lines(ran.out) == 2);
+    CHECK(ran.out.substr(64, 4) == "  -\n");
+    CHECK(desk.same("f_00.passes", "f_01.passes")); // nothing moves
+}
+
+TEST_CASE("command line: merge refuses what does not belong together, and writes nothing then") {
+    ReferenceDesk desk;
+    const auto sums = [&](const std::string &name, const std::string &options) {
+        REQUIRE(desk.render(options + " -o " + desk.file(name)).status == 0);
+        return desk.file(name);
+    };
+    const std::string a = sums("a.passes", "--passes 0:2"), b = sums("b.passes", "--passes 1:3"),
+                      out = " -o " + desk.file("x.pfm") + " -o " + desk.file("x.passes") + " --error-out " +
+                            desk.file("e.pfm") + " --digest";
+    const auto refuses = [&](const std::string &arguments, int status, const std::string &line = "") {
+        CAPTURE(arguments);
+        desk.refuses(desk.merge(arguments + out), status, line);
+        for (const char *name : {"x.pfm", "x.passes", "e.pfm"}) CHECK(!desk.has(name));
+    };
+    refuses("", 2, "found no file to merge, expected some .passes or .map");
+    refuses(a + " --spp 4", 2,
+            "option '--spp' is none of merge, expected --output, --error-out, --exposure or --digest");
+    refuses(a + " --bogus", 2);
+    refuses(a + " -o " + desk.file("x.jpg"), 2);
+    refuses(a + " --error-out " + desk.file("x.png"), 2);
+
+    refuses(desk.file("none.passes"), 3, desk.file("none.passes") + ": cannot be opened: No such file or directory");
+    refuses(a + " " + desk.file("none.passes"), 3);
+    refuses(a + " " + desk.s(), 3, desk.s() + ":1: not a file of passes, expected 'wisp passes 1'");
+    std::string text = text_of(a);
+    text.back() = static_cast<char>(text.back() ^ 1);
+    desk.write("damaged.passes", text);
+    refuses(desk.file("damaged.passes"), 3,
+            desk.file("damaged.passes") + ":2: the file is damaged: its SHA-256 is another, expected " +
+                text.substr(21, 64));
+    desk.write("cut.passes", text.substr(0, text.size() / 2));
+    refuses(a + " " + desk.file("cut.passes"), 3);
+
+    refuses(a + " " + b, 3, b + ": passes 1:3, expected none of 0:2, which are there already");
+    refuses(a + " " + a, 3, a + ": passes 0:2, expected none of 0:2, which are there already");
+    for (const std::string options : {"--seed 2", "--arith f64", "--crop 0,0,8,7", "--size 9x8", "--spp 2"}) {
+        const std::string other = sums("other.passes", "--passes 2:3 " + options);
+        CAPTURE(options);
+        refuses(a + " " + other, 3,
+                other + ": passes of another scene, size, seed, arithmetic or version, expected all of the same");
+    }
+    desk.write("r.aff", Desk::lit("box -1 -1 -1 1 1 1 1.5 { phase 0.31 emission 0.2 0.1 0 }"));
+    const std::string other = sums("other.passes", "--passes 2:3");
+    refuses(a + " " + other, 3,
+            other + ": passes of another scene, size, seed, arithmetic or version, expected all of the same");
+    // What samples do not depend on does not part them.
+    desk.write("r.aff", "# again\n" + Desk::lit("box -1 -1 -1 1 1 1 1.5 { emission 0.2 0.1 0 phase 0.3 }",
+                                                "render step 0.25\nrender exposure 1"));
+    CHECK(desk.merge(a + " " + sums("same.passes", "--passes 2:3 --photons 9") + out).status == 0);
+}
+
+TEST_CASE("command line: what cannot be written ends with 5 and leaves no part of it") {
+    const ReferenceDesk desk;
+    REQUIRE(desk.render("--passes 0:2 -o " + desk.file("a.passes")).status == 0);
+    std::filesystem::create_symlink("/dev/full", desk.file("full.pfm"));
+    const std::string none = desk.file("none/e.pfm"), full = desk.file("full.pfm");
+    for (const std::string &command :
+         {"render " + desk.file("r.aff") + " --reference --passes 0:2", "merge " + desk.file("a.passes")}) {
+        CAPTURE(command);
+        desk.refuses(desk.wisp(command + " --digest --error-out " + none), 5,
+                     none + ": could not be written: No such file or directory");
+        desk.refuses(desk.wisp(command + " --digest --error-out " + full), 5,
+                     full + ": could not be written: No space left on device");
+        desk.refuses(desk.wisp(command + " --error-out " + desk.file("e.pfm") + " -o " + desk.file("none/x.passes")),
+                     5);
+        CHECK(!desk.has("e.pfm"));
+    }
+    // An input that is refused leaves what was there.
+    std::ofstream(desk.file("e.pfm")) << "kept";
+    CHECK(desk.merge(desk.s() + " --error-out " + desk.file("e.pfm")).status == 3);
+    CHECK(text_of(desk.file("e.pfm")) == "kept");
+}
+
+TEST_CASE("command line: a grid of equal samples is the box that it fills") {
+    Desk desk;
+    // Cells as long as a twentieth of the box: the same steps and gather radius.
+    desk.write("g.vol", Desk::volume(20, 20, 30, 1, 1, 1.5f, std::vector<float>(20 * 20 * 30, 0.75f)));
+    const auto compare = [&](const std::string &more, const std::string &options) {
+        desk.write("g.aff", Desk::lit("g.vol { extinction 2 phase 0.3 " + more + "}"));
+        desk.write("b.aff", Desk::lit("box -1 -1 -1.5 1 1 1.5 0.75 { extinction 2 phase 0.3 " + more + "}"));
+        CAPTURE(more);
+        CAPTURE(options);
+        const Ran grid = desk.wisp("render " + desk.file("g.aff") + options + " -o " + desk.file("g.pfm"));
+        CHECK(grid.status == 0);
+        CHECK(grid.err.empty());
+        CHECK(desk.wisp("render " + desk.file("b.aff") + options + " -o " + desk.file("b.pfm")).status == 0);
+        CHECK(desk.wisp("compare " + desk.file("g.pfm") + " " + desk.file("b.pfm") + " --tolerance 1e-5").status == 0);
+    };
+    std::vector<Bytes> pictures;
+    for (const std::string place :
+         {"", "transform 0.5 0.5 0.5 1 2 2 50 0.25 0.5 -0.25 ", "emission 0.5 0.25 0 albedo 0.5 0.5 0.5 "}) {
+        for (const char *arithmetic : {"f32", "f64", "fixed"})
+            compare(place, std::string(" --smoke direct --irradiance none --photons 0 --arith ") + arithmetic);
+        pictures.push_back(read_file(desk.file("b.pfm")));
+        if (place.find("emission") != std::string::npos) continue; // a photon's birth is a sample's
+        compare(place,
+                " --smoke direct --irradiance none --arith f64"); // in which no photon's decision falls the other way
+        pictures.push_back(read_file(desk.file("b.pfm")));
+    }
+    // All those pictures differ.
+    std::sort(pictures.begin(), pictures.end());
+    CHECK(std::unique(pictures.begin(), pictures.end()) == pictures.end());
+}
+
+TEST_CASE("command line: a transform moves, turns and scales boxes, and keeps their extinction") {
+    Desk desk;
+    const struct {
+        const char *a, *b;
+    } pairs[] = {
+        {"box -1 -2 -0.5 1 2 0.5 1 { transform 0.5 0.5 0.5 0 0 1 0 0.25 0 0.5 }",
+         "box -0.25 -1 0.25 0.75 1 0.75 1 { }"},
+        {"box -0.25 -1 -0.5 0.5 1 0.5 1 { transform 1 1 1 0 0 1 90 0 0 0 }", "box -1 -0.25 -0.5 1 0.5 0.5 1 { }"},
+        {"box -0.25 -1 -0.5 0.5 1 0.5 1 { transform 2 2 2 1 1 1 120 0 0 1 extinction 0.5 }",
+         "box -1 -0.5 -1 1 1 3 0.5 { }"}, // x to y to z to x
+    };
+    for (const auto &pair : pairs) {
+        desk.write("a.aff", Desk::lit(pair.a));
+        desk.write("b.aff", Desk::lit(pair.b));
+        for (const char *name : {"a", "b"})
+            REQUIRE(desk.wisp("render " + desk.file(name) + ".aff --smoke direct --photons 0 -o " + desk.file(name) +
+                              ".pfm")
+                        .status == 0);
+        CAPTURE(std::string(pair.a));
+        CHECK(desk.wisp("compare " + desk.file("a.pfm") + " " + desk.file("b.pfm") + " --tolerance 1e-5").status == 0);
+    }
+}
+
+TEST_CASE("command line: grids are known by what is in the file, and refuse what only particles have") {
+    Desk desk;
+    const std::string grid = Desk::volume(2, 1, 2, 1, 1, 1, {1, 0.5f, 0.25f, 2});
+    desk.write("g.vol", grid);
+    desk.write("box", grid);
+    desk.write("g_0003.vol", grid);
+    const auto render = [&](const std::string &smoke, const std::string &options = "") {
+        desk.write("g.aff", Desk::lit(smoke));
+        return desk.wisp("render " + desk.file("g.aff") + " --digest" + options);
+    };
+    const Ran ran = render("g.vol { extinction 2 }");
+    CHECK(ran.status == 0);
+    CHECK(render("box { extinction 2 }").out == ran.out); // a file of that name
+    CHECK(render("g_%04d.vol { extinction 2 }", " --frames 3").out == ran.out);
+    CHECK(render("g_%04d.vol { extinction 2 }", " --frames 2").status == 3);
+    for (const std::string line : {"kernel spline", "kernel poly6", "radius 0.1", "mass 1"}) {
+        const Ran refused = render("g.vol {\n extinction 2\n " + line + "\n}");
+        CAPTURE(line);
+        CHECK(refused.status == 3);
+        CHECK(refused.err == desk.file("g.aff") + ":7: found '" + line.substr(0, line.find(' ')) +
+                                 "', expected none for the density grid " + desk.file("g.vol") +
+                                 ": only particles have it\n");
+    }
+    desk.write("g.vol", grid.substr(0, 60));
+    CHECK(render("g.vol { }").err ==
+          desk.file("g.vol") + ": byte 48: 12 bytes of samples, expected 2 x 1 x 2 samples of 4 bytes\n");
+    // Nothing in it: the background, as without smoke.
+    desk.write("g.vol", Desk::volume(2, 1, 2, 1, 1, 1, {0, 0, 0, 0}));
+    const Ran nothing = render("g.vol { emission 1 1 1 }");
+    CHECK(nothing.status == 0);
+    CHECK(nothing.out == render("box -1 -1 -1 1 1 1 0 { }").out);
+}
+
+TEST_CASE("command line: a box's smoke between the camera and the background dims it by its extinction") {
+    Desk desk;
+    // Parallel to the axis through the middle of a single pixel: exp(-2 * 0.75) of the background.
+    desk.write("d.aff",
+               "v from 0 0 50 at 0 0 0 up 0 1 0 angle 1 hither 1 resolution 1 1\nb 1 2 4\nsmoke box -1 -1 -1 1 1 "
+               "1 0.25 { extinction 3 }\nrender spp 1");
+    for (const std::string options : {"--arith f32", "--arith f64", "--arith fixed", "--reference --arith f32",
+                                      "--reference --arith f64", "--reference --arith fixed"}) {
+        CAPTURE(options);
+        REQUIRE(desk.wisp("render " + desk.file("d.aff") + " " + options + " -o " + desk.file("d.pfm")).status == 0);
+        const Picture picture = read_pfm(desk.file("d.pfm"));
+        for (size_t c = 0; c < 3; ++c)
+            CHECK(static_cast<double>(picture.rgb[c]) ==
+                  doctest::Approx(std::ldexp(std::exp(-1.5), static_cast<int>(c))).epsilon(1e-5));
+    }
+}
+
+TEST_CASE("command line: plan counts boxes, grids and the stages of --reference") {
+    Desk desk;
+    desk.write("g.vol", Desk::volume(2, 3, 4, 1, 1, 1, std::vector<float>(24, 1)));
+    desk.write("b.aff", Desk::lit("box -1 -1 -1 1 1 1 1 { }"));
+    desk.write("g.aff", Desk::lit("g.vol { }"));
+    desk.write("all.aff", Desk::lit("g.vol { }\nsmoke box -1 -1 -1 1 1 1 1 { }\nsmoke puff.vtk { radius 0.2 mass 1 }"));
+    const auto plan = [&](const std::string &arguments) { return desk.wisp("plan " + desk.file(arguments)); };
+    CHECK(plan("b.aff --smoke direct").out.find(" bytes  1 samples of grids\n") != std::string::npos);
+    CHECK(plan("g.aff --smoke direct").out.find(" bytes  24 samples of grids\n") != std::string::npos);
+    CHECK(plan("all.aff").out.find(" bytes  40 particles, 25 samples of grids\n") != std::string::npos);
+    const Ran reference = plan("all.aff --reference --spp 3");
+    CHECK(reference.status == 0);
+    CHECK(reference.err.empty());
+    CHECK(lines(reference.out) == 5);
+    CHECK(reference.out.find("particle tree  yes") == 0);
+    CHECK(reference.out.find("\nmajorants      yes") != std::string::npos);
+    CHECK(reference.out.find("\npaths          yes               0 bytes  48 a pixel\n") != std::string::npos);
+    CHECK(reference.out.find("\narena          yes") != std::string::npos);
+    // 12 bytes as numbers, 12 in the file, 96 of sums.
+    CHECK(reference.out.find("\npicture        yes            7560 bytes  9 x 7 pixels, beside the arena\n") !=
+          std::string::npos);
+    CHECK(reference.out.find("photons") == std::string::npos);
+    CHECK(plan("all.aff --reference --spp 3 --passes 4:6").out.find("  6 a pixel\n") != std::string::npos);
+    CHECK(plan("all.aff --reference --memory 10k").status == 4);
+    CHECK(plan("b.aff --memory 1G").status == 0);
+}
+
+TEST_CASE("command line: thin smoke of a strong extinction is as its product, in fixed point too") {
+    Desk desk;
+    desk.write("plain.vol", Desk::volume(2, 1, 1, 1, 1, 1, {1, 0.5f}));
+    desk.write("plain.aff", Desk::lit("plain.vol { extinction 2 }"));
+    REQUIRE(
+        desk.wisp("render " + desk.file("plain.aff") + " --arith fixed --photons 0 -o " + desk.file("p.pfm")).status ==
+        0);
+    // A power of two from one to the other, written in full.
+    const struct {
+        float density;
+        const char *extinction;
+    } cases[] = {{0x1p-20f, "2097152"}, {0x1p-36f, "137438953472"}, {0x1p33f, "2.3283064365386963e-10"}};
+    for (const auto &c : cases) {
+        desk.write("thin.vol", Desk::volume(2, 1, 1, 1, 1, 1, {c.density, c.density / 2}));
+        desk.write("thin.aff", Desk::lit("thin.vol { extinction " + std::string(c.extinction) + " }"));
+        CAPTURE(std::string(c.extinction));
+        const Ran ran =
+            desk.wisp("render " + desk.file("thin.aff") + " --arith fixed --photons 0 -o " + desk.file("t.pfm"));
+        CHECK(ran.status == 0);
+        CHECK(desk.wisp("compare " + desk.file("t.pfm") + " " + desk.file("p.pfm") + " --tolerance 1e-5").status == 0);
+    }
+}
+
+TEST_CASE("command line: smoke too thin for fixed point may glow") {
+    Desk desk;
+    desk.write("thin.vol", Desk::volume(2, 1, 1, 1, 1, 1, {1e-11f, 1e-11f}));
+    for (const std::string smoke : {"thin.vol { extinction 1e11 emission 1 1 1 }", "thin.vol { emission 1 1 1 }",
+                                    "puff.vtk { radius 1 mass 5e-11 emission 1 1 1 }"}) {
+        desk.write("thin.aff", Desk::lit(smoke));
+        CAPTURE(smoke);
+        CHECK(desk.wisp("render " + desk.file("thin.aff") + " --arith fixed").status == 0);
+        CHECK(desk.wisp("render " + desk.file("thin.aff") + " --arith fixed --reference --passes 0:1").status == 0);
+    }
+}
+
+TEST_CASE("command line: --thin leaves out strays, the same in every arithmetic") {
+    Desk desk;
+    // A ball, and three far away whose mass is small.
+    std::string ply = "ply\nformat ascii 1.0\nelement vertex 23\nproperty float x\nproperty float y\nproperty float z\n"
+                      "property float mass\nend_header\n";
+    for (int i = 0; i < 20; ++i)
+        ply += std::to_string(0.1 * (i % 3)) + " " + std::to_string(0.1 * (i % 4)) + " " +
+               std::to_string(0.1 * (i % 5)) + " 1\n";
+    desk.write("ball.ply", std::string(ply).replace(ply.find("vertex 23"), 9, "vertex 20"));
+    desk.write("strays.ply", ply + "5 0 0 0.01\n-3 4 1 0.01\n0 9 -8 0.01\n");
+    const auto scene = [](const std::string &particles, const std::string &more) {
+        return "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 16 12\nlp 3 3 3 40 40 40\nsmoke " +
+               particles + " { radius 0.2 extinction 0.02 }\nrender photons 3000\n" + more;
+    };
+    desk.write("b.aff", scene("ball.ply", ""));
+    desk.write("t.aff", scene("strays.ply", "render thin 0.01\n"));
+    for (const std::string arithmetic : {"f32", "f64", "fixed"}) {
+        const auto digest = [&](const std::string &arguments) {
+            const Ran ran = desk.wisp("render " + desk.file(arguments) + " --digest --arith " + arithmetic);
+            CHECK(ran.status == 0);
+            return ran.out;
+        };
+        const std::string ball = digest("b.aff"), strays = digest("t.aff --thin 0");
+        CHECK(ball != strays);
+        CHECK(digest("t.aff") == ball);
+        CHECK(digest("b.aff --thin 0") == ball);
+        // A mass of 0.01 takes 0.003 of a ray.
+        CHECK(digest("t.aff --thin 0.001") == strays);
+        CHECK(desk.wisp("render " + desk.file("t.aff") + " -v --arith " + arithmetic).err ==
+              "smoke 1: --thin leaves out 3 of 23 particles; 0 give their mass to a neighbour\n");
+    }
+    for (const std::string value : {"-0.1", "1", "x", "nan", ""})
+        CHECK(desk.wisp("render " + desk.file("b.aff") + " --thin " + (value.empty() ? "''" : value)).status == 2);
+}
+
+TEST_CASE("command line: plan -v says whether the particles suffice, and how many are noise") {
+    Desk desk;
+    std::string ply = "ply\nformat ascii 1.0\nelement vertex 1001\nproperty float x\nproperty float y\nproperty float "
+                      "z\nproperty float mass\nend_header\n20 0 0 0.001\n";
+    for (int i = 0; i < 1000; ++i)
+        ply += std::to_string(i % 10) + " " + std::to_string(i / 10 % 10) + " " + std::to_string(i / 100) + " 1\n";
+    desk.write("lattice.ply", ply);
+    desk.write("l.aff", "v from 4 4 40 at 4 4 4 up 0 1 0 angle 30 hither 1 resolution 4 4\nlp 9 9 90 1 1 1\n"
+                        "smoke box 0 0 0 1 1 1 1 { }\nsmoke lattice.ply { radius 0.6 }\n");
+    for (const std::string arithmetic : {"f32", "f64", "fixed"}) {
+        const Ran ran = desk.wisp("plan " + desk.file("l.aff") + " -v --arith " + arithmetic);
+        CHECK(ran.status == 0);
+        // 1.2 reach to the six nearest alone, 2,700 pairs of 10 x 10 x 10, two to a pair. The error, after Campbell:
+        // int W^2 = 25 / (56 pi) h^-3, rho = 5.4 * 15 / (64 pi) 3^-3 h^-3: the square is 9.5238.
+        CHECK(ran.out.find("smoke 2: a particle has 5.4 neighbours, one in twenty no more than 4; the density errs by "
+                           "308.6 %; for 5 % it takes 3810 times as many, for 1 % 95238 times\n") != std::string::npos);
+        // 15 / (8 pi) 0.001 / 0.36 = 0.00166.
+        CHECK(ran.out.find("smoke 2: no ray would miss 0 of them (--thin 0.001), 1 of them (--thin 0.01), 1 of them "
+                           "(--thin 0.1)\n") != std::string::npos);
+        CHECK(ran.out.find("smoke 1: ") == std::string::npos); // a box has no particles
+    }
+    CHECK(desk.wisp("plan " + desk.file("l.aff")).out.find("neighbours") == std::string::npos);
+    desk.write("far.aff",
+               "v from 4 4 40 at 4 4 4 up 0 1 0 angle 30 hither 1 resolution 4 4\nsmoke lattice.ply { radius "
+               "0.4 }\n");
+    CHECK(
+        desk.wisp("plan " + desk.file("far.aff") + " -v")
+            .out.find("a particle has 0.0 neighbours, one in twenty no more than 0; they are too few for a density") !=
+        std::string::npos);
+}

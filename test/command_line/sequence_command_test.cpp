@@ -1,0 +1,345 @@
+// Runs that go on where others were stopped: what is kept and what is not, kills at any moment, signals.
+#include "host/base/sha256.h"
+#include "host/results/picture_record.h"
+#include "support/command_line.h"
+#include <csignal>
+#include <cstdio>
+#include <map>
+#include <set>
+#include <unistd.h>
+#include <zlib.h>
+
+using namespace wisp;
+
+namespace {
+
+// An animation of a textured triangle before another that changes its form, in frames of pixels that cost little.
+struct Reel : Desk {
+    Reel() {
+        write("tiles.ppm", "P6 2 1 255\n\1\2\3\4\5\6");
+        write("still.aff", "f 1 1 1 0.5 0 0 0 1\nm vertices 3 -1 0 0 1 0 0 0 1.5 0 texturecoords 3 tiles.ppm 0 0 1 0 "
+                           "0 1 triangles 1 0 1 2 0 1 2\n");
+        write("t.aff", scene("2"));
+    }
+    static std::string scene(const std::string &end) {
+        return "v from 0 1 6 at 0 0 0 up 0 1 0 angle 40 hither 0.1 resolution 80 60\nl 3 3 5\nb 0.2 0.3 0.4\n"
+               "a 0 1 5\ni 0 still.aff\ntpa 2 0 0 0 -1 0 0 1 1 0 -1 0 0 1 0 1 -1 0 0 1 1 0 0 -1 0 0 1 " +
+               end + " 0 -1 0 0 1 0 " + end + " -1 0 0 1\nrender spp 1\n";
+    }
+    std::string command(const std::string &options) const {
+        return "render " + file("t.aff") + " -o " + file("f_%02d.pfm") + " -o " + file("f_%02d.png") + " " + options;
+    }
+    Ran render(const std::string &options = "") const { return wisp(command(options)); }
+    // How many frames were kept of all.
+    int kept(const std::string &options = "") const { return kept_of(render(options)); }
+    static int kept_of(const Ran &ran) {
+        CHECK(ran.status == 0);
+        int kept = 0, all = 0;
+        if (std::sscanf(ran.err.c_str(), "kept %d of %d frames", &kept, &all) == 2)
+            CHECK(ran.err == "kept " + std::to_string(kept) + " of " + std::to_string(all) +
+                                 " frames, which were there already\n");
+        else
+            CHECK(ran.err.empty());
+        return kept;
+    }
+    std::set<std::string> names() const {
+        std::set<std::string> names;
+        for (const auto &entry : std::filesystem::directory_iterator(file("")))
+            names.insert(entry.path().filename().string());
+        return names;
+    }
+    void flip(const std::string &name, size_t at) {
+        std::string text = text_of(file(name));
+        text.at(at) = static_cast<char>(text.at(at) ^ 1);
+        write(name, text);
+    }
+};
+
+// A run of its own that is given a signal.
+class Process {
+  public:
+    Process(const Desk &desk, const std::string &arguments) {
+        const std::string command =
+            "exec build/wisp " + arguments + " > " + desk.file("out") + " 2> " + desk.file("err");
+        id_ = fork();
+        if (id_ == 0) {
+            for (int number : {SIGINT, SIGTERM}) std::signal(number, SIG_DFL); // a background job ignores them
+            execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
+            _exit(127);
+        }
+    }
+    ~Process() {
+        if (id_ > 0) end(SIGKILL);
+    }
+    void signal(int number) const { kill(id_, number); }
+    // The exit status, or 128 and the signal that ended it, as a shell says it.
+    int wait() {
+        int status = 0;
+        waitpid(id_, &status, 0);
+        id_ = -1;
+        return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    }
+    int end(int number) {
+        signal(number);
+        return wait();
+    }
+
+  private:
+    pid_t id_;
+};
+
+// Waits until a file holds something.
+void await(const std::string &path) {
+    for (int i = 0; i < 20000; ++i) {
+        std::error_code error;
+        if (std::filesystem::file_size(path, error) > 0 && !error) return;
+        usleep(500);
+    }
+    FAIL("nothing came");
+}
+
+} // namespace
+
+TEST_CASE("sequence command: frames that are there are kept, others made, and the bits are the same") {
+    Reel desk;
+    const Ran first = desk.render("--digest");
+    CHECK(first.err.empty());
+    CHECK(lines(first.out) == 5);
+    const std::set<std::string> all = desk.names();
+    CHECK(all.size() == 2 + 5 + 5 * 3); // puff.vtk and s.aff of every desk; here, out and err
+    const std::string last = text_of(desk.file("f_04.png"));
+    const Ran again = desk.render("--digest");
+    CHECK(desk.kept_of(again) == 5);
+    CHECK(again.out == first.out);
+    CHECK(desk.render("--digest -q").err.empty());
+    // What is gone is made again.
+    for (const char *name : {"f_01.pfm", "f_02.png", "f_04.pfm.wisp"}) std::filesystem::remove(desk.file(name));
+    CHECK(desk.kept() == 2);
+    CHECK(desk.names() == all);
+    // What is not what was written, anywhere; what is half of it; and what follows it.
+    for (const std::string name : {"f_01.pfm", "f_02.png", "f_04.pfm.wisp"}) {
+        const std::string whole = text_of(desk.file(name));
+        CAPTURE(name);
+        for (size_t at : {size_t{0}, size_t{30}, whole.size() / 2, whole.size() - 300, whole.size() - 40,
+                          whole.size() - 14, whole.size() - 1}) {
+            if (at >= whole.size()) continue;
+            desk.flip(name, at);
+            CHECK(desk.kept("--frames 1:4") == 3);
+            CHECK(text_of(desk.file(name)) == whole);
+        }
+        for (const std::string &wrong : {whole.substr(0, whole.size() / 2), whole + "\n", std::string(), whole + whole,
+                                         whole.substr(0, 12), whole.substr(0, whole.size() - 1)}) {
+            desk.write(name, wrong);
+            CHECK(desk.kept("--frames 1:4") == 3);
+            CHECK(text_of(desk.file(name)) == whole);
+        }
+    }
+    // A picture under the name of another frame, with its proof.
+    for (const char *kind : {".pfm", ".pfm.wisp", ".png"})
+        desk.write(std::string("f_00") + kind, text_of(desk.file(std::string("f_03") + kind)));
+    CHECK(desk.kept() == 4);
+    CHECK(desk.render("--digest").out == first.out);
+    CHECK(text_of(desk.file("f_04.png")) == last);
+    // Frames apart are those of one run.
+    for (int i = 0; i < 5; ++i) CHECK(desk.kept("--frames " + std::to_string(i)) == 1);
+}
+
+TEST_CASE("sequence command: a frame is kept only for the same scene, options and version of the number system") {
+    Reel desk;
+    CHECK(desk.kept() == 0);
+    for (const std::string option : {"--arith f64", "--arith fixed", "--size 81x60", "--spp 2", "--depth 3",
+                                     "--shadows trace", "--lights cuts", "--seed 2", "--frame-count 6 --frames 1:3"}) {
+        CAPTURE(option);
+        CHECK(desk.kept(option) == 0);
+        CHECK(desk.kept(option) == (option.find("frames") == std::string::npos ? 5 : 3));
+        CHECK(desk.kept() < 5);
+    }
+    // Only the .png shows it, yet a frame is kept as a whole.
+    CHECK(desk.kept("--exposure 1") == 0);
+    CHECK(desk.kept("--exposure 1") == 5);
+    CHECK(desk.kept() == 0);
+    // What changes no pixel.
+    for (const std::string option : {"--memory 1G", "--progress never", "--shadows exact", "--frame-count 5"})
+        CHECK(desk.kept(option) == 5);
+    const std::string tiles = text_of(desk.file("tiles.ppm")), still = text_of(desk.file("still.aff"));
+    desk.write("still.aff", "# a comment\n" + still);
+    CHECK(desk.kept() == 5);
+    desk.write("still.aff", still + "s 0 0 0 0.1\n");
+    CHECK(desk.kept() == 0);
+    desk.flip("tiles.ppm", tiles.size() - 1);
+    CHECK(desk.kept() == 0);
+    desk.write("t.aff", Reel::scene("3")); // all but the first frame move
+    CHECK(desk.kept() == 1);
+    // Others, where they are not several, are always made.
+    const std::string one = "render " + desk.file("t.aff") + " --frames 2 -o " + desk.file("one.pfm");
+    for (int i = 0; i < 2; ++i) CHECK(desk.wisp(one).err.empty());
+    CHECK(!desk.has("one.pfm.wisp"));
+}
+
+TEST_CASE("sequence command: particles of a frame, and grids, are part of its scene") {
+    Desk desk;
+    desk.write("p_0.vtk", Desk::puff(20));
+    desk.write("p_1.vtk", Desk::puff(21));
+    desk.write("g.vol", Desk::volume(2, 1, 1, 1, 1, 1, {1, 0.5f}));
+    desk.write("p.aff", Desk::lit("p_%d.vtk { radius 0.2 mass 1 extinction 0.02 }\nsmoke g.vol { extinction 0.1 }"));
+    const auto kept = [&](const std::string &options = "") {
+        return Reel::kept_of(
+            desk.wisp("render " + desk.file("p.aff") + " --frames 0:1 -o " + desk.file("f_%d.png ") + options));
+    };
+    CHECK(kept() == 0);
+    CHECK(kept() == 2);
+    desk.write("p_1.vtk", Desk::puff(22));
+    CHECK(kept() == 1);
+    CHECK(kept() == 2);
+    desk.write("g.vol", Desk::volume(2, 1, 1, 1, 1, 1, {1, 0.25f}));
+    CHECK(kept() == 0);
+    for (const std::string option :
+         {"--photons 1000", "--smoke direct --irradiance none", "--step 0.25 --smoke direct", "--gather 10",
+          "--gather-radius 1", "--reference --passes 0:2", "--reference --passes 1:3"}) {
+        CAPTURE(option);
+        CHECK(kept(option) == 0);
+        CHECK(kept(option) == 2);
+    }
+    // Maps, errors and sums are made with the picture.
+    for (const std::string &option : {"--smoke map --map-out " + desk.file("m_%d.map"),
+                                      "--reference --passes 0:2 --error-out " + desk.file("e_%d.pfm"),
+                                      "--reference --passes 0:2 -o " + desk.file("e_%d.passes")})
+        for (int i = 0; i < 2; ++i) CHECK(kept(option) == 0);
+}
+
+TEST_CASE("sequence command: digests and statistics of kept frames are true") {
+    Reel desk;
+    const auto png = [&](const std::string &options) {
+        return desk.wisp("render " + desk.file("t.aff") + " -o " + desk.file("f_%02d.png ") + options);
+    };
+    const std::string stats = " --stats " + desk.file("s.json");
+    CHECK(Reel::kept_of(png("")) == 0);
+    CHECK(Reel::kept_of(png("")) == 5);
+    const Ran digests = png("--digest"); // which no .png tells
+    CHECK(Reel::kept_of(digests) == 0);
+    CHECK(lines(digests.out) == 5);
+    CHECK(Reel::kept_of(png(stats)) == 0);
+    const auto digest_of = [&] {
+        const std::string json = text_of(desk.file("s.json"));
+        return json.substr(json.find("\"digest\": "), 76);
+    };
+    const std::string whole = digest_of();
+    CHECK(desk.kept() == 0);
+    std::filesystem::remove(desk.file("f_03.pfm"));
+    CHECK(desk.kept(stats) == 4);
+    CHECK(digest_of() == whole);
+    const std::string json = text_of(desk.file("s.json"));
+    CHECK(json.find("{ \"frame\": 2, \"kept\": true },\n    { \"frame\": 3, \"seconds\": ") != std::string::npos);
+    CHECK(desk.kept(stats) == 5);
+    CHECK(digest_of() == whole);
+}
+
+TEST_CASE("sequence command: frames of the paper's shadows are never kept, and carry no proof") {
+    const Reel desk;
+    CHECK(desk.kept() == 0);
+    CHECK(desk.kept("--shadows paper") == 0);
+    CHECK(desk.kept("--shadows paper") == 0);
+    CHECK(text_of(desk.file("f_01.png")).find("tEXt") == std::string::npos);
+    CHECK(desk.kept() == 0);
+}
+
+TEST_CASE("sequence command: a .png with its proof is a PNG, and the same pixels") {
+    const Reel desk;
+    desk.render("--frames 1");
+    desk.wisp("render " + desk.file("t.aff") + " --frames 1 -o " + desk.file("one.png"));
+    const Bytes plain = read_file(desk.file("one.png")), proved = read_file(desk.file("f_01.png"));
+    const auto big_endian = [](const uint8_t *b) {
+        return uint32_t{b[0]} << 24 | uint32_t{b[1]} << 16 | uint32_t{b[2]} << 8 | b[3];
+    };
+    const auto chunks = [&](const Bytes &png) {
+        std::vector<std::string> found;
+        for (size_t at = 8; at < png.size();) {
+            const uint32_t size = big_endian(&png[at]);
+            REQUIRE(at + 12 + size <= png.size());
+            CHECK(crc32(0, &png[at + 4], size + 4) == big_endian(&png[at + 8 + size]));
+            found.emplace_back(png.begin() + static_cast<ptrdiff_t>(at + 4),
+                               png.begin() + static_cast<ptrdiff_t>(at + 8 + size));
+            at += 12 + size;
+        }
+        return found;
+    };
+    std::vector<std::string> expected = chunks(plain), found = chunks(proved);
+    REQUIRE(expected.size() == 3);
+    REQUIRE(found.size() == 4);
+    CHECK(found[2].substr(0, 9) == std::string("tEXtwisp\0", 9));
+    CHECK(found[2].find(sha256(plain.data(), plain.size()).text) != std::string::npos);
+    found.erase(found.begin() + 2);
+    CHECK(found == expected);
+}
+
+TEST_CASE("sequence command: killed at any moment, the next run goes on and leaves what one run leaves") {
+    Reel desk;
+    desk.write("out", "");
+    desk.write("err", "");
+    const std::string options = "--digest --size 120x90";
+    const auto clear = [&] {
+        for (const std::string &name : desk.names())
+            if (name.compare(0, 2, "f_") == 0) std::filesystem::remove(desk.file(name));
+    };
+    const Ran whole = desk.render(options);
+    REQUIRE(whole.status == 0);
+    const std::set<std::string> all = desk.names();
+    std::map<std::string, std::string> contents;
+    for (const std::string &name : all)
+        if (name.compare(0, 2, "f_") == 0) contents[name] = text_of(desk.file(name));
+    uint32_t state = 1;
+    int broken = 0;
+    for (int i = 0; i < 20; ++i) {
+        clear();
+        Process process(desk, desk.command(options));
+        state = state * 1664525u + 1013904223u;
+        // Within the next milliseconds of a frame that was just begun, or of the program's start.
+        if (i % 5 > 0) await(desk.file("f_0" + std::to_string(i % 5 - 1) + ".pfm"));
+        usleep(state >> 20); // up to 4 ms
+        const int status = process.end(SIGKILL);
+        CHECK((status == 0 || status == 128 + SIGKILL));
+        broken += status != 0 && !desk.has("f_04.png");
+        for (const auto &[name, text] : contents) // whole, or not there
+            if (desk.has(name)) CHECK(text_of(desk.file(name)) == text);
+        const Ran next = desk.render(options);
+        CHECK(next.out == whole.out);
+        CHECK(desk.names() == all);
+        for (const auto &[name, text] : contents) CHECK(text_of(desk.file(name)) == text);
+    }
+    CHECK(broken > 0);
+    // What a kill between two system calls leaves: all that may lie about, beside frames that are whole and are not.
+    std::filesystem::remove(desk.file("f_02.pfm"));
+    for (const char *name : {"f_00.pfm", "f_01.png", "f_02.pfm", "f_02.pfm.wisp", "f_03.pfm.wisp"})
+        desk.write(std::string(name) + ".part", "half");
+    const Ran next = desk.render(options);
+    CHECK(desk.kept_of(next) == 4);
+    CHECK(next.out == whole.out);
+    CHECK(desk.names() == all);
+}
+
+TEST_CASE("sequence command: asked to stop, it stops at a row, says so in one line and leaves nothing aside") {
+    Reel desk;
+    const std::string slow = desk.command("--frames 0:1 --size 64x600 --spp 4000 --progress always");
+    for (const auto &[signal, name] : {std::pair<int, std::string>{SIGINT, "SIGINT"}, {SIGTERM, "SIGTERM"}}) {
+        desk.write("err", "");
+        Process process(desk, slow);
+        await(desk.file("err"));
+        CHECK(process.end(signal) == 128 + signal);
+        const std::string err = text_of(desk.file("err"));
+        CHECK(lines(err) == 1);
+        CHECK(err.substr(err.rfind('\r') + 1) == desk.file("t.aff") + ": stopped by " + name + " in frame 0\n");
+        CHECK(desk.tidy());
+        CHECK(!desk.has("f_00.pfm"));
+    }
+    // Photons stop between their batches.
+    desk.write("b.aff", Desk::lit("box -1 -1 -1 1 1 1 1.5 { }"));
+    desk.write("err", "");
+    Process process(desk, "render " + desk.file("b.aff") +
+                              " --smoke map --photons 400000000 --progress always --batches "
+                              "0:90000 --map-out " +
+                              desk.file("b.map"));
+    await(desk.file("err"));
+    CHECK(process.end(SIGTERM) == 128 + SIGTERM);
+    CHECK(desk.tidy());
+    CHECK(!desk.has("b.map"));
+}

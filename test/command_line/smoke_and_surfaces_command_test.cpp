@@ -1,0 +1,117 @@
+// build/wisp on scenes of smoke and surfaces: pictures, maps that walls are a part of, what is refused.
+#include "host/images/picture.h"
+#include "support/command_line.h"
+
+namespace wisp {
+
+namespace {
+
+// A puff above a floor, a wall beside it, a lamp.
+struct Cave : Desk {
+    void write_scene(const std::string &wall = "1.2", const std::string &more = "", const std::string &smoke = "",
+                     const std::string &from = "0 0.5 4") {
+        write("c.aff", "v from " + from +
+                           " at 0 0 0 up 0 1 0 angle 40 hither 0.1 resolution 12 9\nb 0.1 0.1 0.2\n"
+                           "am 0.1 0.1 0.1\nlp 3 4 3 40 40 40\nf 0.8 0.7 0.6 1 0.2 10 0 1\n"
+                           "m vertices 4 -4 -0.9 4 4 -0.9 4 4 -0.9 -4 -4 -0.9 -4 triangles 2 0 1 2 0 2 3\n"
+                           "m vertices 3 " +
+                           wall + " -0.9 -1 " + wall + " -0.9 1 " + wall +
+                           " 0.8 0 triangles 1 0 1 2\n"
+                           "smoke puff.vtk {\n radius 0.2\n mass 1\n extinction 0.02\n" +
+                           smoke + "}\nrender photons 2000\nrender gather 20\nrender spp 1\n" + more);
+    }
+    Ran draw(const std::string &options = "") const { return wisp("render " + file("c.aff") + " -q " + options); }
+    std::string digest(const std::string &options = "") const {
+        const Ran ran = draw("--digest " + options);
+        CHECK(ran.status == 0);
+        CHECK(ran.err == "");
+        return ran.out;
+    }
+};
+
+} // namespace
+
+TEST_CASE("command line: smoke and surfaces are one picture, by every way, in every arithmetic") {
+    Cave cave;
+    for (const std::string way : {"", "--smoke direct", "--smoke volume", "--smoke map --deposit path",
+                                  "--reference --passes 0:4", "--lights cuts", "--shadows paper"}) {
+        CAPTURE(way);
+        std::string of[2];
+        for (const bool smoke : {true, false})
+            for (const std::string arithmetic : {"--arith f32 ", "--arith f64 ", "--arith fixed "}) {
+                cave.write_scene("1.2", "", smoke ? "" : "transform 1 1 1 0 1 0 0 0 0 9\n"); // behind the camera
+                const std::string digest = cave.digest(arithmetic + way);
+                CHECK(lines(digest) == 1);
+                CHECK(cave.digest(arithmetic + way) == digest);
+                if (arithmetic == "--arith f64 ") of[smoke] = digest;
+            }
+        CHECK(of[0] != of[1]);
+    }
+    cave.write_scene();
+    const std::string exact = cave.digest();
+    for (const char *shadows : {"trace", "cache", "voxel", "lightbuffer", "lie"})
+        CHECK(cave.digest(std::string("--shadows ") + shadows) == exact);
+    const Ran plan = cave.wisp("plan " + cave.file("c.aff"));
+    CHECK(plan.status == 0);
+    CHECK(plan.out.find("triangle trees yes") != std::string::npos);
+}
+
+TEST_CASE("command line: passes of smoke and surfaces apart and merged are the passes together") {
+    Cave cave;
+    cave.write_scene();
+    const auto passes = [&](const std::string &range, const std::string &name) {
+        const Ran ran = cave.draw("--reference --passes " + range + " -o " + cave.file(name));
+        CHECK(ran.err.empty());
+        CHECK(ran.status == 0);
+    };
+    passes("0:2", "a.passes");
+    passes("2:5", "b.passes");
+    passes("0:5", "all.passes");
+    CHECK(cave.wisp("merge " + cave.file("a.passes") + " " + cave.file("b.passes") + " -o " + cave.file("m.passes"))
+              .status == 0);
+    CHECK(cave.same("m.passes", "all.passes"));
+    cave.write_scene("1.3"); // another wall
+    passes("2:5", "b.passes");
+    cave.refuses(
+        cave.wisp("merge " + cave.file("a.passes") + " " + cave.file("b.passes") + " -o " + cave.file("n.passes")), 3);
+}
+
+TEST_CASE("command line: a particle map is that of its walls; views and colours may change") {
+    Cave cave;
+    const std::string map = cave.file("c.map");
+    cave.write_scene();
+    REQUIRE(cave.draw("--map-out " + map + " -o " + cave.file("c.pfm")).status == 0);
+    for (const std::string from : {"0 0.5 4", "-2 1 3"}) {
+        cave.write_scene("1.2", "", "", from);
+        CHECK(cave.digest("--map-in " + map) == cave.digest());
+    }
+    cave.write_scene("1.25"); // the wall has moved
+    const Ran moved = cave.draw("--digest --map-in " + map);
+    cave.refuses(moved, 3);
+    CHECK(moved.err.find("c.map") != std::string::npos);
+    // Frames in which only smoke and camera stay have maps of their own.
+    cave.write_scene("1.2", "a 0 1 2\nx lid { m vertices 3 -1 1 -1 -1 1 1 1 1 0 triangles 1 0 1 2 }\n"
+                            "k lid { transl 4 0 0 0 0 0 0 0 0 0 0 0 0 0 0 1 0 0.5 0 0 0 0 1 0 0.5 0 0 0 0 }\n");
+    const std::string frames = cave.digest("--frames 0:1");
+    CHECK(frames == cave.digest("--frames 0:1 --remap"));
+    CHECK(frames == cave.digest("--frames 0") + cave.digest("--frames 1"));
+    CHECK(frames.substr(0, 64) != frames.substr(frames.size() / 2, 64));
+}
+
+TEST_CASE("command line: smoke and surfaces that do not go together are refused with a line") {
+    Cave cave;
+    cave.write_scene("1.2", "", "phase 0.3\n");
+    const std::string line = "option 'irradiance': found none, expected a map beside surfaces where the phase is not 0";
+    cave.refuses(cave.draw("--digest --smoke map --irradiance none --density-step 0"), 2, line);
+    CHECK(cave.digest("--smoke map --density-step 0") != "");
+    cave.write_scene();
+    CHECK(cave.digest("--smoke map --irradiance none --density-step 0") != "");
+    cave.refuses(cave.draw("--digest --reference --passes 0:1 --shadows paper"), 2);
+    cave.write_scene("9000"); // the surfaces are large, the smoke is fine
+    const Ran fine = cave.draw("--digest --arith fixed");
+    cave.refuses(fine, 3);
+    CHECK(fine.err.find("the smoke is too fine for fixed point") != std::string::npos);
+    CHECK(cave.digest("--arith f32") != "");
+}
+
+} // namespace wisp

@@ -1,0 +1,100 @@
+// Moments of light, and how it scatters by them.
+#include "core/photons/spherical_harmonics.h"
+#include "support/built_smoke.h"
+#include <cmath>
+#include <doctest/doctest.h>
+
+using namespace wisp;
+using namespace wisp::WISP_ARITH;
+
+namespace {
+
+Vec3 direction(Sequence &next) { return normalize(vec(next() - 0.5, next() - 0.5, next() - 0.375)); }
+
+// Of sums of products of two directions' moments: some five operations on numbers below 4 make a moment, and a length
+// that is not quite 1 changes order l by l times as much.
+double rounding(const Vec3 &a, const Vec3 &b) {
+    return 100 * unit_error + 8 * (std::fabs(at(dot(a, a)) - 1) + std::fabs(at(dot(b, b)) - 1));
+}
+
+// Light of beams with a width: Henyey and Greenstein's about each, which scattered is again so, with the product of
+// both. What it scatters is relative to even light.
+struct Beams {
+    double share[3], width;
+    Vec3 way[3];
+
+    Vec3 flux() const {
+        Vec3 sum(Real(0));
+        for (int i = 0; i < 3; ++i) sum += way[i] * real(share[i] * width);
+        return sum;
+    }
+    double scattered(double g, const Vec3 &out) const {
+        double p = 0;
+        for (int i = 0; i < 3; ++i) p += share[i] * at(Phase(real(g * width))(way[i], out));
+        return 4 * 3.14159265358979 * p;
+    }
+    double orders_2_and_3(double g, const Vec3 &out) const {
+        const Moments seen = seen_moments(Phase(real(g)), out);
+        double sum = 0;
+        for (int i = 0; i < 3; ++i) {
+            const Moments m = moments_of(way[i]);
+            for (uint32_t k = 0; k < moment_count; ++k)
+                sum += share[i] * std::pow(width, k < 5 ? 2 : 3) * at(m.of[k]) * at(seen.of[k]);
+        }
+        return sum;
+    }
+};
+
+} // namespace
+
+TEST_CASE(WISP_ARITH_NAME ": moments of one order of two directions make up Legendre's polynomial of their cosine") {
+    Sequence next{3};
+    for (int i = 0; i < 200; ++i) {
+        const Vec3 a = direction(next), b = direction(next);
+        const Moments of_a = moments_of(a), of_b = moments_of(b);
+        double second = 0, third = 0;
+        for (uint32_t k = 0; k < moment_count; ++k) {
+            (k < 5 ? second : third) += at(of_a.of[k]) * at(of_b.of[k]);
+            CHECK(std::fabs(at(of_a.of[k])) <= 1 + rounding(a, b));
+        }
+        const double c = at(dot(a, b));
+        CHECK(std::fabs(second - (1.5 * c * c - 0.5)) < rounding(a, b));
+        CHECK(std::fabs(third - (2.5 * c * c - 1.5) * c) < rounding(a, b));
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": light from several sides scatters as each of its beams does") {
+    Sequence next{9};
+    for (double g : {0.55, -0.55, 0.3}) {
+        double squares = 0, of_flux = 0, beyond = 0;
+        const double width = 0.8;
+        for (int i = 0; i < 500; ++i) {
+            const Beams light = {{0.5, 0.3, 0.2}, width, {direction(next), direction(next), direction(next)}};
+            const Vec3 out = direction(next);
+            const Phase phase(real(g));
+            const double exact = light.scattered(g, out);
+            const double by_flux = 4 * 3.14159265358979 * at(phase_of_flux(phase, light.flux(), out));
+            const double found =
+                by_flux + light.orders_2_and_3(g, out) - at(guessed_from_flux(phase, light.flux(), out));
+            squares += (found - exact) * (found - exact) / 500;
+            of_flux += (by_flux - exact) * (by_flux - exact) / 500;
+        }
+        for (int l = 4; l < 40; ++l) beyond += (2 * l + 1) * std::pow(g * width, 2 * l); // of one beam, mean square
+        CAPTURE(g);
+        CHECK(squares < beyond);
+        CHECK(std::sqrt(of_flux) > 3 * std::sqrt(squares));
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": of one beam and of even light the flux tells all, whatever the phase function") {
+    Sequence next{5};
+    for (double g : {0.3, -0.5, 0.577, -0.577})
+        for (int i = 0; i < 50; ++i) {
+            const Vec3 way = direction(next), out = direction(next);
+            const Beams one = {{1, 0, 0}, next(), {way, way, way}};
+            const Phase phase(real(g));
+            CHECK(std::fabs(one.orders_2_and_3(g, out) - at(guessed_from_flux(phase, one.flux(), out))) <
+                  4 * rounding(way, out)); // weights below 2, of both
+            CHECK(at(guessed_from_flux(phase, Vec3(Real(0)), out)) == 0);
+        }
+}

@@ -1,0 +1,766 @@
+// Smoke and surfaces in one picture: how far rays march, what lights smoke, where photons end. Hard case E14.
+#include "support/animated_room.h"
+#include "support/built_grid.h"
+#include "support/compared_pictures.h"
+#include "wisp/wisp.h"
+#include <cstring>
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+constexpr double pi_ = 3.14159265358979323846;
+
+enum class Way { direct, volume, bricks, elements, reference };
+constexpr Way marched[] = {Way::direct, Way::volume, Way::bricks, Way::elements};
+
+Settings settings_of(Way way, int pixels = 1, uint64_t photons = 0) {
+    Settings settings = small_settings(pixels);
+    settings.depth = 10;
+    settings.photons = photons;
+    settings.method = way == Way::direct ? Method::direct : way == Way::volume ? Method::volume : Method::map;
+    settings.reference = way == Way::reference;
+    if (way == Way::volume || way == Way::bricks) settings.density_step = settings.light_step = 1;
+    return settings;
+}
+
+// Surfaces, lights and smoke.
+struct Place : Room {
+    const Scene &shown() {
+        scene.still_count = static_cast<uint32_t>(triangles.size());
+        build();
+        scene.smokes = smokes.data();
+        scene.smoke_count = static_cast<uint32_t>(smokes.size());
+        return scene;
+    }
+    uint32_t glowing(double red) { return material({{red, red / 2, red / 4}, {0, 0, 0}, {0, 0, 0}, 1, 0, 1}); }
+    // Across the axis, its middle on it; `axis` 0, 1, 2.
+    void plate(int axis, double at, double half, uint32_t material) {
+        const auto corner = [&](double u, double v) {
+            return axis == 0 ? Double3{at, u, v} : axis == 1 ? Double3{v, at, u} : Double3{u, v, at};
+        };
+        add(corner(-half, -half), corner(half, -half), corner(half, half), corner(-half, half), material);
+    }
+    void closed_box(double half, uint32_t material) {
+        for (int axis = 0; axis < 3; ++axis)
+            for (const double side : {-half, half}) plate(axis, side, half, material);
+    }
+
+    std::vector<SmokeSource> smokes;
+};
+
+// A cube of even smoke from -2 to 2.
+constexpr double half_edge = 2;
+SmokeSource fog(double sigma, double cells = 8) { return box_smoke({half_edge, half_edge, half_edge}, sigma, cells); }
+
+// What one ray sees, in red, and the standard error of that.
+struct Seen {
+    double red, error;
+    Statistics statistics;
+};
+Seen look(Place &place, Way way, const Double3 &from, const Double3 &along, uint32_t passes = 4,
+          const std::function<void(Settings &)> &change = {}) {
+    place.shown();
+    Scene scene = place.scene;
+    scene.camera = {from, along, {0, 0, 0}, {0, 0, 0}};
+    if (way == Way::reference) {
+        for (SmokeSource &smoke : place.smokes)
+            if (smoke.is_grid()) smoke.smallest_h = smoke.largest_h = 2; // wide majorants: all are equal
+        double noise;
+        const double red = reference_of(scene, 1, passes, noise, 10)[0];
+        return {red, red > 0 ? noise * red : 0, {}};
+    }
+    Settings settings = settings_of(way);
+    if (change) change(settings);
+    const Rendered picture = render_in_memory(scene, settings);
+    REQUIRE(picture.status == Status::done);
+    return {picture.rgb[0], 0, picture.statistics};
+}
+
+// Of a sum of some 60 depths of about 0.03, and of its exponential.
+constexpr double dimming_error = std::max(1.2e-7, 64 * unit_error); // and of a float
+
+void check_dimmed(Place &place, const Double3 &from, const Double3 &along, double expected) {
+    for (const Way way : {Way::direct, Way::volume, Way::bricks, Way::elements, Way::reference}) {
+        CAPTURE(static_cast<int>(way));
+        CHECK(look(place, way, from, along).red == doctest::Approx(expected).epsilon(dimming_error));
+    }
+}
+
+// How far it is from a point in the cube of smoke to its surface.
+double way_out(const Double3 &p, const Double3 &way) {
+    double far = 1e9;
+    for (const auto &[x, d] : {std::pair{p.x, way.x}, {p.y, way.y}, {p.z, way.z}})
+        if (d != 0) far = std::min(far, ((d < 0 ? -half_edge : half_edge) - x) / d);
+    return far;
+}
+
+// The light that fog scatters once, evenly, along x from -2 on, where lit(x) says which points have light: its integral
+// in double, and the greatest value of what is integrated.
+struct Integral {
+    double sum, greatest;
+};
+Integral scattered_once(double sigma, double albedo, const LightSource &light, double y, double z,
+                        const std::function<bool(const Double3 &)> &lit) {
+    constexpr int steps = 20000;
+    constexpr double dx = 2 * half_edge / steps;
+    Integral integral = {0, 0};
+    for (int i = 0; i < steps; ++i) {
+        const Double3 p = {-half_edge + (i + 0.5) * dx, y, z};
+        Double3 to_light = light.direction * -1.0;
+        double irradiance = light.color.x;
+        if (light.kind != LightKind::parallel) {
+            to_light = unit(light.position - p);
+            const double distance = length(light.position - p);
+            if (light.kind != LightKind::constant) irradiance /= distance * distance;
+            if (light.kind == LightKind::spot && 1 + dot(to_light, light.direction) > light.one_minus_cosine) continue;
+        }
+        if (!lit(p)) continue;
+        const double value =
+            sigma * albedo / (4 * pi_) * irradiance * std::exp(-sigma * (p.x + half_edge + way_out(p, to_light)));
+        integral.sum += value * dx;
+        integral.greatest = std::max(integral.greatest, value);
+    }
+    return integral;
+}
+
+bool same(const std::vector<float> &a, const std::vector<float> &b) {
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+
+} // namespace
+
+TEST_CASE(WISP_ARITH_NAME ": a surface behind smoke is dimmed by Beer and Lambert's law, in mirrors and glass, too") {
+    constexpr double sigma = 0.4;
+    const Double3 inwards = {0, 0, -1};
+    Place behind;
+    behind.smokes = {fog(sigma)};
+    behind.plate(2, -3, 9, behind.glowing(0.5));
+    check_dimmed(behind, {0.1, 0.2, 12}, inwards, 0.5 * std::exp(-4 * sigma));
+    check_dimmed(behind, {0, 0, 6}, {0.1, -0.05, -1}, 0.5 * std::exp(-4 * sigma * std::sqrt(1.0125)));
+    check_dimmed(behind, {0.1, 0.2, 0.5}, inwards, 0.5 * std::exp(-2.5 * sigma)); // from within
+    check_dimmed(behind, {0.1, 0.2, -2.5}, inwards, 0.5);
+
+    // Down to a mirror in the smoke, and up to a ceiling: both ways through it.
+    Place mirrored;
+    mirrored.smokes = {fog(sigma)};
+    mirrored.plate(1, -1, 9, mirrored.material(mirror(0.5)));
+    mirrored.plate(1, 6, 20, mirrored.glowing(0.5));
+    check_dimmed(mirrored, {-5, 4, 0.3}, {1, -1, 0}, 0.25 * std::exp(-4 * std::sqrt(2.0) * sigma));
+
+    // Smoke in glass is smoke; straight on, glass of any index turns nothing.
+    for (const double index : {1.0, 1.5}) {
+        Place glazed;
+        glazed.smokes = {fog(sigma)};
+        glazed.plate(2, -3, 9, glazed.glowing(0.5));
+        const uint32_t pane = glazed.material(glass(index));
+        glazed.plate(2, 1, 9, pane);
+        glazed.plate(2, -1.25, 9, pane);
+        check_dimmed(glazed, {0.1, 0.2, 12}, inwards, 0.5 * std::exp(-4 * sigma));
+        if (index == 1)
+            check_dimmed(glazed, {0, 0, 6}, {0.1, -0.05, -1}, 0.5 * std::exp(-4 * sigma * std::sqrt(1.0125)));
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": light that comes to a surface through smoke is dimmed by it") {
+    constexpr double sigma = 0.4;
+    for (const LightKind kind : {LightKind::constant, LightKind::point, LightKind::spot, LightKind::parallel}) {
+        CAPTURE(static_cast<int>(kind));
+        Place place;
+        place.smokes = {fog(sigma)};
+        place.plate(2, -3, 9, place.material(matte({0.5, 0.5, 0.5})));
+        place.light(kind, {0, 0, 5}, {8, 8, 8});
+        // The camera looks along the wall from below the smoke, at its middle.
+        const double irradiance = kind == LightKind::point || kind == LightKind::spot ? 8.0 / 64 : 8;
+        const double lambert = kind == LightKind::constant ? 0.5 : 0.5 / pi_;
+        check_dimmed(place, {0, 0, -2.5}, {0, 0, -1}, irradiance * lambert * std::exp(-4 * sigma));
+        place.smokes.clear();
+        CHECK(look(place, Way::direct, {0, 0, -2.5}, {0, 0, -1}).red ==
+              doctest::Approx(irradiance * lambert).epsilon(dimming_error));
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": hard case E14: an object in the smoke ends the march, with its own light behind what is "
+                          "before it, and nothing of the smoke behind it") {
+    constexpr double sigma = 0.4, glow = 0.75, own = 0.5;
+    for (const double wall : {0.5, -0.3, -1.9}) {
+        Place place;
+        place.smokes = {fog(sigma)};
+        place.smokes[0].albedo = {0, 0, 0};
+        place.smokes[0].emission = {glow, glow, glow};
+        place.plate(2, wall, 9, place.glowing(own));
+        const auto expected = [&](double way) { return glow + (own - glow) * std::exp(-sigma * way); };
+        const auto check = [&](const Double3 &from, const Double3 &along, double way) {
+            for (const Way each : marched) {
+                CAPTURE(static_cast<int>(each));
+                CHECK(look(place, each, from, along).red == doctest::Approx(expected(way)).epsilon(dimming_error));
+            }
+            const Seen truth = look(place, Way::reference, from, along, 2000);
+            CHECK(std::fabs(truth.red - expected(way)) < 4 * truth.error + dimming_error);
+        };
+        check({0.1, 0.2, 12}, {0, 0, -1}, 2 - wall);
+        check({0.1, 0.2, 1}, {0, 0, -1}, 1 - wall);
+        check({0.1, 0.2, -12}, {0, 0, 1}, wall + 2); // its back
+    }
+    // All smoke is behind it: the picture without smoke, to the bit.
+    for (const Way way : {Way::direct, Way::volume, Way::bricks, Way::elements, Way::reference}) {
+        Place place;
+        place.smokes = {fog(sigma)};
+        place.smokes[0].emission = {glow, glow, glow};
+        place.plate(2, 2.5, 9, place.glowing(own));
+        const Seen hidden = look(place, way, {0.1, 0.2, 12}, {0.01, 0, -1});
+        place.smokes.clear();
+        CHECK(hidden.red == look(place, Way::direct, {0.1, 0.2, 12}, {0.01, 0, -1}).red);
+        CHECK(hidden.statistics.smoke.march_samples == 0);
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME
+          ": a plate between a light and smoke shades half of it; one that light passes shades nothing") {
+    constexpr double sigma = 0.4, albedo = 0.0009765625, step = 1.0 / 16, y = 0.4, z = 0.2;
+    const Double3 from = {-6, y, z}, along = {1, 0, 0};
+    const LightSource lights[] = {{LightKind::parallel, {}, {0, -0.96, -0.28}, 2, {512, 512, 512}},
+                                  {LightKind::constant, {0.5, 6, 0.25}, {0, -1, 0}, 2, {512, 512, 512}},
+                                  {LightKind::point, {0.5, 6, 0.25}, {0, -1, 0}, 2, {8192, 8192, 8192}},
+                                  {LightKind::spot, {0.5, 6, 0.25}, {0, -1, 0}, 0.03125, {8192, 8192, 8192}}};
+    for (const LightSource &light : lights) {
+        CAPTURE(static_cast<int>(light.kind));
+        // Above the smoke, at y = 3, over x < 0.
+        const auto place_with = [&](const Material &material) {
+            Place place;
+            place.smokes = {fog(sigma, 16)};
+            place.smokes[0].albedo = {albedo, albedo, albedo};
+            const uint32_t number = place.material(material);
+            place.add({-9, 3, -9}, {0, 3, -9}, {0, 3, 9}, {-9, 3, 9}, number);
+            place.lights = {light};
+            return place;
+        };
+        const auto lit = [&](const Double3 &p) { // where the way to the light passes y = 3
+            const Double3 way = light.kind == LightKind::parallel ? light.direction * -1.0 : light.position - p;
+            return p.x + way.x * (3 - p.y) / way.y > 0;
+        };
+        const auto fine = [&](Settings &settings) { settings.step = step; };
+        const Integral half = scattered_once(sigma, albedo, light, y, z, lit),
+                       all = scattered_once(sigma, albedo, light, y, z, [](const Double3 &) { return true; });
+        CHECK(half.sum < 0.75 * all.sum);
+        Place opaque = place_with(matte({1, 1, 1})), clear = place_with(glass(1)), none = place_with(matte({1, 1, 1}));
+        for (Triangle &triangle : none.triangles)
+            for (Double3 &corner : triangle.corner) corner.y = -9;
+        // A shadow's edge falls somewhere in a step, and is taken to be at an end of it; so does that of a cone, twice.
+        const double dx = step * fog(sigma, 16).smallest_h;
+        const double edges = light.kind == LightKind::spot ? 3 : 1, bar = 0.5 * edges * dx * half.greatest;
+        CHECK(bar < 0.02 * half.sum);
+        for (const Way way : marched) {
+            CAPTURE(static_cast<int>(way));
+            const double shaded = look(opaque, way, from, along, 0, fine).red,
+                         open = look(none, way, from, along, 0, fine).red;
+            // Depths that are kept between nodes 1/4 apart curve by less than 0.02 of sigma.
+            CHECK(std::fabs(shaded - half.sum) < bar + 1e-3 * half.sum);
+            CHECK(std::fabs(open - all.sum) < bar + 1e-3 * all.sum);
+            CHECK(look(clear, way, from, along, 0, fine).red == open);
+        }
+        // What is scattered twice is less than the albedo of all.
+        const Seen truth = look(opaque, Way::reference, from, along, 2000);
+        CHECK(truth.error < 0.05 * half.sum);
+        CHECK(std::fabs(truth.red - half.sum) < 4 * truth.error + albedo * all.sum);
+        CHECK(look(clear, Way::reference, from, along, 50).red == look(none, Way::reference, from, along, 50).red);
+        CHECK(look(clear, Way::reference, from, along, 50).red > 0);
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": a lamp on a ceiling lights the smoke below as if that were not there; one under it none "
+                          "above") {
+    // In the ceiling itself a lamp shines to both sides, as it does for surfaces (hard case E6).
+    for (const LightKind kind : {LightKind::constant, LightKind::point, LightKind::spot})
+        for (const double height : {3.0, -3.0}) { // of the ceiling: above the smoke, or below it
+            CAPTURE(height);
+            Place bare;
+            bare.smokes = {fog(0.4)};
+            bare.light(kind, {0.3, height, 0.2}, {4, 4, 4}, {0, -1, 0});
+            if (height < 0)
+                bare.light(kind, {0.3, height, 0.2}, {4, 4, 4}, {0, 1, 0}), bare.lights.erase(bare.lights.begin());
+            Place roofed = bare;
+            roofed.plate(1, height, 9, roofed.material(matte({1, 1, 1})));
+            Place under = roofed;
+            under.lights[0].position.y -= 4 * under.scene.skin;
+            for (const Way way : {Way::direct, Way::volume, Way::bricks, Way::elements, Way::reference}) {
+                CAPTURE(static_cast<int>(way));
+                const Double3 from = {-6, 0.4, 0.3}, along = {1, 0.01, 0.02};
+                const double open = look(bare, way, from, along, 50).red;
+                CHECK(open > 0);
+                CHECK(look(roofed, way, from, along, 50).red == open);
+                const double below = look(under, way, from, along, 50).red;
+                if (height < 0)
+                    CHECK(below == 0);
+                else
+                    CHECK(below == doctest::Approx(open).epsilon(0.02));
+            }
+        }
+}
+
+namespace {
+
+bool adds_up(const Statistics::Photons &n) { return n.emitted == n.absorbed + n.escaped + n.blocked + n.capped; }
+
+struct MapWay {
+    Way way;
+    Deposit deposit;
+};
+constexpr MapWay photon_ways[] = {{Way::direct, Deposit::exact},  {Way::volume, Deposit::exact},
+                                  {Way::bricks, Deposit::exact},  {Way::elements, Deposit::exact},
+                                  {Way::elements, Deposit::path}, {Way::elements, Deposit::kernel}};
+
+std::function<void(Settings &)> with_photons(const MapWay &each, uint64_t photons) {
+    return [each, photons](Settings &settings) {
+        settings.photons = photons;
+        settings.deposit = each.deposit;
+    };
+}
+
+// A puff of particles within 2.2 of the middle, the half of it that `keep` wants.
+std::vector<Particle> puff() { return cloud(300, 1.2, 0.5, 0.1); }
+
+const LightSource outside_lights[] = {{LightKind::point, {1, 6, 2}, {0, -1, 0}, 2, {90, 90, 90}},
+                                      {LightKind::spot, {-1, 7, 1}, {0, -1, 0}, 0.25, {90, 90, 90}},
+                                      {LightKind::parallel, {}, {0, -0.96, -0.28}, 2, {2, 2, 2}},
+                                      {LightKind::constant, {0, 6, 0}, {0, -1, 0}, 2, {1, 1, 1}}};
+
+} // namespace
+
+TEST_CASE(WISP_ARITH_NAME ": photons in a closed box do not escape, and each ends once") {
+    const std::vector<Particle> particles = puff();
+    for (const MapWay &each : photon_ways)
+        for (const bool glows : {false, true}) {
+            CAPTURE(static_cast<int>(each.way));
+            Place place;
+            place.smokes = {smoke_of(particles)};
+            place.closed_box(2.5, place.material(matte({0.5, 0.5, 0.5})));
+            if (glows)
+                place.smokes[0].emission = {1, 1, 1};
+            else
+                place.light(LightKind::point, {0.5, 2, 0.5}, {9, 9, 9});
+            const Statistics::Photons n =
+                look(place, each.way, {0, 0, 2.4}, {0, 0, -1}, 0, with_photons(each, 1000)).statistics.photons;
+            CHECK(n.emitted == 1000);
+            CHECK(adds_up(n));
+            CHECK(n.escaped == 0);
+            CHECK(n.blocked > 100);
+            CHECK(n.absorbed > 30);
+            CHECK(n.stored > 100);
+            // Through walls that light passes they leave.
+            place.materials[0].transmission = 0.5;
+            const auto out =
+                look(place, each.way, {0, 0, 2.4}, {0, 0, -1}, 0, with_photons(each, 1000)).statistics.photons;
+            CHECK(out.blocked == 0);
+            CHECK(adds_up(out));
+            CHECK(out.escaped > 100);
+        }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": a wall between every light and the smoke leaves no photon and no light in it") {
+    const std::vector<Particle> particles = puff();
+    for (const MapWay &each : photon_ways)
+        for (const LightSource &light : outside_lights)
+            for (const double wall : {2.5, 5.0}) { // near the smoke; beyond the ball around it, where photons start
+                CAPTURE(static_cast<int>(each.way));
+                CAPTURE(static_cast<int>(light.kind));
+                CAPTURE(wall);
+                Place place;
+                place.smokes = {smoke_of(particles)};
+                place.plate(1, wall, 40, place.material(matte({0.5, 0.5, 0.5})));
+                place.lights = {light};
+                const Seen dark = look(place, each.way, {0.1, 0.2, 4}, {0, 0, -1}, 0, with_photons(each, 1000));
+                const auto &n = dark.statistics.photons;
+                CHECK(n.emitted == 1000);
+                CHECK(adds_up(n));
+                CHECK(n.collisions == 0);
+                CHECK(n.stored == 0);
+                CHECK(n.absorbed == 0);
+                CHECK(n.blocked > 100);
+                CHECK(dark.red == 0);
+                place.materials[0].transmission = 0.5;
+                const Seen lit = look(place, each.way, {0.1, 0.2, 4}, {0, 0, -1}, 0, with_photons(each, 1000));
+                CHECK(lit.statistics.photons.stored > 0);
+                CHECK(lit.red > 0);
+            }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": behind a wall in the smoke photons leave nothing, wherever they deposit along their way") {
+    // The wall cuts through the smoke at x = 0; the light is on the side of -x, and nothing scatters outside the smoke.
+    const std::vector<Particle> particles = cloud(900, 1.2, 0.25, 0.015);
+    for (const MapWay &each : photon_ways) {
+        if (each.way == Way::direct || each.way == Way::volume) continue;
+        CAPTURE(static_cast<int>(each.way));
+        CAPTURE(static_cast<int>(each.deposit));
+        Place place;
+        place.smokes = {smoke_of(particles)};
+        place.plate(0, 0, 40, place.material(matte({0, 0, 0})));
+        place.light(LightKind::point, {-3, 3, 1}, {90, 90, 90});
+        const auto seen_at = [&](double x) {
+            return look(place, each.way, {x, 0.1, 4}, {0, 0, -1}, 0, with_photons(each, 2000)).red;
+        };
+        // A particle, or node, a support or cell behind the wall is reached before it, and shows as far again.
+        const double clear = each.way == Way::bricks ? 0.55 : 1.05;
+        CHECK(seen_at(-0.5) > 0);
+        CHECK(seen_at(clear) == 0);
+        CHECK(seen_at(1.2) == 0);
+        const auto truth_at = [&](double x) { return look(place, Way::reference, {x, 0.1, 4}, {0, 0, -1}, 200).red; };
+        CHECK(truth_at(0.05) == 0);
+        place.materials[0].transmission = 1;
+        CHECK(seen_at(clear) > 0);
+        CHECK(seen_at(1.2) > 0);
+        CHECK(truth_at(0.05) > 0);
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": walls that light passes change no bit of a particle map") {
+    const std::vector<Particle> particles = puff();
+    for (const MapWay &each : photon_ways) {
+        if (each.way == Way::direct || each.way == Way::volume) continue;
+        std::vector<int64_t> maps[3];
+        Statistics statistics[3];
+        for (int walls = 0; walls < 3; ++walls) {
+            Place place;
+            place.smokes = {smoke_of(particles)};
+            place.smokes[0].asymmetry = 0.5;
+            place.lights.assign(std::begin(outside_lights), std::end(outside_lights));
+            if (walls > 0) {
+                const uint32_t material = place.material(walls == 1 ? glass(1.5) : matte({1, 1, 1}));
+                place.closed_box(1.5, material);
+                place.plate(0, 0.25, 1, material);
+            }
+            const Scene &scene = place.shown();
+            Settings settings = settings_of(each.way);
+            with_photons(each, 1000)(settings);
+            const Plan planned = plan(scene, settings);
+            std::vector<unsigned char> memory(planned.bytes.arena);
+            Arena arena(memory.data(), memory.size());
+            maps[walls].resize(planned.map_sums);
+            MapSums sums = {maps[walls].data(), planned.map_sums, 0};
+            REQUIRE(trace_map(scene, settings, all_batches(settings), arena, Observer{}, sums, statistics[walls]) ==
+                    Status::done);
+            REQUIRE(sums.count > 0);
+            maps[walls].resize(sums.count);
+        }
+        CHECK(maps[0] == maps[1]);
+        CHECK(maps[0] != maps[2]);
+        CHECK(statistics[0].photons.escaped == statistics[1].photons.escaped);
+        CHECK(statistics[1].photons.blocked == 0);
+        CHECK(statistics[2].photons.blocked > 0);
+    }
+}
+
+namespace {
+
+// Particles with an object among them, a mirror for a floor, and a plate between them and a lamp.
+struct Cellar : Place {
+    Cellar() : particles(cloud(250, 1.6, 0.5, 0.15)) {
+        smokes = {smoke_of(particles)};
+        scene.background = {0.125, 0.25, 0.5};
+        const uint32_t shining = material({{0.02, 0.02, 0.02}, {0.25, 0.25, 0.25}, {0.5, 0.5, 0.5}, 20, 0, 1});
+        const uint32_t red = material(matte({0.8, 0.3, 0.2})), pane = material(glass(1.2));
+        plate(1, -1.8, 40, shining);
+        const Double3 o = {0.4, -0.3, 0.3};
+        const auto tip = [&](int axis, double side) {
+            return o + Double3{axis == 0 ? side : 0, axis == 1 ? side : 0, axis == 2 ? side : 0};
+        };
+        for (const double x : {-0.8, 0.8})
+            for (const double y : {-0.8, 0.8})
+                for (const double z : {-0.8, 0.8}) add(tip(0, x), tip(1, y), tip(2, z), red);
+        add({-9, 2.5, -9}, {-0.3, 2.5, -9}, {-0.3, 2.5, 9}, {-9, 2.5, 9}, red);
+        add({-1.5, -1, 1.5}, {-0.5, -1, 1.5}, {-0.5, 0.5, 1.3}, {-1.5, 0.5, 1.3}, pane);
+        light(LightKind::point, {1.5, 6, 2}, {80, 80, 80});
+        light(LightKind::spot, {-4, 2, 5}, {60, 60, 40}, unit({4, -2, -5}));
+        lights.back().one_minus_cosine = 0.03;
+    }
+    const Scene &seen(int pixels) {
+        shown();
+        scene.camera = look_at_origin(12, 6, pixels);
+        return scene;
+    }
+    std::vector<Particle> particles;
+};
+
+// As the host chooses for particles.
+Settings default_settings(int pixels, uint64_t photons) {
+    Settings settings = settings_of(Way::bricks, pixels, photons);
+    settings.density_step = 0.55;
+    settings.light_step = settings.irradiance_step = settings.step = 1.1;
+    settings.irradiance = IrradianceMap::uniform;
+    return settings;
+}
+Settings cellar_settings(Way way, int pixels, uint64_t photons) {
+    return way == Way::bricks ? default_settings(pixels, photons) : settings_of(way, pixels, photons);
+}
+
+} // namespace
+
+TEST_CASE(WISP_ARITH_NAME ": pictures of smoke among surfaces are those of the reference") {
+    constexpr int pixels = 16;
+    Cellar cellar;
+    const Scene &scene = cellar.seen(pixels);
+    double noise;
+    const std::vector<float> truth = reference_of(scene, pixels, 50, noise, 10);
+    // Kernels and cells blur what is scattered twice and more, most next to a surface, of which they know nothing: by a
+    // tenth of it. Depths that are kept between nodes 1.1 smoothing lengths apart err by 1 %.
+    for (const Way way : {Way::bricks, Way::direct, Way::elements}) {
+        CAPTURE(static_cast<int>(way));
+        Settings settings = cellar_settings(way, pixels, 10000);
+        settings.gather = 10; // so near that their ball does not blur either
+        const Rendered picture = render_in_memory(scene, settings);
+        settings.photons = 0;
+        const Rendered once = render_in_memory(scene, settings);
+        REQUIRE(picture.status == Status::done);
+        const double multiple = 1 - sum_of(once.rgb) / sum_of(truth), bias = 0.1 * multiple + 0.01;
+        CHECK(multiple > 0.15);
+        CHECK(std::fabs(sum_of(picture.rgb) / sum_of(truth) - 1) < 3.5 * noise / pixels + bias);
+        CHECK(relative_difference(picture.rgb, truth) < 1.2 * noise + bias);
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": a mirror shows all of the smoke that lies behind the camera") {
+    const std::vector<Particle> particles = puff();
+    for (const Way way : {Way::bricks, Way::direct, Way::elements}) {
+        CAPTURE(static_cast<int>(way));
+        Place place;
+        place.smokes = {smoke_of(particles)};
+        place.lights = {outside_lights[0]};
+        place.plate(2, -5, 9, place.material(mirror(1)));
+        place.materials[0].shininess = 1000; // no highlight here
+        for (const bool maps : {false, true}) {
+            if (maps && way == Way::bricks) continue;
+            const auto change = [&](Settings &settings) {
+                with_photons({way, Deposit::exact}, 2000)(settings);
+                if (!maps) return;
+                settings.irradiance = IrradianceMap::uniform;
+                settings.irradiance_step = 0.5;
+            };
+            const double reflected = look(place, way, {0.2, 0.1, -4}, {0, 0, -1}, 0, change).red;
+            const double straight = look(place, way, {0.2, 0.1, -4}, {0, 0, 1}, 0, change).red;
+            const double once = look(place, way, {0.2, 0.1, -4}, {0, 0, 1}, 0).red;
+            CHECK(once < 0.9 * straight);
+            CHECK(reflected == doctest::Approx(straight).epsilon(1e-5));
+        }
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": smoke among surfaces is the same in double, within 1e-3") {
+    constexpr int pixels = 16;
+    Cellar cellar;
+    const Scene &scene = cellar.seen(pixels);
+    for (const Way way : {Way::bricks, Way::direct, Way::elements}) {
+        // Bricks are quick: so many that a photon that decides otherwise is one of many.
+        const Settings settings = cellar_settings(way, pixels, way == Way::bricks ? 20000 : 2000);
+        std::vector<unsigned char> memory(f64::plan(scene, settings).bytes.arena);
+        Arena arena(memory.data(), memory.size());
+        Statistics statistics;
+        std::vector<float> exact(pixels * pixels * 3);
+        REQUIRE(f64::render(scene, settings, arena, Observer{}, exact.data(), statistics) == Status::done);
+        CHECK(relative_difference(render_in_memory(scene, settings).rgb, exact) < 1e-3);
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME
+          ": however shadows are found, frames of smoke and surfaces in any order are those of tracing, "
+          "and keep to their plan") {
+    const std::vector<Particle> particles = cloud(60, 8, 2.5, 4);
+    const SmokeSource smoke = smoke_of(particles);
+    constexpr ShadowMethod methods[] = {ShadowMethod::trace, ShadowMethod::cache,       ShadowMethod::exact,
+                                        ShadowMethod::voxel, ShadowMethod::lightbuffer, ShadowMethod::lie};
+    constexpr int frames = 2;
+    uint64_t shadows = 0, culled = 0;
+    for (uint64_t seed = 700; seed < 703; ++seed) {
+        const Way way = seed % 3 == 0 ? Way::direct : seed % 3 == 1 ? Way::bricks : Way::elements;
+        CAPTURE(seed);
+        std::vector<Rendered> right;
+        for (const ShadowMethod method : methods) {
+            CAPTURE(static_cast<int>(method));
+            RoomFrames room(seed, 16, 4, method);
+            room.scene.smokes = &smoke;
+            room.scene.smoke_count = 1;
+            Settings settings = cellar_settings(way, room_pixels, 300);
+            settings.depth = room.depth;
+            settings.shadows = method;
+            settings.step = 2;
+            settings.light_step = 1;
+            std::vector<unsigned char> memory(plan(room.scene, settings).bytes.arena);
+            const auto draw = [&](size_t bytes, Kept &kept) {
+                Rendered frame;
+                Arena arena(memory.data(), bytes);
+                frame.rgb.assign(room_pixels * room_pixels * 3, -7);
+                frame.status =
+                    render(room.scene, settings, arena, Observer{}, frame.rgb.data(), frame.statistics, nullptr, &kept);
+                return frame;
+            };
+            Kept kept = {};
+            for (size_t i = 0; i < frames; ++i, room.change()) {
+                const Rendered frame = draw(memory.size(), kept);
+                REQUIRE(frame.status == Status::done);
+                CHECK(frame.statistics.bytes.arena_peak <= memory.size());
+                if (method == ShadowMethod::trace) right.push_back(frame);
+                CHECK(same(frame.rgb, right[i].rgb));
+                CHECK(frame.statistics.rays.shadow == right[i].statistics.rays.shadow);
+                shadows += frame.statistics.rays.shadow;
+                culled += frame.statistics.rays.shadow_culled;
+                if (i + 1 < frames) continue;
+                Kept none = {};
+                CHECK(same(draw(memory.size(), none).rgb, frame.rgb)); // alone
+                settings.crop = {3, 5, 12, 9};
+                const Rendered part = render_in_memory(room.scene, settings);
+                for (size_t y = 0; y < 4; ++y)
+                    CHECK(std::memcmp(&part.rgb[27 * y], &frame.rgb[3 * (room_pixels * (y + 5) + 3)],
+                                      27 * sizeof(float)) == 0);
+                settings.crop = {0, 0, room_pixels, room_pixels};
+                if (method != ShadowMethod::exact) continue;
+                for (const size_t sixths : {0, 2, 4, 5}) { // too little is said, or it suffices
+                    none = {};
+                    const Rendered less = draw(memory.size() * sixths / 6, none);
+                    if (less.status == Status::done)
+                        CHECK(same(less.rgb, frame.rgb));
+                    else
+                        CHECK((less.status == Status::out_of_memory && less.rgb == std::vector<float>(768, -7)));
+                }
+            }
+        }
+    }
+    CHECK(shadows > 30000);
+    CHECK(culled > 300);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": smoke that stays the same is built by the first frame for all") {
+    for (const Way way : marched) {
+        CAPTURE(static_cast<int>(way));
+        RoomFrames room(760, 16, 4, ShadowMethod::exact);
+        std::vector<Particle> particles = cloud(60, 8, 2.5, 4);
+        SmokeSource smoke = smoke_of(particles);
+        room.scene.smokes = &smoke;
+        room.scene.smoke_count = 1;
+        Settings settings = cellar_settings(way, room_pixels, 300);
+        settings.depth = room.depth;
+        settings.light_step = 1;
+        std::vector<unsigned char> memory(plan(room.scene, settings).bytes.arena);
+        Kept kept = {};
+        const auto check = [&](bool same_smoke, bool right) {
+            kept.same_smoke = same_smoke;
+            const Rendered alone = render_in_memory(room.scene, settings);
+            Rendered frame;
+            frame.rgb.resize(alone.rgb.size());
+            Arena arena(memory.data(), memory.size());
+            REQUIRE(render(room.scene, settings, arena, Observer{}, frame.rgb.data(), frame.statistics, nullptr,
+                           &kept) == Status::done);
+            CHECK(same(frame.rgb, alone.rgb) == right);
+            // What is found again is not counted again: rays for depths to the lights.
+            CHECK((frame.statistics.rays.shadow < alone.statistics.rays.shadow) == same_smoke);
+            CHECK(frame.statistics.smoke.particles == alone.statistics.smoke.particles);
+            CHECK(frame.statistics.bytes.particle_tree == alone.statistics.bytes.particle_tree);
+        };
+        check(false, true);
+        for (int i = 0; i < 3; ++i) { // surfaces move, and the smoke lies elsewhere in memory
+            room.change();
+            const std::vector<Particle> moved = particles;
+            const SmokeSource other = smoke_of(moved);
+            room.scene.smokes = &other;
+            check(true, true);
+            room.scene.smokes = &smoke;
+        }
+        for (Particle &particle : particles) particle.position.x += 0.5;
+        smoke = smoke_of(particles);
+        check(true, false); // the caller was wrong
+        check(false, true);
+        room.change();
+        check(true, true);
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME
+          ": the paper's shadows of surfaces in smoke err where it says so, those in the smoke do not") {
+    uint64_t wrong = 0;
+    for (uint64_t seed = 720; seed < 726; ++seed) {
+        RoomFrames room(seed, 16, 3, ShadowMethod::paper, false);
+        const std::vector<Particle> particles = cloud(60, 8, 2.5, 4);
+        const SmokeSource smoke = smoke_of(particles);
+        room.scene.smokes = &smoke;
+        room.scene.smoke_count = 1;
+        Settings settings = cellar_settings(Way::bricks, room_pixels, 0);
+        settings.check_shadows = true;
+        Settings paper = settings;
+        paper.shadows = ShadowMethod::paper;
+        std::vector<unsigned char> memory(plan(room.scene, paper).bytes.arena);
+        Kept kept = {};
+        for (int i = 0; i < 4; ++i, room.change()) {
+            const Rendered right = render_in_memory(room.scene, settings);
+            Rendered frame = right;
+            Arena arena(memory.data(), memory.size());
+            Statistics statistics;
+            REQUIRE(render(room.scene, paper, arena, Observer{}, frame.rgb.data(), statistics, nullptr, &kept) ==
+                    Status::done);
+            uint64_t different = 0;
+            for (size_t p = 0; p < frame.rgb.size(); p += 3)
+                different += std::memcmp(&frame.rgb[p], &right.rgb[p], 3 * sizeof(float)) != 0;
+            CHECK(statistics.shadow.checked);
+            CHECK(different <= statistics.shadow.wrong_pixels);
+            CHECK(statistics.shadow.wrong_pixels < 256);
+            wrong += statistics.shadow.wrong_pixels;
+        }
+    }
+    CHECK(wrong > 0);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": clusters of many lights above a surface in smoke") {
+    constexpr int pixels = 16;
+    Cellar cellar;
+    cellar.smokes[0].albedo = {0, 0, 0};
+    Sequence next{5};
+    for (int i = 0; i < 120; ++i) {
+        const double x = next(), z = next();
+        cellar.light(LightKind::point, {3 * x + 1, 5, 3 * z}, {1, 1, 0.5});
+    }
+    const Scene &scene = cellar.seen(pixels);
+    Settings settings = settings_of(Way::direct, pixels);
+    const Rendered all = render_in_memory(scene, settings);
+    settings.lights = LightChoice::cuts;
+    const Rendered cut = render_in_memory(scene, settings);
+    REQUIRE(cut.status == Status::done);
+    CHECK(!same(cut.rgb, all.rgb));
+    CHECK(relative_difference(cut.rgb, all.rgb) < 0.02); // of a point, and no point errs more
+    CHECK(cut.statistics.rays.shadow < all.statistics.rays.shadow * 3 / 4);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": what is not there costs nothing") {
+    Cellar cellar;
+    const Settings settings = default_settings(8, 1000);
+    const std::vector<SmokeSource> smokes = cellar.smokes;
+    const SmokeSource nothing = smoke_of({});
+    const auto counts_of = [&](const std::vector<SmokeSource> &some) {
+        cellar.smokes = some;
+        const Rendered picture = render_in_memory(cellar.seen(8), settings);
+        REQUIRE(picture.status == Status::done);
+        return picture;
+    };
+    // Nothing but surfaces.
+    const Rendered bare = counts_of({}), empty = counts_of({nothing}), both = counts_of(smokes);
+    CHECK(same(bare.rgb, empty.rgb));
+    for (const Rendered *picture : {&bare, &empty}) {
+        const Statistics &s = picture->statistics;
+        CHECK(s.photons.emitted == 0);
+        CHECK(s.smoke.march_samples == 0);
+        CHECK(s.smoke.density_evaluations == 0);
+        CHECK(s.bytes.particle_tree == 0);
+        CHECK(s.rays.shadow > 0);
+        CHECK(s.rays.shadow < both.statistics.rays.shadow / 2);
+    }
+    // Nothing but smoke: no triangle is asked for anything.
+    cellar.triangles.clear();
+    const Statistics s = counts_of(smokes).statistics;
+    CHECK(s.photons.emitted == 1000);
+    CHECK(s.photons.blocked == 0);
+    CHECK(s.smoke.march_samples > 0);
+    CHECK(s.bytes.triangle_trees == 0);
+    CHECK(s.bytes.mode_words == 0);
+    CHECK(s.shadow.traced.node_visits == 0);
+    CHECK(s.rays.reflected + s.rays.refracted == 0);
+    CHECK(both.statistics.shadow.traced.node_visits > 0);
+    CHECK(both.statistics.photons.blocked > 0);
+}
+
+} // namespace wisp::WISP_ARITH

@@ -1,0 +1,39 @@
+// The inputs of every fuzz target, run again: what once crashed, and one of each kind that must not.
+#include "host/base/files.h"
+#include <algorithm>
+#include <doctest/doctest.h>
+#include <filesystem>
+
+extern "C" int fuzz_map(const uint8_t *data, size_t size);
+extern "C" int fuzz_particles(const uint8_t *data, size_t size);
+extern "C" int fuzz_passes(const uint8_t *data, size_t size);
+extern "C" int fuzz_pfm(const uint8_t *data, size_t size);
+extern "C" int fuzz_proof(const uint8_t *data, size_t size);
+extern "C" int fuzz_scene(const uint8_t *data, size_t size);
+extern "C" int fuzz_texture(const uint8_t *data, size_t size);
+extern "C" int fuzz_volume(const uint8_t *data, size_t size);
+
+namespace {
+
+void replay(const std::string &folder, size_t least, int (*target)(const uint8_t *, size_t)) {
+    std::vector<std::string> paths;
+    for (const auto &entry : std::filesystem::directory_iterator(folder)) paths.push_back(entry.path().string());
+    std::sort(paths.begin(), paths.end());
+    CHECK(paths.size() >= least);
+    for (const std::string &path : paths) {
+        const wisp::Bytes bytes = wisp::read_file(path);
+        CAPTURE(path);
+        CHECK(target(bytes.data(), bytes.size()) == 0);
+    }
+}
+
+} // namespace
+
+TEST_CASE("the fuzz corpus of particle maps does no harm") { replay("test/corpus/map", 30, fuzz_map); }
+TEST_CASE("the fuzz corpus of particle files does no harm") { replay("test/corpus/particles", 30, fuzz_particles); }
+TEST_CASE("the fuzz corpus of passes does no harm") { replay("test/corpus/passes", 20, fuzz_passes); }
+TEST_CASE("the fuzz corpus of pictures does no harm") { replay("test/corpus/pfm", 10, fuzz_pfm); }
+TEST_CASE("the fuzz corpus of proofs does no harm") { replay("test/corpus/proof", 25, fuzz_proof); }
+TEST_CASE("the fuzz corpus of scenes does no harm") { replay("test/corpus/scene", 8, fuzz_scene); }
+TEST_CASE("the fuzz corpus of textures does no harm") { replay("test/corpus/texture", 25, fuzz_texture); }
+TEST_CASE("the fuzz corpus of volumes does no harm") { replay("test/corpus/volume", 31, fuzz_volume); }

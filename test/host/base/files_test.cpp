@@ -1,0 +1,108 @@
+// Files are read whole, and written whole or not at all.
+#include "host/base/error.h"
+#include "host/base/files.h"
+#include "support/temporary_folder.h"
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <doctest/doctest.h>
+#include <sys/resource.h>
+
+using namespace wisp;
+
+namespace {
+
+// The status and the line of the error that `action` throws; status -1 when it throws none.
+template <class Action> Error error_of(Action action) {
+    try {
+        action();
+    } catch (const Error &error) {
+        return error;
+    }
+    return Error(static_cast<Exit>(-1), "no error");
+}
+
+Bytes all_byte_values(size_t count) {
+    Bytes bytes(count);
+    for (size_t i = 0; i < count; ++i) bytes[i] = static_cast<uint8_t>(i * 7);
+    return bytes;
+}
+
+} // namespace
+
+TEST_CASE("files: what is written is read back, byte for byte") {
+    TemporaryFolder folder;
+    for (const size_t size : {0, 1, 65535, 65536, 65537, 200000}) {
+        const Bytes bytes = all_byte_values(size);
+        write_file(folder.file("data"), bytes);
+        CHECK(read_file(folder.file("data")) == bytes);
+        CHECK(folder.entries() == 1);
+    }
+    write_file(folder.file("data"), std::string("text\n"));
+    CHECK(read_file(folder.file("data")) == Bytes{'t', 'e', 'x', 't', '\n'});
+}
+
+TEST_CASE("files: what cannot be read is an input error with the reason") {
+    TemporaryFolder folder;
+    const Error missing = error_of([&] { read_file(folder.file("none")); });
+    CHECK(missing.status == exit_input);
+    CHECK(missing.what() == folder.file("none") + ": cannot be opened: " + std::strerror(ENOENT));
+
+    const Error is_folder = error_of([&] { read_file(folder.file(".")); });
+    CHECK(is_folder.status == exit_input);
+    CHECK(is_folder.what() == folder.file(".") + ": cannot be read: " + std::strerror(EISDIR));
+}
+
+TEST_CASE("files: a folder that cannot be written to is an output error, and nothing is left") {
+    TemporaryFolder folder;
+    const Error missing = error_of([&] { write_file(folder.file("none/out.png"), Bytes{1, 2, 3}); });
+    CHECK(missing.status == exit_output);
+    CHECK(missing.what() == folder.file("none/out.png") + ": could not be written: " + std::strerror(ENOENT));
+    CHECK(folder.entries() == 0);
+
+    write_file(folder.file("plain"), Bytes{1});
+    const Error not_folder = error_of([&] { write_file(folder.file("plain/out.png"), Bytes{1, 2, 3}); });
+    CHECK(not_folder.status == exit_output);
+    CHECK(not_folder.what() == folder.file("plain/out.png") + ": could not be written: " + std::strerror(ENOTDIR));
+
+    const Error is_folder = error_of([&] { write_file(folder.file("."), Bytes{1, 2, 3}); });
+    CHECK(is_folder.what() == folder.file(".") + ": could not be written: " + std::strerror(EISDIR));
+    CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("files: when writing fails half way, the old file stays and nothing is left aside") {
+    TemporaryFolder folder;
+    const std::string path = folder.file("picture.pfm");
+    write_file(path, Bytes{1, 2, 3});
+
+    rlimit old_limit;
+    REQUIRE(getrlimit(RLIMIT_FSIZE, &old_limit) == 0);
+    const auto old_handler = std::signal(SIGXFSZ, SIG_IGN); // then write() fails with EFBIG, like a full disk
+    rlimit limit = old_limit;
+    limit.rlim_cur = 10000;
+    REQUIRE(setrlimit(RLIMIT_FSIZE, &limit) == 0);
+    const Error large = error_of([&] { write_file(path, all_byte_values(20000)); });
+    setrlimit(RLIMIT_FSIZE, &old_limit);
+    std::signal(SIGXFSZ, old_handler);
+
+    CHECK(large.status == exit_output);
+    CHECK(large.what() == path + ": could not be written: " + std::strerror(EFBIG));
+    CHECK(read_file(path) == Bytes{1, 2, 3});
+    CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("files: a device is written to, not replaced") {
+    TemporaryFolder folder;
+    const std::string null = folder.file("null"), full = folder.file("full");
+    std::filesystem::create_symlink("/dev/null", null); // links: a mistake shall not cost the machine its devices
+    write_file(null, Bytes{1, 2, 3});
+    CHECK(std::filesystem::is_symlink(null));
+    if (!std::filesystem::is_character_file("/dev/full")) {
+        MESSAGE("skipped: there is no /dev/full here");
+        return;
+    }
+    std::filesystem::create_symlink("/dev/full", full);
+    const Error error = error_of([&] { write_file(full, Bytes{1, 2, 3}); });
+    CHECK(error.status == exit_output);
+    CHECK(error.what() == full + ": could not be written: " + std::strerror(ENOSPC));
+}

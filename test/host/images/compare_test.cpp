@@ -1,0 +1,387 @@
+// Figures of wisp compare, worked out by hand on tiny pictures, and the command around them.
+#include "host/base/error.h"
+#include "host/images/compare.h"
+#include "support/temporary_folder.h"
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <doctest/doctest.h>
+#include <limits>
+#include <fcntl.h>
+#include <unistd.h>
+
+using namespace wisp;
+
+namespace {
+
+const float not_a_number = std::numeric_limits<float>::quiet_NaN();
+const float inf = std::numeric_limits<float>::infinity();
+
+// One row of grey pixels.
+Picture row(const std::vector<float> &values) {
+    Picture picture{static_cast<int>(values.size()), 1, {}};
+    for (const float value : values) picture.rgb.insert(picture.rgb.end(), 3, value);
+    return picture;
+}
+
+float float_of(uint32_t bits) {
+    float value;
+    std::memcpy(&value, &bits, 4);
+    return value;
+}
+
+uint64_t ulps(float a, float b) { return compare(row({a}), row({b})).largest_ulps; }
+
+// What `action` writes to standard output.
+template <class Action> std::string printed_by(const TemporaryFolder &folder, Action action) {
+    const std::string path = folder.file("printed");
+    const int terminal = dup(1), file = open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
+    REQUIRE(file >= 0);
+    std::fflush(stdout);
+    dup2(file, 1);
+    action();
+    std::fflush(stdout);
+    dup2(terminal, 1);
+    close(terminal);
+    close(file);
+    const Bytes bytes = read_file(path);
+    return std::string(bytes.begin(), bytes.end());
+}
+
+// The exit status of the command, whose text goes to `printed`; of an Error, its status and line.
+int run(const TemporaryFolder &folder, const std::vector<std::string> &args, std::string &printed) {
+    int status = -1;
+    std::string error_line;
+    printed = printed_by(folder, [&] {
+        try {
+            status = compare_command(args);
+        } catch (const Error &error) {
+            status = error.status, error_line = error.what();
+        }
+    });
+    if (!error_line.empty()) printed += error_line;
+    return status;
+}
+
+} // namespace
+
+TEST_CASE("compare: figures by hand") {
+    const Picture a{2, 2, {1, 2, 3, 4, 5, 6, 0, 0, 0, 1, 1, 1}}, b{2, 2, {1, 2, 3, 4, 5, 8, 0, 0, 0, 1, 1, 2}};
+    const Difference d = compare(a, b);
+    CHECK(d.width == 2);
+    CHECK(d.height == 2);
+    CHECK(d.differing_pixels == 2);
+    CHECK(d.first_x == 1);
+    CHECK(d.first_y == 0);
+    CHECK(d.largest_absolute == 2);
+    CHECK(d.largest_ulps == 0x00800000); // 1 to 2: one power of two; 6 to 8 is half of that
+    CHECK(d.rmse == std::sqrt(5.0 / 12));
+    CHECK(d.relative_rmse == std::sqrt(5.0 / 12) / (27.0 / 12));
+    CHECK(d.relative_rmse_without_bright == d.relative_rmse); // 0.1 % of 4 pixels is none
+    CHECK(d.psnr == doctest::Approx(20 * std::log10(8 / std::sqrt(5.0 / 12))).epsilon(1e-14));
+}
+
+TEST_CASE("compare: equal pictures") {
+    const Difference d = compare(row({0, 1, 5}), row({0, 1, 5}));
+    CHECK(d.differing_pixels == 0);
+    CHECK(d.first_x == -1);
+    CHECK(d.first_y == -1);
+    CHECK(d.largest_absolute == 0);
+    CHECK(d.largest_ulps == 0);
+    CHECK(d.rmse == 0);
+    CHECK(d.relative_rmse == 0);
+    CHECK(d.relative_rmse_without_bright == 0);
+    CHECK(d.psnr == std::numeric_limits<double>::infinity());
+    CHECK(d.mean_flip == 0);
+}
+
+TEST_CASE("compare: the first differing pixel is the first in reading order") {
+    Picture a{3, 2, std::vector<float>(18, 1)}, b = a;
+    b.rgb[3 * 3 + 2] = 2; // row 1, column 0, blue
+    b.rgb[3 * 5] = 2;
+    const Difference d = compare(a, b);
+    CHECK(d.differing_pixels == 2);
+    CHECK(d.first_x == 0);
+    CHECK(d.first_y == 1);
+}
+
+TEST_CASE("compare: distance in ulps") {
+    CHECK(ulps(1, std::nextafterf(1, 2)) == 1);
+    CHECK(ulps(std::nextafterf(1, 0), std::nextafterf(1, 2)) == 2);
+    CHECK(ulps(float_of(1), float_of(0x80000001)) == 2); // the smallest numbers on both sides of 0
+    CHECK(ulps(0, float_of(0x80000003)) == 3);
+    CHECK(ulps(-0.0f, 0.0f) == 0);
+    CHECK(ulps(-1, 1) == 2 * 0x3f800000u);
+    CHECK(ulps(std::numeric_limits<float>::max(), inf) == 1);
+    CHECK(ulps(-inf, inf) == 2 * 0x7f800000ull); // the largest of all
+    CHECK(ulps(not_a_number, 1) == nan_ulps);
+    CHECK(ulps(1, not_a_number) == nan_ulps);
+    CHECK(nan_ulps > 2 * 0x7f800000ull);
+}
+
+TEST_CASE("compare: -0 and 0 are different bits of the same value") {
+    const Difference d = compare(row({-0.0f}), row({0.0f}));
+    CHECK(d.differing_pixels == 1);
+    CHECK(d.largest_absolute == 0);
+    CHECK(d.rmse == 0);
+    CHECK(d.relative_rmse == 0);
+}
+
+TEST_CASE("compare: NaN") {
+    SUBCASE("on one side only it is a difference that no tolerance allows") {
+        for (const auto &[a, b] :
+             {std::pair(row({1, not_a_number}), row({1, 1})), std::pair(row({1, 1}), row({1, not_a_number}))}) {
+            const Difference d = compare(a, b);
+            CHECK(d.differing_pixels == 1);
+            CHECK(d.first_x == 1);
+            CHECK(std::isnan(d.largest_absolute));
+            CHECK(d.largest_ulps == nan_ulps);
+            CHECK(std::isnan(d.rmse));
+            CHECK(std::isnan(d.relative_rmse));
+            CHECK(std::isnan(d.psnr));
+            CHECK(d.mean_flip > 0);
+        }
+    }
+    SUBCASE("the largest difference is NaN wherever it stands") {
+        CHECK(std::isnan(compare(row({not_a_number, 1}), row({1, 5})).largest_absolute));
+        CHECK(std::isnan(compare(row({1, not_a_number}), row({5, 1})).largest_absolute));
+    }
+    SUBCASE("the same bits are equal") {
+        const Difference d = compare(row({not_a_number, 1}), row({not_a_number, 1}));
+        CHECK(d.differing_pixels == 0);
+        CHECK(d.largest_absolute == 0);
+        CHECK(d.relative_rmse == 0);
+    }
+    SUBCASE("other bits are not") {
+        CHECK(compare(row({float_of(0x7fc00000)}), row({float_of(0x7fc00001)})).differing_pixels == 1);
+    }
+}
+
+TEST_CASE("compare: infinity") {
+    CHECK(compare(row({inf, 1}), row({inf, 1})).differing_pixels == 0);
+    CHECK(compare(row({inf, 1}), row({inf, 1})).rmse == 0);
+    const Difference d = compare(row({inf, 1}), row({1, 1}));
+    CHECK(d.largest_absolute == inf);
+    CHECK(d.relative_rmse == inf);
+    CHECK(d.psnr == -inf);
+    CHECK(std::isnan(compare(row({inf, 1}), row({inf, 2})).relative_rmse) == false);
+    CHECK(compare(row({inf, 1}), row({inf, 2})).relative_rmse == 0); // 1 against an infinite mean
+}
+
+TEST_CASE("compare: a mean that is not above 0 makes every difference infinite") {
+    CHECK(compare(row({1}), row({0})).relative_rmse == inf);
+    CHECK(compare(row({1}), row({-1})).relative_rmse == inf);
+    CHECK(compare(row({0}), row({0})).relative_rmse == 0);
+    CHECK(compare(row({1}), row({0})).psnr == -inf);
+}
+
+TEST_CASE("compare: the brightest 0.1 % of B's pixels") {
+    std::vector<float> ones(2000, 1);
+    SUBCASE("are left out, by B's brightness and not by A's") {
+        std::vector<float> a = ones, b = ones;
+        b[700] = 100, b[701] = 200;
+        a[700] = 50, a[701] = 50, a[3] = 1.5f, a[4] = 1000;
+        const Difference d = compare(row(a), row(b));
+        const double square = 0.25 + 999.0 * 999.0;
+        CHECK(d.relative_rmse_without_bright == doctest::Approx(std::sqrt(square / 1998)).epsilon(1e-14));
+        CHECK(d.relative_rmse ==
+              doctest::Approx(std::sqrt((square + 2500 + 22500) / 2000) / (2298.0 / 2000)).epsilon(1e-14));
+    }
+    SUBCASE("are 1 of 1000 pixels and none of 999") {
+        std::vector<float> b(1000, 1);
+        b[5] = 100;
+        CHECK(compare(row(std::vector<float>(1000, 1)), row(b)).relative_rmse_without_bright == 0);
+        b.pop_back();
+        CHECK(compare(row(std::vector<float>(999, 1)), row(b)).relative_rmse_without_bright > 1);
+    }
+    SUBCASE("are the earlier ones of equals") {
+        for (const size_t pixel : {0, 1, 2, 1999}) {
+            std::vector<float> a = ones;
+            a[pixel] = 2;
+            const double rest = compare(row(a), row(ones)).relative_rmse_without_bright;
+            CHECK(rest == (pixel < 2 ? 0 : std::sqrt(3.0 / (3 * 1998))));
+        }
+    }
+    SUBCASE("count NaN as brightest") {
+        std::vector<float> b = ones;
+        b[9] = not_a_number;
+        CHECK(compare(row(ones), row(b)).relative_rmse_without_bright == 0);
+    }
+    SUBCASE("are found by luminance: green counts most") {
+        Picture a{1000, 1, std::vector<float>(3000, 1)}, b = a;
+        b.rgb[3 * 10] = 4;                                   // red: 1 + 3 * 0.2126
+        b.rgb[3 * 20 + 1] = 3;                               // green: 1 + 2 * 0.7152
+        b.rgb[3 * 30 + 2] = 9;                               // blue: 1 + 8 * 0.0722
+        const double mean = (3.0 * 999 + 3 + 8) / (3 * 999); // green is left out
+        CHECK(compare(a, b).relative_rmse_without_bright ==
+              doctest::Approx(std::sqrt((9.0 + 64) / (3 * 999)) / mean).epsilon(1e-14));
+    }
+}
+
+TEST_CASE("compare: sizes that differ are an input error") {
+    const Picture wide{3, 2, std::vector<float>(18)}, high{2, 3, std::vector<float>(18)};
+    CHECK_THROWS_WITH_AS(compare(wide, high, "a.pfm", "b.pfm"), "b.pfm: 2 x 3 pixels, expected 3 x 2 as in a.pfm",
+                         InputError);
+}
+
+TEST_CASE("compare: text and JSON") {
+    Difference d = compare(Picture{2, 1, {1, 1, 1, 1, 1, 1}}, Picture{2, 1, {1, 1, 1, 1, 1, 1.5f}});
+    d.mean_flip = 0.125;
+    CHECK(difference_text(d) == "size                            2 x 1\n"
+                                "differing pixels                1 of 2\n"
+                                "first differing pixel           1 0\n"
+                                "largest absolute difference     0.5\n"
+                                "largest difference in ulps      4194304\n"
+                                "RMSE                            0.204124145\n"
+                                "relative RMSE                   0.188422288\n"
+                                "  without brightest 0.1 %       0.188422288\n"
+                                "PSNR                            17.3239376 dB\n"
+                                "mean FLIP                       0.125\n");
+    CHECK(difference_json(d) == "{ \"width\": 2, \"height\": 1,\n"
+                                "  \"differing_pixels\": 1,\n"
+                                "  \"first_differing_pixel\": [1, 0],\n"
+                                "  \"largest_absolute\": 0.5,\n"
+                                "  \"largest_ulps\": 4194304,\n"
+                                "  \"rmse\": 0.204124145,\n"
+                                "  \"relative_rmse\": 0.188422288,\n"
+                                "  \"relative_rmse_without_bright\": 0.188422288,\n"
+                                "  \"psnr\": 17.3239376,\n"
+                                "  \"mean_flip\": 0.125 }\n");
+}
+
+TEST_CASE("compare: what JSON cannot hold is null, and text has no sign of NaN") {
+    const std::string equal = difference_json(compare(row({1}), row({1})));
+    CHECK(equal.find("\"first_differing_pixel\": null,") != std::string::npos);
+    CHECK(equal.find("\"psnr\": null,") != std::string::npos);
+    const Difference d = compare(row({not_a_number}), row({1}));
+    CHECK(difference_json(d).find("\"rmse\": null,") != std::string::npos);
+    CHECK(difference_text(d).find("RMSE                            nan\n") != std::string::npos);
+    CHECK(difference_text(d).find("largest difference in ulps      nan\n") != std::string::npos);
+    CHECK(difference_text(compare(row({1}), row({1}))).find("first differing pixel           none\n") !=
+          std::string::npos);
+}
+
+TEST_CASE("compare: the difference picture runs from black to pale yellow") {
+    const Picture a{1, 1, {0, 1, 0}}, b{1, 1, {0, 0, 1}};
+    CHECK(srgb_bytes(difference_picture(a, a)) == Bytes{0, 0, 0});
+    CHECK(srgb_bytes(difference_picture(a, b)) == Bytes{252, 253, 191}); // the largest error, 1
+    // Greys of byte 30 and 60 on black have errors 0.313429 and 0.552524: 0.253717 of the second step, 0.210096 of the
+    // third.
+    const float grey30 = static_cast<float>(srgb_to_linear(30 / 255.0)),
+                grey60 = static_cast<float>(srgb_to_linear(60 / 255.0));
+    CHECK(srgb_bytes(difference_picture(row({0}), row({grey30}))) == Bytes{107, 27, 123});
+    CHECK(srgb_bytes(difference_picture(row({0}), row({grey60}))) == Bytes{197, 72, 116});
+    const Picture black = row({0}), white = row({1}); // 0.96738: 0.86953 of the last step
+    CHECK(srgb_bytes(difference_picture(black, white)) == Bytes{252, 238, 179});
+}
+
+TEST_CASE("compare command: exit status, with and without a tolerance") {
+    TemporaryFolder folder;
+    const std::string a = folder.file("a.pfm"), b = folder.file("b.pfm"), bad = folder.file("bad.pfm");
+    write_file(a, pfm_bytes(row({1.5f, 1.5f})));
+    write_file(b, pfm_bytes(row({1, 1})));
+    write_file(bad, pfm_bytes(row({1, not_a_number})));
+    std::string printed;
+
+    CHECK(run(folder, {a, a}, printed) == exit_done);
+    CHECK(printed == difference_text(compare(row({1.5f, 1.5f}), row({1.5f, 1.5f}))));
+    CHECK(run(folder, {a, b}, printed) == exit_difference);
+    CHECK(printed == difference_text(compare(row({1.5f, 1.5f}), row({1, 1}))));
+
+    // The relative RMSE is 0.5, exactly.
+    CHECK(run(folder, {a, b, "--tolerance", "0.5"}, printed) == exit_done);
+    CHECK(run(folder, {"--tolerance=0.5", a, b}, printed) == exit_done);
+    CHECK(run(folder, {a, "--tolerance=0.49999999999999994", b}, printed) == exit_difference);
+    CHECK(run(folder, {a, b, "--tolerance", "0"}, printed) == exit_difference);
+
+    CHECK(run(folder, {bad, b, "--tolerance", "1e300"}, printed) == exit_difference); // NaN
+    CHECK(run(folder, {b, bad, "--tolerance", "1e300"}, printed) == exit_difference);
+    CHECK(run(folder, {bad, bad}, printed) == exit_done); // the same bits
+    CHECK(run(folder, {bad, bad, "--tolerance", "0"}, printed) == exit_done);
+}
+
+TEST_CASE("compare command: JSON and difference picture") {
+    TemporaryFolder folder;
+    const std::string a = folder.file("a.pfm"), b = folder.file("b.pfm");
+    const Picture picture_a = row({1, 0, 0.5f}), picture_b = row({1, 0, 0.25f});
+    write_file(a, pfm_bytes(picture_a));
+    write_file(b, pfm_bytes(picture_b));
+    const std::string json = difference_json(compare(picture_a, picture_b));
+    const std::string text = difference_text(compare(picture_a, picture_b));
+    std::string printed;
+
+    CHECK(run(folder, {a, b, "--json", folder.file("d.json"), "--diff=" + folder.file("d.png")}, printed) ==
+          exit_difference);
+    CHECK(printed == text);
+    const Bytes written = read_file(folder.file("d.json"));
+    CHECK(std::string(written.begin(), written.end()) == json);
+    CHECK(read_file(folder.file("d.png")) == png_bytes(difference_picture(picture_a, picture_b)));
+
+    CHECK(run(folder, {a, b, "--json", "-"}, printed) == exit_difference);
+    CHECK(printed == json); // alone, so that another program can read it
+}
+
+TEST_CASE("compare: what is beyond the noise of B") {
+    // RMSE 5 and noise 3 leave 4, relative to a mean of 2; 3 and 5 leave nothing; a NaN is no figure.
+    const Picture b = row({1, 3}), error = row({3, 3});
+    Difference d = compare(row({6, 8}), b);
+    CHECK(difference_text(d).find("noise") == std::string::npos);
+    weigh_noise(d, b, error);
+    CHECK(*d.relative_noise == 1.5);
+    CHECK(*d.relative_rmse_beyond_noise == 2);
+    CHECK(difference_text(d).find("  beyond the noise of B         2\nrelative noise of B             1.5\n") !=
+          std::string::npos);
+    CHECK(difference_json(d).find("\"relative_noise\": 1.5,\n  \"relative_rmse_beyond_noise\": 2,") !=
+          std::string::npos);
+    d = compare(row({4, 6}), b);
+    weigh_noise(d, b, row({5, 5}));
+    CHECK(*d.relative_rmse_beyond_noise == 0);
+    d = compare(row({not_a_number, 6}), b);
+    weigh_noise(d, b, error);
+    CHECK(std::isnan(*d.relative_rmse_beyond_noise));
+
+    TemporaryFolder folder;
+    std::string printed;
+    write_file(folder.file("a.pfm"), pfm_bytes(row({6, 8})));
+    write_file(folder.file("b.pfm"), pfm_bytes(b));
+    write_file(folder.file("e.pfm"), pfm_bytes(error));
+    write_file(folder.file("wide.pfm"), pfm_bytes(row({1, 1, 1})));
+    CHECK(run(folder, {folder.file("a.pfm"), folder.file("b.pfm"), "--error", folder.file("e.pfm")}, printed) ==
+          exit_difference);
+    CHECK(printed.find("relative noise of B             1.5\n") != std::string::npos);
+    CHECK(run(folder, {folder.file("a.pfm"), folder.file("b.pfm"), "--error", folder.file("wide.pfm")}, printed) ==
+          exit_input);
+    CHECK(printed.find("3 x 1 pixels, expected 2 x 1 as in") != std::string::npos);
+}
+
+TEST_CASE("compare command: errors") {
+    TemporaryFolder folder;
+    const std::string a = folder.file("a.pfm"), wide = folder.file("wide.pfm"), none = folder.file("none.pfm");
+    write_file(a, pfm_bytes(row({1})));
+    write_file(wide, pfm_bytes(row({1, 1})));
+    std::string printed;
+
+    const auto usage = [&](const std::vector<std::string> &args, const std::string &line) {
+        CHECK(run(folder, args, printed) == exit_usage);
+        CHECK(printed == line);
+    };
+    usage({}, "'wisp compare' has 0 files, expected two pictures");
+    usage({a}, "'wisp compare' has 1 files, expected two pictures");
+    usage({a, a, a}, "'wisp compare' has 3 files, expected two pictures");
+    usage({a, a, "--fuzzy"}, "there is no option '--fuzzy', expected --tolerance, --error, --json or --diff");
+    usage({a, a, "-t", "1"}, "there is no option '-t', expected --tolerance, --error, --json or --diff");
+    usage({a, a, "--tolerance"}, "option '--tolerance' needs a value");
+    for (const char *value : {"", "abc", "-1", "nan", "inf", "1x", "0x1"})
+        usage({a, a, "--tolerance", value},
+              std::string("option '--tolerance' is '") + value + "', expected a number of at least 0");
+    usage({a, a, "--json="}, "option '--json' is empty, expected a file name or -");
+    usage({a, a, "--diff", "d.jpg"}, "option '--diff' is 'd.jpg', expected a file name that ends in .png");
+
+    CHECK(run(folder, {a, none}, printed) == exit_input);
+    CHECK(printed == none + ": cannot be opened: " + std::strerror(ENOENT));
+    CHECK(run(folder, {a, wide}, printed) == exit_input);
+    CHECK(printed == wide + ": 2 x 1 pixels, expected 1 x 1 as in " + a);
+    const std::string nowhere = folder.file("none/d.json");
+    CHECK(run(folder, {a, a, "--json", nowhere}, printed) == exit_output);
+    CHECK(printed == nowhere + ": could not be written: " + std::strerror(ENOENT));
+}

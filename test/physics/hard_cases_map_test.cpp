@@ -1,0 +1,162 @@
+// Hard cases of the particle map.
+#include "core/numbers/packed_light.h"
+#include "support/built_map.h"
+#include "support/mixture.h"
+#include <cmath>
+#include <doctest/doctest.h>
+
+using namespace wisp;
+using namespace wisp::WISP_ARITH;
+
+namespace {
+
+constexpr double pi_ = 3.14159265358979323846;
+
+} // namespace
+
+TEST_CASE(WISP_ARITH_NAME ": hard case C13: no power is lost on its way to the particles") {
+    const Mixture mixture;
+    for (Deposit way : {Deposit::exact, Deposit::kernel}) {
+        Settings settings = small_settings(6);
+        settings.photons = 3000;
+        settings.deposit = way;
+        const TracedMap traced(mixture.scene, settings);
+        std::vector<Emitter> room(8);
+        Arena arena(room.data(), room.size() * sizeof(Emitter));
+        const Emitters emitters = find_emitters(traced.medium, traced.lights.data(), 2, arena);
+        int64_t expected[3] = {};
+        Statistics counted;
+        for_each_photon(settings.seed, 0, settings.photons, [&](uint64_t key) {
+            trace_photon(traced.medium, emitters, key, counted,
+                         [&](const MediumCollision &, const Photon &, const Color &power) {
+                             expected[0] += std::llround(at(power.x) * 0x1p24);
+                             expected[1] += std::llround(at(power.y) * 0x1p24);
+                             expected[2] += std::llround(at(power.z) * 0x1p24);
+                             ++counted.photons.stored;
+                         });
+            return true;
+        });
+        int64_t found[3] = {};
+        for (uint32_t s = 0; s < 3; ++s) {
+            const Deposits &deposits = traced.map.of_smoke[s];
+            REQUIRE(deposits.channels == 3);
+            for (uint32_t i = 0; i < deposits.count * 3; ++i) found[i % 3] += deposits.power[i];
+            CHECK((deposits.flux != nullptr) == (mixture.smokes[s].asymmetry != 0));
+        }
+        CHECK(counted.photons.stored > 1000);
+        CHECK(traced.statistics.photons.stored == counted.photons.stored);
+        CHECK(traced.statistics.photons.unclaimed == 0);
+        for (int c = 0; c < 3; ++c) CHECK(found[c] == expected[c]);
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": hard case C14: where all weights are 0 nothing is divided, and the photon is counted") {
+    const std::vector<Particle> particles = {{{0, 0, 0}, 1, 2}};
+    SmokeSource smoke = smoke_of(particles, Kernel::poly6);
+    smoke.asymmetry = 0.5;
+    const BuiltMedium built({smoke});
+    const DensityField &field = built.medium.smokes[0].field;
+    for (Direction kept : {Direction::flux, Direction::mean}) {
+        int64_t power[3] = {}, flux[3] = {};
+        const Deposits deposits = {power, flux, 1, 3, kept};
+        const auto share = [&](double x) {
+            return deposit_by_kernel(deposits, field, vec(x, 0, 0), Color(Real(1)), vec(1, 0, 0));
+        };
+        CHECK(!share(2)); // poly6's own h is the support
+        CHECK(!share(2.5));
+        for (int c = 0; c < 3; ++c) CHECK((power[c] == 0 && flux[c] == 0));
+        CHECK(share(1.9)); // however little weighs there: it is all there is
+        for (int c = 0; c < 3; ++c) CHECK(power[c] == int64_t{1} << 24);
+        CHECK(flux[0] == int64_t{kept == Direction::mean ? 1 : 3} << 24);
+    }
+
+    // A box so dense, and so far from 0, that photons collide on its faces, which rounding puts inside or outside: each
+    // is deposited whole or counted.
+    GridSource box = {1, 1, 1, nullptr, unit_error < 1e-12 ? 1e13 : 2e9, {8000, 0, 0}, {0.3, 0.3, 0.3}, {}};
+    box.axis[0] = {0.6, 0.8, 0};
+    box.axis[1] = {-0.8, 0.6, 0};
+    box.axis[2] = {0, 0, 1};
+    smoke = grid_smoke_of(box);
+    const std::vector<LightSource> lights = {{LightKind::point, {7998, 1, 2}, {0, 0, 1}, 2, {40, 40, 40}}};
+    const Scene scene = scene_of(smoke, lights);
+    Settings settings = small_settings(6);
+    settings.photons = 2000;
+    settings.deposit = Deposit::kernel;
+    const TracedMap traced(scene, settings);
+    const auto &photons = traced.statistics.photons;
+    REQUIRE(traced.map.of_smoke[0].channels == 1);
+    CHECK(photons.stored > 1000);
+    CHECK(photons.unclaimed > 0);
+    CHECK(traced.map.of_smoke[0].power[0] == static_cast<int64_t>(photons.stored) << 24);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": hard case D6: opposite photons have their power, and no direction") {
+    const std::vector<Particle> particles = {{{0, 0, 0}, 1, 2}};
+    SmokeSource smoke = smoke_of(particles);
+    for (double g : {0.0, 0.7}) {
+        smoke.asymmetry = g;
+        smoke.albedo = {1, 1, 1};
+        const BuiltMedium built({smoke});
+        const Scene scene = scene_of(smoke, {});
+        for (Direction kept : {Direction::flux, Direction::mean}) {
+            int64_t power = 0, flux[3] = {};
+            Deposits deposits = {&power, g == 0 ? nullptr : flux, 1, 1, kept};
+            const Vec3 ways[] = {normalize(vec(0.3, -0.7, 1)), -normalize(vec(0.3, -0.7, 1))};
+            for (const Vec3 &way : ways)
+                CHECK(deposit_by_kernel(deposits, built.medium.smokes[0].field, vec(1, 0, 0), Color(Real(1)), way));
+            CHECK(power == int64_t{2} << 24);
+            const ParticleMap map = {&deposits, Color(Real(1)), {Real(1), 0}};
+            PackedSums packed(scene, map);
+            CHECK(at(packed.source(scene, built.medium, vec(0, 0, 12)).x) ==
+                  doctest::Approx(2 / (4 * pi_) / 2).epsilon(1e-6));
+        }
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME
+          ": hard case D7: a direction out of rounding is none, a whole one is Henyey and Greenstein's") {
+    const std::vector<Particle> particles = {{{0, 0, 0}, 1, 2}};
+    SmokeSource smoke = smoke_of(particles);
+    smoke.asymmetry = 0.7;
+    smoke.albedo = {1, 1, 1};
+    const BuiltMedium built({smoke});
+    const Scene scene = scene_of(smoke, {});
+    Direction kept = Direction::flux;
+    const auto source = [&](int64_t along) { // flux of two photons towards the eye, in units
+        int64_t power = int64_t{2} << 24, flux[3] = {0, 0, along};
+        Deposits deposits = {&power, flux, 1, 1, kept};
+        const ParticleMap map = {&deposits, Color(Real(1)), {Real(1), 0}};
+        return at(PackedSums(scene, map).source(scene, built.medium, vec(0, 0, 12)).x);
+    };
+    const auto p = [](double g) { return (1 + g) / (4 * pi_ * (1 - g) * (1 - g)); }; // forwards
+    const int64_t all = int64_t{6} << 24; // |flux| of two photons of R + G + B = 3 in one direction
+    CHECK(source(3) == doctest::Approx(1 / (4 * pi_)).epsilon(1e-6));
+    CHECK(source(all) == doctest::Approx(p(0.7)).epsilon(1e-5));
+    CHECK(source(all / 2) == doctest::Approx(p(0.7 * 256 / 511)).epsilon(1e-5)); // half, in units of an entry
+    CHECK(source(all + 4) == doctest::Approx(p(0.7)).epsilon(1e-5));             // rounded up: no g above the medium's
+    kept = Direction::mean;                                                      // of two directions
+    CHECK(source(3) == doctest::Approx(1 / (4 * pi_)).epsilon(1e-6));
+    for (int64_t along : {all / 3, all / 5, all / 600}) CHECK(source(along) == doctest::Approx(p(0.7)).epsilon(1e-5));
+    CHECK(source(-all / 5) == doctest::Approx(1.7 * 0.3 / (4 * pi_ * std::pow(1.7, 3))).epsilon(1e-5));
+    // Nor when the rounding of an entry makes it longer, in any direction.
+    smoke.asymmetry = 0.9995;
+    const BuiltMedium peaked({smoke});
+    Sequence next{8};
+    for (int i = 0; i < 50; ++i) {
+        const Vec3 to = normalize(vec(next() - 0.5, next() - 0.5, next() - 0.5));
+        int64_t power = int64_t{2} << 24, flux[3];
+        for (int c = 0; c < 3; ++c) flux[c] = std::llround(at(to[c]) * static_cast<double>(all));
+        Deposits deposits = {&power, flux, 1, 1, Direction::flux};
+        const ParticleMap map = {&deposits, Color(Real(1)), {Real(1), -20}};
+        const double s = at(PackedSums(scene, map).source(scene, peaked.medium, to * Real(12)).x);
+        CHECK(s > 0);
+        CHECK(s < 1.001 * p(0.9995) * 0x1p-20);
+
+        // A mean direction has all of g, however short rounding made it.
+        const Vec3 entry = normalize(unpack_flux(pack_flux(to)));
+        Deposits mean = {&power, flux, 1, 1, Direction::mean};
+        CHECK(at(PackedSums(scene, {&mean, Color(Real(1)), {Real(1), -20}})
+                     .source(scene, peaked.medium, entry * Real(12))
+                     .x) == doctest::Approx(p(0.9995) * 0x1p-20).epsilon(0.01));
+    }
+}

@@ -1,0 +1,51 @@
+// Particle maps for tests: traced, or made of sums of the test's own.
+#pragma once
+#include "core/photons/packed_particle_map.h"
+#include "support/built_smoke.h"
+#include <doctest/doctest.h>
+
+namespace wisp::WISP_ARITH {
+
+// The sums of a scene's photons.
+struct TracedMap {
+    TracedMap(const Scene &scene, const Settings &settings)
+        : plan(plan_particle_map(scene, settings)), memory(medium_bytes(scene, 0) + plan.bytes),
+          arena(memory.data(), memory.size()), medium(make_medium(scene, 0, arena)) {
+        sums = {arena.make<int64_t>(plan.sums), plan.sums, 0};
+        for (uint32_t i = 0; i < scene.light_count; ++i) lights.push_back(make_light(scene.lights[i]));
+        REQUIRE(trace_particle_map(scene, medium, lights.data(), settings, plan.needs, all_batches(settings),
+                                   Observer{}, arena, sums, statistics, map) == Status::done);
+    }
+    ParticleMapPlan plan;
+    std::vector<unsigned char> memory;
+    Arena arena;
+    Medium medium;
+    std::vector<Light> lights;
+    MapSums sums;
+    Statistics statistics;
+    ParticleMap map;
+};
+
+// A map of one smoke, packed.
+struct PackedSums {
+    PackedSums(const Scene &scene, const ParticleMap &map)
+        : memory(packed_map_bytes(scene, needs_of(map)) + source_bytes(scene)), arena(memory.data(), memory.size()) {
+        REQUIRE(make_packed_map(scene, needs_of(map), map.of_smoke[0].kept, arena, packed));
+        pack_map(map, packed);
+    }
+    static PhotonNeeds needs_of(const ParticleMap &map) { return {true, true, false, map.of_smoke[0].channels == 3}; }
+
+    // What an element sends towards the eye.
+    Color source(const Scene &scene, const Medium &medium, const Vec3 &eye, uint32_t element = 0) {
+        const size_t before = arena.mark();
+        const Color *const *sources = make_sources(scene, medium, packed, eye, arena);
+        REQUIRE(sources);
+        arena.rewind(before);
+        return sources[0][element];
+    }
+    std::vector<unsigned char> memory;
+    Arena arena;
+    PackedMap packed;
+};
+
+} // namespace wisp::WISP_ARITH

@@ -1,0 +1,202 @@
+// Small smokes for tests, and the core's structures over memory of the test's own.
+#pragma once
+#include "core/photons/photon_map.h"
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+#include <vector>
+
+namespace wisp::WISP_ARITH {
+
+inline double at(Real x) { return to_double(x); }
+inline Real real(double x) { return to_real<Real>(x); }
+inline Vec3 vec(double x, double y, double z) { return Vec3(real(x), real(y), real(z)); }
+
+// Relative error of one rounded operation; in fixed the resolution, relative to 1.
+constexpr double unit_error = std::is_same_v<Real, double> ? 2.3e-16 : std::is_same_v<Real, float> ? 6e-8 : 2.4e-10;
+
+// Uniform numbers in [0, 1) for test input, a fixed sequence.
+struct Sequence {
+    uint64_t state = 1;
+    double operator()() {
+        state = state * 6364136223846793005u + 1442695040888963407u;
+        return static_cast<double>(state >> 40) * 0x1p-24;
+    }
+};
+
+inline void sort_canonically(std::vector<Particle> &particles) {
+    std::sort(particles.begin(), particles.end(), [](const Particle &a, const Particle &b) {
+        return std::make_tuple(a.position.x, a.position.y, a.position.z, a.h, a.area) <
+               std::make_tuple(b.position.x, b.position.y, b.position.z, b.h, b.area);
+    });
+}
+
+// `count` particles in a cube of half-width `extent`, all with the same h and cross-section. Coordinates have 24 bits,
+// so that all arithmetics hold the same points.
+inline std::vector<Particle> cloud(uint32_t count, double extent, double h, double area, uint64_t seed = 1) {
+    Sequence next{seed};
+    std::vector<Particle> particles(count);
+    for (Particle &p : particles) {
+        const double x = next(), y = next(), z = next();
+        const auto place = [&](double u) { return static_cast<double>(static_cast<float>((2 * u - 1) * extent)); };
+        p = {{place(x), place(y), place(z)}, h, area};
+    }
+    sort_canonically(particles);
+    return particles;
+}
+
+inline SmokeSource smoke_of(const std::vector<Particle> &particles, Kernel kernel = Kernel::spline) {
+    SmokeSource source = {};
+    source.particles = particles.data();
+    source.count = static_cast<uint32_t>(particles.size());
+    source.kernel = kernel;
+    source.smallest_h = source.largest_h = particles.empty() ? 1 : particles[0].h;
+    for (const Particle &p : particles) {
+        source.smallest_h = std::min(source.smallest_h, p.h);
+        source.largest_h = std::max(source.largest_h, p.h);
+        source.total_area += p.area;
+    }
+    source.albedo = {0.9, 0.9, 0.9};
+    return source;
+}
+
+// The density of all particles in double, from the definition (S3).
+inline double brute_density(const std::vector<Particle> &particles, Kernel kernel, double x, double y, double z) {
+    double sum = 0;
+    for (const Particle &p : particles) {
+        const double dx = p.position.x - x, dy = p.position.y - y, dz = p.position.z - z;
+        const double r = std::sqrt(dx * dx + dy * dy + dz * dz), h = p.h;
+        if (r >= 2 * h) continue;
+        if (kernel == Kernel::spline)
+            sum += p.area * 15 / (3.14159265358979323846 * std::pow(4 * h, 3)) * std::pow(2 - r / h, 3);
+        else
+            sum += p.area * 315 / (64 * 3.14159265358979323846 * std::pow(2 * h, 3)) *
+                   std::pow(1 - r * r / (4 * h * h), 3);
+    }
+    return sum;
+}
+
+struct BuiltField {
+    explicit BuiltField(const SmokeSource &source)
+        : memory(particle_field_bytes(source.count)), arena(memory.data(), memory.size()),
+          field(make_particle_field(source, 0, arena)) {}
+    std::vector<unsigned char> memory;
+    Arena arena;
+    ParticleField field;
+};
+
+inline SmokeSource grid_smoke_of(const GridSource &grid) {
+    SmokeSource source = {};
+    source.grid = grid;
+    const Double3 &half = grid.half;
+    source.smallest_h = source.largest_h = 2 * std::min({half.x / grid.nx, half.y / grid.ny, half.z / grid.nz});
+    double sum = grid.density ? 0 : 1;
+    for (uint64_t i = 0; grid.density && i < grid.count(); ++i) sum += static_cast<double>(grid.density[i]);
+    source.total_area = grid.extinction * sum * 8 * half.x * half.y * half.z / static_cast<double>(grid.count());
+    source.albedo = {0.9, 0.9, 0.9};
+    return source;
+}
+
+struct BuiltGrid {
+    explicit BuiltGrid(const GridSource &source)
+        : memory(grid_field_bytes(source)), arena(memory.data(), memory.size()),
+          field(make_grid_field(source, 0, arena)) {}
+    std::vector<unsigned char> memory;
+    Arena arena;
+    GridField field;
+};
+
+// How far optical depths, drawn to be exponential and kept where below `whole`, are from that distribution: the
+// statistic of Kolmogorov and Smirnov, times the root of their number. Above 1.95 it is chance once in a thousand.
+inline double distance_from_exponential(std::vector<double> depths, double whole) {
+    std::sort(depths.begin(), depths.end());
+    const double n = static_cast<double>(depths.size()), all = 1 - std::exp(-whole);
+    double worst = 0;
+    for (size_t i = 0; i < depths.size(); ++i)
+        worst = std::max(worst, std::fabs((1 - std::exp(-depths[i])) / all - (static_cast<double>(i) + 0.5) / n));
+    return worst * std::sqrt(n);
+}
+
+struct BuiltMedium {
+    explicit BuiltMedium(const std::vector<SmokeSource> &sources_) : sources(sources_) {
+        scene.smokes = sources.data();
+        scene.smoke_count = static_cast<uint32_t>(sources.size());
+        memory.resize(medium_bytes(scene, 0));
+        Arena arena(memory.data(), memory.size());
+        medium = make_medium(scene, 0, arena);
+    }
+    std::vector<SmokeSource> sources;
+    Scene scene = {};
+    std::vector<unsigned char> memory;
+    Medium medium;
+};
+
+// A camera that looks along -z from distance `far`, `width` units wide on the plane through the origin.
+inline Camera look_at_origin(double far, double width, int pixels) {
+    const double step = width / pixels / far;
+    Camera camera;
+    camera.origin = {0, 0, far};
+    camera.right = {step, 0, 0};
+    camera.down = {0, -step, 0};
+    camera.corner = {-0.5 * width / far, 0.5 * width / far, -1};
+    return camera;
+}
+
+// A scene of one smoke, seen by a camera at z = 12. It points to its arguments.
+inline Scene scene_of(const SmokeSource &smoke, const std::vector<LightSource> &lights) {
+    Scene scene = {};
+    scene.camera = look_at_origin(12, 8, 8);
+    scene.smokes = &smoke;
+    scene.smoke_count = 1;
+    scene.lights = lights.data();
+    scene.light_count = static_cast<uint32_t>(lights.size());
+    return scene;
+}
+
+// The photon map of a scene, as render() makes it.
+struct BuiltPhotons {
+    BuiltPhotons(const Scene &scene, const Settings &settings)
+        : BuiltPhotons(scene, settings, plan_photons(scene, settings)) {}
+    BuiltPhotons(const Scene &scene, const Settings &settings, const PhotonPlan &plan, const Observer &observer = {})
+        : memory(medium_bytes(scene, 0) + plan.bytes), arena(memory.data(), memory.size()),
+          medium(make_medium(scene, 0, arena)) {
+        for (uint32_t i = 0; i < scene.light_count; ++i) lights.push_back(make_light(scene.lights[i]));
+        maps = trace_photons(medium, lights.data(), scene.light_count, settings, plan, observer, arena, statistics);
+    }
+    std::vector<unsigned char> memory;
+    Arena arena;
+    Medium medium;
+    std::vector<Light> lights;
+    Statistics statistics;
+    PhotonMaps maps;
+};
+
+inline Settings small_settings(int pixels) {
+    Settings settings = {};
+    settings.crop = {0, 0, pixels, pixels};
+    settings.samples = 1;
+    settings.photons = 0;
+    settings.seed = 1;
+    settings.gather = 50;
+    settings.gather_radius = 2;
+    settings.step = 0.5;
+    return settings;
+}
+
+struct Rendered {
+    Status status;
+    Statistics statistics = {};
+    std::vector<float> rgb;
+};
+
+inline Rendered render_in_memory(const Scene &scene, const Settings &settings) {
+    Rendered result;
+    std::vector<unsigned char> memory(plan(scene, settings).bytes.arena);
+    Arena arena(memory.data(), memory.size());
+    const Crop &crop = settings.crop;
+    result.rgb.resize(static_cast<size_t>((crop.x1 - crop.x0) * (crop.y1 - crop.y0) * 3));
+    result.status = render(scene, settings, arena, Observer{}, result.rgb.data(), result.statistics);
+    return result;
+}
+
+} // namespace wisp::WISP_ARITH
