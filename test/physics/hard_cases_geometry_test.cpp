@@ -1,7 +1,7 @@
 // Hard cases E: rays and boxes, the camera, the march, lights near it.
 #include "core/lights/light.h"
 #include "host/base/error.h"
-#include "host/refusal.h"
+#include "support/refusal.h"
 #include "support/built_smoke.h"
 #include "support/prepared_smoke.h"
 #include <cmath>

@@ -4,9 +4,9 @@
 #include "host/formats/particles.h"
 #include "host/images/picture.h"
 #include "host/prepare/prepare.h"
-#include "host/refusal.h"
+#include "support/refusal.h"
 #include "host/scene/options.h"
-#include "host/temporary_folder.h"
+#include "support/temporary_folder.h"
 #include "support/built_smoke.h"
 #include <cmath>
 #include <cstdio>

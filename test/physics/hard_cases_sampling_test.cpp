@@ -1,6 +1,6 @@
 // Hard cases A: sampling at the ends of its ranges.
 #include "core/photons/photon_walk.h"
-#include "host/refusal.h"
+#include "support/refusal.h"
 #include "host/scene/scene_file.h"
 #include "support/built_smoke.h"
 #include "support/chosen_draws.h"

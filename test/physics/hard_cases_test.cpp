@@ -16,12 +16,12 @@ std::string text_of(const std::filesystem::path &path) {
     return text.str();
 }
 
-// How many TEST_CASEs "hard case ID:" each id has in the files of a folder. Those of the core count once, though they
+// How many TEST_CASEs "hard case ID:" each id has in the files of a folder and those below. Those of the core count once, though they
 // run in three arithmetics.
 std::map<std::string, int> tests_of(const std::filesystem::path &folder) {
     std::map<std::string, int> tests;
-    for (const auto &entry : std::filesystem::directory_iterator(folder)) {
-        if (entry.path().filename() == "hard_cases_test.cpp") continue;
+    for (const auto &entry : std::filesystem::recursive_directory_iterator(folder)) {
+        if (entry.path().extension() != ".cpp" || entry.path().filename() == "hard_cases_test.cpp") continue;
         const std::string text = text_of(entry.path()), start = "hard case ";
         for (size_t at = text.find("TEST_CASE("); at != std::string::npos; at = text.find("TEST_CASE(", at + 1)) {
             const size_t name = text.find('"', at), id = text.find(start, at);

@@ -2,7 +2,7 @@
 #pragma once
 #include "core/numbers/real.h"
 #include "host/prepare/prepare.h"
-#include "host/temporary_folder.h"
+#include "support/temporary_folder.h"
 #include <fstream>
 
 namespace wisp::WISP_ARITH {

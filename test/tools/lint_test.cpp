@@ -48,7 +48,7 @@ TEST_CASE("the core asks for no memory but the arena's, throws nothing and reads
     // Undefined symbols of every release object of the core.
     CHECK(std::system("ls build/core/f32/render/render.o build/core/fixed/render/render.o > /dev/null") == 0);
     const int found =
-        std::system("nm --undefined-only $(find build/core -name "*.o") | grep -E ' U .*(malloc|calloc|realloc|free$|_Zn[wa]|_Zd[la]|"
+        std::system("nm --undefined-only $(find build/core -name '*.o') | grep -E ' U .*(malloc|calloc|realloc|free$|_Zn[wa]|_Zd[la]|"
                     "__cxa|__gxx|_Unwind|printf|fopen|write$|clock|time$|expf?$|logf?$|powf?$|sinf?$|cosf?$)' >&2");
     CHECK(found != 0); // grep found nothing
 }
