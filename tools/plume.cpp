@@ -14,7 +14,7 @@ namespace wisp::plume {
 
 namespace {
 
-constexpr int64_t most_frames = 10000, most_rate = 10000; // so that particles can be counted by 32 bits
+constexpr int64_t max_frames = 10000, max_rate = 10000; // so that particles can be counted by 32 bits
 
 const char *const usage =
     "plume -o FILE --frame F [options]               smoke particles of frame F as legacy VTK, binary\n"
@@ -48,22 +48,22 @@ int64_t integer_in(const std::string &option, const std::string &text, int64_t l
 
 void set_frames(Request &request, const std::string &option, const std::string &text) {
     const size_t colon = text.find(':'), second = colon == std::string::npos ? colon : text.find(':', colon + 1);
-    request.first = request.last = integer_in(option, text.substr(0, colon), 0, most_frames - 1);
+    request.first = request.last = integer_in(option, text.substr(0, colon), 0, max_frames - 1);
     request.step = 1;
     if (colon != std::string::npos)
-        request.last = integer_in(option, text.substr(colon + 1, second - colon - 1), request.first, most_frames - 1);
-    if (second != std::string::npos) request.step = integer_in(option, text.substr(second + 1), 1, most_frames);
+        request.last = integer_in(option, text.substr(colon + 1, second - colon - 1), request.first, max_frames - 1);
+    if (second != std::string::npos) request.step = integer_in(option, text.substr(second + 1), 1, max_frames);
 }
 
 void set_option(Request &request, const std::string &option, const std::string &value) {
     if (option == "--output")
         request.output = value;
     else if (option == "--frame")
-        request.first = request.last = integer_in(option, value, 0, most_frames - 1);
+        request.first = request.last = integer_in(option, value, 0, max_frames - 1);
     else if (option == "--frames")
         set_frames(request, option, value);
     else if (option == "--rate")
-        request.rate = static_cast<uint32_t>(integer_in(option, value, 1, most_rate));
+        request.rate = static_cast<uint32_t>(integer_in(option, value, 1, max_rate));
     else if (option == "--seed")
         request.seed = static_cast<uint64_t>(integer_in(option, value, 0, INT64_MAX));
     else
@@ -93,7 +93,7 @@ Request parse(const std::vector<std::string> &words) {
     return request;
 }
 
-Bytes vtk_bytes(const Smoke &smoke, const Velocity &air) {
+Bytes vtk_bytes(const SmokeVolume &smoke, const Velocity &air) {
     const uint32_t count = static_cast<uint32_t>(smoke.position().size());
     const std::string n = std::to_string(count);
     Bytes bytes = vtk_head("wisp plume", count);
@@ -111,7 +111,7 @@ Bytes vtk_bytes(const Smoke &smoke, const Velocity &air) {
 
 void simulate(const Request &request) {
     Flow flow(request.seed);
-    Smoke smoke(request.rate, request.seed, request.sph);
+    SmokeVolume smoke(request.rate, request.seed, request.sph);
     for (int64_t frame = 0; frame <= request.last; ++frame) {
         flow.step();
         smoke.step(flow.velocity());

@@ -53,9 +53,9 @@ class CellList {
     std::vector<Entry> sorted_;
 };
 
-class Smoke {
+class SmokeVolume {
   public:
-    Smoke(uint32_t rate, uint64_t seed, bool interact)
+    SmokeVolume(uint32_t rate, uint64_t seed, bool interact)
         : rate_(rate), seed_(seed), interact_(interact), mass_(1.0 / rate), h_(0.2 * cbrt(400.0 / rate)),
           kernel_(15 / (64 * pi<double> * h_ * h_ * h_)) {
         emit(0);

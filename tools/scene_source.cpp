@@ -51,7 +51,7 @@ std::string text(const Triangle &t) {
                                       braces(t.texel[2][0], t.texel[2][1]));
     return braces(triple(t.corner), triple(t.normal), texels, t.material, t.texture);
 }
-std::string text(const Body &b) {
+std::string text(const Instance &b) {
     return braces(b.first, b.count, triple(b.axis), b.origin, triple(b.inverse), b.visible);
 }
 
@@ -70,8 +70,8 @@ void print_scene(const std::string &name, const std::string &title, int64_t fram
     const Scene &scene = prepared.scene;
     std::vector<std::string> smokes, textures;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        const SmokeSource &m = scene.smokes[i];
-        const GridSource &g = m.grid;
+        const SmokeDescription &m = scene.smokes[i];
+        const GridDescription &g = m.grid;
         const std::string number = std::to_string(i);
         const std::string particles = array("Particle", "particles_" + number, m.particles, m.count);
         const std::string density = array("float", "density_" + number, g.density, g.density ? g.count() : 0);
@@ -91,13 +91,13 @@ void print_scene(const std::string &name, const std::string &title, int64_t fram
     const std::string lights = array("LightSource", "lights", scene.lights, scene.light_count);
     const std::string smoke = array("SmokeSource", "smokes", smokes.data(), smokes.size());
     const std::string triangles = array("Triangle", "triangles", scene.triangles, scene.triangle_count());
-    const std::string bodies = array("Body", "bodies", scene.bodies, scene.body_count);
+    const std::string instances = array("Body", "bodies", scene.instances, scene.instance_count);
     const std::string materials = array("Material", "materials", scene.materials, scene.material_count);
     const std::string pictures = array("Texture", "textures", textures.data(), textures.size());
     const std::string all =
         braces(scene.camera, scene.background, lights, scene.light_count, smoke, scene.smoke_count,
-               scene.radiance_exponent, triangles, scene.still_count, scene.body_triangle_count, scene.morph_count,
-               bodies, scene.body_count, materials, scene.material_count, pictures, scene.texture_count, scene.skin);
+               scene.radiance_exponent, triangles, scene.static_count, scene.instance_triangle_count, scene.deforming_count,
+               instances, scene.instance_count, materials, scene.material_count, pictures, scene.texture_count, scene.ray_epsilon);
     const std::string crop = braces(s.crop.x0, s.crop.y0, s.crop.x1, s.crop.y1);
     const std::string settings =
         braces(crop, s.samples, s.depth, choice("ShadowMethod", s.shadows), s.check_shadows, s.photons, s.seed,

@@ -13,15 +13,15 @@ namespace wisp {
 enum class RayKind : uint8_t { camera, reflected, refracted };
 
 // How the shadow towards a light was decided.
-enum class ShadowAnswer : uint8_t {
+enum class ShadowDecision : uint8_t {
     unasked,     // there is no surface, or nothing would come of the light
     known,       // without asking any triangle
-    known_still, // of what never moves; what does was asked
+    culled_static, // of what never moves; what does was asked
     tried,       // of what never moves a few triangles were asked, one by one; no tree
     traced       // by a ray through a tree
 };
 
-struct JournalEntry {
+struct TraceEvent {
     enum class Kind : uint8_t {
         sample,
         ray,
@@ -61,7 +61,7 @@ struct JournalEntry {
         Double3 direction; // that light travels in
         double distance;
         Double3 irradiance; // before smoke and shadows; of a cluster with --lights cuts, that of all its lights
-        ShadowAnswer answer;
+        ShadowDecision answer;
         bool blocked;
         uint64_t node_visits, triangle_tests, extra_tests; // that it took to know, as in Statistics
         double optical_depth, transmittance; // of the smoke before the light; 0 and 1 where it was not asked
@@ -83,7 +83,7 @@ struct JournalEntry {
     struct Hit {
         double distance;
         uint32_t triangle;            // of the scene
-        int32_t body;                 // that it belongs to, -1: none
+        int32_t instance;                 // that it belongs to, -1: none
         bool still;                   // it never moves
         uint32_t material;            // of the scene
         int32_t texture;              // of the scene, -1: none
@@ -137,10 +137,10 @@ struct JournalEntry {
 };
 
 // Hears of the pixel (x, y), if it is in the crop.
-struct Journal {
+struct PixelTrace {
     int32_t x, y;
     void *context;
-    void (*heard)(void *context, const JournalEntry &entry);
+    void (*heard)(void *context, const TraceEvent &entry);
 };
 
 } // namespace wisp

@@ -16,7 +16,7 @@ namespace wisp {
 struct Double3 {
     double x, y, z;
 };
-inline bool any_above_zero(const Double3 &v) { return order_of(v.x) > 0 || order_of(v.y) > 0 || order_of(v.z) > 0; }
+inline bool any_above_zero(const Double3 &v) { return total_order_key(v.x) > 0 || total_order_key(v.y) > 0 || total_order_key(v.z) > 0; }
 
 constexpr double coordinate_limit = 8192; // squares of distances stay below 2^31, the range of Fixed
 
@@ -50,7 +50,7 @@ struct Particle {
 };
 
 // A box of nx * ny * nz cells, turned about its middle, with a density at the centre of each.
-struct GridSource {
+struct GridDescription {
     int32_t nx, ny, nz;   // 0: there is no grid
     const float *density; // x fastest, 0 or more; nullptr: 1 everywhere
     double extinction;    // sigma_t of density 1, per unit of length
@@ -61,11 +61,11 @@ struct GridSource {
 };
 
 // One `smoke` block: particles, sigma_t(x) = sum_i area_i W(|x - x_i|, h_i) (S3), or a grid.
-struct SmokeSource {
+struct SmokeDescription {
     const Particle *particles; // in canonical order
     uint32_t count;            // 0 where there is a grid
     Kernel kernel;
-    GridSource grid;
+    GridDescription grid;
     // March steps are fractions of the one, the gather radius of the other. Of a grid both are the shortest edge of a
     // cell, of a constant box a twentieth of its shortest edge.
     double smallest_h, largest_h;
@@ -103,7 +103,7 @@ struct Triangle {
 
 // Triangles first <= i < first + count that move as one: in a space of their own, placed by
 // p' = axis[0] p.x + axis[1] p.y + axis[2] p.z + origin, and `inverse` are the axes of the way back (p' - origin to p).
-struct Body {
+struct Instance {
     uint32_t first, count;
     Double3 axis[3], origin, inverse[3];
     bool visible; // one that has no inverse is not
@@ -114,34 +114,34 @@ struct Scene {
     Double3 background; // what a ray sees that meets nothing; it lights nothing
     const LightSource *lights;
     uint32_t light_count;
-    const SmokeSource *smokes;
+    const SmokeDescription *smokes;
     uint32_t smoke_count;
     int32_t radiance_exponent;
     // Triangles: those that never move, then those of the bodies, then those that change their form.
     const Triangle *triangles;
-    uint32_t still_count, body_triangle_count, morph_count;
-    const Body *bodies;
-    uint32_t body_count;
+    uint32_t static_count, instance_triangle_count, deforming_count;
+    const Instance *instances;
+    uint32_t instance_count;
     const Material *materials;
     uint32_t material_count;
     const Texture *textures;
     uint32_t texture_count;
-    double skin; // rays that leave a surface meet nothing that is nearer than this (1e-6 of the still scene's diagonal)
+    double ray_epsilon; // rays that leave a surface meet nothing that is nearer than this (1e-6 of the still scene's diagonal)
 
-    uint32_t triangle_count() const { return still_count + body_triangle_count + morph_count; }
+    uint32_t triangle_count() const { return static_count + instance_triangle_count + deforming_count; }
 };
 
 // Whether all smoke is a single grid whose edges are those of space.
 inline bool is_aligned_grid(const Scene &scene) {
     uint32_t smokes = 0;
-    const GridSource *grid = nullptr;
+    const GridDescription *grid = nullptr;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         if (scene.smokes[i].empty()) continue;
         ++smokes;
         if (scene.smokes[i].is_grid()) grid = &scene.smokes[i].grid;
     }
-    return smokes == 1 && grid && order_of(grid->axis[0].x) == order_of(1.0) &&
-           order_of(grid->axis[1].y) == order_of(1.0) && order_of(grid->axis[2].z) == order_of(1.0);
+    return smokes == 1 && grid && total_order_key(grid->axis[0].x) == total_order_key(1.0) &&
+           total_order_key(grid->axis[1].y) == total_order_key(1.0) && total_order_key(grid->axis[2].z) == total_order_key(1.0);
 }
 
 // Whether the scene's smoke can be resampled to a lattice along the axes (S4-1): particles, or such a grid.

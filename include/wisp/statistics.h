@@ -26,7 +26,7 @@ struct Statistics {
     // emitted = absorbed + escaped + blocked + capped, photon by photon.
     struct Photons {
         uint64_t emitted, collisions, stored, absorbed, escaped, blocked, capped;
-        uint64_t unclaimed; // collisions that no particle's kernel reached: their power is lost
+        uint64_t lost; // collisions that no particle's kernel reached: their power is lost
         bool store_full;    // tracing ended before a batch that might not have fitted
     } photons = {};
     struct {

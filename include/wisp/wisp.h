@@ -16,7 +16,7 @@ enum class Status : uint8_t {
     stopped,
     out_of_memory,
     overflow,  // more photons than the sums of a particle map are sure to hold
-    wrong_sums // of another number than this scene's particle map has
+    size_mismatch // of another number than this scene's particle map has
 };
 
 // Hears of the work as it goes: once as a stage begins (done = 0), then as parts of it are done. Returning false
@@ -39,7 +39,7 @@ inline Batches all_batches(const Settings &settings) { return {0, batch_count(se
 // What photons leave on a particle map: integers, so that batches traced apart add up to the bits of one run. They do
 // not depend on the view. The memory is the caller's, who gives room for plan().map_sums; `count` of them are in use, 0
 // where nothing has been traced yet.
-struct MapSums {
+struct PhotonSums {
     int64_t *values;
     uint64_t capacity, count;
 };
@@ -50,12 +50,12 @@ struct Plan {
     bool surfaces;          // there are triangles
     bool photons;           // some light is scattered more than once
     bool photon_directions; // ... and not evenly
-    bool photon_moments;    // ... and is seen by moments of its directions too (moments.h)
+    bool photon_harmonics;    // ... and is seen by moments of its directions too (moments.h)
     bool photon_powers;     // ... and photons differ in power
     uint64_t photon_capacity;
     uint64_t bricks;       // of resampled smoke; 0: densities are exact
     uint64_t map_sums;     // numbers of a particle map, at most
-    uint64_t most_photons; // that they can hold
+    uint64_t max_photons; // that they can hold
     struct {
         uint64_t particle_tree, photon_map, gather, particle_map, sources, light_depths, irradiance;
         uint64_t triangle_trees; // of what never changes its form, and of what does
@@ -68,7 +68,7 @@ struct Plan {
 // What lives from frame to frame, at the beginning of the arena: trees of triangles that never change their form, what
 // the way of finding shadows has learnt, and the resampled smoke with its light. The caller keeps it
 // beside its arena, and gives both to the next frame of the same scene and settings; nothing is kept at first.
-struct Kept {
+struct FrameCache {
     void *surfaces, *shadows, *smoke;
     uint32_t lights; // as many as the scene had
     size_t surfaces_end, smoke_end;
@@ -93,10 +93,10 @@ struct Kept {
     namespace arithmetic {                                                                                             \
     Plan plan(const Scene &scene, const Settings &settings);                                                           \
     Status render(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer, float *rgb,    \
-                  Statistics &statistics, MapSums *sums = nullptr, Kept *kept = nullptr,                               \
-                  const Journal *journal = nullptr);                                                                   \
+                  Statistics &statistics, PhotonSums *sums = nullptr, FrameCache *kept = nullptr,                               \
+                  const PixelTrace *journal = nullptr);                                                                   \
     Status trace_map(const Scene &scene, const Settings &settings, const Batches &batches, Arena &arena,               \
-                     const Observer &observer, MapSums &sums, Statistics &statistics);                                 \
+                     const Observer &observer, PhotonSums &sums, Statistics &statistics);                                 \
     Status render_reference(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer,      \
                             PixelSums *sums, Statistics &statistics);                                                  \
     }

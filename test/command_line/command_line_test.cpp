@@ -10,7 +10,7 @@
 using namespace wisp;
 
 TEST_CASE("command line: wrong usage ends with 2 and one line") {
-    const Desk desk;
+    const CommandLineTest desk;
     for (const std::string &arguments : {std::string(""),
                                          std::string("paint"),
                                          std::string("render"),
@@ -43,13 +43,13 @@ TEST_CASE("command line: wrong usage ends with 2 and one line") {
 }
 
 TEST_CASE("command line: bad input ends with 3 and a line that names the file") {
-    Desk desk;
+    CommandLineTest desk;
     desk.write("bad.aff", "v from 1");
     desk.write("noview.aff", "b 0 0 0");
-    desk.write("missing.aff", Desk::scene("none.vtk", ""));
-    desk.write("broken.vtk", Desk::puff(40).substr(0, 300));
-    desk.write("broken.aff", Desk::scene("broken.vtk", ""));
-    desk.write("option.aff", Desk::scene("puff.vtk", "render spp zero"));
+    desk.write("missing.aff", CommandLineTest::scene("none.vtk", ""));
+    desk.write("broken.vtk", CommandLineTest::puff(40).substr(0, 300));
+    desk.write("broken.aff", CommandLineTest::scene("broken.vtk", ""));
+    desk.write("option.aff", CommandLineTest::scene("puff.vtk", "render spp zero"));
     desk.write("massless.aff",
                "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 4 4\nsmoke puff.vtk { radius 1 }");
     const struct {
@@ -72,7 +72,7 @@ TEST_CASE("command line: bad input ends with 3 and a line that names the file") 
 }
 
 TEST_CASE("command line: a plan beyond --memory ends with 4, an unwritable output with 5") {
-    const Desk desk;
+    const CommandLineTest desk;
     const Ran small = desk.wisp("render " + desk.s() + " --memory 10k -o " + desk.file("x.png"));
     CHECK(small.status == 4);
     CHECK(lines(small.err) == 1);
@@ -85,7 +85,7 @@ TEST_CASE("command line: a plan beyond --memory ends with 4, an unwritable outpu
 }
 
 TEST_CASE("command line: a picture beyond --memory, or beyond the machine's, ends with 4 before any work") {
-    Desk desk;
+    CommandLineTest desk;
     desk.write("triangle.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 35 hither 0.1 resolution 8 8\n"
                                "p 3\n-1 -1 0\n1 -1 0\n0 1 0\n");
     const std::string out = " -o " + desk.file("x.pfm");
@@ -109,7 +109,7 @@ TEST_CASE("command line: a picture beyond --memory, or beyond the machine's, end
 }
 
 TEST_CASE("command line: the digest is the SHA-256 of the .pfm, the same on every run") {
-    const Desk desk;
+    const CommandLineTest desk;
     for (const char *arithmetic : {"f32", "f64", "fixed"}) {
         const std::string pfm = desk.file("a.pfm");
         const Ran ran = desk.wisp("render " + desk.s() + " --digest --arith " + arithmetic + " -o " + pfm + " -o " +
@@ -126,8 +126,8 @@ TEST_CASE("command line: the digest is the SHA-256 of the .pfm, the same on ever
 }
 
 TEST_CASE("command line: permuted particles give the same picture") { // C10
-    Desk desk;
-    std::string text = Desk::puff(40);
+    CommandLineTest desk;
+    std::string text = CommandLineTest::puff(40);
     const size_t start = text.find("float\n") + 6;
     // Turn the list of points round.
     std::vector<std::string> numbers;
@@ -140,7 +140,7 @@ TEST_CASE("command line: permuted particles give the same picture") { // C10
     for (size_t i = numbers.size(); i >= 3; i -= 3)
         turned += numbers[i - 3] + " " + numbers[i - 2] + " " + numbers[i - 1] + " ";
     desk.write("turned.vtk", turned);
-    desk.write("t.aff", Desk::scene("turned.vtk", ""));
+    desk.write("t.aff", CommandLineTest::scene("turned.vtk", ""));
     for (const char *arithmetic : {"f32", "f64", "fixed"}) {
         const std::string options = std::string(" --digest --arith ") + arithmetic;
         CHECK(desk.wisp("render " + desk.s() + options).out == desk.wisp("render " + desk.file("t.aff") + options).out);
@@ -148,7 +148,7 @@ TEST_CASE("command line: permuted particles give the same picture") { // C10
 }
 
 TEST_CASE("command line: a scene far from the origin is the same picture") { // C11
-    Desk desk;
+    CommandLineTest desk;
     const auto shifted = [&](double by) {
         const std::string b = std::to_string(by);
         return "v from " + b + " 0 4 at " + b + " 0 0 up 0 1 0 angle 30 hither 1 resolution 16 12\nlp " +
@@ -167,7 +167,7 @@ TEST_CASE("command line: a scene far from the origin is the same picture") { // 
 }
 
 TEST_CASE("command line: crops, frames and defaults of the scene") {
-    Desk desk;
+    CommandLineTest desk;
     REQUIRE(desk.wisp("render " + desk.s() + " -o " + desk.file("whole.pfm")).status == 0);
     REQUIRE(desk.wisp("render " + desk.s() + " --crop 3,2,9,7 -o " + desk.file("part.pfm")).status == 0);
     const Picture whole = read_pfm(desk.file("whole.pfm")), part = read_pfm(desk.file("part.pfm"));
@@ -176,9 +176,9 @@ TEST_CASE("command line: crops, frames and defaults of the scene") {
     for (size_t y = 0; y < 5; ++y)
         for (size_t x = 0; x < 18; ++x) CHECK(part.rgb[y * 18 + x] == whole.rgb[((y + 2) * 16 + 3) * 3 + x]);
 
-    desk.write("p_03.vtk", Desk::puff(10));
-    desk.write("p_05.vtk", Desk::puff(20));
-    desk.write("f.aff", Desk::scene("p_%02d.vtk", "render spp 1"));
+    desk.write("p_03.vtk", CommandLineTest::puff(10));
+    desk.write("p_05.vtk", CommandLineTest::puff(20));
+    desk.write("f.aff", CommandLineTest::scene("p_%02d.vtk", "render spp 1"));
     const Ran frames = desk.wisp("render " + desk.file("f.aff") + " --frames 3:5:2 --digest -o " +
                                  desk.file("f_%04d.pfm") + " --stats " + desk.file("f.json"));
     CHECK(frames.status == 0);
@@ -197,7 +197,7 @@ TEST_CASE("command line: crops, frames and defaults of the scene") {
 }
 
 TEST_CASE("command line: plan says what a scene needs and renders nothing") {
-    Desk desk;
+    CommandLineTest desk;
     const Ran lit = desk.wisp("plan " + desk.s() + " --smoke direct");
     CHECK(lit.status == 0);
     CHECK(lit.out.find("photons        yes") != std::string::npos);
@@ -224,7 +224,7 @@ TEST_CASE("command line: plan says what a scene needs and renders nothing") {
 }
 
 TEST_CASE("command line: progress is silent unless asked for, and never in the way") {
-    const Desk desk;
+    const CommandLineTest desk;
     CHECK(desk.wisp("render " + desk.s()).err.empty());
     CHECK(desk.wisp("render " + desk.s() + " --progress always").err.find("render") != std::string::npos);
     CHECK(desk.wisp("render " + desk.s() + " --progress always -q").err.empty());
@@ -232,7 +232,7 @@ TEST_CASE("command line: progress is silent unless asked for, and never in the w
 }
 
 TEST_CASE("command line: help and version") {
-    const Desk desk;
+    const CommandLineTest desk;
     CHECK(desk.wisp("help").out.find("--photons") != std::string::npos);
     const Ran version = desk.wisp("version");
     CHECK(version.out.find("wisp ") == 0);
@@ -241,7 +241,7 @@ TEST_CASE("command line: help and version") {
 }
 
 TEST_CASE("command line: degenerate pictures and smokes") { // C1, C4, E15, E17
-    Desk desk;
+    CommandLineTest desk;
     const std::string camera = "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution ";
     const std::string head = "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS ";
     const std::string rest =
@@ -260,7 +260,7 @@ TEST_CASE("command line: degenerate pictures and smokes") { // C1, C4, E15, E17
 }
 
 TEST_CASE("command line: what does not fit fixed point is refused with the reason") {
-    Desk desk;
+    CommandLineTest desk;
     const auto with = [&](const std::string &smoke, const std::string &light) {
         desk.write("x.aff", "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 2 2\nlp " + light +
                                 "\nsmoke puff.vtk { " + smoke + " }\nrender photons 100");
@@ -275,8 +275,8 @@ TEST_CASE("command line: what does not fit fixed point is refused with the reaso
 
 namespace {
 
-struct ReferenceDesk : Desk {
-    ReferenceDesk() { write("r.aff", lit("box -1 -1 -1 1 1 1 1.5 { phase 0.3 emission 0.2 0.1 0 }")); }
+struct ReferenceCommandTest : CommandLineTest {
+    ReferenceCommandTest() { write("r.aff", lit("box -1 -1 -1 1 1 1 1.5 { phase 0.3 emission 0.2 0.1 0 }")); }
     Ran render(const std::string &options) const { return wisp("render " + file("r.aff") + " --reference " + options); }
     Ran merge(const std::string &options) const { return wisp("merge " + options); }
 };
@@ -284,7 +284,7 @@ struct ReferenceDesk : Desk {
 } // namespace
 
 TEST_CASE("command line: what belongs to --reference is refused without it, and in a scene what names a file") {
-    const ReferenceDesk desk;
+    const ReferenceCommandTest desk;
     const std::string s = desk.s(), x = desk.file("x");
     desk.refuses(desk.wisp("render " + s + " --passes 0:2 -o " + x + ".pfm"), 2,
                  "option 'passes' belongs to --reference");
@@ -303,21 +303,21 @@ TEST_CASE("command line: what belongs to --reference is refused without it, and 
     CHECK(!desk.has("x.pfm"));
     CHECK(!desk.has("x.passes"));
 
-    Desk scenes;
-    scenes.write("o.aff", Desk::lit("box 0 0 0 1 1 1 1 {}", "render reference 1\nrender error-out e.pfm"));
+    CommandLineTest scenes;
+    scenes.write("o.aff", CommandLineTest::lit("box 0 0 0 1 1 1 1 {}", "render reference 1\nrender error-out e.pfm"));
     const Ran named = scenes.wisp("render " + scenes.file("o.aff"));
     CHECK(named.status == 3);
     CHECK(named.err == scenes.file("o.aff") + ":10: option 'error-out' in a scene, expected it on the command line\n");
     // The others may be a scene's defaults.
-    scenes.write("d.aff", Desk::lit("box 0 0 0 1 1 1 1 {}", "render reference 1\nrender passes 0:2"));
-    scenes.write("e.aff", Desk::lit("box 0 0 0 1 1 1 1 {}"));
+    scenes.write("d.aff", CommandLineTest::lit("box 0 0 0 1 1 1 1 {}", "render reference 1\nrender passes 0:2"));
+    scenes.write("e.aff", CommandLineTest::lit("box 0 0 0 1 1 1 1 {}"));
     const Ran ran = scenes.wisp("render " + scenes.file("d.aff") + " --digest");
     CHECK(ran.status == 0);
     CHECK(ran.out == scenes.wisp("render " + scenes.file("e.aff") + " --digest --reference --passes 0:2").out);
 }
 
 TEST_CASE("command line: passes apart and merged are the passes together, to the byte") {
-    const ReferenceDesk desk;
+    const ReferenceCommandTest desk;
     for (const std::string arithmetic : {"f32", "f64", "fixed"}) {
         const std::string arith = " --arith " + arithmetic;
         const auto files = [&](const std::string &name) {
@@ -355,7 +355,7 @@ TEST_CASE("command line: passes apart and merged are the passes together, to the
 }
 
 TEST_CASE("command line: a crop of a reference is a part of the whole, in the picture and its errors") {
-    const ReferenceDesk desk;
+    const ReferenceCommandTest desk;
     REQUIRE(desk.render("--passes 0:3 -o " + desk.file("w.pfm") + " --error-out " + desk.file("we.pfm")).status == 0);
     REQUIRE(desk.render("--passes 0:3 --crop 2,1,7,5 -o " + desk.file("p.pfm") + " --error-out " + desk.file("pe.pfm"))
                 .status == 0);
@@ -369,7 +369,7 @@ TEST_CASE("command line: a crop of a reference is a part of the whole, in the pi
 }
 
 TEST_CASE("command line: frames of a reference have their own outputs, and -v says what was written") {
-    const ReferenceDesk desk;
+    const ReferenceCommandTest desk;
     const Ran ran = desk.render("--passes 0:2 --frames 0:1 -v -o " + desk.file("f_%02d.passes") + " --error-out " +
                                 desk.file("e_%02d.pfm") + " --digest");
     CHECK(ran.status == 0);
@@ -381,7 +381,7 @@ TEST_CASE("command line: frames of a reference have their own outputs, and -v sa
 }
 
 TEST_CASE("command line: merge refuses what does not belong together, and writes nothing then") {
-    ReferenceDesk desk;
+    ReferenceCommandTest desk;
     const auto sums = [&](const std::string &name, const std::string &options) {
         REQUIRE(desk.render(options + " -o " + desk.file(name)).status == 0);
         return desk.file(name);
@@ -421,18 +421,18 @@ TEST_CASE("command line: merge refuses what does not belong together, and writes
         refuses(a + " " + other, 3,
                 other + ": passes of another scene, size, seed, arithmetic or version, expected all of the same");
     }
-    desk.write("r.aff", Desk::lit("box -1 -1 -1 1 1 1 1.5 { phase 0.31 emission 0.2 0.1 0 }"));
+    desk.write("r.aff", CommandLineTest::lit("box -1 -1 -1 1 1 1 1.5 { phase 0.31 emission 0.2 0.1 0 }"));
     const std::string other = sums("other.passes", "--passes 2:3");
     refuses(a + " " + other, 3,
             other + ": passes of another scene, size, seed, arithmetic or version, expected all of the same");
     // What samples do not depend on does not part them.
-    desk.write("r.aff", "# again\n" + Desk::lit("box -1 -1 -1 1 1 1 1.5 { emission 0.2 0.1 0 phase 0.3 }",
+    desk.write("r.aff", "# again\n" + CommandLineTest::lit("box -1 -1 -1 1 1 1 1.5 { emission 0.2 0.1 0 phase 0.3 }",
                                                 "render step 0.25\nrender exposure 1"));
     CHECK(desk.merge(a + " " + sums("same.passes", "--passes 2:3 --photons 9") + out).status == 0);
 }
 
 TEST_CASE("command line: what cannot be written ends with 5 and leaves no part of it") {
-    const ReferenceDesk desk;
+    const ReferenceCommandTest desk;
     REQUIRE(desk.render("--passes 0:2 -o " + desk.file("a.passes")).status == 0);
     std::filesystem::create_symlink("/dev/full", desk.file("full.pfm"));
     const std::string none = desk.file("none/e.pfm"), full = desk.file("full.pfm");
@@ -454,12 +454,12 @@ TEST_CASE("command line: what cannot be written ends with 5 and leaves no part o
 }
 
 TEST_CASE("command line: a grid of equal samples is the box that it fills") {
-    Desk desk;
+    CommandLineTest desk;
     // Cells as long as a twentieth of the box: the same steps and gather radius.
-    desk.write("g.vol", Desk::volume(20, 20, 30, 1, 1, 1.5f, std::vector<float>(20 * 20 * 30, 0.75f)));
+    desk.write("g.vol", CommandLineTest::volume(20, 20, 30, 1, 1, 1.5f, std::vector<float>(20 * 20 * 30, 0.75f)));
     const auto compare = [&](const std::string &more, const std::string &options) {
-        desk.write("g.aff", Desk::lit("g.vol { extinction 2 phase 0.3 " + more + "}"));
-        desk.write("b.aff", Desk::lit("box -1 -1 -1.5 1 1 1.5 0.75 { extinction 2 phase 0.3 " + more + "}"));
+        desk.write("g.aff", CommandLineTest::lit("g.vol { extinction 2 phase 0.3 " + more + "}"));
+        desk.write("b.aff", CommandLineTest::lit("box -1 -1 -1.5 1 1 1.5 0.75 { extinction 2 phase 0.3 " + more + "}"));
         CAPTURE(more);
         CAPTURE(options);
         const Ran grid = desk.wisp("render " + desk.file("g.aff") + options + " -o " + desk.file("g.pfm"));
@@ -485,7 +485,7 @@ TEST_CASE("command line: a grid of equal samples is the box that it fills") {
 }
 
 TEST_CASE("command line: a transform moves, turns and scales boxes, and keeps their extinction") {
-    Desk desk;
+    CommandLineTest desk;
     const struct {
         const char *a, *b;
     } pairs[] = {
@@ -496,8 +496,8 @@ TEST_CASE("command line: a transform moves, turns and scales boxes, and keeps th
          "box -1 -0.5 -1 1 1 3 0.5 { }"}, // x to y to z to x
     };
     for (const auto &pair : pairs) {
-        desk.write("a.aff", Desk::lit(pair.a));
-        desk.write("b.aff", Desk::lit(pair.b));
+        desk.write("a.aff", CommandLineTest::lit(pair.a));
+        desk.write("b.aff", CommandLineTest::lit(pair.b));
         for (const char *name : {"a", "b"})
             REQUIRE(desk.wisp("render " + desk.file(name) + ".aff --smoke direct --photons 0 -o " + desk.file(name) +
                               ".pfm")
@@ -508,13 +508,13 @@ TEST_CASE("command line: a transform moves, turns and scales boxes, and keeps th
 }
 
 TEST_CASE("command line: grids are known by what is in the file, and refuse what only particles have") {
-    Desk desk;
-    const std::string grid = Desk::volume(2, 1, 2, 1, 1, 1, {1, 0.5f, 0.25f, 2});
+    CommandLineTest desk;
+    const std::string grid = CommandLineTest::volume(2, 1, 2, 1, 1, 1, {1, 0.5f, 0.25f, 2});
     desk.write("g.vol", grid);
     desk.write("box", grid);
     desk.write("g_0003.vol", grid);
     const auto render = [&](const std::string &smoke, const std::string &options = "") {
-        desk.write("g.aff", Desk::lit(smoke));
+        desk.write("g.aff", CommandLineTest::lit(smoke));
         return desk.wisp("render " + desk.file("g.aff") + " --digest" + options);
     };
     const Ran ran = render("g.vol { extinction 2 }");
@@ -534,14 +534,14 @@ TEST_CASE("command line: grids are known by what is in the file, and refuse what
     CHECK(render("g.vol { }").err ==
           desk.file("g.vol") + ": byte 48: 12 bytes of samples, expected 2 x 1 x 2 samples of 4 bytes\n");
     // Nothing in it: the background, as without smoke.
-    desk.write("g.vol", Desk::volume(2, 1, 2, 1, 1, 1, {0, 0, 0, 0}));
+    desk.write("g.vol", CommandLineTest::volume(2, 1, 2, 1, 1, 1, {0, 0, 0, 0}));
     const Ran nothing = render("g.vol { emission 1 1 1 }");
     CHECK(nothing.status == 0);
     CHECK(nothing.out == render("box -1 -1 -1 1 1 1 0 { }").out);
 }
 
 TEST_CASE("command line: a box's smoke between the camera and the background dims it by its extinction") {
-    Desk desk;
+    CommandLineTest desk;
     // Parallel to the axis through the middle of a single pixel: exp(-2 * 0.75) of the background.
     desk.write("d.aff",
                "v from 0 0 50 at 0 0 0 up 0 1 0 angle 1 hither 1 resolution 1 1\nb 1 2 4\nsmoke box -1 -1 -1 1 1 "
@@ -558,11 +558,11 @@ TEST_CASE("command line: a box's smoke between the camera and the background dim
 }
 
 TEST_CASE("command line: plan counts boxes, grids and the stages of --reference") {
-    Desk desk;
-    desk.write("g.vol", Desk::volume(2, 3, 4, 1, 1, 1, std::vector<float>(24, 1)));
-    desk.write("b.aff", Desk::lit("box -1 -1 -1 1 1 1 1 { }"));
-    desk.write("g.aff", Desk::lit("g.vol { }"));
-    desk.write("all.aff", Desk::lit("g.vol { }\nsmoke box -1 -1 -1 1 1 1 1 { }\nsmoke puff.vtk { radius 0.2 mass 1 }"));
+    CommandLineTest desk;
+    desk.write("g.vol", CommandLineTest::volume(2, 3, 4, 1, 1, 1, std::vector<float>(24, 1)));
+    desk.write("b.aff", CommandLineTest::lit("box -1 -1 -1 1 1 1 1 { }"));
+    desk.write("g.aff", CommandLineTest::lit("g.vol { }"));
+    desk.write("all.aff", CommandLineTest::lit("g.vol { }\nsmoke box -1 -1 -1 1 1 1 1 { }\nsmoke puff.vtk { radius 0.2 mass 1 }"));
     const auto plan = [&](const std::string &arguments) { return desk.wisp("plan " + desk.file(arguments)); };
     CHECK(plan("b.aff --smoke direct").out.find(" bytes  1 samples of grids\n") != std::string::npos);
     CHECK(plan("g.aff --smoke direct").out.find(" bytes  24 samples of grids\n") != std::string::npos);
@@ -585,9 +585,9 @@ TEST_CASE("command line: plan counts boxes, grids and the stages of --reference"
 }
 
 TEST_CASE("command line: thin smoke of a strong extinction is as its product, in fixed point too") {
-    Desk desk;
-    desk.write("plain.vol", Desk::volume(2, 1, 1, 1, 1, 1, {1, 0.5f}));
-    desk.write("plain.aff", Desk::lit("plain.vol { extinction 2 }"));
+    CommandLineTest desk;
+    desk.write("plain.vol", CommandLineTest::volume(2, 1, 1, 1, 1, 1, {1, 0.5f}));
+    desk.write("plain.aff", CommandLineTest::lit("plain.vol { extinction 2 }"));
     REQUIRE(
         desk.wisp("render " + desk.file("plain.aff") + " --arith fixed --photons 0 -o " + desk.file("p.pfm")).status ==
         0);
@@ -597,8 +597,8 @@ TEST_CASE("command line: thin smoke of a strong extinction is as its product, in
         const char *extinction;
     } cases[] = {{0x1p-20f, "2097152"}, {0x1p-36f, "137438953472"}, {0x1p33f, "2.3283064365386963e-10"}};
     for (const auto &c : cases) {
-        desk.write("thin.vol", Desk::volume(2, 1, 1, 1, 1, 1, {c.density, c.density / 2}));
-        desk.write("thin.aff", Desk::lit("thin.vol { extinction " + std::string(c.extinction) + " }"));
+        desk.write("thin.vol", CommandLineTest::volume(2, 1, 1, 1, 1, 1, {c.density, c.density / 2}));
+        desk.write("thin.aff", CommandLineTest::lit("thin.vol { extinction " + std::string(c.extinction) + " }"));
         CAPTURE(std::string(c.extinction));
         const Ran ran =
             desk.wisp("render " + desk.file("thin.aff") + " --arith fixed --photons 0 -o " + desk.file("t.pfm"));
@@ -608,11 +608,11 @@ TEST_CASE("command line: thin smoke of a strong extinction is as its product, in
 }
 
 TEST_CASE("command line: smoke too thin for fixed point may glow") {
-    Desk desk;
-    desk.write("thin.vol", Desk::volume(2, 1, 1, 1, 1, 1, {1e-11f, 1e-11f}));
+    CommandLineTest desk;
+    desk.write("thin.vol", CommandLineTest::volume(2, 1, 1, 1, 1, 1, {1e-11f, 1e-11f}));
     for (const std::string smoke : {"thin.vol { extinction 1e11 emission 1 1 1 }", "thin.vol { emission 1 1 1 }",
                                     "puff.vtk { radius 1 mass 5e-11 emission 1 1 1 }"}) {
-        desk.write("thin.aff", Desk::lit(smoke));
+        desk.write("thin.aff", CommandLineTest::lit(smoke));
         CAPTURE(smoke);
         CHECK(desk.wisp("render " + desk.file("thin.aff") + " --arith fixed").status == 0);
         CHECK(desk.wisp("render " + desk.file("thin.aff") + " --arith fixed --reference --passes 0:1").status == 0);
@@ -620,7 +620,7 @@ TEST_CASE("command line: smoke too thin for fixed point may glow") {
 }
 
 TEST_CASE("command line: --thin leaves out strays, the same in every arithmetic") {
-    Desk desk;
+    CommandLineTest desk;
     // A ball, and three far away whose mass is small.
     std::string ply = "ply\nformat ascii 1.0\nelement vertex 23\nproperty float x\nproperty float y\nproperty float z\n"
                       "property float mass\nend_header\n";
@@ -655,7 +655,7 @@ TEST_CASE("command line: --thin leaves out strays, the same in every arithmetic"
 }
 
 TEST_CASE("command line: plan -v says whether the particles suffice, and how many are noise") {
-    Desk desk;
+    CommandLineTest desk;
     std::string ply = "ply\nformat ascii 1.0\nelement vertex 1001\nproperty float x\nproperty float y\nproperty float "
                       "z\nproperty float mass\nend_header\n20 0 0 0.001\n";
     for (int i = 0; i < 1000; ++i)

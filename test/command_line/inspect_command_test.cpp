@@ -85,7 +85,7 @@ size_t count(const std::string &text, const std::string &word) {
 } // namespace
 
 TEST_CASE("command line: an inspected pixel is that of the picture, to the bit") {
-    const Desk desk;
+    const CommandLineTest desk;
     const std::string wake = "wake.aff --frames 2 --size 16x12 --spp 2 --photons 2000 ",
                       surfaces = "surfaces.aff --size 16x12 --spp 3 ", smoke = "small.aff --size 16x12 --photons 2000 ";
     for (const std::string &scene :
@@ -116,7 +116,7 @@ TEST_CASE("command line: an inspected pixel is that of the picture, to the bit")
 }
 
 TEST_CASE("command line: what is told of a pixel stands in the units of the scene, in text and in JSON") {
-    Desk desk;
+    CommandLineTest desk;
     // A box of fog above a floor, a light straight above: all is known.
     desk.write("t.aff", "v from 0 0 8 at 0 -4 0 up 0 1 0 angle 30 hither 1 resolution 9 9\nb 0.5 0.25 0.125\nam 0 0 0\n"
                         "ld 0 -1 0 4 2 1\nf 0.5 0.5 0.5 1 0 1 0 1\n"
@@ -155,7 +155,7 @@ TEST_CASE("command line: what is told of a pixel stands in the units of the scen
 }
 
 TEST_CASE("command line: samples are told together or one alone, their sums in any case") {
-    const Desk desk;
+    const CommandLineTest desk;
     const std::string command = "inspect fixtures/surfaces.aff 20 30 --frames 1 --json --spp 4";
     const Ran all = desk.wisp(command), one = desk.wisp(command + " --sample 2"),
               same = desk.wisp(command + " --sample=2");
@@ -174,7 +174,7 @@ TEST_CASE("command line: samples are told together or one alone, their sums in a
 }
 
 TEST_CASE("command line: with a crop, shadows are decided by what the pixels before have taught") {
-    const Desk desk;
+    const CommandLineTest desk;
     const std::string command = "inspect fixtures/surfaces.aff 40 40 --frames 0 --json ";
     const Ran alone = desk.wisp(command), whole = desk.wisp(command + "--crop 0,0,64,48"),
               traced = desk.wisp(command + "--crop 0,0,64,48 --shadows trace");
@@ -187,7 +187,7 @@ TEST_CASE("command line: with a crop, shadows are decided by what the pixels bef
 }
 
 TEST_CASE("command line: a saved map serves to inspect") {
-    const Desk desk;
+    const CommandLineTest desk;
     const std::string scene =
         "fixtures/small.aff --smoke map --irradiance none --light-step 1.5 --size 16x12 --photons 5000 ";
     REQUIRE(desk.wisp("render " + scene + "-q --map-out " + desk.file("m.map")).status == 0);
@@ -199,7 +199,7 @@ TEST_CASE("command line: a saved map serves to inspect") {
 }
 
 TEST_CASE("command line: what cannot be inspected is told in a line") {
-    const Desk desk;
+    const CommandLineTest desk;
     const std::string s = "inspect " + desk.s() + " ";
     for (const auto &[words, line] :
          {std::pair(s + "16 0", "X: found '16', expected a whole number from 0 to 15"),

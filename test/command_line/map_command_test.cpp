@@ -8,8 +8,8 @@ using namespace wisp;
 namespace {
 
 // 16 batches, the last not full; colours, flux, and a smoke that glows.
-struct MapDesk : Desk {
-    MapDesk() {
+struct MapCommandTest : CommandLineTest {
+    MapCommandTest() {
         write("m.aff", scene());
         write("puff.vtk", puff(40));
     }
@@ -37,7 +37,7 @@ struct MapDesk : Desk {
 } // namespace
 
 TEST_CASE("map command: traced in 1, 4 and 16 parts the map is one file, and one picture") {
-    const MapDesk desk;
+    const MapCommandTest desk;
     for (const std::string arithmetic : {"f32", "f64", "fixed"})
         for (const std::string deposit : {"exact", "path"}) {
             const std::string options = " --arith " + arithmetic + " --deposit " + deposit;
@@ -72,7 +72,7 @@ TEST_CASE("map command: traced in 1, 4 and 16 parts the map is one file, and one
 }
 
 TEST_CASE("map command: parts of parts, with gaps between them, merge as they come") {
-    const MapDesk desk;
+    const MapCommandTest desk;
     const auto trace = [&](const std::string &name, const std::string &batches) {
         REQUIRE(desk.render("--map-out " + desk.file(name) + " --batches " + batches).status == 0);
         return " " + desk.file(name);
@@ -92,7 +92,7 @@ TEST_CASE("map command: parts of parts, with gaps between them, merge as they co
 }
 
 TEST_CASE("map command: other views of one map are those of photons traced for them") {
-    MapDesk desk;
+    MapCommandTest desk;
     REQUIRE(desk.render("--map-out " + desk.file("a.map")).status == 0);
     for (const std::string view :
          {"", "--size 11x5", "--crop 2,1,6,6", "--spp 3", "--step 0.25", "--irradiance adaptive"}) {
@@ -110,7 +110,7 @@ TEST_CASE("map command: other views of one map are those of photons traced for t
             CHECK(desk.counters("k.json", count) == desk.counters("t.json", count));
     }
     // Another camera, and another background that is no brighter than the lights.
-    std::string text = MapDesk::scene();
+    std::string text = MapCommandTest::scene();
     text.replace(text.find("0.5 0.5 6"), 9, "-3 0.5 4.");
     text.replace(text.find("b 0.1"), 5, "b 0.4");
     desk.write("m.aff", text);
@@ -121,9 +121,9 @@ TEST_CASE("map command: other views of one map are those of photons traced for t
 }
 
 TEST_CASE("map command: scenes that need no photons have maps too, with nothing in them") {
-    MapDesk desk;
+    MapCommandTest desk;
     for (const std::string options : {"--photons 0", "--photons 100000"}) {
-        desk.write("m.aff", MapDesk::scene("{ albedo 0 0 0 }\nsmoke box 2 2 2 3 3 3 1 { albedo 0 0 0 }"));
+        desk.write("m.aff", MapCommandTest::scene("{ albedo 0 0 0 }\nsmoke box 2 2 2 3 3 3 1 { albedo 0 0 0 }"));
         std::string text = text_of(desk.file("m.aff"));
         text.replace(text.find("extinction 0.02"), 15, "albedo 0 0 0   ");
         desk.write("m.aff", text);
@@ -139,7 +139,7 @@ TEST_CASE("map command: scenes that need no photons have maps too, with nothing 
 }
 
 TEST_CASE("map command: a map that is not this scene's, or not whole, is refused in one line") {
-    MapDesk desk;
+    MapCommandTest desk;
     const std::string a = desk.file("a.map"), x = desk.file("x.map");
     REQUIRE(desk.render("--map-out " + a).status == 0);
     const MapFile whole = desk.map("a.map");
@@ -159,19 +159,19 @@ TEST_CASE("map command: a map that is not this scene's, or not whole, is refused
     for (const std::string box :
          {"{ phase 0.31 emission 0.2 0.1 0 }", "{ phase 0.3 emission 0.2 0.1 0.1 }",
           "{ phase 0.3 emission 0.2 0.1 0 extinction 1.1 }", "{ phase 0.3 emission 0.2 0.1 0 albedo 0.9 0.9 0.8 }"}) {
-        desk.write("m.aff", MapDesk::scene(box));
+        desk.write("m.aff", MapCommandTest::scene(box));
         refuses("--map-in " + a, other);
     }
-    desk.write("m.aff", MapDesk::scene("{ phase 0.3 emission 0.2 0.1 0 }", "lp -3 3 3 1 1 1\n"));
+    desk.write("m.aff", MapCommandTest::scene("{ phase 0.3 emission 0.2 0.1 0 }", "lp -3 3 3 1 1 1\n"));
     refuses("--map-in " + a, other);
-    std::string brighter = MapDesk::scene();
+    std::string brighter = MapCommandTest::scene();
     brighter.replace(brighter.find("40 40 40"), 8, "80 80 80");
     desk.write("m.aff", brighter);
     refuses("--map-in " + a, other);
-    desk.write("m.aff", MapDesk::scene());
-    desk.write("puff.vtk", Desk::puff(41));
+    desk.write("m.aff", MapCommandTest::scene());
+    desk.write("puff.vtk", CommandLineTest::puff(41));
     refuses("--map-in " + a, other);
-    desk.write("puff.vtk", Desk::puff(40));
+    desk.write("puff.vtk", CommandLineTest::puff(40));
     CHECK(desk.render("--map-in " + a).status == 0); // none of the above was in the way
 
     refuses("--map-in " + desk.file("none.map"),
@@ -207,7 +207,7 @@ TEST_CASE("map command: a map that is not this scene's, or not whole, is refused
 }
 
 TEST_CASE("map command: sums that nobody traced do no harm") {
-    MapDesk desk;
+    MapCommandTest desk;
     for (const std::string arithmetic : {"f32", "f64", "fixed"}) {
         REQUIRE(desk.render("--map-out " + desk.file("a.map") + " --batches 0:16 --arith " + arithmetic).status == 0);
         MapFile map = desk.map("a.map");
@@ -218,7 +218,7 @@ TEST_CASE("map command: sums that nobody traced do no harm") {
 }
 
 TEST_CASE("map command: options of the map are refused where they do nothing") {
-    MapDesk desk;
+    MapCommandTest desk;
     const std::string a = desk.file("a.map"), out = " --map-out " + a;
     const auto refuses = [&](const std::string &options, const std::string &line) {
         CAPTURE(options);
@@ -248,14 +248,14 @@ TEST_CASE("map command: options of the map are refused where they do nothing") {
     refuses("-o " + desk.file("x.pfm") + " --map-out " + desk.file("x.pfm"),
             "option 'map-out' is '" + desk.file("x.pfm") + "' like an output, expected another file");
     for (const std::string option : {"map-out", "map-in"}) {
-        desk.write("m.aff", MapDesk::scene("{ }", "render " + option + " a.map"));
+        desk.write("m.aff", MapCommandTest::scene("{ }", "render " + option + " a.map"));
         desk.refuses(desk.render(""), 3,
                      desk.file("m.aff") + ":12: option '" + option + "' in a scene, expected it on the command line");
     }
 }
 
 TEST_CASE("map command: photons that the sums might not hold are refused before any is traced") {
-    const MapDesk desk;
+    const MapCommandTest desk;
     const std::string photons = "--deposit exact --photons 9223372036854775807 ";
     const std::string found = "option 'photons': found 9223372036854775807, expected at most ",
                       expected = " that the particle map's sums can hold";
@@ -272,10 +272,10 @@ TEST_CASE("map command: photons that the sums might not hold are refused before 
 }
 
 TEST_CASE("map command: frames whose smoke stays share a map, unless it is to be traced anew") {
-    MapDesk desk;
-    for (int i : {0, 1, 3}) desk.write("q_" + std::to_string(i) + ".vtk", Desk::puff(30));
-    desk.write("q_2.vtk", Desk::puff(31));
-    std::string text = MapDesk::scene();
+    MapCommandTest desk;
+    for (int i : {0, 1, 3}) desk.write("q_" + std::to_string(i) + ".vtk", CommandLineTest::puff(30));
+    desk.write("q_2.vtk", CommandLineTest::puff(31));
+    std::string text = MapCommandTest::scene();
     text.replace(text.find("puff.vtk"), 8, "q_%d.vtk");
     desk.write("m.aff", text);
     const auto frames = [&](const std::string &options, const std::string &name) {
@@ -316,7 +316,7 @@ TEST_CASE("map command: frames whose smoke stays share a map, unless it is to be
 }
 
 TEST_CASE("map command: merge refuses maps that do not belong together, and writes nothing then") {
-    MapDesk desk;
+    MapCommandTest desk;
     const auto trace = [&](const std::string &name, const std::string &options) {
         REQUIRE(desk.render("--map-out " + desk.file(name) + " --batches " + options).status == 0);
         return desk.file(name);
@@ -344,7 +344,7 @@ TEST_CASE("map command: merge refuses maps that do not belong together, and writ
         refuses(a + " " + other, 3,
                 other + ": a map of another scene, other settings, arithmetic or version, expected the same");
     }
-    desk.write("m.aff", MapDesk::scene("{ phase 0.31 emission 0.2 0.1 0 }"));
+    desk.write("m.aff", MapCommandTest::scene("{ phase 0.31 emission 0.2 0.1 0 }"));
     const std::string other = trace("other.map", "4:5");
     refuses(a + " " + other, 3,
             other + ": a map of another scene, other settings, arithmetic or version, expected the same");
@@ -362,13 +362,13 @@ TEST_CASE("map command: merge refuses maps that do not belong together, and writ
     refuses(desk.file("first.map") + " " + desk.file("forged.map"), 3,
             desk.file("forged.map") + ": its sums and those before are too large together, expected 63 bits at most");
     // Views do not part them.
-    desk.write("m.aff", "# again\n" + MapDesk::scene() + "\nrender step 0.25");
+    desk.write("m.aff", "# again\n" + MapCommandTest::scene() + "\nrender step 0.25");
     CHECK(desk.wisp("merge " + a + " " + trace("same.map", "4:5 --size 3x3 --spp 9") + " -o " + desk.file("z.map"))
               .status == 0);
 }
 
 TEST_CASE("map command: a map that cannot be written ends with 5, before any picture") {
-    const MapDesk desk;
+    const MapCommandTest desk;
     std::filesystem::create_symlink("/dev/full", desk.file("full.map"));
     const std::string none = desk.file("none/a.map"), full = desk.file("full.map");
     for (const std::string &path : {none, full}) {

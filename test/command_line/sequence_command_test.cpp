@@ -14,7 +14,7 @@ using namespace wisp;
 namespace {
 
 // An animation of a textured triangle before another that changes its form, in frames of pixels that cost little.
-struct Reel : Desk {
+struct Reel : CommandLineTest {
     Reel() {
         write("tiles.ppm", "P6 2 1 255\n\1\2\3\4\5\6");
         write("still.aff", "f 1 1 1 0.5 0 0 0 1\nm vertices 3 -1 0 0 1 0 0 0 1.5 0 texturecoords 3 tiles.ppm 0 0 1 0 "
@@ -58,7 +58,7 @@ struct Reel : Desk {
 // A run of its own that is given a signal.
 class Process {
   public:
-    Process(const Desk &desk, const std::string &arguments) {
+    Process(const CommandLineTest &desk, const std::string &arguments) {
         const std::string command =
             "exec build/wisp " + arguments + " > " + desk.file("out") + " 2> " + desk.file("err");
         id_ = fork();
@@ -177,21 +177,21 @@ TEST_CASE("sequence command: a frame is kept only for the same scene, options an
 }
 
 TEST_CASE("sequence command: particles of a frame, and grids, are part of its scene") {
-    Desk desk;
-    desk.write("p_0.vtk", Desk::puff(20));
-    desk.write("p_1.vtk", Desk::puff(21));
-    desk.write("g.vol", Desk::volume(2, 1, 1, 1, 1, 1, {1, 0.5f}));
-    desk.write("p.aff", Desk::lit("p_%d.vtk { radius 0.2 mass 1 extinction 0.02 }\nsmoke g.vol { extinction 0.1 }"));
+    CommandLineTest desk;
+    desk.write("p_0.vtk", CommandLineTest::puff(20));
+    desk.write("p_1.vtk", CommandLineTest::puff(21));
+    desk.write("g.vol", CommandLineTest::volume(2, 1, 1, 1, 1, 1, {1, 0.5f}));
+    desk.write("p.aff", CommandLineTest::lit("p_%d.vtk { radius 0.2 mass 1 extinction 0.02 }\nsmoke g.vol { extinction 0.1 }"));
     const auto kept = [&](const std::string &options = "") {
         return Reel::kept_of(
             desk.wisp("render " + desk.file("p.aff") + " --frames 0:1 -o " + desk.file("f_%d.png ") + options));
     };
     CHECK(kept() == 0);
     CHECK(kept() == 2);
-    desk.write("p_1.vtk", Desk::puff(22));
+    desk.write("p_1.vtk", CommandLineTest::puff(22));
     CHECK(kept() == 1);
     CHECK(kept() == 2);
-    desk.write("g.vol", Desk::volume(2, 1, 1, 1, 1, 1, {1, 0.25f}));
+    desk.write("g.vol", CommandLineTest::volume(2, 1, 1, 1, 1, 1, {1, 0.25f}));
     CHECK(kept() == 0);
     for (const std::string option :
          {"--photons 1000", "--smoke direct --irradiance none", "--step 0.25 --smoke direct", "--gather 10",
@@ -332,7 +332,7 @@ TEST_CASE("sequence command: asked to stop, it stops at a row, says so in one li
         CHECK(!desk.has("f_00.pfm"));
     }
     // Photons stop between their batches.
-    desk.write("b.aff", Desk::lit("box -1 -1 -1 1 1 1 1.5 { }"));
+    desk.write("b.aff", CommandLineTest::lit("box -1 -1 -1 1 1 1 1.5 { }"));
     desk.write("err", "");
     Process process(desk, "render " + desk.file("b.aff") +
                               " --smoke map --photons 400000000 --progress always --batches "

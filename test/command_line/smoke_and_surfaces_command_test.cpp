@@ -7,7 +7,7 @@ namespace wisp {
 namespace {
 
 // A puff above a floor, a wall beside it, a lamp.
-struct Cave : Desk {
+struct Cave : CommandLineTest {
     void write_scene(const std::string &wall = "1.2", const std::string &more = "", const std::string &smoke = "",
                      const std::string &from = "0 0.5 4") {
         write("c.aff", "v from " + from +

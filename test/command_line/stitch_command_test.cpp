@@ -6,7 +6,7 @@ using namespace wisp;
 
 namespace {
 
-struct Table : Desk {
+struct Table : CommandLineTest {
     Table() {
         write("p.aff", lit("puff.vtk { radius 0.3 mass 1 extinction 0.02 phase 0.3 }"));
         write("b.aff",

@@ -10,7 +10,7 @@ namespace {
 const std::string five_frames = "render fixtures/surfaces.aff --size 20x15 --spp 1 --quiet --digest ";
 
 // Small enough for tests, unlike those that a user would draw.
-struct Stage : Desk {
+struct Stage : CommandLineTest {
     Stage() { std::filesystem::copy("fixtures/tiles.ppm", file("tiles.ppm")); }
     // A camera at z = 6, a light, a grey material, then what is given.
     Ran draw(const std::string &shapes, const std::string &options = "") const {

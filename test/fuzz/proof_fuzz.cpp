@@ -13,9 +13,9 @@ void promise(bool kept) {
 }
 
 void read(const wisp::Bytes &bytes) {
-    wisp::PfmProof of;
+    wisp::PfmRecord of;
     try {
-        of = wisp::parse_proof(bytes, "name");
+        of = wisp::parse_record(bytes, "name");
     } catch (const wisp::InputError &error) {
         const std::string line = error.what();
         promise(line.rfind("name:", 0) == 0);

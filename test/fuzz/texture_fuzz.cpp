@@ -27,8 +27,8 @@ Level level_of(const uint16_t *values, uint64_t texels, size_t channel) {
 
 void check(const wisp::TexturePyramid &pyramid, size_t size) {
     const wisp::Texture texture = pyramid.view();
-    promise(texture.width >= 1 && texture.width <= wisp::most_texture_side);
-    promise(texture.height >= 1 && texture.height <= wisp::most_texture_side);
+    promise(texture.width >= 1 && texture.width <= wisp::max_texture_side);
+    promise(texture.height >= 1 && texture.height <= wisp::max_texture_side);
     promise(3 * static_cast<size_t>(texture.width) * static_cast<size_t>(texture.height) < size);
     const int longest = std::max(texture.width, texture.height);
     promise(longest >> (texture.levels - 1) == 1);

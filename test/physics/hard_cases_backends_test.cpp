@@ -18,8 +18,8 @@ namespace {
 const std::vector<LightSource> two_lights = {{LightKind::point, {5, 6, 4}, {0, 0, 1}, 2, {50, 40, 30}},
                                              {LightKind::parallel, {0, 0, 0}, {0, -0.6, -0.8}, 0, {0.5, 0.5, 1}}};
 
-SmokeSource coloured(const std::vector<Particle> &particles) {
-    SmokeSource smoke = smoke_of(particles);
+SmokeDescription coloured(const std::vector<Particle> &particles) {
+    SmokeDescription smoke = smoke_of(particles);
     smoke.albedo = {0.9, 0.8, 0.7};
     smoke.asymmetry = 0.4;
     return smoke;
@@ -29,7 +29,7 @@ SmokeSource coloured(const std::vector<Particle> &particles) {
 
 TEST_CASE(WISP_ARITH_NAME ": hard case F1: tiles, batches and trees change no bit of picture or photon map") {
     const auto particles = cloud(200, 2.5, 1, 0.6);
-    const SmokeSource smoke = coloured(particles);
+    const SmokeDescription smoke = coloured(particles);
     const Scene scene = scene_of(smoke, two_lights);
     Settings settings = small_settings(16);
     settings.photons = 500;
@@ -54,7 +54,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case F1: tiles, batches and trees change no bi
     settings.photons = batch_photons + 1000;
     const BuiltPhotons traced(scene, settings);
     const BuiltMedium built({smoke});
-    const PhotonMap &map = traced.maps.of_smoke[0];
+    const PhotonMap &map = traced.maps.per_smoke[0];
     std::vector<Emitter> emitters;
     double power = 0;
     for (const Light &light : traced.lights) {
@@ -193,7 +193,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case F7: pictures of the arithmetics differ by
                              : mine == Arithmetic::f64 ? Arithmetic::fixed
                                                        : Arithmetic::f32;
     const auto particles = cloud(300, 2.5, 1, 0.3);
-    const SmokeSource smoke = coloured(particles);
+    const SmokeDescription smoke = coloured(particles);
     Scene scene = scene_of(smoke, two_lights);
     scene.camera = look_at_origin(12, 8, 24);
     scene.background = {0.2, 0.3, 0.5};

@@ -91,7 +91,7 @@ TEST_CASE(WISP_ARITH_NAME
 }
 
 TEST_CASE(WISP_ARITH_NAME ": hard case E8: rays that graze the box, or leave it behind, see the background") {
-    const SmokeSource smoke = smoke_of(at_origin);
+    const SmokeDescription smoke = smoke_of(at_origin);
     const std::vector<LightSource> lights = {{LightKind::point, {3, 3, 3}, {0, 0, 1}, 2, {9, 9, 9}}};
     Scene scene = scene_of(smoke, lights);
     scene.background = {0.625, 0, 0};
@@ -129,8 +129,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E8: rays that graze the box, or leave it 
 
 TEST_CASE(WISP_ARITH_NAME ": hard case E9: a camera inside the smoke sees what lies before it, finite and steady") {
     const auto particles = cloud(300, 3, 1, 0.3);
-    const SmokeSource smoke = smoke_of(particles);
-    SmokeSource black = smoke;
+    const SmokeDescription smoke = smoke_of(particles);
+    SmokeDescription black = smoke;
     black.albedo = {0, 0, 0};
     const std::vector<LightSource> lights = {{LightKind::point, {0, 0, 0}, {0, 0, 1}, 2, {5, 4, 3}}}, // inside too
         outside = {{LightKind::point, {5, 6, 4}, {0, 0, 1}, 2, {50, 40, 30}}}, none;
@@ -175,7 +175,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E10: a light inside the smoke, at a parti
     CHECK(airlight == doctest::Approx(9.1192720747).epsilon(2e-5));
 
     // At a particle, and at the middle of a step (d = 0): along z from 1.25 in steps of 0.5 the third middle is 0.
-    const SmokeSource smoke = smoke_of(at_origin);
+    const SmokeDescription smoke = smoke_of(at_origin);
     const std::vector<LightSource> lights = {lamp};
     const Scene scene = scene_of(smoke, lights);
     const BuiltField built(smoke);
@@ -221,7 +221,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E10: a light inside the smoke, at a parti
 }
 
 TEST_CASE(WISP_ARITH_NAME ": hard case E11: a light at the camera is finite, and as bright as one beside it") {
-    const SmokeSource smoke = smoke_of(at_origin);
+    const SmokeDescription smoke = smoke_of(at_origin);
     for (const Double3 &eye : {Double3{0, 0, 0}, Double3{0, 0, 1.25}, Double3{0.5, 0.25, 1}, Double3{0, 0, 8}}) {
         const auto seen = [&](double aside) {
             LightSource light = lamp;
@@ -265,7 +265,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E12: a million steps of a thousandth are 
     // A weightless particle near the camera, and one at the end of the way of 1000: were the steps longer or shorter,
     // it would be missed.
     const std::vector<Particle> ends = {{{0, 0, -498}, 1, 1}, {{0, 0, 498}, 1, 0}};
-    SmokeSource smoke = smoke_of(ends);
+    SmokeDescription smoke = smoke_of(ends);
     smoke.albedo = {0, 0, 0};
     const std::vector<LightSource> none;
     Scene scene = scene_of(smoke, none);
@@ -280,7 +280,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E12: a million steps of a thousandth are 
 TEST_CASE(WISP_ARITH_NAME ": hard case E13: the last step is as long as what is left of the way") {
     // Along the axis of one particle, 4 long: in steps of 1.2 the last one is 0.4, as 0.1 is of 1 in steps of 0.3.
     // (Within a step the density is constant: that of its middle.)
-    SmokeSource smoke = smoke_of(at_origin);
+    SmokeDescription smoke = smoke_of(at_origin);
     smoke.albedo = {0, 0, 0};
     const std::vector<LightSource> none;
     Scene scene = scene_of(smoke, none);
@@ -304,7 +304,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E13: the last step is as long as what is 
 TEST_CASE(WISP_ARITH_NAME ": hard case E15: nothing, lights alone and smoke alone are pictures") {
     const std::vector<LightSource> none, lights = {lamp};
     const auto particles = cloud(50, 3, 1, 0.3);
-    const SmokeSource empty = smoke_of({}), smoke = smoke_of(particles);
+    const SmokeDescription empty = smoke_of({}), smoke = smoke_of(particles);
     Settings settings = small_settings(8);
     settings.photons = 1000;
     const auto is_background = [](const Rendered &picture) {

@@ -38,21 +38,21 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C13: no power is lost on its way to the p
         });
         int64_t found[3] = {};
         for (uint32_t s = 0; s < 3; ++s) {
-            const Deposits &deposits = traced.map.of_smoke[s];
+            const Deposits &deposits = traced.map.per_smoke[s];
             REQUIRE(deposits.channels == 3);
             for (uint32_t i = 0; i < deposits.count * 3; ++i) found[i % 3] += deposits.power[i];
             CHECK((deposits.flux != nullptr) == (mixture.smokes[s].asymmetry != 0));
         }
         CHECK(counted.photons.stored > 1000);
         CHECK(traced.statistics.photons.stored == counted.photons.stored);
-        CHECK(traced.statistics.photons.unclaimed == 0);
+        CHECK(traced.statistics.photons.lost == 0);
         for (int c = 0; c < 3; ++c) CHECK(found[c] == expected[c]);
     }
 }
 
 TEST_CASE(WISP_ARITH_NAME ": hard case C14: where all weights are 0 nothing is divided, and the photon is counted") {
     const std::vector<Particle> particles = {{{0, 0, 0}, 1, 2}};
-    SmokeSource smoke = smoke_of(particles, Kernel::poly6);
+    SmokeDescription smoke = smoke_of(particles, Kernel::poly6);
     smoke.asymmetry = 0.5;
     const BuiltMedium built({smoke});
     const DensityField &field = built.medium.smokes[0].field;
@@ -72,7 +72,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C14: where all weights are 0 nothing is d
 
     // A box so dense, and so far from 0, that photons collide on its faces, which rounding puts inside or outside: each
     // is deposited whole or counted.
-    GridSource box = {1, 1, 1, nullptr, unit_error < 1e-12 ? 1e13 : 2e9, {8000, 0, 0}, {0.3, 0.3, 0.3}, {}};
+    GridDescription box = {1, 1, 1, nullptr, unit_error < 1e-12 ? 1e13 : 2e9, {8000, 0, 0}, {0.3, 0.3, 0.3}, {}};
     box.axis[0] = {0.6, 0.8, 0};
     box.axis[1] = {-0.8, 0.6, 0};
     box.axis[2] = {0, 0, 1};
@@ -84,15 +84,15 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C14: where all weights are 0 nothing is d
     settings.deposit = Deposit::kernel;
     const TracedMap traced(scene, settings);
     const auto &photons = traced.statistics.photons;
-    REQUIRE(traced.map.of_smoke[0].channels == 1);
+    REQUIRE(traced.map.per_smoke[0].channels == 1);
     CHECK(photons.stored > 1000);
-    CHECK(photons.unclaimed > 0);
-    CHECK(traced.map.of_smoke[0].power[0] == static_cast<int64_t>(photons.stored) << 24);
+    CHECK(photons.lost > 0);
+    CHECK(traced.map.per_smoke[0].power[0] == static_cast<int64_t>(photons.stored) << 24);
 }
 
 TEST_CASE(WISP_ARITH_NAME ": hard case D6: opposite photons have their power, and no direction") {
     const std::vector<Particle> particles = {{{0, 0, 0}, 1, 2}};
-    SmokeSource smoke = smoke_of(particles);
+    SmokeDescription smoke = smoke_of(particles);
     for (double g : {0.0, 0.7}) {
         smoke.asymmetry = g;
         smoke.albedo = {1, 1, 1};
@@ -116,7 +116,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D6: opposite photons have their power, an
 TEST_CASE(WISP_ARITH_NAME
           ": hard case D7: a direction out of rounding is none, a whole one is Henyey and Greenstein's") {
     const std::vector<Particle> particles = {{{0, 0, 0}, 1, 2}};
-    SmokeSource smoke = smoke_of(particles);
+    SmokeDescription smoke = smoke_of(particles);
     smoke.asymmetry = 0.7;
     smoke.albedo = {1, 1, 1};
     const BuiltMedium built({smoke});

@@ -37,7 +37,7 @@ struct LitSmoke {
         return render_in_memory(scene, settings);
     }
     std::vector<Particle> particles;
-    SmokeSource smoke;
+    SmokeDescription smoke;
     LightSource light = lamp;
     Scene scene = {};
 };
@@ -80,7 +80,7 @@ Phase phase(const Endless &, const Meeting &) { return Phase(Real(0)); }
 
 // What the photon carries at its collisions, the last entry after its fate.
 struct Walked {
-    Fate fate;
+    PathEnd fate;
     std::vector<Color> powers;
 };
 Walked walk_of(const Double3 &albedos, const Color &power, uint64_t key) {
@@ -195,7 +195,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B5: with an albedo of 0 nothing is scatte
     const uint64_t key = key_with_draw(1, dimension_survival, 0);
     REQUIRE(draw(photon_event(key, 1), dimension_survival) == 0);
     const Walked walked = walk_of({0, 0, 0}, Color(Real(1)), key);
-    CHECK(walked.fate == Fate::absorbed);
+    CHECK(walked.fate == PathEnd::absorbed);
     CHECK(walked.powers.size() == 1);
     CHECK(walk_of({0x1p-20, 0, 0}, Color(Real(1)), key).powers.size() > 1); // the same draw survives anything more
 
@@ -218,10 +218,10 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B5: with an albedo of 0 nothing is scatte
     }
     // Beside other smoke photons fly, and end where they meet the black one.
     const std::vector<Particle> far = {{{0, 0, 0}, 1, 1e5}};
-    SmokeSource wall = smoke_of(far);
+    SmokeDescription wall = smoke_of(far);
     wall.albedo = {0, 0, 0};
     const std::vector<Particle> near = {{{6, 6, 6}, 1, 1e-6}};
-    const SmokeSource both[] = {wall, smoke_of(near)};
+    const SmokeDescription both[] = {wall, smoke_of(near)};
     black.scene.smokes = both;
     black.scene.smoke_count = 2;
     black.light = {LightKind::point, {0, 0, 0}, {0, 0, 1}, 2, {1, 1, 1}};
@@ -239,7 +239,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B6: with an albedo of 1 nothing is absorb
     for (double a : {1.0, 1 - 0x1p-12}) {
         const Walked walked = walk_of({a, a, a}, Color(Real(1)), key);
         CHECK((walked.powers.size() > 1) == (a == 1));
-        CHECK(walked.fate == (a == 1 ? Fate::capped : Fate::absorbed)); // nothing ends a walk in a closed white box
+        CHECK(walked.fate == (a == 1 ? PathEnd::capped : PathEnd::absorbed)); // nothing ends a walk in a closed white box
         if (a != 1) continue;
         CHECK(walked.powers.size() == 1000000);
         CHECK(walked.powers.back() == Color(Real(1)));
@@ -309,7 +309,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B9: a channel without albedo neither scat
     const uint64_t never = key_with_draw(1, dimension_survival, 0), always = key_of(3);
     // White light: q = 1, and the weights are 0, 1/2, 1 exactly.
     const Walked white = walk_of({0, 0.5, 1}, Color(Real(1)), always);
-    CHECK(white.fate == Fate::capped);
+    CHECK(white.fate == PathEnd::capped);
     CHECK(white.powers[0] == Color(Real(1)));
     CHECK(white.powers[1] == vec(0, 0.5, 1));
     CHECK(white.powers[2] == vec(0, 0.25, 1));
@@ -319,7 +319,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B9: a channel without albedo neither scat
     }
     // Red light is absorbed, by any draw; nothing is divided by q = 0.
     const Walked red = walk_of(albedos, vec(1, 0, 0), never);
-    CHECK(red.fate == Fate::absorbed);
+    CHECK(red.fate == PathEnd::absorbed);
     CHECK(red.powers.size() == 1);
     // Yellow light: q = 1/2, and what survives is green of the whole power.
     const Walked yellow = walk_of(albedos, vec(1, 1, 0), never);

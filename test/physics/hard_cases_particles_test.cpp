@@ -27,7 +27,7 @@ const LightSource lamp = {LightKind::point, {5, 6, 4}, {0, 0, 1}, 2, {50, 40, 30
 
 Ray along_minus_z(double x, double y) { return {vec(x, y, 100), vec(0, 0, -1)}; }
 
-Scene scene_of(const SmokeSource &smoke) {
+Scene scene_of(const SmokeDescription &smoke) {
     Scene scene = {};
     scene.camera = look_at_origin(12, 8, 8);
     scene.background = {1, 0.5, 0.25};
@@ -38,7 +38,7 @@ Scene scene_of(const SmokeSource &smoke) {
     return scene;
 }
 
-Rendered lit_picture(const SmokeSource &smoke, uint64_t photons, int pixels = 8) {
+Rendered lit_picture(const SmokeDescription &smoke, uint64_t photons, int pixels = 8) {
     Settings settings = small_settings(pixels);
     settings.photons = photons;
     return render_in_memory(scene_of(smoke), settings);
@@ -133,15 +133,15 @@ std::string ply(const std::string &row) {
 } // namespace
 
 TEST_CASE(WISP_ARITH_NAME ": hard case C1: no particles are no smoke, in a valid picture") {
-    const SmokeSource empty = smoke_of({});
+    const SmokeDescription empty = smoke_of({});
     const BuiltField built(empty);
     const Ray ray = {vec(0, 0, 0), vec(1, 0, 0)};
     CHECK(extinction(built.field, vec(0, 0, 0)) == Real(0));
     CHECK(wisp::exp(-optical_depth(built.field, ray, Real(10))) == Real(1));
     CHECK(!first_collision(built.field, ray, Real(10), photon_event(1, 1)).found);
-    SmokeSource glowing = empty;
+    SmokeDescription glowing = empty;
     glowing.emission = {1, 1, 1};
-    for (const SmokeSource &smoke : {empty, glowing}) {
+    for (const SmokeDescription &smoke : {empty, glowing}) {
         const Rendered picture = lit_picture(smoke, 2000);
         REQUIRE(picture.status == Status::done);
         for (size_t i = 0; i < picture.rgb.size(); i += 3) {
@@ -208,7 +208,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C4: particles in a plane, on a line, or t
     for (std::vector<Particle> particles : {plane, line, two, along_z})
         for (Kernel kernel : {Kernel::spline, Kernel::poly6}) {
             sort_canonically(particles);
-            const SmokeSource smoke = smoke_of(particles, kernel);
+            const SmokeDescription smoke = smoke_of(particles, kernel);
             const BuiltField built(smoke);
             Sequence next;
             for (int i = 0; i < 100; ++i) {
@@ -282,7 +282,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C6: a scene far inside every support is e
             CHECK(high - low <= 1e-6 * peak);
             // The spline falls by 1.5 q from its middle, q up to 1.7e-6 / 2; 25 sums a lane are rounded.
             CHECK(std::fabs(high - peak) <= (1.5 * 1.7e-6 + 30 * unit_error) * peak);
-            const SmokeSource smoke = smoke_of(particles, kernel);
+            const SmokeDescription smoke = smoke_of(particles, kernel);
             if (unit != 1) check_valid(lit_picture(smoke, 500, 4));
         }
     }
@@ -320,8 +320,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C8: on boundaries of cells and at -0 dens
     sort_canonically(lattice);
     for (const auto &particles : {lattice, cloud(1000, 4, 1, 0.7)})
         for (Kernel kernel : {Kernel::spline, Kernel::poly6}) {
-            const SmokeSource source = smoke_of(particles, kernel);
-            SmokeSource wide = source;
+            const SmokeDescription source = smoke_of(particles, kernel);
+            SmokeDescription wide = source;
             wide.largest_h = 50; // no leaf is culled: that adds zeros alone
             const BuiltField built(source), everywhere(wide);
             const auto check = [&](double x, double y, double z) {

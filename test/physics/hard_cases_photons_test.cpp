@@ -42,7 +42,7 @@ struct Photons {
         Gather gather;
         REQUIRE(map.tree.ready);
         REQUIRE(make_gather(k, arena, gather));
-        return in_scattered(map, Phase(Real(0)), x, vec(0, 0, 1), radius, gather, statistics).x;
+        return estimate_radiance(map, Phase(Real(0)), x, vec(0, 0, 1), radius, gather, statistics).x;
     }
     double estimate(const Vec3 &x, uint32_t k, Real radius) { return at(raw_estimate(x, k, radius)) * 4 * pi_; }
     // The first k of the photons by (distance, index), and the squared distance of the last one.
@@ -118,7 +118,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D1: fewer photons than K spread over the 
     CHECK(near(ten.estimate(o, 500, Real(5)), 10 / ball(5)));
 
     // Whole pictures of so few photons.
-    SmokeSource smoke = {};
+    SmokeDescription smoke = {};
     const auto particles = cloud(100, 1, 1, 3);
     smoke = smoke_of(particles);
     smoke.albedo = {1, 1, 1};
@@ -276,7 +276,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D9: a photon's power of 1e-10 keeps its d
         near(photons.estimate(vec(0, 0, 0), 50, Real(0.0078125)), 10e-10 / ball(0.0078125), is_fixed ? 2e-5 : digits));
     // So it is by tracing: unit in [1, 2), and unit 2^exponent times all photons is the light's power.
     const auto particles = cloud(200, 1, 1, 0.5);
-    const SmokeSource smoke = smoke_of(particles);
+    const SmokeDescription smoke = smoke_of(particles);
     Settings settings = small_settings(1);
     for (uint64_t emitted : {uint64_t{1}, uint64_t{1000}, uint64_t{9000}}) {
         settings.photons = emitted;
@@ -285,7 +285,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D9: a photon's power of 1e-10 keeps its d
                 {LightKind::point, {d, 0, 0}, {0, 0, 1}, 2, {d * d, d * d, d * d}}};
             const BuiltPhotons traced(scene_of(smoke, lights), settings);
             REQUIRE(traced.maps.status == Status::done);
-            const PhotonMap &map = traced.maps.of_smoke[0];
+            const PhotonMap &map = traced.maps.per_smoke[0];
             const double power = at(make_emitter(traced.lights[0], traced.medium.sphere).power.x);
             CHECK(at(map.unit.unit) >= 1);
             CHECK(at(map.unit.unit) < 2);
@@ -349,7 +349,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D11: the map of an infinite medium has th
 
     // The renderer's own map: every collision but each photon's first.
     const auto particles = cloud(300, 2, 1, 0.5);
-    const SmokeSource smoke = smoke_of(particles);
+    const SmokeDescription smoke = smoke_of(particles);
     const std::vector<LightSource> lights = {point_light};
     Settings settings = small_settings(1);
     settings.photons = batch_photons;
@@ -361,16 +361,16 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D11: the map of an infinite medium has th
         const uint64_t upper = generator();
         const uint64_t key = upper << 32 | generator();
         const Photon photon = emit(emitter, traced.medium.sphere, photon_event(key, 0));
-        collided += first_collision(traced.medium, photon.ray, path_end, photon_event(key, 1)).found ? 1 : 0;
+        collided += first_collision(traced.medium, photon.ray, infinite_distance, photon_event(key, 1)).found ? 1 : 0;
     }
     CHECK(traced.statistics.photons.collisions - traced.statistics.photons.stored == collided);
-    CHECK(traced.maps.of_smoke[0].tree.count == traced.statistics.photons.stored);
+    CHECK(traced.maps.per_smoke[0].tree.count == traced.statistics.photons.stored);
 }
 
 TEST_CASE(WISP_ARITH_NAME ": hard case D12: photons stored before the roulette, times the albedo, are those stored "
                           "after it") {
     const auto particles = cloud(300, 2, 1, 1.5);
-    SmokeSource smoke = smoke_of(particles);
+    SmokeDescription smoke = smoke_of(particles);
     smoke.albedo = {0.5, 0.5, 0.5};
     const std::vector<LightSource> lights = {{LightKind::point, {6, 8, 4}, {0, 0, 1}, 2, {100, 100, 100}}};
     const Scene scene = scene_of(smoke, lights);
@@ -395,10 +395,10 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D12: photons stored before the roulette, 
             const uint64_t upper = generator();
             const uint64_t key = upper << 32 | generator();
             std::vector<Vec3> met;
-            const Fate fate =
+            const PathEnd fate =
                 walk(built.medium, emit(emitter, built.medium.sphere, photon_event(key, 0)), key,
                      [&](const MediumCollision &, uint32_t, const Photon &p) { met.push_back(p.ray.origin); });
-            if (fate == Fate::absorbed) met.pop_back();
+            if (fate == PathEnd::absorbed) met.pop_back();
             for (size_t c = 1; c < met.size(); ++c) scattered.push_back(met[c]);
         }
     }
@@ -430,7 +430,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D12: photons stored before the roulette, 
 TEST_CASE(WISP_ARITH_NAME ": hard case D14: photons that hit nothing end at the number asked for, and store nothing") {
     // A light beside the smoke that points away, and one that is behind it.
     const auto particles = cloud(100, 1, 1, 1);
-    const SmokeSource smoke = smoke_of(particles);
+    const SmokeDescription smoke = smoke_of(particles);
     for (const Double3 &axis : {Double3{1, 0, 0}, Double3{0, -1, 0}}) {
         const std::vector<LightSource> lights = {{LightKind::spot, {30, 0, 0}, axis, 0.1, {5, 5, 5}}};
         Settings settings = small_settings(4);
@@ -446,7 +446,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D14: photons that hit nothing end at the 
     }
     // A light that shines between two puffs.
     const std::vector<Particle> puffs = {{{-60, 0, 0}, 1, 1}, {{60, 0, 0}, 1, 1}};
-    const SmokeSource two = smoke_of(puffs);
+    const SmokeDescription two = smoke_of(puffs);
     const std::vector<LightSource> lights = {{LightKind::parallel, {0, 0, 0}, {0, 0, -1}, 0, {1, 1, 1}}};
     Settings settings = small_settings(4);
     const Rendered without = render_in_memory(scene_of(two, lights), settings);
@@ -459,7 +459,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D14: photons that hit nothing end at the 
 
 TEST_CASE(WISP_ARITH_NAME ": hard case D15: a full store ends tracing, and power is divided by the photons emitted") {
     const auto particles = cloud(48, 1, 1, 0.5);
-    const SmokeSource smoke = smoke_of(particles);
+    const SmokeDescription smoke = smoke_of(particles);
     const std::vector<LightSource> lights = {{LightKind::point, {0, 0, 0}, {0, 0, 1}, 2, {1, 1, 1}}};
     const Scene scene = scene_of(smoke, lights);
     Settings settings = small_settings(2);
@@ -475,7 +475,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D15: a full store ends tracing, and power
         const BuiltPhotons traced(scene, settings, planned);
         REQUIRE(traced.maps.status == Status::done);
         const auto &p = traced.statistics.photons;
-        const PhotonMap &map = traced.maps.of_smoke[0];
+        const PhotonMap &map = traced.maps.per_smoke[0];
         CHECK(p.store_full == (capacity < stored_by_three));
         CHECK(p.emitted == (p.store_full ? 2 : 3) * batch_photons);
         CHECK(p.emitted == p.absorbed + p.escaped + p.blocked + p.capped);
@@ -487,7 +487,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D15: a full store ends tracing, and power
         // Nothing of the batch that did not fit remains.
         CHECK(p.collisions == two.statistics.photons.collisions);
         CHECK(p.absorbed == two.statistics.photons.absorbed);
-        const PhotonMap &expected = two.maps.of_smoke[0];
+        const PhotonMap &expected = two.maps.per_smoke[0];
         CHECK(map.unit.unit == expected.unit.unit);
         CHECK(map.unit.exponent == expected.unit.exponent);
         REQUIRE(map.tree.count == expected.tree.count);
@@ -501,7 +501,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D15: a full store ends tracing, and power
 TEST_CASE(WISP_ARITH_NAME ": hard case D16: counters, batches and seeds have 64 bits") {
     const uint64_t many = 5000000000;
     const auto particles = cloud(200, 2, 1, 0.5);
-    const SmokeSource smoke = smoke_of(particles);
+    const SmokeDescription smoke = smoke_of(particles);
     const std::vector<LightSource> lights = {point_light};
     const Scene scene = scene_of(smoke, lights);
     Settings settings = small_settings(1);

@@ -95,9 +95,9 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A2: a path of length 0 is one more collis
     // A walk whose third flight has length 0 meets the same place twice and goes on.
     const uint64_t key = key_of(5);
     std::vector<Vec3> places;
-    const Fate fate = walk(Endless{0.999, 0, key, 3}, photon_along_z(), key,
+    const PathEnd fate = walk(Endless{0.999, 0, key, 3}, photon_along_z(), key,
                            [&](const Meeting &, uint32_t, const Photon &p) { places.push_back(p.ray.origin); });
-    CHECK(fate == Fate::absorbed);
+    CHECK(fate == PathEnd::absorbed);
     REQUIRE(places.size() > 5);
     int repeated = 0;
     for (size_t i = 1; i < places.size(); ++i)
@@ -109,7 +109,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A2: a path of length 0 is one more collis
 
     // A light in the densest smoke: every photon's first collision is at the light, and none of these is stored.
     const std::vector<Particle> one = {{{0, 0, 0}, 1, 1e5}};
-    SmokeSource smoke = smoke_of(one);
+    SmokeDescription smoke = smoke_of(one);
     smoke.albedo = {0.25, 0.25, 0.25};
     const LightSource lamp = {LightKind::point, {0, 0, 0}, {0, 0, 1}, 2, {1, 1, 1}};
     Scene scene = {};
@@ -236,12 +236,12 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A8: the frame about any direction is orth
 TEST_CASE(WISP_ARITH_NAME ": hard case A9: a million scatterings keep the direction a unit vector, <r^2> is exact") {
     double worst = 0;
     uint32_t scatterings = 0;
-    const Fate fate =
+    const PathEnd fate =
         walk(Endless{1, 0.5, 0, 0}, photon_along_z(), key_of(1), [&](const Meeting &, uint32_t, const Photon &p) {
             worst = std::max(worst, std::fabs(std::sqrt(at(dot(p.ray.direction, p.ray.direction))) - 1));
             ++scatterings;
         });
-    CHECK(fate == Fate::capped);
+    CHECK(fate == PathEnd::capped);
     CHECK(scatterings == 1000000);
     CHECK(worst < 2e-6);
 
@@ -288,7 +288,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A10: isotropic light goes everywhere alik
     // What glows, and what scatters evenly about a slanted direction.
     const int fewer = 100000;
     const std::vector<Particle> one = {{{0, 0, 0}, 1, 1}};
-    SmokeSource glow = smoke_of(one);
+    SmokeDescription glow = smoke_of(one);
     glow.emission = {1, 1, 1};
     const BuiltMedium built({glow});
     for (int i = 0; i < fewer; ++i)

@@ -52,9 +52,9 @@ Score half_space(uint64_t row, double a, double g, double depth, double cosine, 
     Medium1 slab = {a, g, [depth](const Vec3 &x) { return x.z > Real(0) && x.z < real(depth); }};
     const Vec3 direction = vec(std::sqrt(1 - cosine * cosine), 0, cosine);
     return score_photons(row, 6000, [&](uint64_t key) {
-        const Fate fate =
+        const PathEnd fate =
             walk(slab, photon_at(vec(0, 0, 0), direction), key, [](const Meeting &, uint32_t, const Photon &) {});
-        return fate == Fate::escaped && (slab.left.z <= Real(0)) == reflected ? 1.0 : 0.0;
+        return fate == PathEnd::escaped && (slab.left.z <= Real(0)) == reflected ? 1.0 : 0.0;
     });
 }
 
@@ -119,9 +119,9 @@ bool measure(const Row &row, uint64_t seed, Score &result) {
                 start = isotropic_photon(start, key ^ 0x5555).ray.direction * real(radius * 0.999999);
             }
             double collisions = 0;
-            const Fate fate = walk(ball, isotropic_photon(start, key), key,
+            const PathEnd fate = walk(ball, isotropic_photon(start, key), key,
                                    [&](const Meeting &, uint32_t, const Photon &) { ++collisions; });
-            return escapes ? (fate == Fate::escaped ? 1.0 : 0.0) : collisions;
+            return escapes ? (fate == PathEnd::escaped ? 1.0 : 0.0) : collisions;
         });
         return true;
     }

@@ -44,11 +44,11 @@ class RoomFrames : public RandomRoom {
 
     void change() {
         if (moving_camera_) scene.camera.origin = scene.camera.origin + somewhere(0.05);
-        for (Body &body : bodies) {
-            if (next_() < 0.5) body.origin = somewhere(0.7);
-            if (next_() < 0.2) body.visible = !body.visible;
+        for (Instance &instance : instances) {
+            if (next_() < 0.5) instance.origin = somewhere(0.7);
+            if (next_() < 0.2) instance.visible = !instance.visible;
         }
-        for (size_t i = triangles.size() - scene.morph_count; i < triangles.size(); ++i)
+        for (size_t i = triangles.size() - scene.deforming_count; i < triangles.size(); ++i)
             for (Double3 &corner : triangles[i].corner)
                 if (next_() < 0.5) corner = somewhere(1);
         if (next_() < 0.6) return;
@@ -86,7 +86,7 @@ class RoomFrames : public RandomRoom {
     }
     bool blocked(const ShadowQuery &query) {
         TreeCounts unused = {};
-        return is_blocked(surfaces, query.ray, surfaces.skin, query.end, query.triangle, unused);
+        return is_blocked(surfaces, query.ray, surfaces.ray_epsilon, query.end, query.triangle, unused);
     }
 
     Settings settings = {};

@@ -21,7 +21,7 @@ struct TracedMap {
     Arena arena;
     Medium medium;
     std::vector<Light> lights;
-    MapSums sums;
+    PhotonSums sums;
     Statistics statistics;
     ParticleMap map;
 };
@@ -30,10 +30,10 @@ struct TracedMap {
 struct PackedSums {
     PackedSums(const Scene &scene, const ParticleMap &map)
         : memory(packed_map_bytes(scene, needs_of(map)) + source_bytes(scene)), arena(memory.data(), memory.size()) {
-        REQUIRE(make_packed_map(scene, needs_of(map), map.of_smoke[0].kept, arena, packed));
+        REQUIRE(make_packed_map(scene, needs_of(map), map.per_smoke[0].kept, arena, packed));
         pack_map(map, packed);
     }
-    static PhotonNeeds needs_of(const ParticleMap &map) { return {true, true, false, map.of_smoke[0].channels == 3}; }
+    static PhotonNeeds needs_of(const ParticleMap &map) { return {true, true, false, map.per_smoke[0].channels == 3}; }
 
     // What an element sends towards the eye.
     Color source(const Scene &scene, const Medium &medium, const Vec3 &eye, uint32_t element = 0) {

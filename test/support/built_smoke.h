@@ -45,8 +45,8 @@ inline std::vector<Particle> cloud(uint32_t count, double extent, double h, doub
     return particles;
 }
 
-inline SmokeSource smoke_of(const std::vector<Particle> &particles, Kernel kernel = Kernel::spline) {
-    SmokeSource source = {};
+inline SmokeDescription smoke_of(const std::vector<Particle> &particles, Kernel kernel = Kernel::spline) {
+    SmokeDescription source = {};
     source.particles = particles.data();
     source.count = static_cast<uint32_t>(particles.size());
     source.kernel = kernel;
@@ -77,7 +77,7 @@ inline double brute_density(const std::vector<Particle> &particles, Kernel kerne
 }
 
 struct BuiltField {
-    explicit BuiltField(const SmokeSource &source)
+    explicit BuiltField(const SmokeDescription &source)
         : memory(particle_field_bytes(source.count)), arena(memory.data(), memory.size()),
           field(make_particle_field(source, 0, arena)) {}
     std::vector<unsigned char> memory;
@@ -85,8 +85,8 @@ struct BuiltField {
     ParticleField field;
 };
 
-inline SmokeSource grid_smoke_of(const GridSource &grid) {
-    SmokeSource source = {};
+inline SmokeDescription grid_smoke_of(const GridDescription &grid) {
+    SmokeDescription source = {};
     source.grid = grid;
     const Double3 &half = grid.half;
     source.smallest_h = source.largest_h = 2 * std::min({half.x / grid.nx, half.y / grid.ny, half.z / grid.nz});
@@ -98,7 +98,7 @@ inline SmokeSource grid_smoke_of(const GridSource &grid) {
 }
 
 struct BuiltGrid {
-    explicit BuiltGrid(const GridSource &source)
+    explicit BuiltGrid(const GridDescription &source)
         : memory(grid_field_bytes(source)), arena(memory.data(), memory.size()),
           field(make_grid_field(source, 0, arena)) {}
     std::vector<unsigned char> memory;
@@ -118,14 +118,14 @@ inline double distance_from_exponential(std::vector<double> depths, double whole
 }
 
 struct BuiltMedium {
-    explicit BuiltMedium(const std::vector<SmokeSource> &sources_) : sources(sources_) {
+    explicit BuiltMedium(const std::vector<SmokeDescription> &sources_) : sources(sources_) {
         scene.smokes = sources.data();
         scene.smoke_count = static_cast<uint32_t>(sources.size());
         memory.resize(medium_bytes(scene, 0));
         Arena arena(memory.data(), memory.size());
         medium = make_medium(scene, 0, arena);
     }
-    std::vector<SmokeSource> sources;
+    std::vector<SmokeDescription> sources;
     Scene scene = {};
     std::vector<unsigned char> memory;
     Medium medium;
@@ -143,7 +143,7 @@ inline Camera look_at_origin(double far, double width, int pixels) {
 }
 
 // A scene of one smoke, seen by a camera at z = 12. It points to its arguments.
-inline Scene scene_of(const SmokeSource &smoke, const std::vector<LightSource> &lights) {
+inline Scene scene_of(const SmokeDescription &smoke, const std::vector<LightSource> &lights) {
     Scene scene = {};
     scene.camera = look_at_origin(12, 8, 8);
     scene.smokes = &smoke;

@@ -7,7 +7,7 @@
 namespace wisp::WISP_ARITH {
 
 struct Room {
-    Room() { scene.skin = 1e-3; }
+    Room() { scene.ray_epsilon = 1e-3; }
 
     uint32_t material(const Material &m) {
         materials.push_back(m);
@@ -31,14 +31,14 @@ struct Room {
     // All triangles are still unless counts say otherwise.
     void build() {
         scene.triangles = triangles.data();
-        if (scene.triangle_count() == 0) scene.still_count = static_cast<uint32_t>(triangles.size());
+        if (scene.triangle_count() == 0) scene.static_count = static_cast<uint32_t>(triangles.size());
         REQUIRE(scene.triangle_count() == triangles.size());
         scene.materials = materials.data();
         scene.material_count = static_cast<uint32_t>(materials.size());
         scene.lights = lights.data();
         scene.light_count = static_cast<uint32_t>(lights.size());
-        scene.bodies = bodies.data();
-        scene.body_count = static_cast<uint32_t>(bodies.size());
+        scene.instances = instances.data();
+        scene.instance_count = static_cast<uint32_t>(instances.size());
         scene.textures = textures.data();
         scene.texture_count = static_cast<uint32_t>(textures.size());
         memory.resize(surface_bytes(scene) + placement_bytes(scene) + Arena::bytes<SurfaceMaterial>(materials.size()) +
@@ -68,7 +68,7 @@ struct Room {
     Scene scene = {};
     std::vector<Material> materials;
     std::vector<Triangle> triangles;
-    std::vector<Body> bodies;
+    std::vector<Instance> instances;
     std::vector<LightSource> lights;
     std::vector<Texture> textures;
     uint32_t depth = 10;

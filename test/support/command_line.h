@@ -23,8 +23,8 @@ inline std::string text_of(const std::string &path) {
 
 inline size_t lines(const std::string &text) { return static_cast<size_t>(std::count(text.begin(), text.end(), '\n')); }
 
-struct Desk : TemporaryFolder {
-    Desk() {
+struct CommandLineTest : TemporaryFolder {
+    CommandLineTest() {
         write("puff.vtk", puff(40));
         write("s.aff", scene("puff.vtk", ""));
     }

@@ -9,7 +9,7 @@ struct Mixture {
     Mixture() : big(cloud(150, 2.5, 1.5, 0.6, 3)), small(cloud(300, 2, 1, 0.25, 4)), density(4 * 3 * 5) {
         Sequence next{11};
         for (float &d : density) d = static_cast<float>(next());
-        GridSource grid = {4, 3, 5, density.data(), 0.4, {1, 0.5, 0}, {2, 1.5, 2.5}, {}};
+        GridDescription grid = {4, 3, 5, density.data(), 0.4, {1, 0.5, 0}, {2, 1.5, 2.5}, {}};
         grid.axis[0] = {0.6, 0, -0.8};
         grid.axis[1] = {0, 1, 0};
         grid.axis[2] = {0.8, 0, 0.6};
@@ -28,7 +28,7 @@ struct Mixture {
     }
     std::vector<Particle> big, small;
     std::vector<float> density;
-    std::vector<SmokeSource> smokes;
+    std::vector<SmokeDescription> smokes;
     std::vector<LightSource> lights;
     Scene scene = {};
 };

@@ -12,7 +12,7 @@ class RandomRoom : public Room {
   public:
     // `size`: half the edge of the box that holds most of it.
     RandomRoom(uint64_t seed, double size_) : size(size_), next_{seed * 977 + 5} {
-        scene.skin = size * 4e-6;
+        scene.ray_epsilon = size * 4e-6;
         scene.background = {0.125, 0.25, 0.5};
         depth = static_cast<uint32_t>(pick(6));
         spread = pick(2) ? 0.01 : 0;
@@ -20,13 +20,13 @@ class RandomRoom : public Room {
         paint();
         const int still = 10 + pick(100), moving = pick(5), morphs = pick(2) * pick(10);
         for (int i = 0; i < still; ++i) triangles.push_back(random_triangle(0));
-        scene.still_count = static_cast<uint32_t>(still);
-        for (int b = 0; b < moving; ++b) add_body();
-        scene.body_triangle_count = static_cast<uint32_t>(triangles.size()) - scene.still_count;
-        const size_t first_morph = triangles.size();
+        scene.static_count = static_cast<uint32_t>(still);
+        for (int b = 0; b < moving; ++b) add_instance();
+        scene.instance_triangle_count = static_cast<uint32_t>(triangles.size()) - scene.static_count;
+        const size_t first_deforming = triangles.size();
         for (int i = 0; i < morphs; ++i)
-            triangles.push_back(pick(4) ? random_triangle(first_morph) : triangles[below(scene.still_count)]);
-        scene.morph_count = static_cast<uint32_t>(morphs);
+            triangles.push_back(pick(4) ? random_triangle(first_deforming) : triangles[below(scene.static_count)]);
+        scene.deforming_count = static_cast<uint32_t>(morphs);
         for (const LightKind kind : {LightKind::constant, LightKind::point, LightKind::spot, LightKind::parallel})
             for (int i = pick(3); i > 0; --i) add_light(kind);
         const Double3 eye = pick(3) ? point(2) : point(0.5);
@@ -127,35 +127,35 @@ class RandomRoom : public Room {
         }
         return t;
     }
-    void add_body() {
+    void add_instance() {
         const size_t first = triangles.size();
-        Body body = {};
-        body.first = static_cast<uint32_t>(first);
-        body.count = 1 + static_cast<uint32_t>(pick(20));
-        body.visible = pick(5) > 0;
+        Instance instance = {};
+        instance.first = static_cast<uint32_t>(first);
+        instance.count = 1 + static_cast<uint32_t>(pick(20));
+        instance.visible = pick(5) > 0;
         if (pick(3) == 0) { // where it is, it ties with what is still
-            body.axis[0].x = body.axis[1].y = body.axis[2].z = 1;
-            body.inverse[0].x = body.inverse[1].y = body.inverse[2].z = 1;
-            for (uint32_t i = 0; i < body.count; ++i)
+            instance.axis[0].x = instance.axis[1].y = instance.axis[2].z = 1;
+            instance.inverse[0].x = instance.inverse[1].y = instance.inverse[2].z = 1;
+            for (uint32_t i = 0; i < instance.count; ++i)
                 triangles.push_back(pick(2) ? triangles[below(first)] : random_triangle(first));
         } else {
-            for (uint32_t i = 0; i < body.count; ++i) triangles.push_back(random_triangle(first));
+            for (uint32_t i = 0; i < instance.count; ++i) triangles.push_back(random_triangle(first));
             const Double3 turn = direction();
             const double degrees = pick(3) * 90 + pick(2) * within(90);
             const double scale[3] = {0.2 + next_(), 0.2 + next_(), pick(4) ? 0.2 + next_() : -0.5};
             for (int k = 0; k < 3; ++k) {
                 const Double3 axis = rotate({double(k == 0), double(k == 1), double(k == 2)}, turn, degrees);
-                body.axis[k] = axis * scale[k];
+                instance.axis[k] = axis * scale[k];
                 // The inverse of turn times scale is the transposed turn, then 1 / scale.
                 const Double3 row = axis * (1 / scale[k]);
                 for (int j = 0; j < 3; ++j) {
-                    Double3 &column = body.inverse[j];
+                    Double3 &column = instance.inverse[j];
                     (k == 0 ? column.x : k == 1 ? column.y : column.z) = j == 0 ? row.x : j == 1 ? row.y : row.z;
                 }
             }
-            body.origin = point(0.7);
+            instance.origin = point(0.7);
         }
-        bodies.push_back(body);
+        instances.push_back(instance);
     }
     void add_light(LightKind kind) {
         const bool strong = kind == LightKind::point || kind == LightKind::spot;

@@ -11,7 +11,7 @@ constexpr ShadowMethod exact_methods[] = {ShadowMethod::cache, ShadowMethod::exa
                                           ShadowMethod::lightbuffer, ShadowMethod::lie};
 
 inline std::vector<float> picture(const Scene &scene, const Settings &settings, std::vector<unsigned char> &block,
-                                  Statistics &statistics, Kept &kept) {
+                                  Statistics &statistics, FrameCache &kept) {
     const Crop &crop = settings.crop;
     std::vector<float> rgb(static_cast<size_t>(crop.x1 - crop.x0) * static_cast<size_t>(crop.y1 - crop.y0) * 3);
     Arena arena(block.data(), block.size());
@@ -41,7 +41,7 @@ inline ShadowQuery query_at(const Room &room, uint32_t triangle, uint32_t light,
     const Vec3 corner = vec_of(c[0]), edge1 = vec_of(c[1]) - corner, edge2 = vec_of(c[2]) - corner;
     const Vec3 position = corner + edge1 * u + edge2 * v;
     const Illumination from = illuminate(room.tracer.lights[light], position, position, position);
-    return {{position, -from.direction}, from.distance - room.surfaces.skin, light, triangle, true, u, v, 0};
+    return {{position, -from.direction}, from.distance - room.surfaces.ray_epsilon, light, triangle, true, u, v, 0};
 }
 
 inline CellPlace random_cell(Sequence &next) {
@@ -77,10 +77,10 @@ inline void random_weights(const CellPlace &cell, Sequence &next, Real &u, Real 
 inline ShadowQuery moving_query_at(const Room &room, uint32_t triangle, uint32_t light, Real u, Real v) {
     const Double3 *c = room.triangles[triangle].corner;
     Vec3 corner = vec_of(c[0]), edge1 = vec_of(c[1]) - corner, edge2 = vec_of(c[2]) - corner;
-    uint32_t body = 0;
-    while (body < room.bodies.size() && triangle - room.bodies[body].first >= room.bodies[body].count) ++body;
-    if (body < room.bodies.size()) {
-        const PlacedBody &placed = room.surfaces.bodies[body];
+    uint32_t instance = 0;
+    while (instance < room.instances.size() && triangle - room.instances[instance].first >= room.instances[instance].count) ++instance;
+    if (instance < room.instances.size()) {
+        const PlacedInstance &placed = room.surfaces.instances[instance];
         const auto applied = [&placed](const Vec3 &x) {
             return placed.axis[0] * x.x + placed.axis[1] * x.y + placed.axis[2] * x.z;
         };
@@ -90,7 +90,7 @@ inline ShadowQuery moving_query_at(const Room &room, uint32_t triangle, uint32_t
     }
     const Vec3 position = corner + edge1 * u + edge2 * v;
     const Illumination from = illuminate(room.tracer.lights[light], position, position, position);
-    return {{position, -from.direction}, from.distance - room.surfaces.skin, light, triangle, false, u, v, body};
+    return {{position, -from.direction}, from.distance - room.surfaces.ray_epsilon, light, triangle, false, u, v, instance};
 }
 
 class AskedShadows {
@@ -116,7 +116,7 @@ class AskedShadows {
     void ask(const ShadowQuery &query) {
         TreeCounts unused = {};
         const bool right =
-            is_blocked(room_.surfaces, query.ray, room_.surfaces.skin, query.end, query.triangle, unused);
+            is_blocked(room_.surfaces, query.ray, room_.surfaces.ray_epsilon, query.end, query.triangle, unused);
         ++asked;
         shadowed += right;
         wrong += is_shadowed(room_.shadows, query) != right;
@@ -126,8 +126,8 @@ class AskedShadows {
         Double3 corner[3], other[3];
         load(triangle, corner);
         if (!has_area(vec_of(corner[0]), vec_of(corner[1]), vec_of(corner[2]))) return;
-        for (const Body &body : room_.bodies)
-            if (triangle - body.first < body.count && !body.visible) return;
+        for (const Instance &instance : room_.instances)
+            if (triangle - instance.first < instance.count && !instance.visible) return;
         for (int spot = 0; spot < spots; ++spot) {
             double u = 0, v = 0;
             bool aimed = false;
@@ -148,7 +148,7 @@ class AskedShadows {
                 } else {
                     random_weights(cell, next, s, t);
                 }
-                ask(triangle < room_.scene.still_count ? query_at(room_, triangle, light, s, t)
+                ask(triangle < room_.scene.static_count ? query_at(room_, triangle, light, s, t)
                                                        : moving_query_at(room_, triangle, light, s, t));
             }
         }
@@ -164,10 +164,10 @@ class AskedShadows {
   private:
     void load(uint32_t triangle, Double3 (&corner)[3]) const { // in the world
         std::copy(room_.triangles[triangle].corner, room_.triangles[triangle].corner + 3, corner);
-        for (const Body &body : room_.bodies)
-            if (triangle - body.first < body.count)
+        for (const Instance &instance : room_.instances)
+            if (triangle - instance.first < instance.count)
                 for (Double3 &c : corner)
-                    c = body.axis[0] * c.x + body.axis[1] * c.y + body.axis[2] * c.z + body.origin;
+                    c = instance.axis[0] * c.x + instance.axis[1] * c.y + instance.axis[2] * c.z + instance.origin;
     }
     // Where the light throws the shadow of p on the triangle; false: beside it.
     static bool aim(const Double3 (&corner)[3], const LightSource &light, const Double3 &p, double &u, double &v) {

@@ -32,8 +32,8 @@ inline Triangle triangle_of(const Double3 &a, const Double3 &b, const Double3 &c
 }
 inline Vec3 corner(const Triangle &triangle, int i) { return vec_of(triangle.corner[i]); }
 inline bool has_area(const Triangle &t) { return has_area(corner(t, 0), corner(t, 1), corner(t, 2)); }
-inline bool meet(const TriangleRay &ray, const Triangle &t, TriangleHit &hit) {
-    return meet(ray, corner(t, 0), corner(t, 1), corner(t, 2), hit);
+inline bool intersect(const TriangleRay &ray, const Triangle &t, TriangleHit &hit) {
+    return intersect(ray, corner(t, 0), corner(t, 1), corner(t, 2), hit);
 }
 
 // Owns the memory of one tree.

@@ -25,8 +25,8 @@ namespace {
 constexpr size_t arena_size = size_t{16} << 20;
 __attribute__((section(".arena"))) unsigned char arena_memory[arena_size];
 
-constexpr int32_t most_pixels = 64 * 64;
-float picture[3 * most_pixels]; // red, green, blue; rows from the top
+constexpr int32_t max_pixels = 64 * 64;
+float picture[3 * max_pixels]; // red, green, blue; rows from the top
 
 // printf would bring a heap and floating-point code.
 class Text {
@@ -112,7 +112,7 @@ bool show(const wisp::CompiledScene &compiled, const char *file_name) {
     print_line(file_name, ": ", static_cast<uint64_t>(width), " x ", static_cast<uint64_t>(height));
     const wisp::Plan plan = core::plan(compiled.scene, compiled.settings);
     print_plan(plan);
-    if (plan.bytes.arena > arena_size || width * height > most_pixels) {
+    if (plan.bytes.arena > arena_size || width * height > max_pixels) {
         print_line("  too large for this board");
         return false;
     }

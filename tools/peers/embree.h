@@ -26,31 +26,31 @@ struct Place {
     std::vector<Material> materials;
     Camera camera; // of a picture of `pixels` x `pixels`
     std::vector<Double3> lights;
-    double skin;
+    double ray_epsilon;
 };
 constexpr int pixels = 512;
 
 // p in the world's space.
-Double3 placed(const Body &body, const Double3 &p) {
-    const Double3 *axis = body.axis;
-    return {axis[0].x * p.x + axis[1].x * p.y + axis[2].x * p.z + body.origin.x,
-            axis[0].y * p.x + axis[1].y * p.y + axis[2].y * p.z + body.origin.y,
-            axis[0].z * p.x + axis[1].z * p.y + axis[2].z * p.z + body.origin.z};
+Double3 placed(const Instance &instance, const Double3 &p) {
+    const Double3 *axis = instance.axis;
+    return {axis[0].x * p.x + axis[1].x * p.y + axis[2].x * p.z + instance.origin.x,
+            axis[0].y * p.x + axis[1].y * p.y + axis[2].y * p.z + instance.origin.y,
+            axis[0].z * p.x + axis[1].z * p.y + axis[2].z * p.z + instance.origin.z};
 }
 
 Place place_of(const Scene &scene) {
-    Place place = {{}, {scene.materials, scene.materials + scene.material_count}, scene.camera, {}, scene.skin};
-    const auto add = [&](uint32_t first, uint32_t count, const Body *body) {
+    Place place = {{}, {scene.materials, scene.materials + scene.material_count}, scene.camera, {}, scene.ray_epsilon};
+    const auto add = [&](uint32_t first, uint32_t count, const Instance *instance) {
         for (uint32_t i = first; i < first + count; ++i) {
             place.triangles.push_back(scene.triangles[i]);
-            if (body)
-                for (Double3 &corner : place.triangles.back().corner) corner = placed(*body, corner);
+            if (instance)
+                for (Double3 &corner : place.triangles.back().corner) corner = placed(*instance, corner);
         }
     };
-    add(0, scene.still_count, nullptr);
-    for (uint32_t i = 0; i < scene.body_count; ++i)
-        if (scene.bodies[i].visible) add(scene.bodies[i].first, scene.bodies[i].count, &scene.bodies[i]);
-    add(scene.still_count + scene.body_triangle_count, scene.morph_count, nullptr);
+    add(0, scene.static_count, nullptr);
+    for (uint32_t i = 0; i < scene.instance_count; ++i)
+        if (scene.instances[i].visible) add(scene.instances[i].first, scene.instances[i].count, &scene.instances[i]);
+    add(scene.static_count + scene.instance_triangle_count, scene.deforming_count, nullptr);
     for (uint32_t i = 0; i < scene.light_count; ++i)
         if (scene.lights[i].kind != LightKind::parallel) place.lights.push_back(scene.lights[i].position);
     return place;
@@ -71,8 +71,8 @@ struct Query {
 
 class Embree {
   public:
-    Embree(const Triangles &triangles, double skin, const char *options)
-        : device_(rtcNewDevice(options)), begin_(static_cast<float>(skin)) {
+    Embree(const Triangles &triangles, double ray_epsilon, const char *options)
+        : device_(rtcNewDevice(options)), begin_(static_cast<float>(ray_epsilon)) {
         rtcSetDeviceMemoryMonitorFunction(
             device_,
             [](void *sum, ssize_t change, bool) {

@@ -210,7 +210,7 @@ struct CellList {
     size_t index(const PeerPoint &p) const { return index(cell(p.x, low_x), cell(p.y, low_y), cell(p.z, low_z)); }
 };
 
-WISP_WIDE Peer sum_by_cells(const CellList &cells, const PeerPoint &at, Peer inverse_h) {
+WISP_MULTIVERSIONED Peer sum_by_cells(const CellList &cells, const PeerPoint &at, Peer inverse_h) {
     const auto clamped = [](int32_t c, int32_t n) { return min(max(c, 1), n - 2); };
     const int32_t i = clamped(cells.cell(at.x, cells.low_x), cells.nx);
     const int32_t j = clamped(cells.cell(at.y, cells.low_y), cells.ny);
@@ -223,7 +223,7 @@ WISP_WIDE Peer sum_by_cells(const CellList &cells, const PeerPoint &at, Peer inv
             const size_t begin = cells.first[run], end = cells.first[run + 3];
             for (size_t s = begin; s < end; s += cell_lanes) {
                 const int32_t left = static_cast<int32_t>(end - s);
-                WISP_LANES for (int32_t l = 0; l < cell_lanes; ++l) {
+                WISP_NO_UNROLL for (int32_t l = 0; l < cell_lanes; ++l) {
                     const Peer dx = x[s + l] - at.x, dy = y[s + l] - at.y, dz = z[s + l] - at.z;
                     const Peer value = spline(dx * dx + dy * dy + dz * dz, inverse_h);
                     sum[l] += l < left ? value : 0;
@@ -235,11 +235,11 @@ WISP_WIDE Peer sum_by_cells(const CellList &cells, const PeerPoint &at, Peer inv
     return total;
 }
 
-WISP_WIDE Real sum_by_tree(const PointTree &tree, const Vec3 &at, Real support, Real inverse_h_squared) {
+WISP_MULTIVERSIONED Real sum_by_tree(const PointTree &tree, const Vec3 &at, Real support, Real inverse_h_squared) {
     Real sum[lanes] = {};
     for_each_leaf_near(tree, at, support, [&](uint32_t leaf) {
         for (size_t first = size_t{leaf} * leaf_points; first < (size_t{leaf} + 1) * leaf_points; first += lanes)
-            WISP_LANES for (uint32_t l = 0; l < lanes; ++l) {
+            WISP_NO_UNROLL for (uint32_t l = 0; l < lanes; ++l) {
                 const size_t i = first + l;
                 const Real dx = tree.x[i] - at.x, dy = tree.y[i] - at.y, dz = tree.z[i] - at.z;
                 const Real q_squared = sum_of_products(dx, dx, dy, dy, dz, dz) * inverse_h_squared;

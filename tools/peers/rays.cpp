@@ -102,7 +102,7 @@ class Wisp {
   public:
     explicit Wisp(const Place &place)
         : memory_(triangle_tree_bytes(static_cast<uint32_t>(place.triangles.size()))),
-          begin_(to_real<Real>(place.skin)) {
+          begin_(to_real<Real>(place.ray_epsilon)) {
         Arena arena(memory_.data(), memory_.size());
         const double start = now();
         tree = make_triangle_tree(place.triangles.data(), static_cast<uint32_t>(place.triangles.size()),
@@ -134,7 +134,7 @@ class Wisp {
 class Rival {
   public:
     Rival(const Place &place, const char *options)
-        : all(place.triangles, place.skin, options), opaque_(opaque(place), place.skin, options) {}
+        : all(place.triangles, place.ray_epsilon, options), opaque_(opaque(place), place.ray_epsilon, options) {}
     bool closest(const Query &query, float &distance) const { return all.closest(query, distance); }
     bool occluded(const Query &query) const { return opaque_.occluded(query); }
     Embree all;
@@ -154,7 +154,7 @@ template <class Hit, class Tracer> uint64_t trace(const Tracer &tracer, const Ra
 }
 
 std::vector<Rays> make_rays(const Wisp &wisp, const Place &place) {
-    const Real far = path_end, skin = to_real<Real>(place.skin);
+    const Real far = infinite_distance, ray_epsilon = to_real<Real>(place.ray_epsilon);
     Rays primary = {"primary", false, {}}, shadow = {"shadow", true, {}}, mirrored = {"mirrored", false, {}},
          diffuse = {"diffuse", false, {}};
     Mt19937 random(3, 0, 0, 0);
@@ -174,7 +174,7 @@ std::vector<Rays> make_rays(const Wisp &wisp, const Place &place) {
             const Vec3 way = vec_of(light) - at;
             if (!(dot(way, normal) > Real(0))) continue;
             const Real distance = length(way);
-            shadow.queries.push_back({at, way / distance, distance - skin, hit.triangle});
+            shadow.queries.push_back({at, way / distance, distance - ray_epsilon, hit.triangle});
         }
         mirrored.queries.push_back(
             {at, normalize(query.direction - normal * (Real(2) * dot(normal, query.direction))), far, hit.triangle});

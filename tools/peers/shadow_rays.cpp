@@ -118,7 +118,7 @@ void measure(const std::string &name, int64_t frames, int64_t step) {
         const Place place = place_of(scene);
         const char *devices[2] = {"threads=1,set_affinity=0", "threads=1,isa=sse2,set_affinity=0"};
         for (int d = 0; d < 2; ++d) {
-            const Embree rival(opaque(place), place.skin, devices[d]);
+            const Embree rival(opaque(place), place.ray_epsilon, devices[d]);
             const double start = now();
             for (size_t i = 0; i < kept.queries.size(); ++i) {
                 const ShadowQuery &q = kept.queries[i];

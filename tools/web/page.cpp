@@ -46,11 +46,11 @@ void turn(Camera &camera, Double3 axis, double degrees) {
 }
 
 // nullptr, or why there is no picture.
-const char *render(const Settings &settings, float *rgb, const Journal *journal) {
+const char *render(const Settings &settings, float *rgb, const PixelTrace *journal) {
     const Core &with = core(static_cast<Arithmetic>(picture.arithmetic));
     const Plan plan = with.plan(picture.scene, settings);
     const bool mapped = settings.method == Method::map;
-    if (mapped && settings.photons > plan.most_photons)
+    if (mapped && settings.photons > plan.max_photons)
         return "more photons than the sums of the particle map can hold";
     if (plan.bytes.arena > uint64_t{1} << 31) return "that needs more than 2 GiB";
     const std::unique_ptr<unsigned char[]> block(
@@ -58,7 +58,7 @@ const char *render(const Settings &settings, float *rgb, const Journal *journal)
     if (!block) return "there is not enough memory";
     Arena arena(block.get(), static_cast<size_t>(plan.bytes.arena));
     if (picture.map_count == 0) picture.map.resize(static_cast<size_t>(plan.map_sums));
-    MapSums sums = {picture.map.data(), picture.map.size(), picture.map_count};
+    PhotonSums sums = {picture.map.data(), picture.map.size(), picture.map_count};
     Statistics statistics = {};
     const Status status = with.render(picture.scene, settings, arena, observer, rgb, statistics,
                                       mapped ? &sums : nullptr, nullptr, journal);
@@ -145,7 +145,7 @@ PAGE(page_inspect) const char *page_inspect(int x, int y) {
     Settings settings = picture.settings;
     settings.crop = {x, y, x + 1, y + 1};
     float rgb[3];
-    const Journal journal = inspection.journal();
+    const PixelTrace journal = inspection.journal();
     if (const char *fault = render(settings, rgb, &journal)) return fault;
     text = inspection_text(inspection);
     json = inspection_json(inspection);

@@ -108,10 +108,10 @@ struct Bounds {
     }
 };
 
-WISP_WIDE void find_bounds(const Record *records, uint32_t count, Bounds &bounds) {
+WISP_MULTIVERSIONED void find_bounds(const Record *records, uint32_t count, Bounds &bounds) {
     Key low[4], high[4];
     for (int a = 0; a < 4; ++a) low[a] = high[a] = records[0].value[a];
-    for (size_t i = 0; i < count; ++i) WISP_LANES for (int a = 0; a < 4; ++a) {
+    for (size_t i = 0; i < count; ++i) WISP_NO_UNROLL for (int a = 0; a < 4; ++a) {
             const Key v = records[i].value[a];
             low[a] = v < low[a] ? v : low[a];
             high[a] = high[a] < v ? v : high[a];
@@ -151,14 +151,14 @@ uint32_t split(const Record *from, Record *to, uint32_t count, int axis, Key piv
 constexpr uint32_t few = 64; // so many records are cut by their ranks
 
 // rank[i]: how many of the keys are below key[i]; the arrays are a whole number of vectors long.
-WISP_WIDE void find_ranks(const Key *key, uint32_t count, Ordinal *rank) {
+WISP_MULTIVERSIONED void find_ranks(const Key *key, uint32_t count, Ordinal *rank) {
     for (size_t first = 0; first < count; first += lanes) {
         Ordinal sum[lanes] = {};
         for (size_t j = 0; j < count; ++j) {
             const Key other = key[j];
-            WISP_LANES for (uint32_t l = 0; l < lanes; ++l) sum[l] += other < key[first + l] ? 1 : 0;
+            WISP_NO_UNROLL for (uint32_t l = 0; l < lanes; ++l) sum[l] += other < key[first + l] ? 1 : 0;
         }
-        WISP_LANES for (uint32_t l = 0; l < lanes; ++l) rank[first + l] = sum[l];
+        WISP_NO_UNROLL for (uint32_t l = 0; l < lanes; ++l) rank[first + l] = sum[l];
     }
 }
 
@@ -201,10 +201,10 @@ void cut_few(const Record *from, Record *to, uint32_t count, uint32_t wanted, in
 // Quickselect: the first step copies without branches; in the later ones, which find the cut near an end, few records
 // have to change places. Points that defeat the samples cost time, but not its square.
 void cut(Record *from, Record *to, uint32_t count, uint32_t wanted, int axis) {
-    constexpr uint32_t most_steps = 64;
+    constexpr uint32_t max_steps = 64;
     for (uint32_t step = 0; count > few; ++step) {
         const bool copied = step > 0;
-        if (step == most_steps) return std::nth_element(to, to + wanted, to + count, Before{axis});
+        if (step == max_steps) return std::nth_element(to, to + wanted, to + count, Before{axis});
         const Key pivot = sampled_pivot(copied ? to : from, count, wanted, axis);
         const auto below = [=](const Record &r) { return r.value[axis] < pivot; };
         const auto up_to = [=](const Record &r) { return r.value[axis] <= pivot; };
@@ -230,14 +230,14 @@ void cut(Record *from, Record *to, uint32_t count, uint32_t wanted, int axis) {
 }
 
 // place[i]: how many of a leaf's ids are smaller than id[i].
-WISP_WIDE void find_places(const uint32_t *id, uint32_t *place) {
+WISP_MULTIVERSIONED void find_places(const uint32_t *id, uint32_t *place) {
     for (size_t first = 0; first < leaf_points; first += lanes) {
         uint32_t smaller[lanes] = {};
         for (size_t j = 0; j < leaf_points; ++j) {
             const uint32_t other = id[j];
-            WISP_LANES for (uint32_t l = 0; l < lanes; ++l) smaller[l] += other < id[first + l] ? 1 : 0;
+            WISP_NO_UNROLL for (uint32_t l = 0; l < lanes; ++l) smaller[l] += other < id[first + l] ? 1 : 0;
         }
-        WISP_LANES for (uint32_t l = 0; l < lanes; ++l) place[first + l] = smaller[l];
+        WISP_NO_UNROLL for (uint32_t l = 0; l < lanes; ++l) place[first + l] = smaller[l];
     }
 }
 
@@ -379,10 +379,10 @@ PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena) {
 namespace {
 
 // Squared distances of all slots of a leaf.
-WISP_VISITOR void leaf_distances(const PointTree &tree, uint32_t leaf, const Vec3 &center, Real *distance_squared) {
+WISP_INLINE void leaf_distances(const PointTree &tree, uint32_t leaf, const Vec3 &center, Real *distance_squared) {
     const size_t first = size_t{leaf} * leaf_points;
     const Real *x = tree.x + first, *y = tree.y + first, *z = tree.z + first;
-    WISP_LANES for (uint32_t l = 0; l < leaf_points; ++l) {
+    WISP_NO_UNROLL for (uint32_t l = 0; l < leaf_points; ++l) {
         const Real dx = x[l] - center.x, dy = y[l] - center.y, dz = z[l] - center.z;
         distance_squared[l] = sum_of_products(dx, dx, dy, dy, dz, dz);
     }
@@ -402,13 +402,13 @@ struct Cut {
     uint32_t ids_below;
 };
 
-WISP_WIDE uint32_t count_below(const Real *distance, uint32_t count, Real bound) {
+WISP_MULTIVERSIONED uint32_t count_below(const Real *distance, uint32_t count, Real bound) {
     uint32_t below = 0;
     for (size_t i = 0; i < count; ++i) below += distance[i] < bound ? 1 : 0;
     return below;
 }
 
-WISP_WIDE uint32_t count_up_to(const Real *distance, uint32_t count, Real bound) {
+WISP_MULTIVERSIONED uint32_t count_up_to(const Real *distance, uint32_t count, Real bound) {
     uint32_t below = 0;
     for (size_t i = 0; i < count; ++i) below += distance[i] <= bound ? 1 : 0;
     return below;
@@ -494,7 +494,7 @@ __attribute__((noinline)) uint32_t keep_first(Candidates &c, uint32_t k, const u
 }
 
 // Gathers the slots of all leaves within the radius, or where they are too many, at least the first k candidates.
-WISP_WIDE void gather(const PointTree &tree, const Vec3 &center, uint32_t k, Real radius, uint32_t capacity,
+WISP_MULTIVERSIONED void gather(const PointTree &tree, const Vec3 &center, uint32_t k, Real radius, uint32_t capacity,
                       Candidates &c) {
     c.limit = radius * radius;
     uint32_t count = 0;
@@ -505,7 +505,7 @@ WISP_WIDE void gather(const PointTree &tree, const Vec3 &center, uint32_t k, Rea
         }
         leaf_distances(tree, leaf, center, c.distance + count);
         uint32_t *slot = c.slot + count;
-        WISP_LANES for (uint32_t l = 0; l < leaf_points; ++l) slot[l] = leaf * leaf_points + l;
+        WISP_NO_UNROLL for (uint32_t l = 0; l < leaf_points; ++l) slot[l] = leaf * leaf_points + l;
         count += leaf_points;
     });
     while (count > 0 && c.slot[count - 1] >= tree.count) --count; // empty slots
@@ -524,7 +524,7 @@ Real guess_radius(const PointTree &tree, const Vec3 &center, uint32_t k) {
         points = leaves_of_child(h) * leaf_points;
         block = tree.blocks + tree.first_block[h] + index;
         BoundProduct gaps[children];
-        WISP_LANES for (uint32_t l = 0; l < children; ++l) gaps[l] = ball.gap_squared(*block, l);
+        WISP_NO_UNROLL for (uint32_t l = 0; l < children; ++l) gaps[l] = ball.gap_squared(*block, l);
         lane = 0;
         for (uint32_t l = 1; l < children; ++l) lane = gaps[l] < gaps[lane] ? l : lane;
         gap = gaps[lane];
@@ -582,7 +582,7 @@ Nearest nearest(const PointTree &tree, const Vec3 &center, uint32_t k, Real max_
     return found;
 }
 
-WISP_WIDE uint32_t in_radius(const PointTree &tree, const Vec3 &center, Real radius, uint32_t *slots,
+WISP_MULTIVERSIONED uint32_t in_radius(const PointTree &tree, const Vec3 &center, Real radius, uint32_t *slots,
                              uint32_t capacity) {
     const Real limit = radius * radius;
     uint32_t count = 0;
@@ -593,7 +593,7 @@ WISP_WIDE uint32_t in_radius(const PointTree &tree, const Vec3 &center, Real rad
         if (capacity > 0)
             for (uint32_t l = 0, next = count; l < filled && next < capacity; ++l)
                 if (distance[l] < limit) slots[next++] = first + l;
-        WISP_LANES for (uint32_t l = 0; l < leaf_points; ++l) count += distance[l] < limit && l < filled ? 1 : 0;
+        WISP_NO_UNROLL for (uint32_t l = 0; l < leaf_points; ++l) count += distance[l] < limit && l < filled ? 1 : 0;
     });
     return count;
 }

@@ -26,18 +26,18 @@
 
 // Before a loop over lanes: g++ would unroll it where it should become one vector.
 #if defined(__GNUC__) && !defined(__clang__)
-#define WISP_LANES _Pragma("GCC unroll 1")
+#define WISP_NO_UNROLL _Pragma("GCC unroll 1")
 #else
-#define WISP_LANES
+#define WISP_NO_UNROLL
 #endif
 // Visitors become part of the function that calls them, and so are compiled for the vectors of that function.
-#define WISP_VISITOR __attribute__((always_inline)) inline
+#define WISP_INLINE __attribute__((always_inline)) inline
 
 namespace wisp {
 
 constexpr uint32_t leaf_points = 16;
 constexpr uint32_t log_children = 4, children = 1 << log_children; // boxes of a block
-constexpr uint32_t most_heights = 7;                               // 16^7 leaves hold more than 2^31 points
+constexpr uint32_t max_heights = 7;                               // 16^7 leaves hold more than 2^31 points
 static_assert(leaf_points % lanes == 0 && children % lanes == 0, "leaves and blocks are whole numbers of vectors");
 
 constexpr uint32_t no_point = 0xffffffff; // id of an empty slot
@@ -73,7 +73,7 @@ struct PointTree {
     const uint32_t *id;         // by slot: the point's index in the caller's order, or no_point
     Box bounds;                 // of all points
     uint32_t height;            // how many heights of blocks there are: 0 without points
-    uint32_t first_block[most_heights];
+    uint32_t first_block[max_heights];
     const BoxBlock *blocks;
 };
 
@@ -89,12 +89,12 @@ uint64_t point_tree_bytes(uint32_t count);
 // Calls visit(leaf), in ascending order, for each leaf that may hold a point p with |p - center| <= radius; 0 <=
 // radius.
 template <class Visit>
-WISP_VISITOR void for_each_leaf_near(const PointTree &tree, const Vec3 &center, Real radius, Visit &&visit);
+WISP_INLINE void for_each_leaf_near(const PointTree &tree, const Vec3 &center, Real radius, Visit &&visit);
 
 // The same for points within `radius` of the segment from origin + t0 direction to origin + t1 direction; `direction`
 // is a unit vector, 0 <= radius, in Fixed < 2^15. An end far outside the scene costs nothing.
 template <class Visit>
-WISP_VISITOR void for_each_leaf_on_segment(const PointTree &tree, const Vec3 &origin, const Vec3 &direction, Real t0,
+WISP_INLINE void for_each_leaf_on_segment(const PointTree &tree, const Vec3 &origin, const Vec3 &direction, Real t0,
                                            Real t1, Real radius, Visit &&visit);
 
 // ---- k nearest ----
@@ -254,14 +254,14 @@ struct SegmentTest {
 // before any of them is looked into, so that there are few branches to predict. Lists are in ascending order, and a
 // batch is finished, down to its leaves, before the next one.
 template <class Test, class Visit>
-WISP_VISITOR void for_each_leaf(const PointTree &tree, const Test &test, Visit &&visit) {
+WISP_INLINE void for_each_leaf(const PointTree &tree, const Test &test, Visit &&visit) {
     constexpr uint32_t batch = 8;
     struct List {
         uint32_t next, count;
         uint32_t member[batch * children + lanes]; // whole vectors are written
     };
     if (tree.count == 0) return;
-    List lists[most_heights + 1]; // [0]: leaves, [h + 1]: blocks of height h
+    List lists[max_heights + 1]; // [0]: leaves, [h + 1]: blocks of height h
     List *const top = lists + tree.height, *list = top;
     const uint32_t *first_block = tree.first_block + tree.height - 1; // of the height that `list` is about
     top->next = top->member[0] = 0;
@@ -280,10 +280,10 @@ WISP_VISITOR void for_each_leaf(const PointTree &tree, const Test &test, Visit &
             const uint32_t block = list->member[i];
             for (uint32_t group = 0; group < children; group += lanes) {
                 uint32_t mask = 0;
-                WISP_LANES for (uint32_t l = 0; l < lanes; ++l) mask |= test(blocks[block], group + l) ? 1u << l : 0u;
+                WISP_NO_UNROLL for (uint32_t l = 0; l < lanes; ++l) mask |= test(blocks[block], group + l) ? 1u << l : 0u;
                 uint32_t *member = below->member + count;
                 const uint32_t *which = detail::set_bits.position[mask];
-                WISP_LANES for (uint32_t l = 0; l < lanes; ++l) member[l] = block * children + group + which[l];
+                WISP_NO_UNROLL for (uint32_t l = 0; l < lanes; ++l) member[l] = block * children + group + which[l];
                 count += detail::set_bits.count[mask];
             }
         }
@@ -299,12 +299,12 @@ WISP_VISITOR void for_each_leaf(const PointTree &tree, const Test &test, Visit &
 }
 
 template <class Visit>
-WISP_VISITOR void for_each_leaf_near(const PointTree &tree, const Vec3 &center, Real radius, Visit &&visit) {
+WISP_INLINE void for_each_leaf_near(const PointTree &tree, const Vec3 &center, Real radius, Visit &&visit) {
     for_each_leaf(tree, BallTest(center, radius), visit);
 }
 
 template <class Visit>
-WISP_VISITOR void for_each_leaf_on_segment(const PointTree &tree, const Vec3 &origin, const Vec3 &direction, Real t0,
+WISP_INLINE void for_each_leaf_on_segment(const PointTree &tree, const Vec3 &origin, const Vec3 &direction, Real t0,
                                            Real t1, Real radius, Visit &&visit) {
     for_each_leaf(tree, SegmentTest(tree, origin, direction, t0, t1, radius), visit);
 }

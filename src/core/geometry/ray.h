@@ -4,7 +4,7 @@
 
 namespace wisp::WISP_ARITH {
 
-constexpr Real path_end = Real(0x1p19); // farther than any scene is wide
+constexpr Real infinite_distance = Real(0x1p19); // farther than any scene is wide
 
 struct Ray {
     Vec3 origin, direction; // a unit vector
@@ -93,7 +93,7 @@ template <class Corner> Real trilinear(const Vec3 &t, Corner &&corner) {
 struct LatticeAxis {
     LatticeAxis(Real low_, Real edge_, Real inverse_edge, int32_t count, Real start, Real origin_, Real direction_)
         : low(low_), edge(edge_), origin(origin_), direction(direction_), last(direction_ < Real(0) ? 0 : count - 1),
-          forward(direction_ < Real(0) ? -1 : 1), cell(cell_of(start, low_, inverse_edge, count)), exit(path_end) {
+          forward(direction_ < Real(0) ? -1 : 1), cell(cell_of(start, low_, inverse_edge, count)), exit(infinite_distance) {
         find_exit();
     }
     void step() {
@@ -102,7 +102,7 @@ struct LatticeAxis {
     }
     void find_exit() {
         if (direction == Real(0) || cell == last) {
-            exit = path_end;
+            exit = infinite_distance;
             return;
         }
         exit = bounded_quotient(low + Real(forward < 0 ? cell : cell + 1) * edge - origin, direction);

@@ -230,16 +230,16 @@ inline ShearedCorner shear(const TriangleRay &ray, Real x, Real y, Real z) {
 }
 
 // Where the ray, as long as a line, meets the triangle; false: nowhere. Only for triangles that have an area.
-inline bool meet(const TriangleRay &ray, const ShearedCorner &a, const ShearedCorner &b, const ShearedCorner &c,
+inline bool intersect(const TriangleRay &ray, const ShearedCorner &a, const ShearedCorner &b, const ShearedCorner &c,
                  TriangleHit &hit) {
     using detail::cross;
     return detail::weigh(cross(c.x, c.y, b.x, b.y), cross(a.x, a.y, c.x, c.y), cross(b.x, b.y, a.x, a.y), a.z, b.z, c.z,
                          ray.direction[static_cast<int>(ray.z)], hit.distance, hit.u, hit.v);
 }
-inline bool meet(const TriangleRay &ray, const Vec3 &a, const Vec3 &b, const Vec3 &c, TriangleHit &hit) {
+inline bool intersect(const TriangleRay &ray, const Vec3 &a, const Vec3 &b, const Vec3 &c, TriangleHit &hit) {
     const int x = static_cast<int>(ray.x), y = static_cast<int>(ray.y), z = static_cast<int>(ray.z);
     const Vec3 to_a = a - ray.origin, to_b = b - ray.origin, to_c = c - ray.origin;
-    return meet(ray, shear(ray, to_a[x], to_a[y], to_a[z]), shear(ray, to_b[x], to_b[y], to_b[z]),
+    return intersect(ray, shear(ray, to_a[x], to_a[y], to_a[z]), shear(ray, to_b[x], to_b[y], to_b[z]),
                 shear(ray, to_c[x], to_c[y], to_c[z]), hit);
 }
 

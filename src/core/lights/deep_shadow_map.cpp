@@ -8,7 +8,7 @@ namespace wisp::WISP_ARITH {
 namespace {
 
 // sigma_t of all smokes in the middle of eight layers.
-WISP_WIDE void add_extinctions(const Medium &medium, const BrickRay &ray, const Lanes &t, Lanes &sum) {
+WISP_MULTIVERSIONED void add_extinctions(const Medium &medium, const GridRay &ray, const Lanes &t, Lanes &sum) {
     LanePoints points;
     find_points(*medium.bricks, ray, t, points);
     LanePlaces at;
@@ -25,8 +25,8 @@ WISP_WIDE void add_extinctions(const Medium &medium, const BrickRay &ray, const 
 constexpr Real unknown = Real(-1), misses = Real(-2);
 
 // Whether there is smoke at the faces of a grid; sums over particles end at 0.
-bool reaches_its_faces(const SmokeSource &smoke) {
-    const GridSource &grid = smoke.grid;
+bool reaches_its_faces(const SmokeDescription &smoke) {
+    const GridDescription &grid = smoke.grid;
     if (!smoke.is_grid()) return false;
     if (!grid.density) return true;
     const auto at_end = [](int32_t i, int32_t n) { return i == 0 || i == n - 1; };
@@ -34,7 +34,7 @@ bool reaches_its_faces(const SmokeSource &smoke) {
     for (int32_t z = 0; z < count.z; ++z)
         for (int32_t y = 0; y < count.y; ++y)
             for (int32_t x = 0; x < count.x; x += at_end(z, count.z) || at_end(y, count.y) ? 1 : max(count.x - 1, 1))
-                if (order_of(grid.density[index_of(count, {x, y, z})]) > 0) return true;
+                if (total_order_key(grid.density[index_of(count, {x, y, z})]) > 0) return true;
     return false;
 }
 
@@ -67,7 +67,7 @@ uint32_t light_face(const Light &light, const Vec3 &x) {
     return 2 * axis + (way[static_cast<int>(axis)] < Real(0) ? 1 : 0);
 }
 
-LightColumns::LightColumns(const Medium &medium, bool cut_off, const Light &light, uint32_t face, const Box &bounds)
+DeepShadowMap::DeepShadowMap(const Medium &medium, bool cut_off, const Light &light, uint32_t face, const Box &bounds)
     : medium_(&medium), cut_off_(cut_off), fans_(light.kind != LightKind::parallel),
       axis_(static_cast<int32_t>(face / 2)), from_(fans_ ? light.position : (bounds.low + bounds.high) * Real(0.5)),
       sign_(face % 2 ? Real(-1) : Real(1)) {
@@ -111,7 +111,7 @@ LightColumns::LightColumns(const Medium &medium, bool cut_off, const Light &ligh
     count_[0] = count[0], count_[1] = count[1];
 }
 
-LightColumns::Place LightColumns::place_of(const Vec3 &x) const {
+DeepShadowMap::Place DeepShadowMap::place_of(const Vec3 &x) const {
     const Real height = max(sign_ * (x[axis_] - from_[axis_]), max(begin_, fans_ ? layer_ * Real(0x1p-10) : begin_));
     Real across[2];
     for (int32_t s = 0; s < 2; ++s) {
@@ -123,12 +123,12 @@ LightColumns::Place LightColumns::place_of(const Vec3 &x) const {
     return {across[0], across[1], layer};
 }
 
-void LightColumns::begin_row(uint32_t row, Real *kept) const {
+void DeepShadowMap::begin_row(uint32_t row, Real *kept) const {
     for (uint32_t column = 0; column < count_[0]; ++column) *line(kept, row, column) = unknown;
 }
 
-void LightColumns::find_line(uint32_t row, uint32_t column, Real *depth) const {
-    const Bricks &bricks = *medium_->bricks;
+void DeepShadowMap::find_line(uint32_t row, uint32_t column, Real *depth) const {
+    const SparseGrid &bricks = *medium_->bricks;
     const uint32_t at[2] = {column, row};
     Ray ray; // its distances are heights above `begin_`
     ray.direction[axis_] = sign_;
@@ -150,7 +150,7 @@ void LightColumns::find_line(uint32_t row, uint32_t column, Real *depth) const {
     }
 
     // What each layer adds stands at its far border; layers without smoke are left out.
-    const BrickRay in_bricks(bricks, ray);
+    const GridRay in_bricks(bricks, ray);
     uint32_t next = 0;
     for_each_brick(bricks, ray, entry, end, [&](uint32_t, Real from, Real to) {
         const uint32_t first = static_cast<uint32_t>(floor_to_int(max(from, Real(0)) * inverse_layer_)),
@@ -172,10 +172,10 @@ void LightColumns::find_line(uint32_t row, uint32_t column, Real *depth) const {
     for (uint32_t k = 0; k < layers_; ++k) depth[k + 1] += depth[k];
 }
 
-Real LightColumns::depth(const Vec3 &x, Real *kept, uint64_t &found) const {
+Real DeepShadowMap::depth(const Vec3 &x, Real *kept, uint64_t &found) const {
     const Place at = place_of(x);
-    const int32_t column = whole_part(at.u), row = whole_part(at.v),
-                  layer = min(whole_part(at.layer), static_cast<int32_t>(layers_) - 1);
+    const int32_t column = truncate(at.u), row = truncate(at.v),
+                  layer = min(truncate(at.layer), static_cast<int32_t>(layers_) - 1);
     const Cubic across(at.u - Real(column)), down(at.v - Real(row));
     const Real t = at.layer - Real(layer);
     const auto line_at = [&](int32_t i, int32_t j) {

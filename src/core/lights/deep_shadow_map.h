@@ -18,11 +18,11 @@ uint32_t light_face(const Light &light, const Vec3 &x);
 // Whether there is smoke at the medium's bounds.
 bool is_cut_off(const Medium &medium);
 
-class LightColumns {
+class DeepShadowMap {
   public:
     // Those of one face through all of `bounds`, 1.5 times a cell of the medium's bricks from each other where they are
     // farthest apart. `cut_off`: is_cut_off() of the medium.
-    LightColumns(const Medium &medium, bool cut_off, const Light &light, uint32_t face, const Box &bounds);
+    DeepShadowMap(const Medium &medium, bool cut_off, const Light &light, uint32_t face, const Box &bounds);
 
     // How many there may be; none where the face is not towards the bounds, or there would be beyond 2^28.
     uint64_t count() const { return uint64_t{count_[0]} * count_[1]; }
@@ -31,7 +31,7 @@ class LightColumns {
     uint64_t room() const { return uint64_t{kept_rows} * count_[0] * (layers_ + 1); }
 
     // The row of lines before x, at least 1 and below rows() - 2; x on the face and in the bounds.
-    uint32_t row_of(const Vec3 &x) const { return static_cast<uint32_t>(whole_part(place_of(x).v)); }
+    uint32_t row_of(const Vec3 &x) const { return static_cast<uint32_t>(truncate(place_of(x).v)); }
     // `kept` has room() values, in which the last four rows are that were begun. Lines are found when they are asked
     // for, which `found` counts.
     void begin_row(uint32_t row, Real *kept) const;

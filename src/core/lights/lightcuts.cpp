@@ -141,7 +141,7 @@ SeenBox seen_from(const Vec3 &point, const Box &box) {
 // distance of v from the axis: the cosine is z / |v| = z / sqrt(z^2 + r^2). No z is larger than that of the box's
 // corners, Z, and if that is not above 0 no cosine is. No r is smaller than R, the middle's less the radius. For z > 0
 // the cosine grows with z and falls with r, so it is at most Z / sqrt(Z^2 + R^2); and at most Z / the nearest |v|.
-Real most_cosine(const SeenBox &box, const Vec3 &axis) {
+Real max_cosine(const SeenBox &box, const Vec3 &axis) {
     const Vec3 farther = highest(axis * box.low, axis * box.high);
     const Real along = farther.x + farther.y + farther.z + box.slack;
     if (!(along > Real(0))) return Real(0);
@@ -203,22 +203,22 @@ bool make_light_cuts(const Light *lights, uint32_t count, Arena &arena, LightCut
     return true;
 }
 
-Real most_light(const LightCuts &cuts, const LightNode &node, const LitPoint &point) {
+Real max_light(const LightCuts &cuts, const LightNode &node, const LitPoint &point) {
     const LightKind kind = cuts.lights[node.light].kind;
     const SeenBox box = seen_from(kind == LightKind::parallel ? Vec3(Real(0)) : point.position, node.box);
     if (box.nearest < nearest_known) return no_bound;
     const bool falls_off = kind == LightKind::point || kind == LightKind::spot;
     if (falls_off && scale_pow2(largest(node.color), -strongest_exponent) > box.nearest * box.nearest) return no_bound;
     if (kind == LightKind::spot && is_outside(box, node)) return Real(0);
-    const Real cosine = most_cosine(box, point.normal);
-    if (!(cosine > Real(0)) || !(most_cosine(box, point.plane) > Real(0))) return Real(0);
+    const Real cosine = max_cosine(box, point.normal);
+    if (!(cosine > Real(0)) || !(max_cosine(box, point.plane) > Real(0))) return Real(0);
     // No light is nearer than the box, more slanted than the cosine says, or farther off the highlight, and none is
     // more than seen; each factor is at its largest.
     const Real rounding = Real(static_cast<int32_t>(node.count)) * last_place;
     Color irradiance = node.color;
     if (falls_off) irradiance = irradiance / box.nearest / box.nearest + Color(rounding * Real(256));
     const Real lambert = kind == LightKind::constant ? cosine : cosine * inv_pi<Real>;
-    const Real off = most_cosine(box, point.mirrored);
+    const Real off = max_cosine(box, point.mirrored);
     const bool shines = off > Real(0) || point.shininess == Real(0);
     const Real highlight = shines ? power(min(Real(1), off + vector_slack), point.shininess) : Real(0);
     const Color factor = point.diffuse * lambert + point.specular * highlight;

@@ -6,7 +6,7 @@
 // point may be. A cut begins with the roots, and the node that may err most is replaced by its children until none may
 // err by more than `error` of what the cut gives, or the cut has `most` nodes. Lights themselves are exact.
 //
-// What a node's lights give, and what it gives for them, lies between 0 and most_light(): so no node of a cut that is
+// What a node's lights give, and what it gives for them, lies between 0 and max_light(): so no node of a cut that is
 // below `most` errs by more than `error` of the largest channel of the cut's sum.
 #pragma once
 #include "core/lights/light.h"
@@ -62,7 +62,7 @@ bool make_light_cuts(const Light *lights, uint32_t count, Arena &arena, LightCut
 // An upper bound of the largest channel of what the node's lights, or its representative for them, may give to the
 // point; `no_bound` where the point is so near that none is known.
 constexpr Real no_bound = std::numeric_limits<Real>::max();
-Real most_light(const LightCuts &cuts, const LightNode &node, const LitPoint &point);
+Real max_light(const LightCuts &cuts, const LightNode &node, const LitPoint &point);
 
 // A light as bright as a node, where its representative is.
 inline Light representative(const LightCuts &cuts, const LightNode &node) {
@@ -94,7 +94,7 @@ template <class Respond> LightOfCut light_of_cut(const LightCuts &cuts, const Li
     const auto add = [&](uint32_t index, uint32_t known_light, const Response &known) {
         const LightNode &node = cuts.nodes[index];
         const bool leaf = node.children == 0;
-        CutNode cut = {leaf ? Real(0) : most_light(cuts, node, point), index, {}, Color(Real(0))};
+        CutNode cut = {leaf ? Real(0) : max_light(cuts, node, point), index, {}, Color(Real(0))};
         if (!leaf && !(cut.bound > Real(0))) return;
         if (cut.bound < no_bound) {
             const Light light = representative(cuts, node);

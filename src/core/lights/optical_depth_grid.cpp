@@ -13,19 +13,19 @@ constexpr Real unknown = Real(-1);
 constexpr Real waiting(uint32_t face) { return Real(-2 - static_cast<int32_t>(face)); }
 
 // Rows of lines, and values of those in memory, at most.
-constexpr uint32_t most_rows = 1 << 14;
+constexpr uint32_t max_rows = 1 << 14;
 constexpr uint64_t column_room(uint64_t bricks) { return bricks * 2 * nodes_of(2); }
 
 // The depths of one light at all nodes of the bricks, shared ones in each brick that holds them.
 struct Finder {
-    const LightDepths &depths;
+    const OpticalDepthGrid &depths;
     const Light &light;
     Real *found;
     uint64_t &shadow_rays;
     const Cell *place; // of each node in a brick, in nodes
     bool cut_off;      // there is smoke at the medium's bounds
 
-    const Bricks &bricks() const { return *depths.bricks; }
+    const SparseGrid &bricks() const { return *depths.bricks; }
     uint32_t nodes() const { return nodes_of(depths.stride); }
     Real *of_brick(uint32_t brick) const { return found + size_t{brick} * nodes(); }
     Cell cell_of_node(uint32_t k) const {
@@ -61,7 +61,7 @@ void begin_light(const Finder &finder) {
 
 // By a ray from each node of a brick that still waits; those that other bricks hold too may be known.
 void find_by_rays(const Finder &finder, uint32_t brick) {
-    const Bricks &bricks = finder.bricks();
+    const SparseGrid &bricks = finder.bricks();
     const int32_t n = nodes_along(finder.depths.stride);
     for (uint32_t k = 0; k < finder.nodes(); ++k) {
         Real &depth = finder.of_brick(brick)[k];
@@ -85,15 +85,15 @@ void find_by_rays(const Finder &finder, uint32_t brick) {
 // Along the lines of a face, where these are no more than its nodes; nodes that are refused keep waiting. False: the
 // arena was too small.
 bool find_by_columns(const Finder &finder, uint32_t face, Arena &arena) {
-    const Bricks &bricks = finder.bricks();
+    const SparseGrid &bricks = finder.bricks();
     const uint32_t nodes = finder.nodes();
     const Vec3 around = bricks.cell * Real(finder.depths.stride);
     const Box reach = {bricks.bounds.low - around, bricks.bounds.high + around};
-    const LightColumns columns(*finder.depths.medium, finder.cut_off, finder.light, face, reach);
+    const DeepShadowMap columns(*finder.depths.medium, finder.cut_off, finder.light, face, reach);
     uint64_t count = 0;
     finder.for_each_waiting(face, [&](uint32_t, uint32_t) { ++count; });
     if (columns.count() == 0 || columns.count() > count || columns.room() > column_room(bricks.count) ||
-        columns.rows() > most_rows)
+        columns.rows() > max_rows)
         return true;
 
     // Nodes in the order of the rows in which they lie.
@@ -154,8 +154,8 @@ Real corrected(const Finder &finder, uint32_t brick, uint32_t k) {
 
 } // namespace
 
-bool make_light_depths(const Medium &medium, const Light *lights, uint32_t light_count, const Bricks &bricks,
-                       int32_t stride, Arena &arena, uint64_t *shadow_rays, LightDepths &depths) {
+bool make_optical_depth_grid(const Medium &medium, const Light *lights, uint32_t light_count, const SparseGrid &bricks,
+                       int32_t stride, Arena &arena, uint64_t *shadow_rays, OpticalDepthGrid &depths) {
     depths = {&medium, lights, light_count, &bricks, stride, nullptr};
     const size_t nodes = nodes_of(stride), all = bricks.count * nodes;
     Real *depth = arena.make<Real>(all * light_count);
@@ -182,18 +182,18 @@ bool make_light_depths(const Medium &medium, const Light *lights, uint32_t light
     return true;
 }
 
-uint64_t light_depth_bytes(uint64_t bricks, uint32_t light_count, int32_t stride) {
+uint64_t optical_depth_grid_bytes(uint64_t bricks, uint32_t light_count, int32_t stride) {
     const uint64_t nodes = bricks * nodes_of(stride);
     return Arena::bytes<Real>(nodes * light_count) + Arena::bytes<Real>(nodes) +
            Arena::bytes<Real>(column_room(bricks)) + Arena::bytes<uint32_t>(nodes) +
-           Arena::bytes<uint32_t>(most_rows + 1);
+           Arena::bytes<uint32_t>(max_rows + 1);
 }
 
-Real light_depth(const LightDepths &depths, uint32_t l, const Vec3 &x) {
-    const Bricks &bricks = *depths.bricks;
+Real optical_depth_to_light(const OpticalDepthGrid &depths, uint32_t l, const Vec3 &x) {
+    const SparseGrid &bricks = *depths.bricks;
     const uint32_t brick = brick_at(bricks, cell_at(bricks.lattice, x));
     if (brick == no_brick) return Real(0);
-    const Real *depth = light_depths_of(depths, brick) + size_t{l} * nodes_of(depths.stride);
+    const Real *depth = depths_of_brick(depths, brick) + size_t{l} * nodes_of(depths.stride);
     return max(Real(0), between_nodes(place_of(place_in(bricks, brick, x), depths.stride), depths.stride,
                                       [depth](uint32_t node) { return depth[node]; }));
 }

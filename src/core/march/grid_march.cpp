@@ -17,10 +17,10 @@ struct Group {
 struct LaneColor {
     Lanes red, green, blue;
 };
-WISP_VISITOR void set(LaneColor &color, const Color &value) {
+WISP_INLINE void set(LaneColor &color, const Color &value) {
     for (uint32_t l = 0; l < lanes; ++l) color.red[l] = value.x, color.green[l] = value.y, color.blue[l] = value.z;
 }
-WISP_VISITOR void add(LaneColor &color, const Lanes &amount, const Color &value) {
+WISP_INLINE void add(LaneColor &color, const Lanes &amount, const Color &value) {
     for (uint32_t l = 0; l < lanes; ++l) {
         color.red[l] += amount[l] * value.x;
         color.green[l] += amount[l] * value.y;
@@ -28,7 +28,7 @@ WISP_VISITOR void add(LaneColor &color, const Lanes &amount, const Color &value)
     }
 }
 // The same of the light that is scattered, by a smoke's extinctions and its albedo.
-WISP_VISITOR void add(LaneColor &color, const Lanes &extinction, const LaneColor &scattered, const Color &albedo) {
+WISP_INLINE void add(LaneColor &color, const Lanes &extinction, const LaneColor &scattered, const Color &albedo) {
     for (uint32_t l = 0; l < lanes; ++l) {
         color.red[l] += extinction[l] * (albedo.x * scattered.red[l]);
         color.green[l] += extinction[l] * (albedo.y * scattered.green[l]);
@@ -42,7 +42,7 @@ struct LaneLight {
     Lanes irradiance, x, y, z;
 };
 
-WISP_VISITOR void illuminate_each(const Light &light, const Ray &ray, const Group &group, LaneLight &lit) {
+WISP_INLINE void illuminate_each(const Light &light, const Ray &ray, const Group &group, LaneLight &lit) {
     Light unit = light;
     unit.color = Color(largest(light.color));
     for (uint32_t l = 0; l < lanes; ++l) {
@@ -56,11 +56,11 @@ WISP_VISITOR void illuminate_each(const Light &light, const Ray &ray, const Grou
 }
 
 // Of a point light 16 steps and more away the inverse square of the middle is its mean over the step, but for 1e-3.
-WISP_VISITOR void illuminate_group(const Light &light, const Ray &ray, const Group &group, Real step, LaneLight &lit) {
+WISP_INLINE void illuminate_group(const Light &light, const Ray &ray, const Group &group, Real step, LaneLight &lit) {
     if (light.kind != LightKind::point) return illuminate_each(light, ray, group, lit);
     const Vec3 from = ray.origin - light.position;
     const Real near = Real(16) * step, brightest = largest(light.color);
-    Real nearest = path_end;
+    Real nearest = infinite_distance;
     for (uint32_t l = 0; l < lanes; ++l) {
         const Real x = from.x + ray.direction.x * group.t[l], y = from.y + ray.direction.y * group.t[l],
                    z = from.z + ray.direction.z * group.t[l];
@@ -86,7 +86,7 @@ template <> struct LaneNotes<true> {
         return blocked;
     }
     // The smoke has the extinctions `here`, and scatters `p` of the light's brightest channel.
-    void tell_lanes(const Journal &journal, const Light &light, const Color &color, const Ray &ray, const Group &group,
+    void tell_lanes(const PixelTrace &journal, const Light &light, const Color &color, const Ray &ray, const Group &group,
                     const LaneLight &lit, const Lanes &tau, const Color &albedo, const Lanes &here, const Lanes &p) {
         for (uint32_t l = 0; l < lanes; ++l) {
             if (!(here[l] > Real(0))) continue;
@@ -103,12 +103,12 @@ template <> struct LaneNotes<true> {
             tell(journal, entry[l]);
         }
     }
-    JournalEntry::Light entry[lanes] = {};
+    TraceEvent::Light entry[lanes] = {};
 };
 
 // What surfaces leave of a light's share in each step.
 template <bool heard>
-void shade(const BrickMarcher &marcher, const Light &light, uint32_t number, const Ray &ray, const Group &group,
+void shade(const GridMarcher &marcher, const Light &light, uint32_t number, const Ray &ray, const Group &group,
            Lanes &share, LaneNotes<heard> &notes) {
     for (uint32_t l = 0; l < lanes; ++l) {
         if (!(group.dx[l] > Real(0)) || !(share[l] > Real(0))) continue;
@@ -120,9 +120,9 @@ void shade(const BrickMarcher &marcher, const Light &light, uint32_t number, con
 
 // sum of p L of the lights, after the smoke before them. `here` are the smoke's extinctions.
 template <class M>
-WISP_VISITOR void gather_lights(const M &marcher, const Smoke &smoke, const Ray &ray, const Group &group,
+WISP_INLINE void gather_lights(const M &marcher, const SmokeVolume &smoke, const Ray &ray, const Group &group,
                                 const Lanes &here, LaneColor &scattered) {
-    const LightDepths &depths = *marcher.depths;
+    const OpticalDepthGrid &depths = *marcher.depths;
     const Vec3 out = -ray.direction;
     if (depths.light_count > 0) {
         LanePlaces at;
@@ -144,7 +144,7 @@ WISP_VISITOR void gather_lights(const M &marcher, const Smoke &smoke, const Ray 
             if (marcher.shadows) shade(marcher, from, light, ray, group, p, notes);
             if (brightest > Real(0)) add(scattered, p, from.color / brightest);
             if constexpr (is_heard<M>) {
-                for (JournalEntry::Light &entry : notes.entry) {
+                for (TraceEvent::Light &entry : notes.entry) {
                     entry.light = light;
                     entry.smoke = static_cast<uint32_t>(&smoke - marcher.medium->smokes);
                 }
@@ -158,15 +158,15 @@ WISP_VISITOR void gather_lights(const M &marcher, const Smoke &smoke, const Ray 
 }
 
 // What moments beyond the flux send towards `out`: those of a node are summed up before they are interpolated.
-WISP_VISITOR void gather_moments(const Irradiance &map, const Phase &phase, const Group &group, const Vec3 &out,
+WISP_INLINE void gather_harmonics(const Irradiance &map, const Phase &phase, const Group &group, const Vec3 &out,
                                  Lanes &sent) {
     LanePlaces at;
-    find_places(group.points, map.moment_stride, 1, at);
-    const Moments seen = seen_moments(phase, out);
+    find_places(group.points, map.harmonic_spacing, 1, at);
+    const SphericalHarmonics seen = seen_harmonics(phase, out);
     const auto sum = [&](int32_t node) {
-        const uint32_t *packed = map.moments + node * static_cast<int32_t>(moment_words);
+        const uint32_t *packed = map.harmonics + node * static_cast<int32_t>(harmonic_words);
         Real total = Real(0);
-        for (uint32_t i = 0; i < moment_count; ++i)
+        for (uint32_t i = 0; i < harmonic_count; ++i)
             total += seen.of[i] * Real(flux_units(packed[i / 3], static_cast<int32_t>(i % 3)));
         return total;
     };
@@ -175,7 +175,7 @@ WISP_VISITOR void gather_moments(const Irradiance &map, const Phase &phase, cons
 }
 
 // The same of the irradiance map.
-WISP_VISITOR void gather_scattered(const BrickMarcher &marcher, const Smoke &smoke, const Ray &ray, const Group &group,
+WISP_INLINE void gather_scattered(const GridMarcher &marcher, const SmokeVolume &smoke, const Ray &ray, const Group &group,
                                    LaneColor &scattered) {
     const Vec3 out = -ray.direction;
     if (!marcher.irradiance) return;
@@ -197,21 +197,21 @@ WISP_VISITOR void gather_scattered(const BrickMarcher &marcher, const Smoke &smo
                 at, [&map, c](int32_t node) { return unpack_flux(map.flux[node])[c]; }, flux[c]);
         for (uint32_t l = 0; l < lanes; ++l)
             p[l] = phase_of_flux(smoke.phase, Vec3(flux[0][l], flux[1][l], flux[2][l]), out) * four_pi<Real>;
-        if (map.moments && takes_moments(smoke.phase.asymmetry())) {
+        if (map.harmonics && takes_harmonics(smoke.phase.asymmetry())) {
             Lanes more;
-            gather_moments(map, smoke.phase, group, out, more);
+            gather_harmonics(map, smoke.phase, group, out, more);
             for (uint32_t l = 0; l < lanes; ++l) {
                 const Vec3 there(flux[0][l], flux[1][l], flux[2][l]);
-                p[l] = max(Real(0), p[l] + (more[l] - guessed_from_flux(smoke.phase, there, out)));
+                p[l] = max(Real(0), p[l] + (more[l] - henyey_greenstein_closure(smoke.phase, there, out)));
             }
         }
     }
-    if (map.grey) {
+    if (map.single_channel) {
         Lanes value;
         const uint32_t *values = map.value;
         interpolate(
             at, [values](int32_t node) { return Real(static_cast<int32_t>(values[node])); }, value);
-        for (uint32_t l = 0; l < lanes; ++l) p[l] *= scale_pow2(value[l], exponent[l] - grey_bits);
+        for (uint32_t l = 0; l < lanes; ++l) p[l] *= scale_pow2(value[l], exponent[l] - single_channel_bits);
         add(scattered, p, map.color);
         return;
     }
@@ -249,10 +249,10 @@ struct LaneParts {
 };
 
 template <class M>
-WISP_VISITOR void march_lanes(const M &marcher, const Ray &ray, const BrickRay &in_bricks, Real length, Group &group,
+WISP_INLINE void march_lanes(const M &marcher, const Ray &ray, const GridRay &in_bricks, Real length, Group &group,
                               Progress &so_far) {
     const Medium &medium = *marcher.medium;
-    const Bricks &bricks = *medium.bricks;
+    const SparseGrid &bricks = *medium.bricks;
     const Real step_length = marcher.step;
     for (uint32_t l = 0; l < lanes; ++l) {
         const Real from = Real(group.step[l]) * step_length;
@@ -274,7 +274,7 @@ WISP_VISITOR void march_lanes(const M &marcher, const Ray &ray, const BrickRay &
         set(parts.emission, Color(Real(0)));
     }
     for (uint32_t s = 0; s < medium.count; ++s) {
-        const Smoke &smoke = medium.smokes[s];
+        const SmokeVolume &smoke = medium.smokes[s];
         if (!smoke.field.is_bricks) continue;
         Lanes here;
         interpolate(at, smoke.field.bricks.extinction, here);
@@ -331,23 +331,23 @@ WISP_VISITOR void march_lanes(const M &marcher, const Ray &ray, const BrickRay &
     so_far.depth.add(sum);
 }
 
-WISP_WIDE void march_group(const BrickMarcher &marcher, const Ray &ray, const BrickRay &in_bricks, Real length,
+WISP_MULTIVERSIONED void march_group(const GridMarcher &marcher, const Ray &ray, const GridRay &in_bricks, Real length,
                            Group &group, Progress &so_far) {
     march_lanes(marcher, ray, in_bricks, length, group, so_far);
 }
-void march_group(const Heard<BrickMarcher> &marcher, const Ray &ray, const BrickRay &in_bricks, Real length,
+void march_group(const Heard<GridMarcher> &marcher, const Ray &ray, const GridRay &in_bricks, Real length,
                  Group &group, Progress &so_far) {
     march_lanes(marcher, ray, in_bricks, length, group, so_far);
 }
 
-template <class M> Through march_of(M &marcher, const Ray &ray, Real end) {
+template <class M> Segment march_of(M &marcher, const Ray &ray, Real end) {
     const Medium &medium = *marcher.medium;
     Real begin = Real(0);
     if (medium.empty() || !clip(medium.bounds, ray, begin, end)) return nothing_between();
     const Ray inside = {ray.origin + ray.direction * begin, ray.direction};
     const Real length = end - begin, inverse_step = Real(1) / marcher.step;
     const int32_t steps = floor_to_int(length * inverse_step) + 1;
-    const BrickRay in_bricks(*medium.bricks, inside);
+    const GridRay in_bricks(*medium.bricks, inside);
     tell_march(marcher, begin, end, steps);
     Progress so_far;
     Group group;
@@ -378,7 +378,7 @@ template <class M> Through march_of(M &marcher, const Ray &ray, Real end) {
 
 } // namespace
 
-Through march(BrickMarcher &marcher, const Ray &ray, Real end) { return march_of(marcher, ray, end); }
-Through march(Heard<BrickMarcher> &marcher, const Ray &ray, Real end) { return march_of(marcher, ray, end); }
+Segment march(GridMarcher &marcher, const Ray &ray, Real end) { return march_of(marcher, ray, end); }
+Segment march(Heard<GridMarcher> &marcher, const Ray &ray, Real end) { return march_of(marcher, ray, end); }
 
 } // namespace wisp::WISP_ARITH

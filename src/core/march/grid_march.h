@@ -5,9 +5,9 @@
 
 namespace wisp::WISP_ARITH {
 
-struct BrickMarcher {
+struct GridMarcher {
     const Medium *medium;         // resampled
-    const LightDepths *depths;    // to all lights, over the medium's bricks
+    const OpticalDepthGrid *depths;    // to all lights, over the medium's bricks
     const Irradiance *irradiance; // or nullptr: nothing scatters twice
     Shadows *shadows;             // of surfaces; nullptr: there are none
     Real step;
@@ -16,7 +16,7 @@ struct BrickMarcher {
 
 // As the other `march`: steps lie at the same places along the ray, and those outside of bricks are passed over. Depths
 // are kept, and transmittances of steps multiplied in groups of eight.
-Through march(BrickMarcher &marcher, const Ray &ray, Real end);
-Through march(Heard<BrickMarcher> &marcher, const Ray &ray, Real end);
+Segment march(GridMarcher &marcher, const Ray &ray, Real end);
+Segment march(Heard<GridMarcher> &marcher, const Ray &ray, Real end);
 
 } // namespace wisp::WISP_ARITH

@@ -56,7 +56,7 @@ void gather_particles(const ParticleField &field, const Color *source, const Ray
         });
 }
 
-WISP_WIDE void gather(const ParticleField &field, const Color *source, const Ray &ray, const Window &window) {
+WISP_MULTIVERSIONED void gather(const ParticleField &field, const Color *source, const Ray &ray, const Window &window) {
     if (field.tree.count == 0) return;
     if (field.kernel == Kernel::spline)
         gather_particles<Spline>(field, source, ray, window);
@@ -79,13 +79,13 @@ void gather(const GridField &field, const Color *source, const Ray &ray, const W
 Color emitted(const Medium &medium, const Real *extinctions) {
     Color sum(Real(0));
     for (uint32_t s = 0; s < medium.count; ++s) {
-        const Smoke &smoke = medium.smokes[s];
+        const SmokeVolume &smoke = medium.smokes[s];
         sum += (Color(Real(1)) - smoke.albedo) * smoke.emission * extinctions[s];
     }
     return sum;
 }
 
-template <class M> Through march_of(M &marcher, const Ray &ray, Real end) {
+template <class M> Segment march_of(M &marcher, const Ray &ray, Real end) {
     const Medium &medium = *marcher.medium;
     Real begin = Real(0);
     if (medium.empty() || !clip(medium.bounds, ray, begin, end)) return nothing_between();
@@ -167,7 +167,7 @@ bool make_window(const Scene &scene, Arena &arena, ParticleMarcher &marcher) {
     return marcher.middle && marcher.red && marcher.green && marcher.blue && marcher.sigma && marcher.extinctions;
 }
 
-Through march(ParticleMarcher &marcher, const Ray &ray, Real end) { return march_of(marcher, ray, end); }
-Through march(Heard<ParticleMarcher> &marcher, const Ray &ray, Real end) { return march_of(marcher, ray, end); }
+Segment march(ParticleMarcher &marcher, const Ray &ray, Real end) { return march_of(marcher, ray, end); }
+Segment march(Heard<ParticleMarcher> &marcher, const Ray &ray, Real end) { return march_of(marcher, ray, end); }
 
 } // namespace wisp::WISP_ARITH

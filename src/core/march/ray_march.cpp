@@ -13,8 +13,8 @@ template <class M> Color multiple_scattering(M &marcher, const Vec3 &x, const Ve
     if (!marcher.photon_maps) return sum;
     for (uint32_t i = 0; i < marcher.medium->count; ++i) {
         if (!(extinctions[i] > Real(0))) continue;
-        const Smoke &smoke = marcher.medium->smokes[i];
-        sum += smoke.albedo * in_scattered(marcher.photon_maps[i], smoke.phase, x, out, marcher.gather_radius[i],
+        const SmokeVolume &smoke = marcher.medium->smokes[i];
+        sum += smoke.albedo * estimate_radiance(marcher.photon_maps[i], smoke.phase, x, out, marcher.gather_radius[i],
                                            marcher.gather, *marcher.statistics);
     }
     return sum;
@@ -28,7 +28,7 @@ Color scattered_once(const Medium &medium, const SingleScatterer &lights, const 
     for (uint32_t l = 0; l < lights.light_count; ++l) {
         const Illumination light = illuminate(lights.lights[l], step.middle, step.begin, step.end);
         if (!(largest(light.irradiance) > Real(0))) continue;
-        LightNote<is_heard<S>> note(step, statistics, l, light);
+        LightRecord<is_heard<S>> note(step, statistics, l, light);
         if constexpr (is_heard<S>) note.entry.step = step.number;
         Color scattered(Real(0)); // sum of sigma_s p
         for (uint32_t i = 0; i < medium.count; ++i)
@@ -37,7 +37,7 @@ Color scattered_once(const Medium &medium, const SingleScatterer &lights, const 
         const auto is_blocked = [&] { return is_shadowed(lights.shadows, l, step.middle, light); };
         if (!(largest(scattered) > Real(0)) || note.is_blocked(lights.shadows, is_blocked)) continue;
         if (!lights.depths) ++statistics.rays.shadow;
-        const Real depth = lights.depths ? light_depth(*lights.depths, l, step.middle)
+        const Real depth = lights.depths ? optical_depth_to_light(*lights.depths, l, step.middle)
                                          : optical_depth(medium, {step.middle, -light.direction}, light.distance);
         const Real transmittance = exp(-depth);
         const Color contribution = scattered * light.irradiance * transmittance;
@@ -48,7 +48,7 @@ Color scattered_once(const Medium &medium, const SingleScatterer &lights, const 
     return sum;
 }
 
-template <class M> Through march_of(M &marcher, const Ray &ray, Real end) {
+template <class M> Segment march_of(M &marcher, const Ray &ray, Real end) {
     const Medium &medium = *marcher.medium;
     Real begin = Real(0);
     if (medium.empty() || !clip(medium.bounds, ray, begin, end)) return nothing_between();
@@ -70,7 +70,7 @@ template <class M> Through march_of(M &marcher, const Ray &ray, Real end) {
         Real sigma = Real(0), *extinctions = marcher.extinctions;
         Color source(Real(0)); // of one unit of length
         for (uint32_t s = 0; s < medium.count; ++s) {
-            const Smoke &smoke = medium.smokes[s];
+            const SmokeVolume &smoke = medium.smokes[s];
             extinctions[s] = extinction(smoke.field, step.middle);
             ++marcher.statistics->smoke.density_evaluations;
             sigma += extinctions[s];
@@ -103,7 +103,7 @@ Color single_scattering(const Medium &medium, const SingleScatterer &lights, con
     return scattered_once(medium, lights, step, out, extinctions, statistics);
 }
 
-Through march(Marcher &marcher, const Ray &ray, Real end) { return march_of(marcher, ray, end); }
-Through march(Heard<Marcher> &marcher, const Ray &ray, Real end) { return march_of(marcher, ray, end); }
+Segment march(Marcher &marcher, const Ray &ray, Real end) { return march_of(marcher, ray, end); }
+Segment march(Heard<Marcher> &marcher, const Ray &ray, Real end) { return march_of(marcher, ray, end); }
 
 } // namespace wisp::WISP_ARITH

@@ -9,20 +9,20 @@ namespace wisp::WISP_ARITH {
 
 // What comes out of a stretch of a ray, seen from where it begins: what the smoke in it sends, and which part of what
 // lies behind.
-struct Through {
+struct Segment {
     Color radiance;
     Real transmittance;
 };
-inline Through nothing_between() { return {Color(Real(0)), Real(1)}; }
+inline Segment nothing_between() { return {Color(Real(0)), Real(1)}; }
 
 // How a camera ray begins, and any ray ends, where it is heard.
 template <class T> void tell_camera_ray(const T &heard, const Ray &ray) {
-    tell(*heard.journal, JournalEntry::Ray{RayKind::camera, 0, told(ray.origin), told(ray.direction), {1, 1, 1}, 1});
+    tell(*heard.journal, TraceEvent::Ray{RayKind::camera, 0, told(ray.origin), told(ray.direction), {1, 1, 1}, 1});
 }
 template <class T>
-void tell_ray_end(const T &teller, bool hit, const Through &smoke, const Color &behind, const Color &radiance) {
+void tell_ray_end(const T &teller, bool hit, const Segment &smoke, const Color &behind, const Color &radiance) {
     if constexpr (is_heard<T>)
-        tell(*teller.journal, JournalEntry::RayEnd{hit, told(smoke.radiance), to_double(smoke.transmittance),
+        tell(*teller.journal, TraceEvent::RayEnd{hit, told(smoke.radiance), to_double(smoke.transmittance),
                                                    told(behind), told(radiance)});
 }
 
@@ -30,7 +30,7 @@ void tell_ray_end(const T &teller, bool hit, const Through &smoke, const Color &
 struct SingleScatterer {
     const Light *lights;
     uint32_t light_count;
-    const LightDepths *depths; // kept depths, or nullptr: every depth is found exactly
+    const OpticalDepthGrid *depths; // kept depths, or nullptr: every depth is found exactly
     Shadows *shadows;          // of surfaces; nullptr: there are none
 };
 
@@ -98,28 +98,28 @@ Color single_scattering(const M &marcher, const Step &step, int32_t number, cons
 // What a march tells where it is heard: where it may meet smoke, its steps in smoke, and what came of them.
 template <class M> void tell_march(const M &marcher, Real begin, Real end, int32_t steps) {
     if constexpr (is_heard<M>)
-        tell(*marcher.journal, JournalEntry::March{to_double(begin), to_double(end), to_double(marcher.step), steps});
+        tell(*marcher.journal, TraceEvent::March{to_double(begin), to_double(end), to_double(marcher.step), steps});
 }
 template <class M>
 void tell_step(const M &marcher, int32_t number, Real distance, Real dx, Real sigma, Real depth, const Color &single,
                const Color &multiple, const Color &emission, const Color &radiance) {
     if constexpr (is_heard<M>)
         if (sigma > Real(0))
-            tell(*marcher.journal, JournalEntry::Step{number, to_double(distance), to_double(dx), to_double(sigma),
+            tell(*marcher.journal, TraceEvent::Step{number, to_double(distance), to_double(dx), to_double(sigma),
                                                       to_double(depth), to_double(exp(-depth)), told(single),
                                                       told(multiple), told(emission), told(radiance)});
 }
-template <class M> Through tell_end(const M &marcher, Real depth, const Through &through) {
+template <class M> Segment tell_end(const M &marcher, Real depth, const Segment &through) {
     if constexpr (is_heard<M>)
         tell(*marcher.journal,
-             JournalEntry::MarchEnd{told(through.radiance), to_double(depth), to_double(through.transmittance)});
+             TraceEvent::MarchEnd{told(through.radiance), to_double(depth), to_double(through.transmittance)});
     return through;
 }
 
 // What comes along the ray from distances 0 to `end`: emission, single scattering from every light, multiple scattering
 // from the photon maps. Extinction and the lights are sampled in the middle of each step,
 // within which they count as constant: their integral over the step is exact for any depth (S1, numerics E4).
-Through march(Marcher &marcher, const Ray &ray, Real end);
-Through march(Heard<Marcher> &marcher, const Ray &ray, Real end);
+Segment march(Marcher &marcher, const Ray &ray, Real end);
+Segment march(Heard<Marcher> &marcher, const Ray &ray, Real end);
 
 } // namespace wisp::WISP_ARITH

@@ -6,16 +6,16 @@
 
 namespace wisp::WISP_ARITH {
 
-template <class T> struct Heard : T { const Journal *journal; };
+template <class T> struct Heard : T { const PixelTrace *journal; };
 template <class T> constexpr bool is_heard = false;
 template <class T> constexpr bool is_heard<Heard<T>> = true;
 
 inline Double3 told(const Vec3 &v) { return {to_double(v.x), to_double(v.y), to_double(v.z)}; }
 
 #define WISP_TELL(Type, name)                                                                                          \
-    inline void tell(const Journal &journal, const JournalEntry::Type &name) {                                         \
-        JournalEntry entry = {};                                                                                       \
-        entry.kind = JournalEntry::Kind::name;                                                                         \
+    inline void tell(const PixelTrace &journal, const TraceEvent::Type &name) {                                         \
+        TraceEvent entry = {};                                                                                       \
+        entry.kind = TraceEvent::Kind::name;                                                                         \
         entry.name = name;                                                                                             \
         journal.heard(journal.context, entry);                                                                         \
     }
@@ -34,29 +34,29 @@ WISP_TELL(Pixel, pixel)
 #undef WISP_TELL
 
 // How the shadow towards a light was decided is what the counters say.
-inline void tell_answer(JournalEntry::Light &light, const Statistics &before, const Statistics &after, bool blocked) {
+inline void tell_answer(TraceEvent::Light &light, const Statistics &before, const Statistics &after, bool blocked) {
     light.blocked = blocked;
     light.node_visits = after.shadow.traced.node_visits - before.shadow.traced.node_visits;
     light.triangle_tests = after.shadow.traced.triangle_tests - before.shadow.traced.triangle_tests;
     light.extra_tests = after.shadow.extra_tests - before.shadow.extra_tests;
     const bool known = after.rays.shadow_culled > before.rays.shadow_culled,
-               known_still = after.rays.shadow_dynamic_only > before.rays.shadow_dynamic_only;
-    light.answer = known                                             ? ShadowAnswer::known
-                   : known_still                                     ? ShadowAnswer::known_still
-                   : light.extra_tests > 0 && light.node_visits == 0 ? ShadowAnswer::tried
-                                                                     : ShadowAnswer::traced;
+               culled_static = after.rays.shadow_dynamic_only > before.rays.shadow_dynamic_only;
+    light.answer = known                                             ? ShadowDecision::known
+                   : culled_static                                     ? ShadowDecision::culled_static
+                   : light.extra_tests > 0 && light.node_visits == 0 ? ShadowDecision::tried
+                                                                     : ShadowDecision::traced;
 }
 
 // A light that may shine somewhere, told when all is known: as the note goes.
-template <bool heard> struct LightNote {
-    template <class... Anything> explicit LightNote(const Anything &...) {}
+template <bool heard> struct LightRecord {
+    template <class... Anything> explicit LightRecord(const Anything &...) {}
     template <class Ask> bool is_blocked(const Shadows *, Ask &&ask) { return ask(); }
     void passes(Real, Real) {}
     void gives(const Color &) {}
 };
-template <> struct LightNote<true> {
+template <> struct LightRecord<true> {
     template <class Teller>
-    LightNote(const Teller &teller, const Statistics &statistics_, uint32_t light, const Illumination &from)
+    LightRecord(const Teller &teller, const Statistics &statistics_, uint32_t light, const Illumination &from)
         : journal(*teller.journal), statistics(statistics_) {
         entry.step = -1;
         entry.light = light;
@@ -66,9 +66,9 @@ template <> struct LightNote<true> {
         entry.irradiance = told(from.irradiance);
         entry.transmittance = 1;
     }
-    ~LightNote() { tell(journal, entry); }
-    LightNote(const LightNote &) = delete;
-    LightNote &operator=(const LightNote &) = delete;
+    ~LightRecord() { tell(journal, entry); }
+    LightRecord(const LightRecord &) = delete;
+    LightRecord &operator=(const LightRecord &) = delete;
 
     // `shadows` are nullptr where nothing casts any.
     template <class Ask> bool is_blocked(const Shadows *shadows, Ask &&ask) {
@@ -83,9 +83,9 @@ template <> struct LightNote<true> {
     }
     void gives(const Color &contribution) { entry.contribution = told(contribution); }
 
-    const Journal &journal;
+    const PixelTrace &journal;
     const Statistics &statistics;
-    JournalEntry::Light entry = {};
+    TraceEvent::Light entry = {};
 };
 
 } // namespace wisp::WISP_ARITH

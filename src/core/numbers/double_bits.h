@@ -6,7 +6,7 @@
 namespace wisp {
 
 // Ascends with x; 0 for either zero.
-template <class Float> constexpr auto order_of(Float x) {
+template <class Float> constexpr auto total_order_key(Float x) {
     using Signed = std::make_signed_t<detail::BitsOf<Float>>;
     const Signed bits = static_cast<Signed>(detail::to_bits(x));
     return bits < 0 ? std::numeric_limits<Signed>::min() - bits : bits;

@@ -116,9 +116,9 @@ constexpr int32_t floor_to_int(double x) { return detail::floor_float(x); }
 constexpr int32_t floor_to_int(Fixed x) { return static_cast<int32_t>(x.raw() >> 32); }
 
 // floor(x) where 0 <= x < 2^31 is known: without a branch, for loops over lanes.
-constexpr int32_t whole_part(float x) { return static_cast<int32_t>(x); }
-constexpr int32_t whole_part(double x) { return static_cast<int32_t>(x); }
-constexpr int32_t whole_part(Fixed x) { return floor_to_int(x); }
+constexpr int32_t truncate(float x) { return static_cast<int32_t>(x); }
+constexpr int32_t truncate(double x) { return static_cast<int32_t>(x); }
+constexpr int32_t truncate(Fixed x) { return floor_to_int(x); }
 
 // The nearest integer, halves upwards, clamped to int32_t.
 constexpr int32_t round_to_int(float x) { return detail::round_float(x); }

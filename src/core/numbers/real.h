@@ -17,9 +17,9 @@
 // CPU has is taken (clang 14 knows target_clones, but not beside flatten). Bits do not change: lanes and the order of
 // their sums are fixed, and contraction is off.
 #if defined(__x86_64__) && defined(__linux__) && defined(WISP_MULTIVERSION) && !defined(__clang__)
-#define WISP_WIDE __attribute__((target_clones("avx2", "default"), flatten))
+#define WISP_MULTIVERSIONED __attribute__((target_clones("avx2", "default"), flatten))
 #else
-#define WISP_WIDE
+#define WISP_MULTIVERSIONED
 #endif
 
 namespace wisp {

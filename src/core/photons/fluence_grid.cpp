@@ -18,7 +18,7 @@ template <class Density> Real sum_of_smokes(const Medium &medium, Density &&dens
     return sum;
 }
 
-Color glow_of(const Smoke &smoke) { return (Color(Real(1)) - smoke.albedo) * smoke.emission * four_pi<Real>; }
+Color glow_of(const SmokeVolume &smoke) { return (Color(Real(1)) - smoke.albedo) * smoke.emission * four_pi<Real>; }
 
 // Which part of the tent around a node, of half-width `cell`, lies between low and high.
 Real share_of_tent(Real x, Real cell, Real low, Real high) {
@@ -55,9 +55,9 @@ Real irradiance_at(const Light &light, Real brightness, const Vec3 &x, Real cell
 // What light there is.
 struct Lit {
     const Medium &medium;
-    const Bricks &bricks;
-    const LightDepths &depths;
-    const PhotonStarts &starts;
+    const SparseGrid &bricks;
+    const OpticalDepthGrid &depths;
+    const EmissionDistribution &starts;
 };
 // All that tracing needs.
 struct Tracer : Lit {
@@ -71,7 +71,7 @@ Real brightness_at(const Lit &lit, const PhotonSource &source, uint32_t brick, c
     const Medium &medium = lit.medium;
     const Real sigma = source.light >= lit.depths.light_count
                            ? medium.smokes[source.smoke].field.bricks.nodes(brick)[at]
-                           : sum_of_smokes(medium, [&](const BrickField &field) { return field.nodes(brick)[at]; });
+                           : sum_of_smokes(medium, [&](const ResampledField &field) { return field.nodes(brick)[at]; });
     if (!(sigma > Real(0))) return Real(0);
     const Vec3 x = node_of(lit.bricks, brick, node), &cell = lit.bricks.cell;
     const Real here = scale_pow2(sigma, lit.starts.shift) * volume_share(lit.bricks.bounds, x, cell);
@@ -86,9 +86,9 @@ Real brightness_at(const Lit &lit, const PhotonSource &source, uint32_t brick, c
 // visit(node, its brightness) for those nodes of a brick that no later brick holds too.
 template <class Visit> void for_each_source_node(const Lit &lit, uint32_t s, uint32_t brick, Visit &&visit) {
     const PhotonSource &source = lit.starts.sources[s];
-    const LightDepths &depths = lit.depths;
+    const OpticalDepthGrid &depths = lit.depths;
     const Real *depth = source.light < depths.light_count
-                            ? light_depths_of(depths, brick) + size_t{source.light} * nodes_of(depths.stride)
+                            ? depths_of_brick(depths, brick) + size_t{source.light} * nodes_of(depths.stride)
                             : nullptr;
     const Cell &at = lit.bricks.place[brick], &count = lit.bricks.lattice.count;
     const auto last = [](int32_t i, int32_t n) { return i + 1 < n ? brick_cells : along; };
@@ -175,19 +175,19 @@ template <class Density> uint32_t smoke_at(const Medium &medium, Pcg32 &generato
 // Whether a surface stands between a point and the light that it would have.
 bool is_out_of_light(const Medium &medium, const Vec3 &x, const Illumination &from) {
     if (!medium.surfaces) return false;
-    const Real skin = medium.surfaces->skin;
+    const Real ray_epsilon = medium.surfaces->ray_epsilon;
     TreeCounts unused = {};
-    return is_blocked(*medium.surfaces, {x, -from.direction}, skin, from.distance - skin, no_triangle, unused);
+    return is_blocked(*medium.surfaces, {x, -from.direction}, ray_epsilon, from.distance - ray_epsilon, no_triangle, unused);
 }
 
 // One flight: pass(brick, place in it, 1 / rate) at every tentative collision.
 template <class Pass> Arrival fly(const Tracer &tracer, const Ray &ray, Pcg32 &generator, Pass &&pass) {
     Arrival arrival = {false, false, 0, ray.origin};
-    const Bricks &bricks = tracer.bricks;
+    const SparseGrid &bricks = tracer.bricks;
     const Medium &medium = tracer.medium;
-    Real begin = Real(0), end = path_end;
-    end = free_way(medium, ray, Real(0));
-    arrival.stopped = end < path_end;
+    Real begin = Real(0), end = infinite_distance;
+    end = distance_to_surface(medium, ray, Real(0));
+    arrival.stopped = end < infinite_distance;
     if (!clip(bricks.bounds, ray, begin, end)) return arrival;
     Real rest = exponential(generator);
     uint32_t tentative = 0;
@@ -200,7 +200,7 @@ template <class Pass> Arrival fly(const Tracer &tracer, const Ray &ray, Pcg32 &g
                 rest -= depth;
                 return true;
             }
-            if (++tentative == most_tentative) {
+            if (++tentative == max_tentative) {
                 ++tracer.statistics.photons.capped;
                 return false;
             }
@@ -208,7 +208,7 @@ template <class Pass> Arrival fly(const Tracer &tracer, const Ray &ray, Pcg32 &g
             rest = exponential(generator);
             const Vec3 p = start + way * t;
             pass(brick, p, inverse_rate);
-            const auto density = [&](const BrickField &field) { return extinction(field, brick, p); };
+            const auto density = [&](const ResampledField &field) { return extinction(field, brick, p); };
             const Real sigma = sum_of_smokes(medium, density);
             if (!(unit_half_open<Real>(generator()) * rate < sigma)) continue;
             arrival = {true, false, smoke_at(medium, generator, density), ray.origin + ray.direction * t};
@@ -219,33 +219,33 @@ template <class Pass> Arrival fly(const Tracer &tracer, const Ray &ray, Pcg32 &g
 }
 
 // A share of a number of 2^-24, rounded to nearest.
-int64_t units_of(Real share, Real units) { return whole_part(share * units + Real(0.5)); }
+int64_t units_of(Real share, Real units) { return truncate(share * units + Real(0.5)); }
 
 // At the nearest node alone: they vary little from one to the next, and twelve numbers at eight corners take long.
-void deposit_moments(const BrickDeposits &deposits, uint32_t brick, const Vec3 &p, Real power, const Moments &halves) {
-    const int32_t stride = moment_stride(deposits.stride), n = nodes_along(stride);
+void deposit_harmonics(const FluenceSums &deposits, uint32_t brick, const Vec3 &p, Real power, const SphericalHarmonics &halves) {
+    const int32_t stride = harmonic_spacing(deposits.stride), n = nodes_along(stride);
     const Vec3 q = p * (Real(n - 1) * Real(1.0 / brick_cells)) + Vec3(Real(0.5));
-    const auto nearest = [n](Real x) { return min(whole_part(max(x, Real(0))), n - 1); };
+    const auto nearest = [n](Real x) { return min(truncate(max(x, Real(0))), n - 1); };
     const int32_t node = (nearest(q.z) * n + nearest(q.y)) * n + nearest(q.x);
-    int64_t *sum = deposits.moments + (size_t{brick} * nodes_of(stride) + static_cast<uint32_t>(node)) * moment_numbers;
+    int64_t *sum = deposits.harmonics + (size_t{brick} * nodes_of(stride) + static_cast<uint32_t>(node)) * harmonic_numbers;
     const Real units = scale_pow2(power, deposit_bits); // below 2^31: 1 / rate is at most 32
-    sum[0] += whole_part(units);
-    for (uint32_t i = 0; i < moment_count; ++i) sum[1 + i] += whole_part(halves.of[i] * units);
+    sum[0] += truncate(units);
+    for (uint32_t i = 0; i < harmonic_count; ++i) sum[1 + i] += truncate(halves.of[i] * units);
 }
 
 // (1 + m) / 2 of a direction's moments m, which is not below 0.
-Moments halves_of(const Vec3 &direction) {
-    Moments halves = moments_of(direction);
+SphericalHarmonics halves_of(const Vec3 &direction) {
+    SphericalHarmonics halves = harmonics_of(direction);
     for (Real &m : halves.of) m = max(Real(0), Real(0.5) * m + Real(0.5));
     return halves;
 }
 
 // What a photon that flies along `direction` leaves at a place in a brick.
-void deposit(const BrickDeposits &deposits, uint32_t brick, const Vec3 &p, const Color &power, const Vec3 &direction,
-             const Moments &halves) {
+void deposit(const FluenceSums &deposits, uint32_t brick, const Vec3 &p, const Color &power, const Vec3 &direction,
+             const SphericalHarmonics &halves) {
     const int32_t stride = deposits.stride;
     const uint32_t n = static_cast<uint32_t>(nodes_along(stride));
-    const BrickPlace at = place_of(p, stride);
+    const GridPlace at = place_of(p, stride);
     const size_t first = size_t{brick} * nodes_of(stride) + at.node;
     Real share[8];
     for (uint32_t corner = 0; corner < 8; ++corner)
@@ -267,13 +267,13 @@ void deposit(const BrickDeposits &deposits, uint32_t brick, const Vec3 &p, const
             const int64_t part = units_of(share[corner], abs(units));
             deposits.flux[node(corner) * 3 + c] += units < Real(0) ? -part : part;
         }
-    if (deposits.moments) deposit_moments(deposits, brick, p, power.x + power.y + power.z, halves);
+    if (deposits.harmonics) deposit_harmonics(deposits, brick, p, power.x + power.y + power.z, halves);
 }
 
-void trace_photon(const Tracer &tracer, const BrickDeposits &deposits, uint64_t target, Pcg32 &generator,
+void trace_photon(const Tracer &tracer, const FluenceSums &deposits, uint64_t target, Pcg32 &generator,
                   Cursor &cursor) {
     seek(tracer, target, cursor);
-    const Bricks &bricks = tracer.bricks;
+    const SparseGrid &bricks = tracer.bricks;
     const Medium &medium = tracer.medium;
     const PhotonSource &source = tracer.starts.sources[cursor.entry / bricks.count];
     const uint32_t brick = static_cast<uint32_t>(cursor.entry % bricks.count);
@@ -298,13 +298,13 @@ void trace_photon(const Tracer &tracer, const BrickDeposits &deposits, uint64_t 
             return;
         }
         ray.direction = from.direction;
-        at.smoke = smoke_at(medium, generator, [&](const BrickField &field) { return extinction(field, ray.origin); });
+        at.smoke = smoke_at(medium, generator, [&](const ResampledField &field) { return extinction(field, ray.origin); });
         ++counts.collisions;
     }
     for (uint32_t number = 0;; ++number) {
         if (at.found) {
             // Survives when xi < q: strict, so that an albedo of 0 never does, and 1 always.
-            const Smoke &smoke = medium.smokes[at.smoke];
+            const SmokeVolume &smoke = medium.smokes[at.smoke];
             const Color scattered = power * smoke.albedo;
             const Real q = largest(scattered) / largest(power);
             if (!(unit_half_open<Real>(generator()) < q)) {
@@ -317,7 +317,7 @@ void trace_photon(const Tracer &tracer, const BrickDeposits &deposits, uint64_t 
             ray.direction = deflect(ray.direction, angle, unit_half_open<Real>(generator()));
         }
         const uint64_t capped = counts.capped;
-        const Moments halves = deposits.moments ? halves_of(ray.direction) : Moments{};
+        const SphericalHarmonics halves = deposits.harmonics ? halves_of(ray.direction) : SphericalHarmonics{};
         at = fly(tracer, ray, generator, [&](uint32_t passed, const Vec3 &p, Real inverse_rate) {
             deposit(deposits, passed, p, power * inverse_rate, ray.direction, halves);
         });
@@ -328,7 +328,7 @@ void trace_photon(const Tracer &tracer, const BrickDeposits &deposits, uint64_t 
         }
         ++counts.collisions;
         ++counts.stored;
-        if (number == most_collisions) {
+        if (number == max_collisions) {
             ++counts.capped;
             return;
         }
@@ -343,25 +343,25 @@ uint32_t source_limit(const Scene &scene) { return scene.light_count + scene.smo
 
 } // namespace
 
-uint64_t most_brick_flights(Real longest) {
+uint64_t max_fluence_flights(Real longest) {
     // A flight leaves its length in all, in units of 2^-24, times R + G + B, at most 3, in a flux or a moment.
     return (uint64_t{1} << (63 - deposit_bits)) / (4 * (static_cast<uint64_t>(floor_to_int(longest)) + 1));
 }
 
-BrickPhotonPlan plan_brick_photons(const Scene &scene, const Settings &settings, uint64_t bricks, int32_t stride) {
-    BrickPhotonPlan plan = {photon_needs(scene, settings), 0, 0};
+FluencePlan plan_fluence(const Scene &scene, const Settings &settings, uint64_t bricks, int32_t stride) {
+    FluencePlan plan = {photon_needs(scene, settings), 0, 0};
     if (!plan.needs.traced) return plan;
     plan.sums = bricks * nodes_of(stride) * ((plan.needs.powers ? 3 : 1) + (plan.needs.directions ? 3 : 0)) +
-                (plan.needs.moments ? bricks * nodes_of(moment_stride(stride)) * moment_numbers : 0);
+                (plan.needs.harmonics ? bricks * nodes_of(harmonic_spacing(stride)) * harmonic_numbers : 0);
     plan.bytes = Arena::bytes<int64_t>(plan.sums) + Arena::bytes<PhotonSource>(source_limit(scene)) +
                  Arena::bytes<Real>(bricks) + Arena::bytes<uint64_t>(source_limit(scene) * bricks + 1) +
                  Arena::bytes<Cursor>(1);
     return plan;
 }
 
-bool make_photon_starts(const Scene &scene, const Medium &medium, const LightDepths &depths, Arena &arena,
-                        PhotonStarts &starts) {
-    const Bricks &bricks = *medium.bricks;
+bool make_emission_distribution(const Scene &scene, const Medium &medium, const OpticalDepthGrid &depths, Arena &arena,
+                        EmissionDistribution &starts) {
+    const SparseGrid &bricks = *medium.bricks;
     starts = {};
     PhotonSource *sources = arena.make<PhotonSource>(source_limit(scene));
     Real *rate = arena.make<Real>(bricks.count);
@@ -379,7 +379,7 @@ bool make_photon_starts(const Scene &scene, const Medium &medium, const LightDep
     const Real least = max(least_per_brick / largest(edge), Real(1.0 / 32));
     Real densest = Real(0);
     for (uint32_t b = 0; b < bricks.count; ++b) {
-        const Real greatest = sum_of_smokes(medium, [b](const BrickField &field) { return field.greatest[b]; });
+        const Real greatest = sum_of_smokes(medium, [b](const ResampledField &field) { return field.greatest[b]; });
         rate[b] = max(greatest, least);
         densest = max(densest, greatest);
     }
@@ -404,19 +404,19 @@ bool make_photon_starts(const Scene &scene, const Medium &medium, const LightDep
     return true;
 }
 
-Status trace_brick_photons(const Medium &medium, const LightDepths &depths, const PhotonStarts &starts,
+Status trace_fluence(const Medium &medium, const OpticalDepthGrid &depths, const EmissionDistribution &starts,
                            const Settings &settings, const PhotonNeeds &needs, int32_t stride, const Batches &batches,
-                           const Observer &observer, Arena &arena, MapSums &sums, Statistics &statistics,
-                           BrickDeposits &deposits) {
-    const Bricks &bricks = *medium.bricks;
+                           const Observer &observer, Arena &arena, PhotonSums &sums, Statistics &statistics,
+                           FluenceSums &deposits) {
+    const SparseGrid &bricks = *medium.bricks;
     const uint64_t nodes = uint64_t{bricks.count} * nodes_of(stride);
     deposits = {&bricks, stride, sums.values, nullptr, nullptr, needs.powers ? 3u : 1u, Color(Real(1)), {Real(1), 0}};
     const uint64_t powers = nodes * deposits.channels, with_flux = powers + (needs.directions ? nodes * 3 : 0);
-    const uint64_t moment_nodes = uint64_t{bricks.count} * nodes_of(moment_stride(stride));
-    const uint64_t numbers = with_flux + (needs.moments ? moment_nodes * moment_numbers : 0);
+    const uint64_t harmonic_nodes = uint64_t{bricks.count} * nodes_of(harmonic_spacing(stride));
+    const uint64_t numbers = with_flux + (needs.harmonics ? harmonic_nodes * harmonic_numbers : 0);
     if (needs.directions) deposits.flux = sums.values + powers;
-    if (needs.moments) deposits.moments = sums.values + with_flux;
-    if (sums.count != 0 && sums.count != numbers) return Status::wrong_sums;
+    if (needs.harmonics) deposits.harmonics = sums.values + with_flux;
+    if (sums.count != 0 && sums.count != numbers) return Status::size_mismatch;
     if (numbers > sums.capacity) return Status::out_of_memory;
     for (uint64_t i = 0; sums.count == 0 && i < numbers; ++i) sums.values[i] = 0;
     sums.count = numbers;
@@ -439,7 +439,7 @@ Status trace_brick_photons(const Medium &medium, const LightDepths &depths, cons
         return detail::divide(whole_product(photon, total), settings.photons).quotient;
     };
     const auto &counts = statistics.photons;
-    const uint64_t most = most_brick_flights(length(bricks.bounds.high - bricks.bounds.low));
+    const uint64_t most = max_fluence_flights(length(bricks.bounds.high - bricks.bounds.low));
     bool fits = true;
     const Status status = for_each_batch(settings.photons, batches, observer, [&](uint64_t batch, uint64_t photons) {
         uint64_t photon = batch * batch_photons;
@@ -459,8 +459,8 @@ Status trace_brick_photons(const Medium &medium, const LightDepths &depths, cons
     return fits ? status : Status::overflow;
 }
 
-MeanLight light_at_node(const BrickDeposits &deposits, uint32_t brick, const Cell &node) {
-    const Bricks &bricks = *deposits.bricks;
+FluenceAndFlux light_at_node(const FluenceSums &deposits, uint32_t brick, const Cell &node) {
+    const SparseGrid &bricks = *deposits.bricks;
     const int32_t stride = deposits.stride;
     const Vec3 x = node_of(bricks, brick, {node.x * stride, node.y * stride, node.z * stride});
     const Vec3 cell = bricks.cell * Real(stride);
@@ -473,7 +473,7 @@ MeanLight light_at_node(const BrickDeposits &deposits, uint32_t brick, const Cel
         for (uint32_t c = 0; c < deposits.channels; ++c) power[c] += deposits.power[k * deposits.channels + c];
         for (uint32_t c = 0; deposits.flux && c < 3; ++c) flux[c] += deposits.flux[k * 3 + c];
     });
-    MeanLight light = {Color(Real(0)), Vec3(Real(0))};
+    FluenceAndFlux light = {Color(Real(0)), Vec3(Real(0))};
     if (!(share > Real(0))) return light;
     const Color sum = deposits.channels == 1 ? deposits.photon_color * photons_of(power[0])
                                              : Color(photons_of(power[0]), photons_of(power[1]), photons_of(power[2]));
@@ -487,20 +487,20 @@ MeanLight light_at_node(const BrickDeposits &deposits, uint32_t brick, const Cel
     return light;
 }
 
-Moments moments_at_node(const BrickDeposits &deposits, uint32_t brick, const Cell &node) {
-    const int32_t stride = moment_stride(deposits.stride);
-    int64_t sum[moment_numbers] = {};
+SphericalHarmonics harmonics_at_node(const FluenceSums &deposits, uint32_t brick, const Cell &node) {
+    const int32_t stride = harmonic_spacing(deposits.stride);
+    int64_t sum[harmonic_numbers] = {};
     for_each_holder(*deposits.bricks, deposits.bricks->place[brick], node, nodes_along(stride),
                     [&](uint32_t other, uint32_t there) {
                         const size_t k = size_t{other} * nodes_of(stride) + there;
-                        for (uint32_t i = 0; i < moment_numbers; ++i)
-                            sum[i] += deposits.moments[k * moment_numbers + i];
+                        for (uint32_t i = 0; i < harmonic_numbers; ++i)
+                            sum[i] += deposits.harmonics[k * harmonic_numbers + i];
                     });
-    Moments moments = {};
+    SphericalHarmonics harmonics = {};
     const Real all = photons_of(sum[0]);
-    for (uint32_t i = 0; all > Real(0) && i < moment_count; ++i)
-        moments.of[i] = photons_of(sum[1 + i] - (sum[0] - sum[1 + i])) / all; // (1 + m) / 2 less (1 - m) / 2
-    return moments;
+    for (uint32_t i = 0; all > Real(0) && i < harmonic_count; ++i)
+        harmonics.of[i] = photons_of(sum[1 + i] - (sum[0] - sum[1 + i])) / all; // (1 + m) / 2 less (1 - m) / 2
+    return harmonics;
 }
 
 } // namespace wisp::WISP_ARITH

@@ -12,12 +12,12 @@
 namespace wisp::WISP_ARITH {
 
 // What the nodes received, in integers: the same sums whatever the order.
-struct BrickDeposits {
-    const Bricks *bricks;
+struct FluenceSums {
+    const SparseGrid *bricks;
     int32_t stride;
     int64_t *power;    // `channels` of each node, in units of deposits times a unit of length
     int64_t *flux;     // three of each: the sum of direction times (R + G + B); nullptr where all smoke scatters evenly
-    int64_t *moments;  // `moment_numbers` at every `moment_stride`: the sums of R + G + B, and of (1 + m) / 2 times it
+    int64_t *harmonics;  // `harmonic_numbers` at every `harmonic_spacing`: the sums of R + G + B, and of (1 + m) / 2 times it
                        // for moments m of directions; nullptr where no smoke takes them
     uint32_t channels; // one where all photons are alike
     Color photon_color; // of all photons, where they are alike
@@ -25,17 +25,17 @@ struct BrickDeposits {
 };
 
 // How many numbers photons leave at most, and the bytes for them and for what tracing needs beside them.
-struct BrickPhotonPlan {
+struct FluencePlan {
     PhotonNeeds needs;
     uint64_t sums, bytes;
 };
 // What directions are beyond the flux varies less from place to place than power does.
-constexpr int32_t moment_stride(int32_t stride) { return min(2 * stride, brick_cells / 2); }
-constexpr uint32_t moment_numbers = 1 + moment_count;
-BrickPhotonPlan plan_brick_photons(const Scene &scene, const Settings &settings, uint64_t bricks, int32_t stride);
+constexpr int32_t harmonic_spacing(int32_t stride) { return min(2 * stride, brick_cells / 2); }
+constexpr uint32_t harmonic_numbers = 1 + harmonic_count;
+FluencePlan plan_fluence(const Scene &scene, const Settings &settings, uint64_t bricks, int32_t stride);
 
 // Flights no longer than `longest` of which the sums hold any one's.
-uint64_t most_brick_flights(Real longest);
+uint64_t max_fluence_flights(Real longest);
 
 // One thing that photons start from: a light's first collisions, or the glow of a smoke.
 struct PhotonSource {
@@ -46,7 +46,7 @@ struct PhotonSource {
 };
 
 // Where photons start, whatever their number and whatever stands in their way.
-struct PhotonStarts {
+struct EmissionDistribution {
     const PhotonSource *sources;
     uint32_t source_count;
     const Real *rate;       // by brick: tentative collisions per unit of length
@@ -55,19 +55,19 @@ struct PhotonStarts {
     const uint64_t *before; // by source and brick: the weights before; one more at the end
 };
 // False: the arena was too small. `depths`: to all lights, over the medium's bricks.
-bool make_photon_starts(const Scene &scene, const Medium &medium, const LightDepths &depths, Arena &arena,
-                        PhotonStarts &starts);
+bool make_emission_distribution(const Scene &scene, const Medium &medium, const OpticalDepthGrid &depths, Arena &arena,
+                        EmissionDistribution &starts);
 
 // Adds what the photons of `batches` leave, none perhaps, to `sums`, and makes `deposits` of those as if all were
 // there.
-Status trace_brick_photons(const Medium &medium, const LightDepths &depths, const PhotonStarts &starts,
+Status trace_fluence(const Medium &medium, const OpticalDepthGrid &depths, const EmissionDistribution &starts,
                            const Settings &settings, const PhotonNeeds &needs, int32_t stride, const Batches &batches,
-                           const Observer &observer, Arena &arena, MapSums &sums, Statistics &statistics,
-                           BrickDeposits &deposits);
+                           const Observer &observer, Arena &arena, PhotonSums &sums, Statistics &statistics,
+                           FluenceSums &deposits);
 
 // What all bricks that hold a node received there.
-MeanLight light_at_node(const BrickDeposits &deposits, uint32_t brick, const Cell &node);
+FluenceAndFlux light_at_node(const FluenceSums &deposits, uint32_t brick, const Cell &node);
 // The moments relative to the power, at one of the nodes that keep them.
-Moments moments_at_node(const BrickDeposits &deposits, uint32_t brick, const Cell &node);
+SphericalHarmonics harmonics_at_node(const FluenceSums &deposits, uint32_t brick, const Cell &node);
 
 } // namespace wisp::WISP_ARITH

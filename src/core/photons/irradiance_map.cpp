@@ -12,7 +12,7 @@ bool suffices(const Color *light, int32_t fine, int32_t coarse, Real most) {
         for (int32_t y = 0; y < n; ++y)
             for (int32_t x = 0; x < n; ++x) {
                 const Color &here = light[(z * n + y) * n + x];
-                const BrickPlace at = place_of(Vec3(Real(x * fine), Real(y * fine), Real(z * fine)), coarse);
+                const GridPlace at = place_of(Vec3(Real(x * fine), Real(y * fine), Real(z * fine)), coarse);
                 const int32_t m = nodes_along(coarse);
                 for (int32_t c = 0; c < 3; ++c) {
                     const Real between = between_nodes(at, coarse, [&](uint32_t node) {
@@ -28,7 +28,7 @@ bool suffices(const Color *light, int32_t fine, int32_t coarse, Real most) {
 
 // The points of all bricks before they are packed, at every `stride` cells.
 struct Points {
-    const Bricks *bricks;
+    const SparseGrid *bricks;
     int32_t stride, along;
     uint32_t nodes; // of a brick
     uint64_t count;
@@ -37,7 +37,7 @@ struct Points {
     bool *known;
     Color *radiance;
 };
-bool make_points(const Bricks &bricks, int32_t stride, bool flux, Arena &arena, Points &points) {
+bool make_points(const SparseGrid &bricks, int32_t stride, bool flux, Arena &arena, Points &points) {
     points = {};
     points.bricks = &bricks;
     points.stride = stride;
@@ -61,7 +61,7 @@ constexpr double interpolated = 1.0 / 12, scattered_and_interpolated = 1.0 / 6;
 
 // Whether photons tell what light there is at a node: where hardly any of its tent lies in the smoke's bounds they do
 // not.
-bool tells(const Bricks &bricks, uint32_t brick, const Cell &node, int32_t stride) {
+bool tells(const SparseGrid &bricks, uint32_t brick, const Cell &node, int32_t stride) {
     const Vec3 x = node_of(bricks, brick, {node.x * stride, node.y * stride, node.z * stride});
     const Vec3 reach = bricks.cell * (Real(stride) * Real(15.0 / 16));
     const Vec3 low = x - reach, high = x + reach;
@@ -73,7 +73,7 @@ bool tells(const Bricks &bricks, uint32_t brick, const Cell &node, int32_t strid
 // visit(point) for the neighbours of a node along those axes on which both are known: beyond others light is taken to
 // go on as it comes.
 template <class Visit> void for_each_neighbour(const Points &points, uint64_t i, Visit &&visit) {
-    const Bricks &bricks = *points.bricks;
+    const SparseGrid &bricks = *points.bricks;
     const Cell &place = bricks.place[i / points.nodes];
     const Cell node = cell_of_index(points.along, static_cast<uint32_t>(i % points.nodes));
     const auto beside = [&](int32_t axis, int32_t step) {
@@ -132,7 +132,7 @@ bool sharpen(Points &points, double share_, Arena &arena) {
 // the brick's own.
 void pack_points(const Medium &medium, Points &points, Real tolerance, Irradiance &map) {
     const int32_t n = points.along;
-    const Bricks &bricks = *points.bricks;
+    const SparseGrid &bricks = *points.bricks;
     for (uint32_t b = 0; b < bricks.count; ++b) {
         const Color *light = points.radiance + uint64_t{b} * points.nodes;
         Real greatest = Real(0);
@@ -150,11 +150,11 @@ void pack_points(const Medium &medium, Points &points, Real tolerance, Irradianc
         points.first[b] = static_cast<int32_t>(map.points);
         points.strides[b] = stride;
         points.exponent[b] = exponent_for(greatest);
-        const int32_t ratio = stride / points.stride, m = nodes_along(stride), unit = grey_bits - points.exponent[b];
+        const int32_t ratio = stride / points.stride, m = nodes_along(stride), unit = single_channel_bits - points.exponent[b];
         for (uint32_t k = 0; k < nodes_of(stride); ++k) {
             const Cell node = cell_of_index(m, k);
             const size_t from = static_cast<size_t>((node.z * ratio * n + node.y * ratio) * n + node.x * ratio);
-            points.value[map.points] = map.grey
+            points.value[map.points] = map.single_channel
                                            ? static_cast<uint32_t>(round_to_int(scale_pow2(largest(light[from]), unit)))
                                            : pack_color(light[from], points.exponent[b]);
             // What is read never lies behind what is written.
@@ -200,17 +200,17 @@ void finish(const Medium &medium, Points &points, double share, Real tolerance, 
 }
 
 // False: the arena was too small.
-bool pack_moments(const BrickDeposits &deposits, Arena &arena, Irradiance &map) {
-    map.moment_stride = moment_stride(deposits.stride);
-    const uint32_t nodes = nodes_of(map.moment_stride);
+bool pack_harmonics(const FluenceSums &deposits, Arena &arena, Irradiance &map) {
+    map.harmonic_spacing = harmonic_spacing(deposits.stride);
+    const uint32_t nodes = nodes_of(map.harmonic_spacing);
     const uint64_t count = uint64_t{deposits.bricks->count} * nodes;
-    uint32_t *packed = arena.make<uint32_t>(count * moment_words);
+    uint32_t *packed = arena.make<uint32_t>(count * harmonic_words);
     if (!packed) return false;
-    map.moments = packed;
+    map.harmonics = packed;
     for (uint64_t i = 0; i < count; ++i) {
-        const Cell node = cell_of_index(nodes_along(map.moment_stride), static_cast<uint32_t>(i % nodes));
-        const Moments moments = moments_at_node(deposits, static_cast<uint32_t>(i / nodes), node);
-        for (const Real *m = moments.of; m < moments.of + moment_count; m += 3)
+        const Cell node = cell_of_index(nodes_along(map.harmonic_spacing), static_cast<uint32_t>(i % nodes));
+        const SphericalHarmonics harmonics = harmonics_at_node(deposits, static_cast<uint32_t>(i / nodes), node);
+        for (const Real *m = harmonics.of; m < harmonics.of + harmonic_count; m += 3)
             *packed++ = pack_flux(Vec3(m[0], m[1], m[2]));
     }
     return true;
@@ -220,7 +220,7 @@ bool pack_moments(const BrickDeposits &deposits, Arena &arena, Irradiance &map) 
 // that several bricks hold.
 template <class Estimate>
 Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Estimate &&estimate) {
-    const Bricks &bricks = *request.bricks;
+    const SparseGrid &bricks = *request.bricks;
     const int32_t stride = request.stride;
     Irradiance map = {};
     map.bricks = &bricks;
@@ -249,7 +249,7 @@ Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Es
                 if (points.flux) points.flux[here] = points.flux[before];
                 continue;
             }
-            MeanLight light = {Color(Real(0)), Vec3(Real(0))};
+            FluenceAndFlux light = {Color(Real(0)), Vec3(Real(0))};
             points.known[here] = estimate(node_of(bricks, b, node), light);
             points.radiance[here] = light.radiance;
             if (points.flux) points.flux[here] = pack_flux(light.flux);
@@ -261,32 +261,32 @@ Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Es
 
 } // namespace
 
-uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t stride, bool flux, bool moments) {
+uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t stride, bool flux, bool harmonics) {
     const uint64_t points = bricks * nodes_of(stride);
     uint64_t bytes = 3 * Arena::bytes<int32_t>(bricks) + (flux ? 2 : 1) * Arena::bytes<uint32_t>(points) +
                      Arena::bytes<bool>(points) + 3 * Arena::bytes<Color>(points);
-    if (moments) bytes += Arena::bytes<uint32_t>(bricks * nodes_of(moment_stride(stride)) * moment_words);
-    bytes += Arena::bytes<MeanLight *>(scene.smoke_count);
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) bytes += Arena::bytes<MeanLight>(elements_of(scene.smokes[i]));
+    if (harmonics) bytes += Arena::bytes<uint32_t>(bricks * nodes_of(harmonic_spacing(stride)) * harmonic_words);
+    bytes += Arena::bytes<FluenceAndFlux *>(scene.smoke_count);
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) bytes += Arena::bytes<FluenceAndFlux>(elements_of(scene.smokes[i]));
     return bytes;
 }
 
-Irradiance make_irradiance(const Medium &medium, const BrickDeposits &deposits, Real tolerance, Arena &arena) {
+Irradiance make_irradiance(const Medium &medium, const FluenceSums &deposits, Real tolerance, Arena &arena) {
     Irradiance map = {};
     map.bricks = deposits.bricks;
     map.of_light = true;
-    map.grey = deposits.channels == 1;
+    map.single_channel = deposits.channels == 1;
     map.color = deposits.photon_color;
     Points points;
     if (!make_points(*deposits.bricks, deposits.stride, deposits.flux != nullptr, arena, points)) return map;
     for (uint64_t i = 0; i < points.count; ++i) {
         const Cell node = cell_of_index(points.along, static_cast<uint32_t>(i % points.nodes));
-        const MeanLight light = light_at_node(deposits, static_cast<uint32_t>(i / points.nodes), node);
+        const FluenceAndFlux light = light_at_node(deposits, static_cast<uint32_t>(i / points.nodes), node);
         points.radiance[i] = light.radiance;
         if (points.flux) points.flux[i] = pack_flux(light.flux);
         points.known[i] = tells(*deposits.bricks, static_cast<uint32_t>(i / points.nodes), node, deposits.stride);
     }
-    if (deposits.moments && !pack_moments(deposits, arena, map)) return map;
+    if (deposits.harmonics && !pack_harmonics(deposits, arena, map)) return map;
     finish(medium, points, scattered_and_interpolated, tolerance, arena, map);
     return map;
 }
@@ -294,10 +294,10 @@ Irradiance make_irradiance(const Medium &medium, const BrickDeposits &deposits, 
 Irradiance make_irradiance(const IrradianceRequest &request, const PhotonMap *maps, const Real *radius, Gather &gather,
                            Arena &arena, Statistics &statistics) {
     const Medium &medium = *request.medium;
-    return make_irradiance_of(request, arena, [&](const Vec3 &x, MeanLight &light) {
+    return make_irradiance_of(request, arena, [&](const Vec3 &x, FluenceAndFlux &light) {
         Vec3 flux(Real(0));
         for (uint32_t s = 0; s < medium.count; ++s) {
-            const MeanLight there = scattered_evenly(maps[s], x, radius[s], gather, statistics);
+            const FluenceAndFlux there = estimate_fluence(maps[s], x, radius[s], gather, statistics);
             const Color scattered = medium.smokes[s].albedo * there.radiance;
             light.radiance += scattered;
             flux += there.flux * (scattered.x + scattered.y + scattered.z);
@@ -310,20 +310,20 @@ Irradiance make_irradiance(const IrradianceRequest &request, const PhotonMap *ma
 
 Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &packed, Arena &arena) {
     const Medium &medium = *request.medium;
-    MeanLight **lights = arena.make<MeanLight *>(medium.count);
+    FluenceAndFlux **lights = arena.make<FluenceAndFlux *>(medium.count);
     if (!lights) return {};
     for (uint32_t s = 0; s < medium.count; ++s) {
-        const uint32_t count = packed.of_smoke[s].count;
-        lights[s] = arena.make<MeanLight>(count);
+        const uint32_t count = packed.per_smoke[s].count;
+        lights[s] = arena.make<FluenceAndFlux>(count);
         if (!lights[s]) return {};
         for (uint32_t i = 0; i < count; ++i) lights[s][i] = light_of_element(packed, medium.smokes[s], s, i);
     }
-    Irradiance map = make_irradiance_of(request, arena, [&](const Vec3 &x, MeanLight &light) {
+    Irradiance map = make_irradiance_of(request, arena, [&](const Vec3 &x, FluenceAndFlux &light) {
         Real sigma = Real(0);
         Vec3 flux(Real(0));
         for (uint32_t s = 0; s < medium.count; ++s)
             for_each_extinction(medium.smokes[s].field, x, [&](uint32_t element, Real part) {
-                const MeanLight &there = lights[s][element];
+                const FluenceAndFlux &there = lights[s][element];
                 sigma += part;
                 light.radiance += there.radiance * part;
                 flux += there.flux * (part * (there.radiance.x + there.radiance.y + there.radiance.z));
@@ -337,16 +337,16 @@ Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &pa
     return map;
 }
 
-MeanLight light_at(const Irradiance &irradiance, uint32_t brick, const Vec3 &p) {
+FluenceAndFlux light_at(const Irradiance &irradiance, uint32_t brick, const Vec3 &p) {
     const int32_t stride = irradiance.stride[brick], first = irradiance.first[brick];
     const int32_t exponent = irradiance.exponent[brick];
-    const BrickPlace at = place_of(p, stride);
+    const GridPlace at = place_of(p, stride);
     const uint32_t *value = irradiance.value + first;
-    MeanLight light = {Color(Real(0)), Vec3(Real(0))};
-    if (irradiance.grey) {
-        const Real grey =
+    FluenceAndFlux light = {Color(Real(0)), Vec3(Real(0))};
+    if (irradiance.single_channel) {
+        const Real single_channel =
             between_nodes(at, stride, [value](uint32_t node) { return Real(static_cast<int32_t>(value[node])); });
-        light.radiance = irradiance.color * scale_pow2(grey, exponent - grey_bits);
+        light.radiance = irradiance.color * scale_pow2(single_channel, exponent - single_channel_bits);
     } else {
         for (int32_t c = 0; c < 3; ++c)
             light.radiance[c] =
@@ -362,14 +362,14 @@ MeanLight light_at(const Irradiance &irradiance, uint32_t brick, const Vec3 &p) 
 Color scattered_light(const Irradiance &irradiance, const Medium &medium, const Vec3 &x, const Vec3 &out,
                       const Real *extinctions) {
     Color sum(Real(0));
-    const Bricks &bricks = *irradiance.bricks;
+    const SparseGrid &bricks = *irradiance.bricks;
     const uint32_t brick = brick_at(bricks, cell_at(bricks.lattice, x));
     if (brick == no_brick) return sum;
-    const MeanLight light = light_at(irradiance, brick, place_in(bricks, brick, x));
+    const FluenceAndFlux light = light_at(irradiance, brick, place_in(bricks, brick, x));
     Color weight(Real(0)), uneven(Real(0)); // sum of sigma_s, and of sigma_s p 4 pi
     for (uint32_t i = 0; i < medium.count; ++i) {
         if (!(extinctions[i] > Real(0))) continue;
-        const Smoke &smoke = medium.smokes[i];
+        const SmokeVolume &smoke = medium.smokes[i];
         const Real p = irradiance.flux ? phase_of_flux(smoke.phase, light.flux, out) * four_pi<Real> : Real(1);
         weight += smoke.albedo * extinctions[i];
         uneven += smoke.albedo * (extinctions[i] * p);

@@ -17,38 +17,38 @@
 
 namespace wisp::WISP_ARITH {
 
-constexpr int32_t grey_bits = 30;
-constexpr uint32_t moment_words = moment_count / 3;
-static_assert(moment_words * 3 == moment_count, "packed by threes, as fluxes are");
+constexpr int32_t single_channel_bits = 30;
+constexpr uint32_t harmonic_words = harmonic_count / 3;
+static_assert(harmonic_words * 3 == harmonic_count, "packed by threes, as fluxes are");
 
 struct Irradiance {
-    const Bricks *bricks;
+    const SparseGrid *bricks;
     const int32_t *first;    // by brick: its first point
     const int32_t *stride;   // by brick: cells between its points
     const int32_t *exponent; // by brick: its brightest point is below 2^exponent
     const uint32_t *value;   // by point
     const uint32_t *flux;    // or nullptr
-    const uint32_t *moments; // packed as fluxes, three in each of `moment_words`; or nullptr
-    int32_t moment_stride;
+    const uint32_t *harmonics; // packed as fluxes, three in each of `harmonic_words`; or nullptr
+    int32_t harmonic_spacing;
     uint32_t points;
     bool of_light; // a point is to be multiplied with sigma_s; false: it has been
-    bool grey;     // all light has one colour
+    bool single_channel;     // all light has one colour
     Color color;   // ... namely this, its largest channel 1
     bool ready;    // false: the arena was too small
 };
 inline uint64_t bytes_of(const Irradiance &map) {
-    const uint64_t of_brick = 3 * sizeof(int32_t) + (map.moments ? nodes_of(map.moment_stride) * moment_words * 4 : 0);
+    const uint64_t of_brick = 3 * sizeof(int32_t) + (map.harmonics ? nodes_of(map.harmonic_spacing) * harmonic_words * 4 : 0);
     return uint64_t{map.points} * (map.flux ? 8 : 4) + uint64_t{map.bricks->count} * of_brick;
 }
-uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t stride, bool flux, bool moments);
+uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t stride, bool flux, bool harmonics);
 
 // The map of what photons left at the bricks' nodes. `tolerance` > 0: bricks are given as few points as keep every
 // other one within that part of the brick's largest (adaptive).
-Irradiance make_irradiance(const Medium &medium, const BrickDeposits &deposits, Real tolerance, Arena &arena);
+Irradiance make_irradiance(const Medium &medium, const FluenceSums &deposits, Real tolerance, Arena &arena);
 
 struct IrradianceRequest {
     const Medium *medium;
-    const Bricks *bricks;
+    const SparseGrid *bricks;
     int32_t stride;
     Real tolerance;
     bool flux;       // some smoke does not scatter evenly
@@ -61,7 +61,7 @@ Irradiance make_irradiance(const IrradianceRequest &request, const PhotonMap *ma
 Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &map, Arena &arena);
 
 // The map's value at p, a place in a brick in cells.
-MeanLight light_at(const Irradiance &irradiance, uint32_t brick, const Vec3 &p);
+FluenceAndFlux light_at(const Irradiance &irradiance, uint32_t brick, const Vec3 &p);
 
 // What is scattered at x along `out` for the second time and more, per unit of length; the smokes have these
 // extinctions there.

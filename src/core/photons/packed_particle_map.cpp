@@ -63,7 +63,7 @@ struct Element {
     Vec3 position;
     Real cross_section; // the integral of its part of sigma_t
 };
-Element element_of(const Smoke &smoke, uint32_t index) {
+Element element_of(const SmokeVolume &smoke, uint32_t index) {
     if (smoke.field.is_grid) {
         const GridField &grid = smoke.field.grid;
         const Vec3 &edge = grid.between.edge;
@@ -82,10 +82,10 @@ Color per_cross_section(const Color &power, Real cross_section, const PhotonUnit
 }
 
 // Sum of p times the light that was scattered before, towards the eye, at an element.
-Color multiple_scattering(const PackedMap &map, const Smoke &smoke, uint32_t index, uint32_t i, const Element &element,
+Color multiple_scattering(const PackedMap &map, const SmokeVolume &smoke, uint32_t index, uint32_t i, const Element &element,
                           const Vec3 &eye) {
-    if (!map.of_smoke) return Color(Real(0));
-    const MapEntries &entries = map.of_smoke[index];
+    if (!map.per_smoke) return Color(Real(0));
+    const MapEntries &entries = map.per_smoke[index];
     const Color power = power_of(map, entries, i, 0);
     if (!(largest(power) > Real(0))) return power;
     Real p = inv_four_pi<Real>;
@@ -98,7 +98,7 @@ Color multiple_scattering(const PackedMap &map, const Smoke &smoke, uint32_t ind
 }
 
 // The elements of one smoke that carry power, as photons.
-bool make_element_map(const PackedMap &map, const Smoke &smoke, const MapEntries &entries, Arena &arena,
+bool make_element_map(const PackedMap &map, const SmokeVolume &smoke, const MapEntries &entries, Arena &arena,
                       PhotonMap &elements) {
     uint32_t count = 0;
     for (uint32_t i = 0; i < entries.count; ++i) count += entries.power[i] != 0 ? 1 : 0;
@@ -131,8 +131,8 @@ bool make_element_map(const PackedMap &map, const Smoke &smoke, const MapEntries
 
 } // namespace
 
-MeanLight light_of_element(const PackedMap &map, const Smoke &smoke, uint32_t index, uint32_t element) {
-    const MapEntries &entries = map.of_smoke[index];
+FluenceAndFlux light_of_element(const PackedMap &map, const SmokeVolume &smoke, uint32_t index, uint32_t element) {
+    const MapEntries &entries = map.per_smoke[index];
     const Real cross_section = element_of(smoke, element).cross_section;
     if (!(cross_section > Real(0))) return {Color(Real(0)), Vec3(Real(0))};
     const Color power = power_of(map, entries, element, 0) * inv_four_pi<Real>;
@@ -143,14 +143,14 @@ MeanLight light_of_element(const PackedMap &map, const Smoke &smoke, uint32_t in
 bool make_packed_map(const Scene &scene, const PhotonNeeds &needs, Direction kept, Arena &arena, PackedMap &packed) {
     packed = {};
     if (!needs.traced) return true;
-    packed.of_smoke = arena.make<MapEntries>(scene.smoke_count);
-    if (!packed.of_smoke) return false;
+    packed.per_smoke = arena.make<MapEntries>(scene.smoke_count);
+    if (!packed.per_smoke) return false;
     packed.count = scene.smoke_count;
     packed.one_channel = !needs.powers;
     packed.kept = kept;
     for (uint32_t i = 0; i < packed.count; ++i) {
-        const bool directions = order_of(scene.smokes[i].asymmetry) != 0;
-        MapEntries &entries = packed.of_smoke[i];
+        const bool directions = total_order_key(scene.smokes[i].asymmetry) != 0;
+        MapEntries &entries = packed.per_smoke[i];
         entries = {};
         entries.count = elements_of(scene.smokes[i]);
         entries.power = arena.make<uint32_t>(entries.count);
@@ -165,23 +165,23 @@ uint64_t packed_map_bytes(const Scene &scene, const PhotonNeeds &needs) {
     uint64_t bytes = Arena::bytes<MapEntries>(scene.smoke_count);
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
         bytes +=
-            Arena::bytes<uint32_t>(elements_of(scene.smokes[i])) * (order_of(scene.smokes[i].asymmetry) != 0 ? 2 : 1);
+            Arena::bytes<uint32_t>(elements_of(scene.smokes[i])) * (total_order_key(scene.smokes[i].asymmetry) != 0 ? 2 : 1);
     return bytes;
 }
 
 uint64_t bytes_of(const PackedMap &map) {
     uint64_t bytes = 0;
-    for (uint32_t i = 0; map.of_smoke && i < map.count; ++i)
-        bytes += uint64_t{map.of_smoke[i].count} * (map.of_smoke[i].direction ? 8 : 4);
+    for (uint32_t i = 0; map.per_smoke && i < map.count; ++i)
+        bytes += uint64_t{map.per_smoke[i].count} * (map.per_smoke[i].direction ? 8 : 4);
     return bytes;
 }
 
 void pack_map(const ParticleMap &map, PackedMap &packed) {
     packed.photon_color = map.photon_color;
     packed.unit = map.unit;
-    if (!map.of_smoke) packed.of_smoke = nullptr;
-    for (uint32_t i = 0; packed.of_smoke && i < packed.count; ++i)
-        pack_entries(map.of_smoke[i], map.photon_color, packed.of_smoke[i]);
+    if (!map.per_smoke) packed.per_smoke = nullptr;
+    for (uint32_t i = 0; packed.per_smoke && i < packed.count; ++i)
+        pack_entries(map.per_smoke[i], map.photon_color, packed.per_smoke[i]);
 }
 
 const Color *const *make_sources(const Scene &scene, const Medium &medium, const PackedMap &map, const Vec3 &eye,
@@ -189,7 +189,7 @@ const Color *const *make_sources(const Scene &scene, const Medium &medium, const
     const Color **sources = arena.make<const Color *>(medium.count);
     if (!sources) return nullptr;
     for (uint32_t s = 0; s < medium.count; ++s) {
-        const Smoke &smoke = medium.smokes[s];
+        const SmokeVolume &smoke = medium.smokes[s];
         const uint32_t count = elements_of(scene.smokes[s]);
         Color *source = arena.make<Color>(count);
         if (!source) return nullptr;
@@ -207,12 +207,12 @@ const Color *const *make_sources(const Scene &scene, const Medium &medium, const
 
 bool make_element_maps(const Medium &medium, const PackedMap &map, Arena &arena, const PhotonMap *&maps) {
     maps = nullptr;
-    if (!map.of_smoke) return true;
-    PhotonMap *of_smoke = arena.make<PhotonMap>(medium.count);
-    if (!of_smoke) return false;
+    if (!map.per_smoke) return true;
+    PhotonMap *per_smoke = arena.make<PhotonMap>(medium.count);
+    if (!per_smoke) return false;
     for (uint32_t i = 0; i < medium.count; ++i)
-        if (!make_element_map(map, medium.smokes[i], map.of_smoke[i], arena, of_smoke[i])) return false;
-    maps = of_smoke;
+        if (!make_element_map(map, medium.smokes[i], map.per_smoke[i], arena, per_smoke[i])) return false;
+    maps = per_smoke;
     return true;
 }
 

@@ -18,7 +18,7 @@ struct MapEntries {
 };
 
 struct PackedMap {
-    MapEntries *of_smoke; // one a smoke; nullptr where nothing scatters twice
+    MapEntries *per_smoke; // one a smoke; nullptr where nothing scatters twice
     uint32_t count;       // of smokes
     bool one_channel;     // all photons are alike
     Color photon_color;   // ... and of this colour
@@ -34,7 +34,7 @@ uint64_t bytes_of(const PackedMap &map); // of the entries
 void pack_map(const ParticleMap &map, PackedMap &packed);
 
 // The light of an element, phi / (4 pi) and flux.
-MeanLight light_of_element(const PackedMap &map, const Smoke &smoke, uint32_t index, uint32_t element);
+FluenceAndFlux light_of_element(const PackedMap &map, const SmokeVolume &smoke, uint32_t index, uint32_t element);
 
 // The source function of every element towards the eye, per unit of sigma_t: what is scattered there for the second
 // time and more, and emission. One array a smoke; nullptr: the arena was too small.

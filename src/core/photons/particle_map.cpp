@@ -36,7 +36,7 @@ void deposit(const Deposits &deposits, uint32_t element, const Color &photon, co
 }
 
 // The sums of all smokes, one behind the other: powers, then fluxes. Made 0 where there are none yet.
-Status make_deposits(const Scene &scene, const PhotonNeeds &needs, Direction kept, MapSums &sums, Deposits *deposits) {
+Status make_deposits(const Scene &scene, const PhotonNeeds &needs, Direction kept, PhotonSums &sums, Deposits *deposits) {
     uint64_t count = 0;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         Deposits &d = deposits[i];
@@ -49,9 +49,9 @@ Status make_deposits(const Scene &scene, const PhotonNeeds &needs, Direction kep
             return count <= sums.capacity ? sums.values + (count - numbers) : nullptr;
         };
         d.power = take(uint64_t{d.count} * d.channels);
-        if (order_of(scene.smokes[i].asymmetry) != 0) d.flux = take(uint64_t{d.count} * 3);
+        if (total_order_key(scene.smokes[i].asymmetry) != 0) d.flux = take(uint64_t{d.count} * 3);
     }
-    if (sums.count != 0) return sums.count == count ? Status::done : Status::wrong_sums;
+    if (sums.count != 0) return sums.count == count ? Status::done : Status::size_mismatch;
     if (count > sums.capacity) return Status::out_of_memory;
     sums.count = count;
     for (uint64_t k = 0; k < count; ++k) sums.values[k] = 0;
@@ -88,24 +88,24 @@ ParticleMapPlan plan_particle_map(const Scene &scene, const Settings &settings) 
                  Arena::bytes<Emitter>(uint64_t{scene.light_count} + scene.smoke_count);
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const uint64_t count = elements_of(scene.smokes[i]);
-        plan.sums += count * ((plan.needs.powers ? 3 : 1) + (order_of(scene.smokes[i].asymmetry) != 0 ? 3 : 0));
+        plan.sums += count * ((plan.needs.powers ? 3 : 1) + (total_order_key(scene.smokes[i].asymmetry) != 0 ? 3 : 0));
     }
     plan.bytes += Arena::bytes<int64_t>(plan.sums);
     return plan;
 }
 
-uint64_t most_deposits(const Settings &settings) {
+uint64_t max_deposits(const Settings &settings) {
     // The largest is a flux: R + G + B of a photon, at most 3, or eight directions of a grid's corners; along a flight
     // what to_units lets pass.
     const int32_t bits = deposit_bits + (settings.deposit == Deposit::path ? 7 : 3);
-    return (uint64_t{1} << (63 - bits)) - (most_collisions + 1);
+    return (uint64_t{1} << (63 - bits)) - (max_collisions + 1);
 }
 
 Status trace_particle_map(const Scene &scene, const Medium &medium, const Light *lights, const Settings &settings,
                           const PhotonNeeds &needs, const Batches &batches, const Observer &observer, Arena &arena,
-                          MapSums &sums, Statistics &statistics, ParticleMap &map) {
+                          PhotonSums &sums, Statistics &statistics, ParticleMap &map) {
     map = {};
-    if (!needs.traced) return sums.count == 0 ? Status::done : Status::wrong_sums;
+    if (!needs.traced) return sums.count == 0 ? Status::done : Status::size_mismatch;
     Deposits *deposits = arena.make<Deposits>(medium.count);
     if (!deposits) return Status::out_of_memory;
     const Status made = make_deposits(scene, needs, settings.direction, sums, deposits);
@@ -114,7 +114,7 @@ Status trace_particle_map(const Scene &scene, const Medium &medium, const Light 
     if (!emitters.list) return Status::out_of_memory;
     if (emitters.count == 0) return Status::done;
     const auto &counts = statistics.photons;
-    const uint64_t most = most_deposits(settings);
+    const uint64_t most = max_deposits(settings);
     bool fits = true;
     const Status status = for_each_batch(settings.photons, batches, observer, [&](uint64_t batch, uint64_t photons) {
         return for_each_photon(settings.seed, batch, photons, [&](uint64_t key) {
@@ -127,7 +127,7 @@ Status trace_particle_map(const Scene &scene, const Medium &medium, const Light 
                     const bool claimed =
                         settings.deposit != Deposit::kernel ||
                         deposit_by_kernel(to, medium.smokes[at.smoke].field, ray.origin, power, ray.direction);
-                    ++(claimed ? statistics.photons.stored : statistics.photons.unclaimed);
+                    ++(claimed ? statistics.photons.stored : statistics.photons.lost);
                 },
                 [&](const Photon &photon, Real end, const Color &power) {
                     if (settings.deposit != Deposit::path) return;

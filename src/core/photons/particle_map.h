@@ -26,7 +26,7 @@ struct Deposits {
 inline Real photons_of(int64_t sum) { return scaled_integer<Real>(sum, -deposit_bits); }
 
 struct ParticleMap {
-    const Deposits *of_smoke; // one a smoke; nullptr where nothing scatters twice
+    const Deposits *per_smoke; // one a smoke; nullptr where nothing scatters twice
     Color photon_color;       // of all photons, where they are alike
     PhotonUnit unit;
 };
@@ -45,11 +45,11 @@ ParticleMapPlan plan_particle_map(const Scene &scene, const Settings &settings);
 
 // So many deposits fit in a sum, whatever they are: with a photon more it might overflow. No photon makes more deposits
 // on an element than it has flights.
-uint64_t most_deposits(const Settings &settings);
+uint64_t max_deposits(const Settings &settings);
 
 // Adds what the photons of `batches` leave, none perhaps, to `sums`, and makes `map` of those as if all were there.
 Status trace_particle_map(const Scene &scene, const Medium &medium, const Light *lights, const Settings &settings,
                           const PhotonNeeds &needs, const Batches &batches, const Observer &observer, Arena &arena,
-                          MapSums &sums, Statistics &statistics, ParticleMap &map);
+                          PhotonSums &sums, Statistics &statistics, ParticleMap &map);
 
 } // namespace wisp::WISP_ARITH

@@ -187,7 +187,7 @@ Color per_volume(Color sum, Real radius, const PhotonUnit &unit) {
 
 } // namespace
 
-Color in_scattered(const PhotonMap &map, const Phase &phase, const Vec3 &x, const Vec3 &out, Real largest_radius,
+Color estimate_radiance(const PhotonMap &map, const Phase &phase, const Vec3 &x, const Vec3 &out, Real largest_radius,
                    Gather &gather, Statistics &statistics) {
     Color sum(Real(0));
     const Real radius = for_each_near(map, x, largest_radius, gather, statistics, [&](uint32_t photon) {
@@ -204,7 +204,7 @@ Color in_scattered(const PhotonMap &map, const Phase &phase, const Vec3 &x, cons
     return per_volume(sum, radius, map.unit);
 }
 
-MeanLight scattered_evenly(const PhotonMap &map, const Vec3 &x, Real largest_radius, Gather &gather,
+FluenceAndFlux estimate_fluence(const PhotonMap &map, const Vec3 &x, Real largest_radius, Gather &gather,
                            Statistics &statistics) {
     Color sum(Real(0));
     Vec3 flux(Real(0));
@@ -213,7 +213,7 @@ MeanLight scattered_evenly(const PhotonMap &map, const Vec3 &x, Real largest_rad
         sum += power;
         if (map.direction) flux += map.direction[photon] * (power.x + power.y + power.z);
     });
-    MeanLight light = {Color(Real(0)), Vec3(Real(0))};
+    FluenceAndFlux light = {Color(Real(0)), Vec3(Real(0))};
     if (!(radius > Real(0))) return light;
     const Real all = sum.x + sum.y + sum.z;
     if (all > Real(0)) light.flux = flux / all;

@@ -16,7 +16,7 @@ struct PhotonMap {
 };
 
 struct PhotonMaps {
-    const PhotonMap *of_smoke; // one a smoke; nullptr where nothing scatters: no photon is traced
+    const PhotonMap *per_smoke; // one a smoke; nullptr where nothing scatters: no photon is traced
     Status status;
 };
 
@@ -45,11 +45,11 @@ uint64_t gather_bytes(uint32_t most);
 // sum p(w_p, out) Phi_p / V around x, per unit of length and steradian, for light that leaves along the unit vector
 // `out`: times the albedo it is the source of multiple scattering (S2). Of K photons found the farthest only sets the
 // ball, as k / V_k is biased upwards (numerics E5); of fewer the ball is the largest one.
-Color in_scattered(const PhotonMap &map, const Phase &phase, const Vec3 &x, const Vec3 &out, Real largest_radius,
+Color estimate_radiance(const PhotonMap &map, const Phase &phase, const Vec3 &x, const Vec3 &out, Real largest_radius,
                    Gather &gather, Statistics &statistics);
 
 // The same as if scattered evenly, and the photons' flux, for any direction to be asked later.
-MeanLight scattered_evenly(const PhotonMap &map, const Vec3 &x, Real largest_radius, Gather &gather,
+FluenceAndFlux estimate_fluence(const PhotonMap &map, const Vec3 &x, Real largest_radius, Gather &gather,
                            Statistics &statistics);
 
 } // namespace wisp::WISP_ARITH

@@ -19,10 +19,10 @@ const Emitter &choose(const Emitters &emitters, Event event) {
 }
 
 double largest_of(const Double3 &c) {
-    const auto larger = [](double a, double b) { return order_of(a) < order_of(b) ? b : a; };
+    const auto larger = [](double a, double b) { return total_order_key(a) < total_order_key(b) ? b : a; };
     return larger(c.x, larger(c.y, c.z));
 }
-bool same(double a, double b) { return order_of(a) == order_of(b); }
+bool same(double a, double b) { return total_order_key(a) == total_order_key(b); }
 
 } // namespace
 
@@ -47,7 +47,7 @@ Emitters find_emitters(const Medium &medium, const Light *lights, uint32_t light
     return emitters;
 }
 
-Birth emit_photon(const Medium &medium, const Emitters &emitters, uint64_t key) {
+Emission emit_photon(const Medium &medium, const Emitters &emitters, uint64_t key) {
     const Event birth = photon_event(key, 0);
     const Emitter &emitter = choose(emitters, birth);
     const Photon photon = emitter.light ? emit(emitter, medium.sphere, birth)
@@ -55,12 +55,12 @@ Birth emit_photon(const Medium &medium, const Emitters &emitters, uint64_t key) 
     return {photon, &emitter};
 }
 
-bool is_stopped_before(const Medium &medium, const Birth &birth) {
+bool is_stopped_before(const Medium &medium, const Emission &birth) {
     const Light *light = birth.emitter->light;
     if (!medium.surfaces || !light || light->kind != LightKind::parallel) return false;
     const Ray &ray = birth.photon.ray;
     TreeCounts unused = {};
-    return is_blocked(*medium.surfaces, {ray.origin, -ray.direction}, Real(0), path_end, no_triangle, unused);
+    return is_blocked(*medium.surfaces, {ray.origin, -ray.direction}, Real(0), infinite_distance, no_triangle, unused);
 }
 
 PhotonUnit photon_unit(Real power, uint64_t emitted) {
@@ -78,21 +78,21 @@ PhotonUnit photon_unit(Real power, uint64_t emitted) {
 
 PhotonNeeds photon_needs(const Scene &scene, const Settings &settings) {
     PhotonNeeds needs = {};
-    bool scatters = false, glows = false, grey = true;
+    bool scatters = false, glows = false, single_channel = true;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        const SmokeSource &smoke = scene.smokes[i];
+        const SmokeDescription &smoke = scene.smokes[i];
         if (smoke.empty()) continue;
         if (any_above_zero(smoke.albedo)) scatters = true;
         if (any_above_zero(smoke.emission)) glows = true;
-        const int64_t g = order_of(smoke.asymmetry), size = max(g, -g);
+        const int64_t g = total_order_key(smoke.asymmetry), size = max(g, -g);
         if (size > 0) needs.directions = true;
-        if (size > 0 && size <= order_of(most_asymmetry_of_moments)) needs.moments = true;
-        if (!same(smoke.albedo.x, smoke.albedo.y) || !same(smoke.albedo.y, smoke.albedo.z)) grey = false;
+        if (size > 0 && size <= total_order_key(max_asymmetry_of_harmonics)) needs.harmonics = true;
+        if (!same(smoke.albedo.x, smoke.albedo.y) || !same(smoke.albedo.y, smoke.albedo.z)) single_channel = false;
     }
     needs.traced = scatters && (glows || scene.light_count > 0) && settings.photons > 0;
     if (!needs.traced) return {};
     // All photons carry one and the same power where neither lights nor albedos tell them apart.
-    needs.powers = !grey || glows;
+    needs.powers = !single_channel || glows;
     const Double3 *color = nullptr; // of the first light that is not black
     for (uint32_t i = 0; i < scene.light_count; ++i) {
         const Double3 &c = scene.lights[i].color;

@@ -23,25 +23,25 @@ struct PhotonUnit {
 PhotonUnit photon_unit(Real power, uint64_t emitted);
 
 // Light from all directions: its mean radiance phi / (4 pi), and the flux relative to phi.
-struct MeanLight {
+struct FluenceAndFlux {
     Color radiance;
     Vec3 flux;
 };
 
 // Where a photon starts, and from what.
-struct Birth {
+struct Emission {
     Photon photon;
     const Emitter *emitter;
 };
-Birth emit_photon(const Medium &medium, const Emitters &emitters, uint64_t key);
+Emission emit_photon(const Medium &medium, const Emitters &emitters, uint64_t key);
 // Photons of a parallel light start near the smoke: whether a surface stops them on the way there.
-bool is_stopped_before(const Medium &medium, const Birth &birth);
+bool is_stopped_before(const Medium &medium, const Emission &birth);
 
 // Whether photons are needed, and what tells them apart.
 struct PhotonNeeds {
     bool traced;     // some light is scattered more than once
     bool directions; // ... and not evenly
-    bool moments;    // ... and some smoke takes moments (moments.h)
+    bool harmonics;    // ... and some smoke takes moments (moments.h)
     bool powers;     // photons differ in power
 };
 PhotonNeeds photon_needs(const Scene &scene, const Settings &settings);
@@ -54,7 +54,7 @@ template <class Collect, class Fly>
 void trace_photon(const Medium &medium, const Emitters &emitters, uint64_t key, Statistics &statistics,
                   Collect &&collect, Fly &&fly) {
     auto &counts = statistics.photons;
-    const Birth birth = emit_photon(medium, emitters, key);
+    const Emission birth = emit_photon(medium, emitters, key);
     const Emitter &emitter = *birth.emitter;
     ++counts.emitted;
     if (!birth.photon.leaves) {
@@ -68,7 +68,7 @@ void trace_photon(const Medium &medium, const Emitters &emitters, uint64_t key, 
     const bool constant = emitter.light && emitter.light->kind == LightKind::constant;
     const uint32_t first_stored = emitter.light ? 1 : 0;
     Real falloff = Real(1);
-    const Fate fate = walk(
+    const PathEnd fate = walk(
         medium, birth.photon, key,
         [&](const MediumCollision &at, uint32_t number, const Photon &arrived) {
             ++counts.collisions;
@@ -83,12 +83,12 @@ void trace_photon(const Medium &medium, const Emitters &emitters, uint64_t key, 
         },
         [&](const Ray &ray, uint32_t number) {
             const bool from_lamp = number == 0 && emitter.light && emitter.light->kind != LightKind::parallel;
-            const Real begin = from_lamp && medium.surfaces ? medium.surfaces->skin : Real(0); // it may stand on one
-            return free_way(medium, ray, begin);
+            const Real begin = from_lamp && medium.surfaces ? medium.surfaces->ray_epsilon : Real(0); // it may stand on one
+            return distance_to_surface(medium, ray, begin);
         });
-    ++(fate == Fate::absorbed  ? counts.absorbed
-       : fate == Fate::escaped ? counts.escaped
-       : fate == Fate::blocked ? counts.blocked
+    ++(fate == PathEnd::absorbed  ? counts.absorbed
+       : fate == PathEnd::escaped ? counts.escaped
+       : fate == PathEnd::blocked ? counts.blocked
                                : counts.capped);
 }
 

@@ -6,20 +6,20 @@
 
 namespace wisp::WISP_ARITH {
 
-constexpr uint32_t moment_count = 5 + 7;
+constexpr uint32_t harmonic_count = 5 + 7;
 
 // Where |g| is above, the first order that is not kept weighs more than even light, (2 l + 1) g^l > 1 for l = 4: of
 // such smoke the flux says more than a series that ends there.
-constexpr double most_asymmetry_of_moments = 0.577;
-inline bool takes_moments(Real asymmetry) {
-    constexpr Real most = Real(most_asymmetry_of_moments);
+constexpr double max_asymmetry_of_harmonics = 0.577;
+inline bool takes_harmonics(Real asymmetry) {
+    constexpr Real most = Real(max_asymmetry_of_harmonics);
     return asymmetry != Real(0) && !(abs(asymmetry) > most);
 }
 
-struct Moments {
-    Real of[moment_count];
+struct SphericalHarmonics {
+    Real of[harmonic_count];
 };
-inline Moments moments_of(const Vec3 &d) {
+inline SphericalHarmonics harmonics_of(const Vec3 &d) {
     const Real x = d.x, y = d.y, z = d.z, xx = x * x, yy = y * y, zz = z * z, across = xx - yy, both = x * y;
     const Real five = Real(5) * zz - Real(1);
     return {{// 2: sqrt(3), sqrt(3) / 2
@@ -34,15 +34,15 @@ inline Moments moments_of(const Vec3 &d) {
 
 // Henyey and Greenstein's function scales the moments of order l by g^l. Times light's moments these sum up to what
 // orders 2 and 3 of it send towards `out`, in parts of even light.
-inline Moments seen_moments(const Phase &phase, const Vec3 &out) {
-    Moments seen = moments_of(out);
+inline SphericalHarmonics seen_harmonics(const Phase &phase, const Vec3 &out) {
+    SphericalHarmonics seen = harmonics_of(out);
     const Real g = phase.asymmetry(), second = Real(5) * g * g, third = Real(7) * g * g * g;
-    for (uint32_t i = 0; i < moment_count; ++i) seen.of[i] *= i < 5 ? second : third;
+    for (uint32_t i = 0; i < harmonic_count; ++i) seen.of[i] *= i < 5 ? second : third;
     return seen;
 }
 
 // What `phase_of_flux` takes them for, instead.
-inline Real guessed_from_flux(const Phase &phase, const Vec3 &flux, const Vec3 &out) {
+inline Real henyey_greenstein_closure(const Phase &phase, const Vec3 &flux, const Vec3 &out) {
     const Vec3 scattered = flux * phase.asymmetry();
     const Real along = dot(scattered, out), square = dot(scattered, scattered);
     return Real(2.5) * (Real(3) * along * along - square) +

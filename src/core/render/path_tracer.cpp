@@ -5,7 +5,7 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr uint64_t most_majorants = uint64_t{1} << 22;
+constexpr uint64_t max_majorants = uint64_t{1} << 22;
 // Collisions of a path: where there are more it ends, and is counted as capped.
 constexpr uint32_t longest_path = 1u << 20;
 
@@ -25,7 +25,7 @@ Source scattered_once(const PathTracer &tracer, uint32_t number, const Ray &ray,
     const Illumination arriving = illuminate(light, x, x, x);
     Source source = {Color(Real(0)), Real(0)};
     for (uint32_t i = 0; i < medium.count; ++i) {
-        const Smoke &smoke = medium.smokes[i];
+        const SmokeVolume &smoke = medium.smokes[i];
         const Real sigma = extinction(smoke.field, x);
         source.sigma += sigma;
         source.radiance += smoke.albedo * (sigma * smoke.phase(arriving.direction, -ray.direction));
@@ -109,7 +109,7 @@ Majorants make_majorants(const Medium &medium, Real edge, Arena &arena) {
     const auto cells = [&] {
         return Cell{floor_to_int(size.x / edge) + 1, floor_to_int(size.y / edge) + 1, floor_to_int(size.z / edge) + 1};
     };
-    while (number_of(cells()) > most_majorants) edge = edge * Real(1.25);
+    while (number_of(cells()) > max_majorants) edge = edge * Real(1.25);
     const Cell count = cells();
     majorants.lattice = make_lattice(medium.bounds.low, Vec3(edge), count);
     Real *sigma = arena.make<Real>(number_of(count));
@@ -144,7 +144,7 @@ MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 
                 rest -= depth;
                 return true;
             }
-            if (++tentative == most_tentative) {
+            if (++tentative == max_tentative) {
                 ++tracer.statistics->photons.capped;
                 return false;
             }
@@ -169,7 +169,7 @@ Color sample_radiance(const PathTracer &tracer, Ray ray, Real end, Color radianc
     if (medium.empty()) return radiance;
     Color throughput(Real(1));
     for (uint32_t number = 0; number < longest_path; ++number) {
-        if (number > 0) end = free_way(medium, ray, Real(0));
+        if (number > 0) end = distance_to_surface(medium, ray, Real(0));
         Real begin = Real(0);
         if (!clip(medium.bounds, ray, begin, end)) return radiance;
         ray.origin += ray.direction * begin;
@@ -177,7 +177,7 @@ Color sample_radiance(const PathTracer &tracer, Ray ray, Real end, Color radianc
         const MediumCollision collision = track(tracer, ray, end, generator);
         radiance += throughput * single_scattering(tracer, ray, end, collision, generator);
         if (!collision.found) return radiance;
-        const Smoke &smoke = medium.smokes[collision.smoke];
+        const SmokeVolume &smoke = medium.smokes[collision.smoke];
         radiance += throughput * (Color(Real(1)) - smoke.albedo) * smoke.emission;
 
         throughput = throughput * smoke.albedo;
@@ -194,7 +194,7 @@ Color sample_radiance(const PathTracer &tracer, Ray ray, Real end, Color radianc
     return radiance;
 }
 
-uint64_t reference_bytes(const Scene &scene) { return medium_bytes(scene, 0) + Arena::bytes<Real>(most_majorants); }
+uint64_t reference_bytes(const Scene &scene) { return medium_bytes(scene, 0) + Arena::bytes<Real>(max_majorants); }
 
 bool make_path_tracer(const Scene &scene, const Medium &medium, const Light *lights, Shadows *shadows, Arena &arena,
                       Statistics &statistics, PathTracer &tracer) {

@@ -24,28 +24,28 @@ uint32_t lights_in_smoke(const Scene &scene) {
 }
 
 // Smoke, and what is kept over it for the march: it depends on nothing but the smoke and the lights.
-struct BuiltSmoke {
+struct SmokeStructures {
     Medium medium;
-    Bricks own_bricks;    // for what is kept, where the smoke is not resampled
-    const Bricks *bricks; // those, or the medium's; nullptr: none are needed
-    LightDepths depths;
+    SparseGrid march_grid;    // for what is kept, where the smoke is not resampled
+    const SparseGrid *bricks; // those, or the medium's; nullptr: none are needed
+    OpticalDepthGrid depths;
     bool has_depths;
-    PhotonStarts starts; // of photons of resampled smoke
+    EmissionDistribution starts; // of photons of resampled smoke
     uint64_t bytes;      // of the medium
 };
 
 // What rays meet.
-struct World {
+struct FrameScene {
     const Light *lights;
     Surfaces *surfaces;      // nullptr: there are none
-    const BuiltSmoke *smoke; // nullptr: there are surfaces alone
+    const SmokeStructures *smoke; // nullptr: there are surfaces alone
 };
 
 // All that the rays of one frame have in common.
 struct Frame {
     const Scene &scene;
     const Settings &settings;
-    const BuiltSmoke &smoke;
+    const SmokeStructures &smoke;
     const Medium &medium; // the smoke's
     const Light *lights;
     const Whitted *surfaces; // how they are shaded; nullptr: there are none
@@ -54,7 +54,7 @@ struct Frame {
     Arena &arena;
     float *rgb;
     Statistics &statistics;
-    const Journal *journal; // of one pixel, or nullptr
+    const PixelTrace *journal; // of one pixel, or nullptr
 };
 
 // The picture of radiance(ray, x, y, sample), the pixel's column and row; heard_radiance(ray, x, y, sample) is the
@@ -84,16 +84,16 @@ Status fill(const Frame &frame, Radiance &&radiance, HeardRadiance &&heard_radia
                     sum += radiance(ray, x, y, i);
                     continue;
                 }
-                tell(*frame.journal, JournalEntry::Sample{i, to_double(column), to_double(row_)});
+                tell(*frame.journal, TraceEvent::Sample{i, to_double(column), to_double(row_)});
                 const Color seen = heard_radiance(ray, x, y, i);
-                tell(*frame.journal, JournalEntry::SampleEnd{i, told(seen)});
+                tell(*frame.journal, TraceEvent::SampleEnd{i, told(seen)});
                 sum += seen;
             }
             const Color mean = sum / Real(static_cast<int32_t>(samples));
             *rgb++ = to_float_scaled(mean.x, scene.radiance_exponent);
             *rgb++ = to_float_scaled(mean.y, scene.radiance_exponent);
             *rgb++ = to_float_scaled(mean.z, scene.radiance_exponent);
-            if (heard) tell(*frame.journal, JournalEntry::Pixel{samples, told(mean), {rgb[-3], rgb[-2], rgb[-1]}});
+            if (heard) tell(*frame.journal, TraceEvent::Pixel{samples, told(mean), {rgb[-3], rgb[-2], rgb[-1]}});
         }
     }
     return Status::done;
@@ -119,12 +119,12 @@ template <class Marcher> Status render_frame(const Frame &frame, Marcher &marche
         return fill(
             frame,
             [&](const Ray &ray, int32_t, int32_t, uint32_t) {
-                const Through through = march(marcher, ray, path_end);
+                const Segment through = march(marcher, ray, infinite_distance);
                 return through.radiance + background * through.transmittance;
             },
             [&](const Ray &ray, int32_t, int32_t, uint32_t) {
                 tell_camera_ray(telling, ray);
-                const Through through = march(telling, ray, path_end);
+                const Segment through = march(telling, ray, infinite_distance);
                 const Color radiance = through.radiance + background * through.transmittance;
                 tell_ray_end(telling, false, through, background, radiance);
                 return radiance;
@@ -143,13 +143,13 @@ template <class Marcher> Status render_frame(const Frame &frame, Marcher &marche
 
 // The cells of the bricks in smoothing lengths, 0 where no bricks are needed, and how far apart the points of the
 // fields over them are, in cells.
-struct BrickSteps {
+struct GridSpacing {
     double cell;
     int32_t light, irradiance;
 };
-int32_t stride_within(double cell, double step) {
+int32_t spacing_within(double cell, double step) {
     int32_t stride = 1;
-    for (double wider = product(cell, 2); stride < brick_cells && order_of(wider) <= order_of(step);
+    for (double wider = product(cell, 2); stride < brick_cells && total_order_key(wider) <= total_order_key(step);
          wider = product(wider, 2))
         stride *= 2;
     return stride;
@@ -161,18 +161,18 @@ bool keeps_samples(const Scene &scene) {
         samples = samples || (!scene.smokes[i].empty() && scene.smokes[i].grid.density);
     return samples && is_aligned_grid(scene);
 }
-BrickSteps brick_steps(const Scene &scene, const Settings &settings) {
+GridSpacing grid_spacing(const Scene &scene, const Settings &settings) {
     const double density = can_resample(scene) ? settings.density_step : 0;
     const bool irradiance = settings.irradiance != IrradianceMap::none;
     double cell = density;
-    if (order_of(density) > 0) {
+    if (total_order_key(density) > 0) {
         if (keeps_samples(scene)) cell = parts_within(density) == 1 ? 1 : 0.5;
     } else {
         cell = settings.light_step;
-        if (irradiance && !(order_of(cell) > 0 && order_of(cell) < order_of(settings.irradiance_step)))
+        if (irradiance && !(total_order_key(cell) > 0 && total_order_key(cell) < total_order_key(settings.irradiance_step)))
             cell = settings.irradiance_step;
     }
-    return {cell, stride_within(cell, settings.light_step), stride_within(cell, settings.irradiance_step)};
+    return {cell, spacing_within(cell, settings.light_step), spacing_within(cell, settings.irradiance_step)};
 }
 
 // How the march asks the lights.
@@ -187,7 +187,7 @@ Real irradiance_tolerance(const Settings &settings) {
 }
 
 IrradianceRequest request_irradiance(const Frame &frame) {
-    const BrickSteps steps = brick_steps(frame.scene, frame.settings);
+    const GridSpacing steps = grid_spacing(frame.scene, frame.settings);
     return {&frame.medium,
             frame.smoke.bricks,
             steps.irradiance,
@@ -224,11 +224,11 @@ Status render_direct(const Frame &frame) {
     const PhotonMaps maps = trace_photons(frame.medium, frame.lights, scene.light_count, settings, photons,
                                           frame.observer, frame.arena, frame.statistics);
     if (maps.status != Status::done) return maps.status;
-    marcher.photon_maps = maps.of_smoke;
+    marcher.photon_maps = maps.per_smoke;
     Irradiance irradiance;
-    if (settings.irradiance != IrradianceMap::none && maps.of_smoke) {
+    if (settings.irradiance != IrradianceMap::none && maps.per_smoke) {
         if (!frame.observer(Stage::irradiance, 0, 1)) return Status::stopped;
-        irradiance = make_irradiance(request_irradiance(frame), maps.of_smoke, marcher.gather_radius, marcher.gather,
+        irradiance = make_irradiance(request_irradiance(frame), maps.per_smoke, marcher.gather_radius, marcher.gather,
                                      frame.arena, frame.statistics);
         if (!irradiance.ready) return Status::out_of_memory;
         frame.statistics.bytes.irradiance = bytes_of(irradiance);
@@ -247,7 +247,7 @@ Status render_nearest_elements(const Frame &frame, const PackedMap &map) {
 }
 
 // S4-3: photons are kept on the particles, which become sources that every ray adds up, or an irradiance map.
-Status render_map(const Frame &frame, MapSums &sums) {
+Status render_map(const Frame &frame, PhotonSums &sums) {
     const Scene &scene = frame.scene;
     const ParticleMapPlan plan = plan_particle_map(scene, frame.settings);
     PackedMap packed;
@@ -265,13 +265,13 @@ Status render_map(const Frame &frame, MapSums &sums) {
 
     ParticleMarcher marcher = {};
     Irradiance irradiance;
-    if (frame.settings.irradiance != IrradianceMap::none && packed.of_smoke) {
+    if (frame.settings.irradiance != IrradianceMap::none && packed.per_smoke) {
         if (!frame.observer(Stage::irradiance, 0, 1)) return Status::stopped;
         irradiance = make_irradiance(request_irradiance(frame), packed, frame.arena);
         if (!irradiance.ready) return Status::out_of_memory;
         frame.statistics.bytes.irradiance = bytes_of(irradiance);
         marcher.irradiance = &irradiance;
-        packed.of_smoke = nullptr; // the sources hold emission alone
+        packed.per_smoke = nullptr; // the sources hold emission alone
     }
     if (!frame.observer(Stage::render, 0, 1)) return Status::stopped;
     if (frame.settings.estimate == Estimate::knn) return render_nearest_elements(frame, packed);
@@ -285,22 +285,22 @@ Status render_map(const Frame &frame, MapSums &sums) {
 }
 
 // What the photons of `batches` leave on resampled smoke, with what is in `sums`.
-Status trace_bricks(const Scene &scene, const BuiltSmoke &smoke, const Settings &settings, const Batches &batches,
-                    const Observer &observer, Arena &arena, MapSums &sums, Statistics &statistics,
-                    BrickDeposits &deposits) {
+Status trace_bricks(const Scene &scene, const SmokeStructures &smoke, const Settings &settings, const Batches &batches,
+                    const Observer &observer, Arena &arena, PhotonSums &sums, Statistics &statistics,
+                    FluenceSums &deposits) {
     const PhotonNeeds needs = photon_needs(scene, settings);
-    if (!needs.traced) return sums.count == 0 ? Status::done : Status::wrong_sums;
-    return trace_brick_photons(smoke.medium, smoke.depths, smoke.starts, settings, needs,
-                               brick_steps(scene, settings).irradiance, batches, observer, arena, sums, statistics,
+    if (!needs.traced) return sums.count == 0 ? Status::done : Status::size_mismatch;
+    return trace_fluence(smoke.medium, smoke.depths, smoke.starts, settings, needs,
+                               grid_spacing(scene, settings).irradiance, batches, observer, arena, sums, statistics,
                                deposits);
 }
 
 // S4-3 and S4-4 on resampled smoke: photons leave their power at the nodes of the bricks, from which the irradiance map
 // is made.
-Status render_bricks(const Frame &frame, MapSums &sums) {
+Status render_bricks(const Frame &frame, PhotonSums &sums) {
     const Scene &scene = frame.scene;
     const Settings &settings = frame.settings;
-    BrickDeposits deposits = {};
+    FluenceSums deposits = {};
     const Batches batches = sums.count == 0 ? all_batches(settings) : Batches{0, 0};
     const Status status = trace_bricks(scene, frame.smoke, settings, batches, frame.observer, frame.arena, sums,
                                        frame.statistics, deposits);
@@ -312,7 +312,7 @@ Status render_bricks(const Frame &frame, MapSums &sums) {
         if (!irradiance.ready) return Status::out_of_memory;
         frame.statistics.bytes.irradiance = bytes_of(irradiance);
     }
-    BrickMarcher marcher = {&frame.medium,
+    GridMarcher marcher = {&frame.medium,
                             &frame.smoke.depths,
                             deposits.bricks ? &irradiance : nullptr,
                             frame.in_smoke,
@@ -324,8 +324,8 @@ Status render_bricks(const Frame &frame, MapSums &sums) {
 // Numbers of a particle map.
 uint64_t count_of_sums(const Scene &scene, const Settings &settings, const Medium &medium) {
     if (!medium.bricks) return plan_particle_map(scene, settings).sums;
-    const int32_t stride = brick_steps(scene, settings).irradiance;
-    return plan_brick_photons(scene, settings, medium.bricks->count, stride).sums;
+    const int32_t stride = grid_spacing(scene, settings).irradiance;
+    return plan_fluence(scene, settings, medium.bricks->count, stride).sums;
 }
 
 bool has_smoke(const Scene &scene) {
@@ -336,37 +336,37 @@ bool has_smoke(const Scene &scene) {
 
 // False: the arena was too small. `marched`: smoke is marched through, not photons traced alone.
 bool make_smoke(const Scene &scene, const Settings &settings, bool marched, const Light *lights, Arena &arena,
-                Statistics &statistics, BuiltSmoke &smoke) {
+                Statistics &statistics, SmokeStructures &smoke) {
     const size_t mark = arena.mark();
     smoke.medium = make_medium(scene, settings.reference ? 0 : settings.density_step, arena);
     smoke.bytes = arena.mark() - mark;
     smoke.bricks = smoke.medium.bricks;
     smoke.has_depths = false;
     if (!smoke.medium.ready || settings.reference) return smoke.medium.ready;
-    const BrickSteps steps = brick_steps(scene, settings);
-    if (!smoke.bricks && order_of(steps.cell) > 0 && marched) {
-        smoke.own_bricks = make_bricks(scene, steps.cell, arena);
-        if (!smoke.own_bricks.ready) return false;
-        smoke.bricks = &smoke.own_bricks;
+    const GridSpacing steps = grid_spacing(scene, settings);
+    if (!smoke.bricks && total_order_key(steps.cell) > 0 && marched) {
+        smoke.march_grid = make_sparse_grid(scene, steps.cell, arena);
+        if (!smoke.march_grid.ready) return false;
+        smoke.bricks = &smoke.march_grid;
     }
     // Photons start by the depths in resampled smoke, which is marched by them, too.
     const uint32_t count = lights_in_smoke(scene);
     const bool starts = settings.method == Method::map && smoke.medium.bricks;
-    smoke.has_depths = starts || (marched && order_of(settings.light_step) > 0 && count > 0 && !smoke.medium.empty());
-    if (smoke.has_depths && !make_light_depths(smoke.medium, lights, count, *smoke.bricks, steps.light, arena,
+    smoke.has_depths = starts || (marched && total_order_key(settings.light_step) > 0 && count > 0 && !smoke.medium.empty());
+    if (smoke.has_depths && !make_optical_depth_grid(smoke.medium, lights, count, *smoke.bricks, steps.light, arena,
                                                &statistics.rays.shadow, smoke.depths))
         return false;
     return !starts || !photon_needs(scene, settings).traced ||
-           make_photon_starts(scene, smoke.medium, smoke.depths, arena, smoke.starts);
+           make_emission_distribution(scene, smoke.medium, smoke.depths, arena, smoke.starts);
 }
 
 // Smoke of the frame before, or made; behind what is kept of surfaces. False: the arena was too small.
-bool find_smoke(const Scene &scene, const Settings &settings, bool marched, World &world, Arena &arena,
-                Statistics &statistics, Kept &kept) {
-    BuiltSmoke *smoke = static_cast<BuiltSmoke *>(kept.smoke);
+bool update_smoke(const Scene &scene, const Settings &settings, bool marched, FrameScene &world, Arena &arena,
+                Statistics &statistics, FrameCache &kept) {
+    SmokeStructures *smoke = static_cast<SmokeStructures *>(kept.smoke);
     if (!smoke || !kept.same_smoke) {
         kept.smoke = nullptr;
-        smoke = arena.make<BuiltSmoke>(1);
+        smoke = arena.make<SmokeStructures>(1);
         if (!smoke || !make_smoke(scene, settings, marched, world.lights, arena, statistics, *smoke)) return false;
         kept.smoke = smoke;
         kept.smoke_end = arena.mark();
@@ -384,7 +384,7 @@ bool find_smoke(const Scene &scene, const Settings &settings, bool marched, Worl
 // What rays meet: surfaces, of which the trees of what never changes its form are built by the first frame for all,
 // beside room for what shadows learn (C); smoke, where there is any.
 Status make_world(const Scene &scene, const Settings &settings, bool marched, Arena &arena, const Observer &observer,
-                  Statistics &statistics, Kept &kept, World &world) {
+                  Statistics &statistics, FrameCache &kept, FrameScene &world) {
     if (!observer(Stage::trees, 0, 1)) return Status::stopped;
     statistics.bytes.arena_size = arena.size();
     world = {};
@@ -405,7 +405,7 @@ Status make_world(const Scene &scene, const Settings &settings, bool marched, Ar
     world.surfaces = static_cast<Surfaces *>(kept.surfaces);
     world.lights = make_lights(scene, arena);
     if (!world.lights) return Status::out_of_memory;
-    if ((!surfaces || has_smoke(scene)) && !find_smoke(scene, settings, marched, world, arena, statistics, kept))
+    if ((!surfaces || has_smoke(scene)) && !update_smoke(scene, settings, marched, world, arena, statistics, kept))
         return Status::out_of_memory;
     if (surfaces) {
         const size_t mark = arena.mark();
@@ -423,7 +423,7 @@ struct Shading {
     Whitted tracer;
 };
 // False: the arena was too small.
-bool make_shading(const Scene &scene, const Settings &settings, const World &world, const Kept &kept, Arena &arena,
+bool make_shading(const Scene &scene, const Settings &settings, const FrameScene &world, const FrameCache &kept, Arena &arena,
                   Statistics &statistics, Shading &shading) {
     const SurfaceMaterial *materials = make_surface_materials(scene, arena);
     const bool cut = settings.lights == LightChoice::cuts;
@@ -458,7 +458,7 @@ Plan plan(const Scene &scene, const Settings &settings) {
     plan.bytes.arena += Arena::bytes<Light>(scene.light_count);
     if (plan.surfaces && !plan.smoke) return plan;
     const double density_step = settings.reference ? 0 : settings.density_step;
-    plan.bytes.arena += Arena::bytes<BuiltSmoke>(1);
+    plan.bytes.arena += Arena::bytes<SmokeStructures>(1);
     plan.bytes.particle_tree = medium_bytes(scene, density_step);
     if (settings.reference) {
         plan.bytes.arena += reference_bytes(scene);
@@ -468,28 +468,28 @@ Plan plan(const Scene &scene, const Settings &settings) {
     plan.photons = needs.traced;
     plan.photon_directions = needs.directions;
     plan.photon_powers = needs.powers;
-    const BrickSteps steps = brick_steps(scene, settings);
-    const BrickPlan bricks = order_of(steps.cell) > 0 ? plan_bricks(scene, steps.cell) : BrickPlan{0, 0, Real(0)};
+    const GridSpacing steps = grid_spacing(scene, settings);
+    const SparseGridPlan bricks = total_order_key(steps.cell) > 0 ? plan_sparse_grid(scene, steps.cell) : SparseGridPlan{0, 0, Real(0)};
     const uint32_t lights = lights_in_smoke(scene);
-    if (order_of(settings.light_step) > 0 && plan.smoke && lights > 0)
-        plan.bytes.light_depths = light_depth_bytes(bricks.count, lights, steps.light);
-    const bool resampled = plan.smoke && order_of(density_step) > 0 && can_resample(scene);
+    if (total_order_key(settings.light_step) > 0 && plan.smoke && lights > 0)
+        plan.bytes.light_depths = optical_depth_grid_bytes(bricks.count, lights, steps.light);
+    const bool resampled = plan.smoke && total_order_key(density_step) > 0 && can_resample(scene);
     plan.bricks = resampled ? bricks.count : 0;
     const bool on_bricks = settings.method == Method::map && resampled;
-    plan.photon_moments = on_bricks && needs.moments;
+    plan.photon_harmonics = on_bricks && needs.harmonics;
     if (needs.traced && (on_bricks || settings.irradiance != IrradianceMap::none))
         plan.bytes.irradiance =
-            irradiance_bytes(scene, bricks.count, steps.irradiance, needs.directions, plan.photon_moments);
+            irradiance_bytes(scene, bricks.count, steps.irradiance, needs.directions, plan.photon_harmonics);
     plan.bytes.arena += plan.bytes.particle_tree + plan.bytes.light_depths + plan.bytes.irradiance + march_bytes(scene);
     if (!resampled) plan.bytes.arena += bricks.bytes;
     if (on_bricks) {
-        const BrickPhotonPlan photons = plan_brick_photons(scene, settings, bricks.count, steps.irradiance);
+        const FluencePlan photons = plan_fluence(scene, settings, bricks.count, steps.irradiance);
         plan.map_sums = photons.sums;
-        plan.most_photons = most_brick_flights(bricks.longest);
+        plan.max_photons = max_fluence_flights(bricks.longest);
         plan.bytes.particle_map = photons.bytes;
         // Depths are kept to start photons by, wanted or not for the march.
         if (plan.bytes.light_depths == 0) {
-            const uint64_t bytes = light_depth_bytes(bricks.count, lights, steps.light);
+            const uint64_t bytes = optical_depth_grid_bytes(bricks.count, lights, steps.light);
             if (lights > 0) plan.bytes.light_depths = bytes;
             plan.bytes.arena += bytes;
         }
@@ -499,7 +499,7 @@ Plan plan(const Scene &scene, const Settings &settings) {
     if (settings.method == Method::map) {
         const ParticleMapPlan map = plan_particle_map(scene, settings);
         plan.map_sums = map.sums;
-        plan.most_photons = most_deposits(settings);
+        plan.max_photons = max_deposits(settings);
         plan.bytes.particle_map = map.bytes + packed_map_bytes(scene, needs);
         const bool nearest = settings.estimate == Estimate::knn;
         plan.bytes.sources = nearest ? 0 : source_bytes(scene);
@@ -516,16 +516,16 @@ Plan plan(const Scene &scene, const Settings &settings) {
 }
 
 Status render(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer, float *rgb,
-              Statistics &statistics, MapSums *sums, Kept *kept, const Journal *journal) {
-    Kept own = {};
+              Statistics &statistics, PhotonSums *sums, FrameCache *kept, const PixelTrace *journal) {
+    FrameCache own = {};
     if (!kept) kept = &own;
-    World world;
+    FrameScene world;
     Status status = make_world(scene, settings, true, arena, observer, statistics, *kept, world);
     if (status != Status::done) return status;
     Shading shading;
     if (world.surfaces && !make_shading(scene, settings, world, *kept, arena, statistics, shading))
         return Status::out_of_memory;
-    const BuiltSmoke none = {}, &smoke = world.smoke ? *world.smoke : none;
+    const SmokeStructures none = {}, &smoke = world.smoke ? *world.smoke : none;
     const Medium &medium = smoke.medium;
     const Frame frame = {scene,
                          settings,
@@ -544,7 +544,7 @@ Status render(const Scene &scene, const Settings &settings, Arena &arena, const 
     } else if (settings.method != Method::map) {
         status = render_direct(frame);
     } else {
-        MapSums for_this_picture = {};
+        PhotonSums for_this_picture = {};
         if (!sums) {
             for_this_picture.capacity = count_of_sums(scene, settings, medium);
             for_this_picture.values = arena.make<int64_t>(for_this_picture.capacity);
@@ -559,14 +559,14 @@ Status render(const Scene &scene, const Settings &settings, Arena &arena, const 
 }
 
 Status trace_map(const Scene &scene, const Settings &settings, const Batches &batches, Arena &arena,
-                 const Observer &observer, MapSums &sums, Statistics &statistics) {
-    Kept kept = {};
-    World world;
+                 const Observer &observer, PhotonSums &sums, Statistics &statistics) {
+    FrameCache kept = {};
+    FrameScene world;
     Status status = make_world(scene, settings, false, arena, observer, statistics, kept, world);
     if (status != Status::done) return status;
     const Medium &medium = world.smoke->medium;
     if (medium.bricks) {
-        BrickDeposits deposits = {};
+        FluenceSums deposits = {};
         status = trace_bricks(scene, *world.smoke, settings, batches, observer, arena, sums, statistics, deposits);
     } else {
         ParticleMap map;
@@ -579,11 +579,11 @@ Status trace_map(const Scene &scene, const Settings &settings, const Batches &ba
 
 Status render_reference(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer,
                         PixelSums *sums, Statistics &statistics) {
-    Kept kept = {};
-    World world;
+    FrameCache kept = {};
+    FrameScene world;
     const Status status = make_world(scene, settings, true, arena, observer, statistics, kept, world);
     if (status != Status::done) return status;
-    const BuiltSmoke none = {};
+    const SmokeStructures none = {};
     const Medium &medium = (world.smoke ? *world.smoke : none).medium;
     Shading shading;
     PathTracer paths;
@@ -603,15 +603,15 @@ Status render_reference(const Scene &scene, const Settings &settings, Arena &are
         tracer.marcher = &sampler;
         tracer.through = [](void *any, const Ray &part, Real end) {
             Sampler &own = *static_cast<Sampler *>(any);
-            return Through{sample_radiance(own.paths, part, end, Color(Real(0)), own.generator),
+            return Segment{sample_radiance(own.paths, part, end, Color(Real(0)), own.generator),
                            exp(-optical_depth(*own.paths.medium, part, end))};
         };
     }
     const auto sample = [&](const Ray &ray) {
         if (world.surfaces) return trace(tracer, ray);
         Color behind = vec_of(scene.background);
-        if (largest(behind) > Real(0)) behind = behind * exp(-optical_depth(medium, ray, path_end));
-        return sample_radiance(paths, ray, path_end, behind, sampler.generator);
+        if (largest(behind) > Real(0)) behind = behind * exp(-optical_depth(medium, ray, infinite_distance));
+        return sample_radiance(paths, ray, infinite_distance, behind, sampler.generator);
     };
     const View view(scene.camera);
     const Pattern pattern(settings.samples);

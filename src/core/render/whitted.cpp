@@ -26,7 +26,7 @@ struct Point {
     uint32_t triangle;
     bool still; // it never moves
     Real u, v;  // in the triangle
-    uint32_t body;
+    uint32_t instance;
     Real width; // of the cone
 };
 
@@ -39,7 +39,7 @@ Vec3 mirrored(const Vec3 &direction, const Vec3 &normal) {
 
 // The mean of the triangle's texture in the beam's footprint: as wide as the cone, and longer the more it is slanted.
 // `area` is twice the triangle's.
-WISP_VISITOR Color texture_of(const Scene &scene, const Triangle &triangle, const Vec3 &share, Real width, Real cosine,
+WISP_INLINE Color texture_of(const Scene &scene, const Triangle &triangle, const Vec3 &share, Real width, Real cosine,
                               Real area) {
     const Texture &texture = scene.textures[triangle.texture];
     Real u[3], v[3];
@@ -60,13 +60,13 @@ WISP_VISITOR Color texture_of(const Scene &scene, const Triangle &triangle, cons
 template <class T> Point point_at(const T &tracer, const Beam &beam, const Hit &hit) {
     const Scene &scene = *tracer.scene;
     const Triangle &triangle = scene.triangles[hit.triangle];
-    const PlacedBody *body = hit.body < tracer.surfaces->body_count ? &tracer.surfaces->bodies[hit.body] : nullptr;
+    const PlacedInstance *instance = hit.instance < tracer.surfaces->instance_count ? &tracer.surfaces->instances[hit.instance] : nullptr;
     Vec3 corner = vec_of(triangle.corner[0]), edge1 = vec_of(triangle.corner[1]) - corner,
          edge2 = vec_of(triangle.corner[2]) - corner;
-    if (body) { // edges apart from where it is: far out, corners of small bodies have no digits left
-        corner = body->origin + applied(body->axis, corner);
-        edge1 = applied(body->axis, edge1);
-        edge2 = applied(body->axis, edge2);
+    if (instance) { // edges apart from where it is: far out, corners of small bodies have no digits left
+        corner = instance->origin + applied(instance->axis, corner);
+        edge1 = applied(instance->axis, edge1);
+        edge2 = applied(instance->axis, edge2);
     }
     const Vec3 share(Real(1) - hit.u - hit.v, hit.u, hit.v);
     Point point;
@@ -78,11 +78,11 @@ template <class T> Point point_at(const T &tracer, const Beam &beam, const Hit &
     point.position = corner + edge1 * hit.u + edge2 * hit.v;
     point.normal = point.plane;
     const Double3 &n = triangle.normal[0];
-    if (order_of(n.x) != 0 || order_of(n.y) != 0 || order_of(n.z) != 0) {
+    if (total_order_key(n.x) != 0 || total_order_key(n.y) != 0 || total_order_key(n.z) != 0) {
         Vec3 normal = vec_of(n) * share.x + vec_of(triangle.normal[1]) * share.y + vec_of(triangle.normal[2]) * share.z;
         if (length(normal) > Real(0x1p-12)) {
-            if (body) { // by the inverse transpose, which may be small
-                const Vec3 *inverse = body->inverse;
+            if (instance) { // by the inverse transpose, which may be small
+                const Vec3 *inverse = instance->inverse;
                 normal = Vec3(dot(inverse[0], normal), dot(inverse[1], normal), dot(inverse[2], normal));
                 const Real size = largest_size(normal);
                 normal = size > Real(0) ? normal / size : point.plane;
@@ -99,10 +99,10 @@ template <class T> Point point_at(const T &tracer, const Beam &beam, const Hit &
     }
     point.material = &tracer.materials[triangle.material];
     point.triangle = hit.triangle;
-    point.still = hit.triangle < tracer.surfaces->still_count;
+    point.still = hit.triangle < tracer.surfaces->static_count;
     point.u = hit.u;
     point.v = hit.v;
-    point.body = hit.body;
+    point.instance = hit.instance;
     point.width = beam.width + tracer.spread * hit.distance;
     point.texture = triangle.texture < 0
                         ? Color(Real(1))
@@ -119,19 +119,19 @@ bool respond(const T &tracer, const Point &point, const Vec3 &direction, uint32_
     const SurfaceMaterial &material = *point.material;
     const Vec3 to_light = -from.direction;
     const Real cosine = dot(point.normal, to_light);
-    LightNote<is_heard<T>> note(tracer, *tracer.statistics, i, from);
+    LightRecord<is_heard<T>> note(tracer, *tracer.statistics, i, from);
     if (!(dot(point.plane, to_light) > Real(0)) || !(cosine > Real(0)) || !(largest(from.irradiance) > Real(0))) {
         if constexpr (is_heard<T>) note.entry.faces = false;
         return false;
     }
     const ShadowQuery query = {{point.position, to_light},
-                               from.distance - tracer.surfaces->skin,
+                               from.distance - tracer.surfaces->ray_epsilon,
                                i,
                                point.triangle,
                                point.still,
                                point.u,
                                point.v,
-                               point.body};
+                               point.instance};
     if (note.is_blocked(tracer.shadows, [&] { return is_shadowed(*tracer.shadows, query); })) return false;
     Real passing = Real(1);
     if (tracer.medium) {
@@ -180,26 +180,26 @@ Color follow(const T &tracer, const Point &point, const Vec3 &direction, const C
     if (depth == tracer.depth || rest < least_weight) {
         if constexpr (is_heard<T>)
             if (rest > Real(0))
-                tell(*tracer.journal, JournalEntry::Unsent{kind, told(share), to_double(rest), !(rest < least_weight)});
+                tell(*tracer.journal, TraceEvent::Unsent{kind, told(share), to_double(rest), !(rest < least_weight)});
         return Color(Real(0));
     }
     ++count;
     if constexpr (is_heard<T>)
         tell(*tracer.journal,
-             JournalEntry::Ray{kind, depth + 1, told(point.position), told(direction), told(share), to_double(rest)});
+             TraceEvent::Ray{kind, depth + 1, told(point.position), told(direction), told(share), to_double(rest)});
     const Beam beam = {{point.position, direction}, point.width, point.triangle};
-    return share * trace(tracer, beam, tracer.surfaces->skin, depth + 1, rest);
+    return share * trace(tracer, beam, tracer.surfaces->ray_epsilon, depth + 1, rest);
 }
 
 // The direction off the surface, on this side of its plane: where the interpolated normal would send the ray through
 // it, the plane's own mirrors.
-WISP_VISITOR Vec3 reflection(const Point &point, const Vec3 &direction) {
+WISP_INLINE Vec3 reflection(const Point &point, const Vec3 &direction) {
     const Vec3 way = mirrored(direction, point.normal);
     return normalize(dot(way, point.plane) > Real(0) ? way : mirrored(direction, point.plane));
 }
 
 // Snell's law; false: all is reflected. Behind the plane in any case.
-WISP_VISITOR bool refraction(const Point &point, const Vec3 &direction, Vec3 &way) {
+WISP_INLINE bool refraction(const Point &point, const Vec3 &direction, Vec3 &way) {
     const Real index = point.material->index, ratio = point.entered ? Real(1) / index : index;
     if (ratio == Real(1)) {
         way = direction;
@@ -214,12 +214,12 @@ WISP_VISITOR bool refraction(const Point &point, const Vec3 &direction, Vec3 &wa
 }
 
 // What there is to tell of a hit.
-JournalEntry::Hit hit_entry(const Whitted &tracer, const Hit &hit, const Point &point, const Color &ambient) {
+TraceEvent::Hit hit_entry(const Whitted &tracer, const Hit &hit, const Point &point, const Color &ambient) {
     const Triangle &triangle = tracer.scene->triangles[hit.triangle];
-    JournalEntry::Hit entry = {};
+    TraceEvent::Hit entry = {};
     entry.distance = to_double(hit.distance);
     entry.triangle = hit.triangle;
-    entry.body = hit.body < tracer.surfaces->body_count ? static_cast<int32_t>(hit.body) : -1;
+    entry.instance = hit.instance < tracer.surfaces->instance_count ? static_cast<int32_t>(hit.instance) : -1;
     entry.still = point.still;
     entry.material = triangle.material;
     entry.texture = triangle.texture;
@@ -243,7 +243,7 @@ template <class T> Color shade(const T &tracer, const Beam &beam, const Hit &hit
     Color radiance = material.ambient * point.texture;
     if constexpr (is_heard<T>) tell(*tracer.journal, hit_entry(tracer, hit, point, radiance));
     const Color lit = direct_light(tracer, point, direction);
-    if constexpr (is_heard<T>) tell(*tracer.journal, JournalEntry::Lit{told(lit)});
+    if constexpr (is_heard<T>) tell(*tracer.journal, TraceEvent::Lit{told(lit)});
     radiance += lit;
     const Color passing(material.transmission);
     Vec3 inside;
@@ -258,14 +258,14 @@ template <class T> Color shade(const T &tracer, const Beam &beam, const Hit &hit
 
 template <class T> Color trace(const T &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight) {
     TreeCounts unused = {};
-    const Hit hit = nearest_hit(*tracer.surfaces, beam.ray, begin, path_end, beam.skip, unused);
+    const Hit hit = nearest_hit(*tracer.surfaces, beam.ray, begin, infinite_distance, beam.skip, unused);
     if (depth == 0) see(*tracer.shadows, beam.ray, hit);
     if (!tracer.medium) {
         const Color radiance = shade(tracer, beam, hit, depth, weight);
         tell_ray_end(tracer, hit.found, nothing_between(), radiance, radiance);
         return radiance;
     }
-    const Through smoke = tracer.through(tracer.marcher, beam.ray, hit.found ? hit.distance : path_end);
+    const Segment smoke = tracer.through(tracer.marcher, beam.ray, hit.found ? hit.distance : infinite_distance);
     const Color behind = shade(tracer, beam, hit, depth, weight * smoke.transmittance);
     const Color radiance = smoke.radiance + behind * smoke.transmittance;
     tell_ray_end(tracer, hit.found, smoke, behind, radiance);

@@ -32,7 +32,7 @@ struct Whitted {
     // Smoke, where there is any: what lights shine through, and what a ray sees of it up to a distance.
     const Medium *medium = nullptr;
     void *marcher = nullptr;
-    Through (*through)(void *marcher, const Ray &ray, Real end) = nullptr;
+    Segment (*through)(void *marcher, const Ray &ray, Real end) = nullptr;
 };
 
 // Radiance along a camera ray.

@@ -48,16 +48,16 @@ void lattice_triangle(const Scene &scene, uint32_t triangle, int exponent, Latti
 
 } // namespace
 
-int still_exponent(const TriangleTree &still) { return still.step_exponent - finer; }
+int static_exponent(const TriangleTree &still) { return still.step_exponent - finer; }
 
 int exponent_for(const TriangleTree &still, Real farthest) {
-    int exponent = still_exponent(still);
+    int exponent = static_exponent(still);
     while (!(farthest < scale_pow2(Real(1), min(exponent + lattice_bits, 30)))) ++exponent;
     return exponent;
 }
 
 int light_exponent(const TriangleTree &still, const Light &light) {
-    if (light.kind == LightKind::parallel) return still_exponent(still);
+    if (light.kind == LightKind::parallel) return static_exponent(still);
     const Vec3 &p = light.position;
     return exponent_for(still, max(abs(p.x), max(abs(p.y), abs(p.z))));
 }
@@ -68,7 +68,7 @@ ShaftLattice make_shaft_lattice(const Surfaces &surfaces, int exponent) {
                           : std::is_same_v<Real, double> ? 1
                                                          : steps(Real(0x1p-14));
     const int64_t blur = std::is_same_v<Real, float> ? 1 << 6 : error + 1;
-    return {exponent, error + 3, blur, steps(surfaces.skin)};
+    return {exponent, error + 3, blur, steps(surfaces.ray_epsilon)};
 }
 
 bool follow_light(ShaftLight &light, const Shadows &shadows, uint32_t number, bool known) {
@@ -88,7 +88,7 @@ LatticePoint lattice_point(const Vec3 &p, int exponent) {
              floor_to_int(scale_pow2(p.z, -exponent))}};
 }
 
-Shaft::Shaft(const ShaftLattice &lattice, const LatticeBounds &box, const Light &light)
+BoxShaft::BoxShaft(const ShaftLattice &lattice, const LatticeBounds &box, const Light &light)
     : lattice_(lattice), from_(widened(box, lattice.margin)), to_(from_) {
     if (light.kind == LightKind::parallel) {
         // 2^(lattice_bits + 2) steps lead beyond all that is still.
@@ -121,7 +121,7 @@ Shaft::Shaft(const ShaftLattice &lattice, const LatticeBounds &box, const Light 
     }
 }
 
-bool Shaft::may_meet(const LatticeBounds &box) const {
+bool BoxShaft::may_meet(const LatticeBounds &box) const {
     for (int a = 0; a < 3; ++a)
         if (box.high.x[a] < around_.low.x[a] || box.low.x[a] > around_.high.x[a]) return false;
     for (int i = 0; i < side_count_; ++i) {
@@ -136,7 +136,7 @@ bool Shaft::may_meet(const LatticeBounds &box) const {
     return true;
 }
 
-bool Shaft::may_meet(const LatticePoint (&t)[3]) const {
+bool BoxShaft::may_meet(const LatticePoint (&t)[3]) const {
     LatticeBounds box = {t[0], t[0]};
     for (int a = 0; a < 3; ++a) {
         box.low.x[a] = std::min(t[0].x[a], std::min(t[1].x[a], t[2].x[a]));
@@ -167,8 +167,8 @@ bool Shaft::may_meet(const LatticePoint (&t)[3]) const {
 // blur. Whether a ray passes an edge on the one side or the other is the sign of the volume of two of its points and
 // the edge's ends; it is linear in each, so corners of boxes stand for all that is in them. The boxes are wider by the
 // skin and twice the margin: hits are counted from there to there only.
-bool Shaft::is_cut_by(const LatticePoint (&t)[3]) const {
-    const int64_t more = lattice_.skin + lattice_.margin;
+bool BoxShaft::is_cut_by(const LatticePoint (&t)[3]) const {
+    const int64_t more = lattice_.ray_epsilon + lattice_.margin;
     const LatticeBounds from = widened(from_, more), to = widened(to_, more);
     int64_t widest = 2 * lattice_.blur;
     for (int a = 0; a < 3; ++a) {
@@ -200,7 +200,7 @@ bool Shaft::is_cut_by(const LatticePoint (&t)[3]) const {
     return true;
 }
 
-bool find_blockers(const Shadows &shadows, const ShaftLattice &lattice, const Shaft &shaft, uint32_t most,
+bool find_blockers(const Shadows &shadows, const ShaftLattice &lattice, const BoxShaft &shaft, uint32_t most,
                    uint32_t *blocker, uint32_t &count) {
     const TriangleTree &tree = shadows.surfaces->still;
     TreeCounts &counts = shadows.statistics->shadow.proofs;
@@ -213,7 +213,7 @@ bool find_blockers(const Shadows &shadows, const ShaftLattice &lattice, const Sh
     struct Waiting {
         uint32_t node;
         LatticeBounds cell; // in the tree's steps
-    } waiting[most_tree_depth + 1];
+    } waiting[max_tree_depth + 1];
     const LatticePoint low = lattice_point(tree.bounds.low, tree.step_exponent),
                        high = lattice_point(tree.bounds.high, tree.step_exponent);
     waiting[0] = {0, {low, {{high.x[0] + 1, high.x[1] + 1, high.x[2] + 1}}}};
@@ -252,7 +252,7 @@ bool find_blockers(const Shadows &shadows, const ShaftLattice &lattice, const Sh
     return true;
 }
 
-bool is_cut_by(const Shadows &shadows, const ShaftLattice &lattice, const Shaft &shaft, uint32_t triangle) {
+bool is_cut_by(const Shadows &shadows, const ShaftLattice &lattice, const BoxShaft &shaft, uint32_t triangle) {
     ++shadows.statistics->shadow.proofs.triangle_tests;
     LatticePoint corner[3];
     lattice_triangle(*shadows.scene, triangle, lattice.exponent, corner);

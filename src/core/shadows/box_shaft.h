@@ -35,10 +35,10 @@ struct ShaftLattice {
     int exponent;
     int64_t margin;
     int64_t blur; // by how much the sheared corners of a triangle may be off in testing it: 12 e M and a step
-    int64_t skin; // that of the scene, rounded up
+    int64_t ray_epsilon; // that of the scene, rounded up
 };
 ShaftLattice make_shaft_lattice(const Surfaces &surfaces, int exponent);
-int still_exponent(const TriangleTree &still);              // where lights are not considered
+int static_exponent(const TriangleTree &still);              // where lights are not considered
 int exponent_for(const TriangleTree &still, Real farthest); // where other coordinates are up to this
 int light_exponent(const TriangleTree &still, const Light &light);
 
@@ -54,9 +54,9 @@ LatticePoint lattice_point(const Vec3 &p, int exponent); // rounded down
 // Whether a point has one, of the lattice where lights are not considered.
 bool is_on_lattice(const TriangleTree &still, const Vec3 &p);
 
-class Shaft {
+class BoxShaft {
   public:
-    Shaft(const ShaftLattice &lattice, const LatticeBounds &box, const Light &light);
+    BoxShaft(const ShaftLattice &lattice, const LatticeBounds &box, const Light &light);
 
     bool may_meet(const LatticeBounds &box) const;
     bool may_meet(const LatticePoint (&triangle)[3]) const;
@@ -75,9 +75,9 @@ class Shaft {
 };
 
 // The opaque still triangles that may lie in the shaft, each once; false: there are more than `most`.
-bool find_blockers(const Shadows &shadows, const ShaftLattice &lattice, const Shaft &shaft, uint32_t most,
+bool find_blockers(const Shadows &shadows, const ShaftLattice &lattice, const BoxShaft &shaft, uint32_t most,
                    uint32_t *blocker, uint32_t &count);
 // Whether the still triangle stops every ray of the shaft.
-bool is_cut_by(const Shadows &shadows, const ShaftLattice &lattice, const Shaft &shaft, uint32_t triangle);
+bool is_cut_by(const Shadows &shadows, const ShaftLattice &lattice, const BoxShaft &shaft, uint32_t triangle);
 
 } // namespace wisp::WISP_ARITH

@@ -7,19 +7,19 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr uint32_t most_lights = 32;           // with rasters
-constexpr uint32_t most_body_lights = 1 << 16; // of whole lights
+constexpr uint32_t max_lights = 32;           // with rasters
+constexpr uint32_t max_instance_lights = 1 << 16; // of whole lights
 constexpr uint32_t finest_side = 32, sides = 6;
-constexpr uint32_t most_steps = 24; // of a body's rectangles for one light, on average; 6 is enough for a side of 1
+constexpr uint32_t max_steps = 24; // of a body's rectangles for one light, on average; 6 is enough for a side of 1
 constexpr uint8_t rays_before_shaft = 16;
 constexpr Real beside = Real(1.0 / 32), rim = Real(1.0 / 16); // as the header has them
 constexpr Real narrowest = Real(1.0 / 256);                   // raster
 
 uint32_t raster_lights_of(const Scene &scene) {
-    return scene.body_count ? std::min(scene.light_count, most_lights) : 0;
+    return scene.instance_count ? std::min(scene.light_count, max_lights) : 0;
 }
-uint32_t body_lights_of(const Scene &scene) {
-    return scene.body_count ? std::min(scene.light_count, most_body_lights / scene.body_count) : 0;
+uint32_t instance_lights_of(const Scene &scene) {
+    return scene.instance_count ? std::min(scene.light_count, max_instance_lights / scene.instance_count) : 0;
 }
 
 struct Axes {
@@ -165,12 +165,12 @@ uint32_t make_rasters(const Surfaces &surfaces, const Light &light, LightRaster 
 }
 
 // The raster and the step of a query; nullptr: there is no body.
-const uint32_t *find_step(const BodyShadows &bodies, const Light &light, const ShadowQuery &query) {
+const uint32_t *find_step(const InstanceShadows &instances, const Light &light, const ShadowQuery &query) {
     const Vec3 &way = query.ray.direction; // the light sees the point along -way
     const bool parallel = light.kind == LightKind::parallel;
     const Axes axes = axes_from(largest_axis(parallel ? light.direction : way));
     const uint32_t side = parallel ? 0 : 2 * static_cast<uint32_t>(axes.a) + (way[axes.a] > Real(0) ? 1 : 0);
-    const LightRaster &raster = bodies.rasters[query.light * sides + side];
+    const LightRaster &raster = instances.rasters[query.light * sides + side];
     if (raster.side == 0) return nullptr;
     Real place[2] = {way[axes.b] / way[axes.a], way[axes.c] / way[axes.a]};
     if (parallel) place_in_plane(light.direction, axes, query.ray.origin, place);
@@ -185,10 +185,10 @@ const uint32_t *find_step(const BodyShadows &bodies, const Light &light, const S
 }
 
 // The triangles between a body and a light, if they are few.
-void look_for_blockers(BodyLight &body, const Shadows &shadows, const ShadowQuery &query) {
+void look_for_blockers(InstanceLight &instance, const Shadows &shadows, const ShadowQuery &query) {
     const Surfaces &surfaces = *shadows.surfaces;
     const Light &light = shadows.lights[query.light];
-    const Box &box = surfaces.boxes[query.body];
+    const Box &box = surfaces.boxes[query.instance];
     Real farthest = Real(0);
     for (int a = 0; a < 3; ++a) farthest = max(farthest, max(abs(box.low[a]), abs(box.high[a])));
     const ShaftLattice lattice = make_shaft_lattice(
@@ -196,81 +196,81 @@ void look_for_blockers(BodyLight &body, const Shadows &shadows, const ShadowQuer
     LatticeBounds bounds = {lattice_point(box.low, lattice.exponent), lattice_point(box.high, lattice.exponent)};
     for (int64_t &x : bounds.high.x) ++x;
     uint32_t count;
-    if (find_blockers(shadows, lattice, Shaft(lattice, bounds, light), most_listed, body.blocker, count))
-        body.blocker_count = static_cast<uint8_t>(count);
+    if (find_blockers(shadows, lattice, BoxShaft(lattice, bounds, light), max_listed, instance.blocker, count))
+        instance.blocker_count = static_cast<uint8_t>(count);
 }
 
 } // namespace
 
-uint64_t body_shadow_bytes(const Scene &scene) {
+uint64_t instance_shadow_bytes(const Scene &scene) {
     const uint64_t lights = raster_lights_of(scene), rasters = lights * sides;
     return Arena::bytes<LightRaster>(rasters) + Arena::bytes<uint32_t>(rasters * (finest_side * finest_side + 1)) +
-           Arena::bytes<uint32_t>(lights * scene.body_count * most_steps) +
-           Arena::bytes<BodyLight>(uint64_t{body_lights_of(scene)} * scene.body_count);
+           Arena::bytes<uint32_t>(lights * scene.instance_count * max_steps) +
+           Arena::bytes<InstanceLight>(uint64_t{instance_lights_of(scene)} * scene.instance_count);
 }
 
-BodyShadows make_body_shadows(const Shadows &shadows, Arena &arena) {
+InstanceShadows make_instance_shadows(const Shadows &shadows, Arena &arena) {
     const Scene &scene = *shadows.scene;
-    BodyShadows bodies = {};
-    bodies.raster_lights = raster_lights_of(scene);
-    bodies.light_count = body_lights_of(scene);
-    const size_t rasters = size_t{bodies.raster_lights} * sides,
-                 entries = size_t{bodies.light_count} * scene.body_count;
+    InstanceShadows instances = {};
+    instances.raster_lights = raster_lights_of(scene);
+    instances.light_count = instance_lights_of(scene);
+    const size_t rasters = size_t{instances.raster_lights} * sides,
+                 entries = size_t{instances.light_count} * scene.instance_count;
     constexpr uint32_t starts_of_raster = finest_side * finest_side + 1;
-    const uint32_t room = scene.body_count * most_steps;
-    bodies.rasters = arena.make<LightRaster>(rasters);
+    const uint32_t room = scene.instance_count * max_steps;
+    instances.rasters = arena.make<LightRaster>(rasters);
     uint32_t *starts = arena.make<uint32_t>(rasters * starts_of_raster);
-    bodies.groups = arena.make<uint32_t>(size_t{bodies.raster_lights} * room);
-    bodies.lights = arena.make<BodyLight>(entries);
-    bodies.ready = bodies.rasters && starts && bodies.groups && bodies.lights;
-    if (!bodies.ready) return bodies;
-    for (size_t i = 0; i < rasters; ++i) bodies.rasters[i].starts = starts + i * starts_of_raster;
+    instances.groups = arena.make<uint32_t>(size_t{instances.raster_lights} * room);
+    instances.lights = arena.make<InstanceLight>(entries);
+    instances.ready = instances.rasters && starts && instances.groups && instances.lights;
+    if (!instances.ready) return instances;
+    for (size_t i = 0; i < rasters; ++i) instances.rasters[i].starts = starts + i * starts_of_raster;
     uint32_t used = 0;
-    for (uint32_t l = 0; l < bodies.raster_lights; ++l)
-        used += make_rasters(*shadows.surfaces, shadows.lights[l], bodies.rasters + size_t{l} * sides, bodies.groups,
+    for (uint32_t l = 0; l < instances.raster_lights; ++l)
+        used += make_rasters(*shadows.surfaces, shadows.lights[l], instances.rasters + size_t{l} * sides, instances.groups,
                              used, room);
     for (size_t i = 0; i < entries; ++i) {
-        bodies.lights[i].blocker_count = BodyLight::not_known;
-        bodies.lights[i].rays = 0;
+        instances.lights[i].blocker_count = InstanceLight::not_known;
+        instances.lights[i].rays = 0;
     }
-    return bodies;
+    return instances;
 }
 
-BodyLight *find_body_light(BodyShadows &bodies, const Shadows &shadows, const ShadowQuery &query) {
-    const uint32_t body_count = shadows.surfaces->body_count;
-    if (query.light >= bodies.light_count || query.body >= body_count) return nullptr;
-    BodyLight &body = bodies.lights[size_t{query.light} * body_count + query.body];
-    if (body.rays < rays_before_shaft && ++body.rays == rays_before_shaft) look_for_blockers(body, shadows, query);
-    return &body;
+InstanceLight *find_instance_light(InstanceShadows &instances, const Shadows &shadows, const ShadowQuery &query) {
+    const uint32_t instance_count = shadows.surfaces->instance_count;
+    if (query.light >= instances.light_count || query.instance >= instance_count) return nullptr;
+    InstanceLight &instance = instances.lights[size_t{query.light} * instance_count + query.instance];
+    if (instance.rays < rays_before_shaft && ++instance.rays == rays_before_shaft) look_for_blockers(instance, shadows, query);
+    return &instance;
 }
 
-bool is_blocked_by_listed(const BodyLight &body, const Shadows &shadows, const ShadowQuery &query) {
+bool is_blocked_by_listed(const InstanceLight &instance, const Shadows &shadows, const ShadowQuery &query) {
     const TriangleRay ray(query.ray.origin, query.ray.direction);
-    for (uint32_t i = 0; i < body.blocker_count; ++i) {
+    for (uint32_t i = 0; i < instance.blocker_count; ++i) {
         ++shadows.statistics->shadow.extra_tests;
-        if (is_met(*shadows.scene, body.blocker[i], ray, shadows.surfaces->skin, query.end)) return true;
+        if (intersects(*shadows.scene, instance.blocker[i], ray, shadows.surfaces->ray_epsilon, query.end)) return true;
     }
     return false;
 }
 
-bool is_blocked_by_moving(const BodyShadows &bodies, const Shadows &shadows, const ShadowQuery &query, bool &asked) {
+bool is_blocked_by_moving(const InstanceShadows &instances, const Shadows &shadows, const ShadowQuery &query, bool &asked) {
     const Surfaces &surfaces = *shadows.surfaces;
     TreeCounts &counts = shadows.statistics->shadow.traced;
-    asked = surfaces.morph_count > 0;
-    if (query.light >= bodies.raster_lights) {
+    asked = surfaces.deforming_count > 0;
+    if (query.light >= instances.raster_lights) {
         asked = asked || surfaces.group_count > 0;
         return is_blocked_by_moving(shadows, query);
     }
-    if (is_blocked_by_morphs(surfaces, query.ray, surfaces.skin, query.end, query.triangle, counts)) return true;
-    const uint32_t *step = find_step(bodies, shadows.lights[query.light], query);
+    if (is_blocked_by_deforming(surfaces, query.ray, surfaces.ray_epsilon, query.end, query.triangle, counts)) return true;
+    const uint32_t *step = find_step(instances, shadows.lights[query.light], query);
     if (!step) return false;
     asked = asked || step[0] < step[1];
     for (uint32_t i = step[0]; i < step[1]; ++i) {
-        const BodyGroup &group = surfaces.groups[bodies.groups[i]];
+        const InstanceNode &group = surfaces.groups[instances.groups[i]];
         Real begin = Real(0), end = query.end;
         ++counts.node_visits;
         if (clip(group.box, query.ray, begin, end) &&
-            is_blocked_by_body(surfaces.bodies[group.body], query.ray, surfaces.skin, query.end, query.triangle,
+            is_blocked_by_instance(surfaces.instances[group.instance], query.ray, surfaces.ray_epsilon, query.end, query.triangle,
                                counts))
             return true;
     }

@@ -5,7 +5,7 @@
 // the plane across its largest coordinate. The rectangles of a side are kept in a raster, so that a shadow ray, which
 // is a point there, is asked of the few bodies around it.
 //
-// A ray that may hit a body has a point in its box (BodyGroup), whose margin covers what is rounded along the ray. Let
+// A ray that may hit a body has a point in its box (InstanceNode), whose margin covers what is rounded along the ray. Let
 // the ray lead to a distance D from o along d, as rounded; the light is within 8 e D of that, e being half a last
 // place, and in Fixed 2^-16: in any case within 2^-6, D being below 2^15. Moved by that, the point is a multiple of d
 // away from the light. So in a box that is wider by `beside` = 2^-5 there is a point that the light sees exactly along
@@ -20,10 +20,10 @@
 
 namespace wisp::WISP_ARITH {
 
-constexpr uint32_t most_listed = 8;
+constexpr uint32_t max_listed = 8;
 
-struct BodyLight {
-    uint32_t blocker[most_listed];
+struct InstanceLight {
+    uint32_t blocker[max_listed];
     uint8_t blocker_count; // or not_known
     uint8_t rays;          // asked so far, until it has been looked for blockers
 
@@ -37,23 +37,23 @@ struct LightRaster {
     uint32_t *starts;      // side * side + 1: where the bodies of each begin
 };
 
-struct BodyShadows {
+struct InstanceShadows {
     bool ready;           // false: the arena was too small
     LightRaster *rasters; // six for each of the first lights
     uint32_t raster_lights;
     uint32_t *groups;     // of bodies, raster after raster, step after step
-    BodyLight *lights;    // by light, then body
+    InstanceLight *lights;    // by light, then body
     uint32_t light_count; // that have room for all bodies
 };
 
-uint64_t body_shadow_bytes(const Scene &scene);
-BodyShadows make_body_shadows(const Shadows &shadows, Arena &arena);
+uint64_t instance_shadow_bytes(const Scene &scene);
+InstanceShadows make_instance_shadows(const Shadows &shadows, Arena &arena);
 
 // What is known of the body of a query and its light; nullptr: nothing ever. Looks for blockers when it is time.
-BodyLight *find_body_light(BodyShadows &bodies, const Shadows &shadows, const ShadowQuery &query);
-bool is_blocked_by_listed(const BodyLight &body, const Shadows &shadows, const ShadowQuery &query);
+InstanceLight *find_instance_light(InstanceShadows &instances, const Shadows &shadows, const ShadowQuery &query);
+bool is_blocked_by_listed(const InstanceLight &instance, const Shadows &shadows, const ShadowQuery &query);
 
 // As of Surfaces; `asked` says whether anything had to be asked for it.
-bool is_blocked_by_moving(const BodyShadows &bodies, const Shadows &shadows, const ShadowQuery &query, bool &asked);
+bool is_blocked_by_moving(const InstanceShadows &instances, const Shadows &shadows, const ShadowQuery &query, bool &asked);
 
 } // namespace wisp::WISP_ARITH

@@ -64,7 +64,7 @@ void see(PaperShadows &paper, const Shadows &shadows, const Ray &ray, const Hit 
     if (!hit.found) return;
     PaperTriangle &triangle = paper.triangles[hit.triangle];
     ++triangle.pixels;
-    if (hit.triangle >= shadows.surfaces->still_count) {
+    if (hit.triangle >= shadows.surfaces->static_count) {
         triangle.mode.set_occlusion(OcclusionMode::dynamic);
     } else if (x == 0 || y == 0 || x == paper.width - 1 || y == paper.height - 1) {
         triangle.mode.set_occlusion(OcclusionMode::partially_occluded);
@@ -74,7 +74,7 @@ void see(PaperShadows &paper, const Shadows &shadows, const Ray &ray, const Hit 
             ModeWord &mode = paper.triangles[reference].mode;
             if (mode.occlusion() != OcclusionMode::init) continue; // nor is it one that moves
             ++shadows.statistics->shadow.extra_tests;
-            if (is_met(*shadows.scene, reference, TriangleRay(ray.origin, ray.direction), Real(0), path_end))
+            if (intersects(*shadows.scene, reference, TriangleRay(ray.origin, ray.direction), Real(0), infinite_distance))
                 mode.set_occlusion(OcclusionMode::partially_occluded);
         }
     }
@@ -85,7 +85,7 @@ bool is_shadowed(PaperShadows &paper, Shadows &shadows, const ShadowQuery &query
     const Surfaces &surfaces = *shadows.surfaces;
     Statistics &statistics = *shadows.statistics;
     const auto traced = [&](TreeCounts &counts) {
-        return is_blocked(surfaces, query.ray, surfaces.skin, query.end, query.triangle, counts);
+        return is_blocked(surfaces, query.ray, surfaces.ray_epsilon, query.end, query.triangle, counts);
     };
     if (query.light >= ModeWord::lights) return traced(statistics.shadow.traced);
     ModeWord &mode = paper.triangles[query.triangle].mode;
@@ -119,9 +119,9 @@ void end_frame(PaperShadows &paper) {
         if (triangle.mode.occlusion() == OcclusionMode::init)
             triangle.mode.set_occlusion(OcclusionMode::fully_rendered);
         else if (triangle.mode.occlusion() == OcclusionMode::fully_rendered &&
-                 triangle.pixels > 4 * uint64_t{triangle.most_pixels})
+                 triangle.pixels > 4 * uint64_t{triangle.max_pixels})
             triangle.mode.set_occlusion(OcclusionMode::init);
-        triangle.most_pixels = std::max(triangle.most_pixels, triangle.pixels);
+        triangle.max_pixels = std::max(triangle.max_pixels, triangle.pixels);
     }
 }
 

@@ -20,7 +20,7 @@ namespace wisp::WISP_ARITH {
 
 struct PaperTriangle {
     ModeWord mode;
-    uint32_t pixels, most_pixels; // in this frame; in any before
+    uint32_t pixels, max_pixels; // in this frame; in any before
 };
 
 struct PaperShadows {

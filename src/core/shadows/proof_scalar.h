@@ -9,13 +9,13 @@
 namespace wisp {
 
 namespace f32 {
-using Reckoned = double;
+using ProofScalar = double;
 }
 namespace f64 {
-using Reckoned = double;
+using ProofScalar = double;
 }
 namespace fixed {
-using Reckoned = int64_t;
+using ProofScalar = int64_t;
 }
 
 namespace detail {
@@ -24,9 +24,9 @@ template <class T> using Triple = glm::vec<3, T, glm::defaultp>;
 
 constexpr int length_bits = 18, position_bits = 35, axis_bits = 25;
 
-inline double reckoned(float x) { return x; }
-inline double reckoned(double x) { return x; }
-inline int64_t reckoned(Fixed x) { return x.raw() >> (32 - length_bits); } // rounded down
+inline double to_proof_scalar(float x) { return x; }
+inline double to_proof_scalar(double x) { return x; }
+inline int64_t to_proof_scalar(Fixed x) { return x.raw() >> (32 - length_bits); } // rounded down
 
 template <class T> T size_of(T x) { return x < 0 ? -x : x; }
 template <class T> T largest_of(const Triple<T> &v) { return max(size_of(v.x), max(size_of(v.y), size_of(v.z))); }
@@ -46,10 +46,10 @@ inline double ratio(double x, double small, double large) { return x * (small / 
 inline int64_t ratio(int64_t x, int64_t small, int64_t large) { return x * small / large; }
 
 // The skin at least, at most: that of a direction's length, and of the skin itself.
-inline double at_least(double skin) { return skin - skin * 0x1p-10; }
-inline int64_t at_least(int64_t skin) { return min(max(int64_t{0}, skin - (skin >> 10) - 2), int64_t{1} << 28); }
-inline double at_most(double skin) { return skin + skin * 0x1p-10; }
-inline int64_t at_most(int64_t skin) { return skin + (skin >> 10) + 2; }
+inline double at_least(double ray_epsilon) { return ray_epsilon - ray_epsilon * 0x1p-10; }
+inline int64_t at_least(int64_t ray_epsilon) { return min(max(int64_t{0}, ray_epsilon - (ray_epsilon >> 10) - 2), int64_t{1} << 28); }
+inline double at_most(double ray_epsilon) { return ray_epsilon + ray_epsilon * 0x1p-10; }
+inline int64_t at_most(int64_t ray_epsilon) { return ray_epsilon + (ray_epsilon >> 10) + 2; }
 
 // What is far enough along a unit vector's component where nothing is farther than `largest` from 0, and that within
 // 2^14 in Fixed.

@@ -11,12 +11,12 @@ void load(const Triangle &triangle, Vec3 (&corner)[3]) {
     for (int i = 0; i < 3; ++i) corner[i] = vec_of(triangle.corner[i]);
 }
 
-void prove(const Shadows &shadows, const ShadowQuery &query, const CellPlace &place, ShadowCell &cell) {
+void prove_visibility(const Shadows &shadows, const ShadowQuery &query, const CellPlace &place, ShadowCell &cell) {
     Vec3 receiver[3], occluder[3];
     load(shadows.scene->triangles[query.triangle], receiver);
     const TriangleTree &tree = shadows.surfaces->still;
-    const ShadowShaft shaft =
-        make_shadow_shaft(tree, receiver, place, shadows.lights[query.light], shadows.surfaces->skin);
+    const TriangleShaft shaft =
+        make_triangle_shaft(tree, receiver, place, shadows.lights[query.light], shadows.surfaces->ray_epsilon);
     TreeCounts &proofs = shadows.statistics->shadow.proofs;
     cell.set_state(CellState::partial);
     if (!cell.shaded()) {
@@ -29,64 +29,64 @@ void prove(const Shadows &shadows, const ShadowQuery &query, const CellPlace &pl
 }
 
 // A ray from a cell of which nothing is proved: its last occluder first, then the tree. Learns from what it meets.
-bool ask_still(ShadowCells &cells, ShadowCell &cell, const CellPlace &place, Shadows &shadows,
+bool ask_static(ShadowCells &cells, ShadowCell &cell, const CellPlace &place, Shadows &shadows,
                const ShadowQuery &query) {
     bool stopped = false;
     if (cell.occluder != no_triangle) {
         ++shadows.statistics->shadow.extra_tests;
-        stopped = is_met(*shadows.scene, cell.occluder, TriangleRay(query.ray.origin, query.ray.direction),
-                         shadows.surfaces->skin, query.end);
+        stopped = intersects(*shadows.scene, cell.occluder, TriangleRay(query.ray.origin, query.ray.direction),
+                         shadows.surfaces->ray_epsilon, query.end);
     }
-    if (!stopped) stopped = is_blocked_by_still(shadows, query, cell.occluder);
+    if (!stopped) stopped = is_blocked_by_static(shadows, query, cell.occluder);
     cell.count_ray(stopped, rays_before_split);
     if (cell.state() == CellState::unknown && cell.lit() && cell.shaded()) cell.set_state(CellState::partial);
-    if (cell.state() == CellState::unknown && cell.rays() == rays_before_proof) prove(shadows, query, place, cell);
+    if (cell.state() == CellState::unknown && cell.rays() == rays_before_proof) prove_visibility(shadows, query, place, cell);
     if (cell.state() == CellState::partial && cell.rays() == rays_before_split) split(cells, cell, place);
     return stopped;
 }
 
 } // namespace
 
-uint64_t exact_bytes(const Scene &scene) {
-    return Arena::bytes<ExactShadows>(1) + shadow_cell_bytes(scene) + body_shadow_bytes(scene);
+uint64_t proved_shadow_bytes(const Scene &scene) {
+    return Arena::bytes<ProvedShadows>(1) + shadow_cell_bytes(scene) + instance_shadow_bytes(scene);
 }
 
-ExactShadows *make_exact_shadows(const Scene &scene, Arena &arena) {
-    ExactShadows *exact = arena.make<ExactShadows>(1);
+ProvedShadows *make_proved_shadows(const Scene &scene, Arena &arena) {
+    ProvedShadows *exact = arena.make<ProvedShadows>(1);
     if (!exact) return nullptr;
     exact->cells = make_shadow_cells(scene, arena);
     return exact->cells.ready ? exact : nullptr;
 }
 
-bool begin_frame(ExactShadows &exact, const Shadows &shadows, Arena &arena) {
+bool begin_frame(ProvedShadows &exact, const Shadows &shadows, Arena &arena) {
     update_shadow_cells(exact.cells, shadows.lights, shadows.scene->light_count);
-    exact.bodies = make_body_shadows(shadows, arena);
-    return exact.bodies.ready;
+    exact.instances = make_instance_shadows(shadows, arena);
+    return exact.instances.ready;
 }
 
-bool is_shadowed(ExactShadows &exact, Shadows &shadows, const ShadowQuery &query) {
+bool is_shadowed(ProvedShadows &exact, Shadows &shadows, const ShadowQuery &query) {
     auto &rays = shadows.statistics->rays;
     CellPlace place;
     ShadowCell *cell = nullptr;
-    BodyLight *body = nullptr;
+    InstanceLight *instance = nullptr;
     if (query.still)
         cell = find_shadow_cell(exact.cells, query.light, query.triangle, query.u, query.v, place);
     else
-        body = find_body_light(exact.bodies, shadows, query);
+        instance = find_instance_light(exact.instances, shadows, query);
     if (cell && cell->state() == CellState::blocked) {
         ++rays.shadow_culled;
         return true;
     }
-    const bool known = cell ? cell->state() == CellState::free : body && body->blocker_count == 0;
+    const bool known = cell ? cell->state() == CellState::free : instance && instance->blocker_count == 0;
     if (!known) {
         uint32_t occluder;
-        if (cell                    ? ask_still(exact.cells, *cell, place, shadows, query)
-            : body && body->known() ? is_blocked_by_listed(*body, shadows, query)
-                                    : is_blocked_by_still(shadows, query, occluder))
+        if (cell                    ? ask_static(exact.cells, *cell, place, shadows, query)
+            : instance && instance->known() ? is_blocked_by_listed(*instance, shadows, query)
+                                    : is_blocked_by_static(shadows, query, occluder))
             return true;
     }
     bool asked;
-    const bool blocked = is_blocked_by_moving(exact.bodies, shadows, query, asked);
+    const bool blocked = is_blocked_by_moving(exact.instances, shadows, query, asked);
     if (known) ++(asked ? rays.shadow_dynamic_only : rays.shadow_culled);
     return blocked;
 }

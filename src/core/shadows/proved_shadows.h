@@ -6,14 +6,14 @@
 
 namespace wisp::WISP_ARITH {
 
-struct ExactShadows {
+struct ProvedShadows {
     ShadowCells cells;
-    BodyShadows bodies;
+    InstanceShadows instances;
 };
 
-uint64_t exact_bytes(const Scene &scene);
-ExactShadows *make_exact_shadows(const Scene &scene, Arena &arena);          // nullptr: the arena was too small
-bool begin_frame(ExactShadows &exact, const Shadows &shadows, Arena &arena); // false: the arena was too small
-bool is_shadowed(ExactShadows &exact, Shadows &shadows, const ShadowQuery &query);
+uint64_t proved_shadow_bytes(const Scene &scene);
+ProvedShadows *make_proved_shadows(const Scene &scene, Arena &arena);          // nullptr: the arena was too small
+bool begin_frame(ProvedShadows &exact, const Shadows &shadows, Arena &arena); // false: the arena was too small
+bool is_shadowed(ProvedShadows &exact, Shadows &shadows, const ShadowQuery &query);
 
 } // namespace wisp::WISP_ARITH

@@ -12,7 +12,7 @@ uint64_t shadow_bytes(const Scene &scene, const Settings &settings) {
     switch (shadow_method(scene, settings)) {
     case ShadowMethod::cache: return shadow_cache_bytes(scene);
     case ShadowMethod::paper: return paper_bytes(scene, settings);
-    case ShadowMethod::exact: return exact_bytes(scene);
+    case ShadowMethod::exact: return proved_shadow_bytes(scene);
     case ShadowMethod::voxel: return voxel_bytes(scene);
     case ShadowMethod::lightbuffer: return light_buffer_bytes(scene);
     case ShadowMethod::lie: return local_shadow_bytes(scene);
@@ -25,7 +25,7 @@ bool make_shadow_memory(const Scene &scene, const Settings &settings, Arena &are
     switch (shadow_method(scene, settings)) {
     case ShadowMethod::cache: memory = make_shadow_cache(scene, arena); break;
     case ShadowMethod::paper: memory = make_paper_shadows(scene, arena); break;
-    case ShadowMethod::exact: memory = make_exact_shadows(scene, arena); break;
+    case ShadowMethod::exact: memory = make_proved_shadows(scene, arena); break;
     case ShadowMethod::voxel: memory = make_voxel_shadows(scene, arena); break;
     case ShadowMethod::lightbuffer: memory = make_light_buffer(scene, arena); break;
     case ShadowMethod::lie: memory = make_local_shadows(scene, arena); break;
@@ -39,7 +39,7 @@ bool begin_frame(Shadows &shadows, const Settings &settings, Arena &arena) {
     switch (shadows.method) {
     case ShadowMethod::paper: return begin_frame(*static_cast<PaperShadows *>(memory), shadows, settings, arena);
     case ShadowMethod::voxel: begin_frame(*static_cast<VoxelShadows *>(memory), shadows); return true;
-    case ShadowMethod::exact: return begin_frame(*static_cast<ExactShadows *>(memory), shadows, arena);
+    case ShadowMethod::exact: return begin_frame(*static_cast<ProvedShadows *>(memory), shadows, arena);
     case ShadowMethod::lightbuffer: begin_frame(*static_cast<LightBuffer *>(memory), shadows); return true;
     case ShadowMethod::lie: begin_frame(*static_cast<LocalShadows *>(memory), shadows); return true;
     default: return true;
@@ -65,7 +65,7 @@ bool is_shadowed(Shadows &shadows, const ShadowQuery &query) {
     case ShadowMethod::cache: return is_shadowed(*static_cast<ShadowCache *>(memory), shadows, query);
     case ShadowMethod::paper: return is_shadowed(*static_cast<PaperShadows *>(memory), shadows, query);
     case ShadowMethod::voxel: return is_shadowed(*static_cast<VoxelShadows *>(memory), shadows, query);
-    case ShadowMethod::exact: return is_shadowed(*static_cast<ExactShadows *>(memory), shadows, query);
+    case ShadowMethod::exact: return is_shadowed(*static_cast<ProvedShadows *>(memory), shadows, query);
     case ShadowMethod::lightbuffer: return is_shadowed(*static_cast<LightBuffer *>(memory), shadows, query);
     case ShadowMethod::lie: return is_shadowed(*static_cast<LocalShadows *>(memory), shadows, query);
     default: break;
@@ -76,7 +76,7 @@ bool is_shadowed(Shadows &shadows, const ShadowQuery &query) {
 bool is_shadowed_by_moving_alone(Shadows &shadows, const ShadowQuery &query) {
     const Surfaces &surfaces = *shadows.surfaces;
     Statistics &statistics = *shadows.statistics;
-    if (surfaces.morph_count == 0 && surfaces.group_count == 0) {
+    if (surfaces.deforming_count == 0 && surfaces.group_count == 0) {
         ++statistics.rays.shadow_culled;
         return false;
     }

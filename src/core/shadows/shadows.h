@@ -14,7 +14,7 @@ struct ShadowQuery {
     uint32_t triangle; // that holds the point: it does not stand in its own light
     bool still;        // that triangle never moves
     Real u, v;         // where the point is in it: the weights of corners 1 and 2
-    uint32_t body;     // that it belongs to, or none of the scene's
+    uint32_t instance;     // that it belongs to, or none of the scene's
 };
 
 struct Shadows {
@@ -47,13 +47,13 @@ bool is_shadowed(Shadows &shadows, const ShadowQuery &query);
 // Of a point of space that the light reaches so; nothing where `shadows` is nullptr.
 inline bool is_shadowed(Shadows *shadows, uint32_t light, const Vec3 &x, const Illumination &from) {
     return shadows && is_shadowed(*shadows, {{x, -from.direction},
-                                             from.distance - shadows->surfaces->skin,
+                                             from.distance - shadows->surfaces->ray_epsilon,
                                              light,
                                              no_triangle,
                                              false,
                                              Real(0),
                                              Real(0),
-                                             shadows->surfaces->body_count});
+                                             shadows->surfaces->instance_count});
 }
 // The same where it is known that nothing still is in the way, without a test.
 bool is_shadowed_by_moving_alone(Shadows &shadows, const ShadowQuery &query);
@@ -61,16 +61,16 @@ bool is_shadowed_by_moving_alone(Shadows &shadows, const ShadowQuery &query);
 // By a ray, counted as traced: as those of surfaces.h.
 inline bool is_blocked(const Shadows &shadows, const ShadowQuery &query) {
     const Surfaces &surfaces = *shadows.surfaces;
-    return is_blocked(surfaces, query.ray, surfaces.skin, query.end, query.triangle, shadows.statistics->shadow.traced);
+    return is_blocked(surfaces, query.ray, surfaces.ray_epsilon, query.end, query.triangle, shadows.statistics->shadow.traced);
 }
-inline bool is_blocked_by_still(const Shadows &shadows, const ShadowQuery &query, uint32_t &occluder) {
+inline bool is_blocked_by_static(const Shadows &shadows, const ShadowQuery &query, uint32_t &occluder) {
     const Surfaces &surfaces = *shadows.surfaces;
-    return is_blocked_by_still(surfaces, query.ray, surfaces.skin, query.end, query.triangle, occluder,
+    return is_blocked_by_static(surfaces, query.ray, surfaces.ray_epsilon, query.end, query.triangle, occluder,
                                shadows.statistics->shadow.traced);
 }
 inline bool is_blocked_by_moving(const Shadows &shadows, const ShadowQuery &query) {
     const Surfaces &surfaces = *shadows.surfaces;
-    return is_blocked_by_moving(surfaces, query.ray, surfaces.skin, query.end, query.triangle,
+    return is_blocked_by_moving(surfaces, query.ray, surfaces.ray_epsilon, query.end, query.triangle,
                                 shadows.statistics->shadow.traced);
 }
 

@@ -16,23 +16,23 @@ inline int64_t margin_of(int64_t, int64_t, int64_t, int64_t) { return 10; }
 inline double hit_margin(double reach) { return 15 * e * reach; }
 inline int64_t hit_margin(int64_t) { return 0; } // margin_of has it
 
-Position position_of(const Vec3 &v) { return Position(reckoned(v.x), reckoned(v.y), reckoned(v.z)); }
+Position position_of(const Vec3 &v) { return Position(to_proof_scalar(v.x), to_proof_scalar(v.y), to_proof_scalar(v.z)); }
 
 Position share(const Position &v, int part) {
     return Position(detail::share(v.x, part), detail::share(v.y, part), detail::share(v.z, part));
 }
 
 struct Range {
-    Reckoned low, high;
+    ProofScalar low, high;
 
-    void add(Reckoned x) {
+    void add(ProofScalar x) {
         low = min(low, x);
         high = max(high, x);
     }
 };
 
-Range range_of(const ShadowShaft &shaft, const Position &axis) {
-    const Reckoned first = along(axis, shaft.light[0]);
+Range range_of(const TriangleShaft &shaft, const Position &axis) {
+    const ProofScalar first = along(axis, shaft.light[0]);
     Range range = {first, first};
     for (const Position &p : shaft.begin) range.add(along(axis, p));
     if (shaft.parallel)
@@ -41,7 +41,7 @@ Range range_of(const ShadowShaft &shaft, const Position &axis) {
 }
 
 Range range_of(const Position (&triangle)[3], const Position &axis) {
-    const Reckoned first = along(axis, triangle[0]);
+    const ProofScalar first = along(axis, triangle[0]);
     Range range = {first, first};
     range.add(along(axis, triangle[1]));
     range.add(along(axis, triangle[2]));
@@ -49,20 +49,20 @@ Range range_of(const Position (&triangle)[3], const Position &axis) {
 }
 
 // Whether two convex bodies, widened by the margin, are on two sides of a plane across the axis.
-bool are_apart(const Range &a, const Range &b, const Position &axis, Reckoned margin) {
+bool are_apart(const Range &a, const Range &b, const Position &axis, ProofScalar margin) {
     return max(a.low - b.high, b.low - a.high) > margin * sum_of(axis);
 }
 
 // Of all axes that may tell convex bodies apart, those of their faces and edges, the likely ones first.
-bool misses(const ShadowShaft &shaft, const Position (&triangle)[3]) {
-    Reckoned largest = Reckoned(0);
+bool misses(const TriangleShaft &shaft, const Position (&triangle)[3]) {
+    ProofScalar largest = ProofScalar(0);
     for (const Position &p : triangle) largest = max(largest, largest_of(p));
-    const Reckoned margin = shaft.margin + hit_margin(largest + shaft.width);
+    const ProofScalar margin = shaft.margin + hit_margin(largest + shaft.width);
     for (int i = 0; i < 3; ++i)
         if (min(triangle[0][i], min(triangle[1][i], triangle[2][i])) > shaft.high[i] ||
             max(triangle[0][i], max(triangle[1][i], triangle[2][i])) < shaft.low[i])
             return true;
-    for (const ShadowShaft::Face &face : shaft.faces)
+    for (const TriangleShaft::Face &face : shaft.faces)
         if (range_of(triangle, face.outward).low - face.support > margin * sum_of(face.outward)) return true;
     const Position edges[3] = {triangle[1] - triangle[0], triangle[2] - triangle[1], triangle[0] - triangle[2]};
     const auto tells = [&](const Position &axis) {
@@ -79,15 +79,15 @@ bool misses(const ShadowShaft &shaft, const Position (&triangle)[3]) {
 
 } // namespace
 
-ShadowShaft make_shadow_shaft(const TriangleTree &tree, const Vec3 (&receiver)[3], const CellPlace &cell,
-                              const Light &light, Real skin) {
-    ShadowShaft shaft = {};
+TriangleShaft make_triangle_shaft(const TriangleTree &tree, const Vec3 (&receiver)[3], const CellPlace &cell,
+                              const Light &light, Real ray_epsilon) {
+    TriangleShaft shaft = {};
     const Position a = position_of(receiver[0]), b = position_of(receiver[1]) - a, c = position_of(receiver[2]) - a;
     shaft.origin = a + share(b, cell.u) + share(c, cell.v);
     shaft.corner[1] = share(b, cell.size);
     shaft.corner[2] = share(c, cell.size);
     shaft.parallel = light.kind == LightKind::parallel;
-    Reckoned largest = reckoned(tree.largest) + Reckoned(1), way = Reckoned(0);
+    ProofScalar largest = to_proof_scalar(tree.largest) + ProofScalar(1), way = ProofScalar(0);
     if (shaft.parallel) {
         const Vec3 to_light = -light.direction;
         const Position step(far_along(to_light.x, largest), far_along(to_light.y, largest),
@@ -100,29 +100,29 @@ ShadowShaft make_shadow_shaft(const TriangleTree &tree, const Vec3 (&receiver)[3
     }
     shaft.provable = in_range(largest);
     if (!shaft.provable) return shaft;
-    Reckoned longest = Reckoned(0);
+    ProofScalar longest = ProofScalar(0);
     for (int i = 0; i < 3; ++i) {
         longest = max(longest, length_bound(shaft.light[i] - shaft.corner[i]));
         if (!shaft.parallel) way = max(way, largest_of(shaft.light[i] - shaft.corner[i]));
         shaft.width = max(shaft.width, largest_of(shaft.corner[i]));
     }
-    const Reckoned begin = min(at_least(reckoned(skin)), longest);
-    Reckoned corner = Reckoned(0);
+    const ProofScalar begin = min(at_least(to_proof_scalar(ray_epsilon)), longest);
+    ProofScalar corner = ProofScalar(0);
     for (const Vec3 &v : receiver) corner = max(corner, largest_of(position_of(v)));
     shaft.margin = margin_of(max(largest_of(b), largest_of(c)), corner, way, 8 * largest);
-    shaft.begin_most = at_most(reckoned(skin));
+    shaft.begin_most = at_most(to_proof_scalar(ray_epsilon));
     for (int i = 0; i < 3; ++i) {
         const Position all = shaft.light[i] - shaft.corner[i];
         shaft.begin[i] = shaft.corner[i];
-        if (begin > Reckoned(0))
+        if (begin > ProofScalar(0))
             shaft.begin[i] +=
                 Position(ratio(all.x, begin, longest), ratio(all.y, begin, longest), ratio(all.z, begin, longest));
     }
-    const Reckoned any_margin = shaft.margin + hit_margin(2 * largest);
+    const ProofScalar any_margin = shaft.margin + hit_margin(2 * largest);
     const auto face_of = [&](Position axis, const Position &on, const Position &inside) {
-        if (along(axis, inside - on) > Reckoned(0)) axis = -axis;
-        const Reckoned support = range_of(shaft, axis).high;
-        return ShadowShaft::Face{axis, support, support + any_margin * sum_of(axis)};
+        if (along(axis, inside - on) > ProofScalar(0)) axis = -axis;
+        const ProofScalar support = range_of(shaft, axis).high;
+        return TriangleShaft::Face{axis, support, support + any_margin * sum_of(axis)};
     };
     const Position(&at)[3] = shaft.begin;
     for (int i = 0; i < 3; ++i) {
@@ -131,8 +131,8 @@ ShadowShaft make_shadow_shaft(const TriangleTree &tree, const Vec3 (&receiver)[3
     }
     shaft.faces[3] = face_of(across(at[1] - at[0], at[2] - at[0]), at[0], shaft.light[0]);
     for (int i = 0; i < 3; ++i) {
-        Position axis(Reckoned(0));
-        axis[i] = Reckoned(1);
+        Position axis(ProofScalar(0));
+        axis[i] = ProofScalar(1);
         const Range range = range_of(shaft, axis);
         shaft.low[i] = range.low - any_margin;
         shaft.high[i] = range.high + any_margin;
@@ -140,13 +140,13 @@ ShadowShaft make_shadow_shaft(const TriangleTree &tree, const Vec3 (&receiver)[3
     return shaft;
 }
 
-bool is_shaft_free(const TriangleTree &tree, const ShadowShaft &shaft, uint32_t skip, TreeCounts &counts) {
+bool is_shaft_free(const TriangleTree &tree, const TriangleShaft &shaft, uint32_t skip, TreeCounts &counts) {
     if (!shaft.provable) return false;
     if (tree.triangle_count == 0) return true;
     struct Part { // of a node's cell, in the shaft's box
         uint32_t node;
         Position low, high;
-    } waiting[most_tree_depth + 1];
+    } waiting[max_tree_depth + 1];
     const Position low = position_of(tree.bounds.low) - shaft.origin,
                    high = position_of(tree.bounds.high) - shaft.origin;
     Part first = {0, shaft.low, shaft.high};
@@ -161,7 +161,7 @@ bool is_shaft_free(const TriangleTree &tree, const ShadowShaft &shaft, uint32_t 
         const Part part = waiting[--count];
         ++counts.node_visits;
         bool outside = false;
-        for (const ShadowShaft::Face &face : shaft.faces) {
+        for (const TriangleShaft::Face &face : shaft.faces) {
             const Position &out = face.outward;
             const Position nearest(out.x > 0 ? part.low.x : part.high.x, out.y > 0 ? part.low.y : part.high.y,
                                    out.z > 0 ? part.low.z : part.high.z);
@@ -171,7 +171,7 @@ bool is_shaft_free(const TriangleTree &tree, const ShadowShaft &shaft, uint32_t 
         const TriangleNode &node = tree.nodes[part.node];
         if (node.axis() < 3) {
             const int axis = static_cast<int>(node.axis());
-            const Reckoned plane = plane_at(node.value, tree.step_exponent, Reckoned()) - shaft.origin[axis];
+            const ProofScalar plane = plane_at(node.value, tree.step_exponent, ProofScalar()) - shaft.origin[axis];
             if (part.high[axis] >= plane) {
                 Part &above = waiting[count++] = part;
                 above.node = node.first() + 1;
@@ -192,8 +192,8 @@ bool is_shaft_free(const TriangleTree &tree, const ShadowShaft &shaft, uint32_t 
             ++counts.triangle_tests;
             Position corners[3];
             for (int c = 0; c < 3; ++c)
-                corners[c] = Position(reckoned(group.corner[c][0][lane]), reckoned(group.corner[c][1][lane]),
-                                      reckoned(group.corner[c][2][lane])) -
+                corners[c] = Position(to_proof_scalar(group.corner[c][0][lane]), to_proof_scalar(group.corner[c][1][lane]),
+                                      to_proof_scalar(group.corner[c][2][lane])) -
                              shaft.origin;
             if (!misses(shaft, corners)) return false;
         }
@@ -208,15 +208,15 @@ bool is_shaft_free(const TriangleTree &tree, const ShadowShaft &shaft, uint32_t 
 // some direction: x' + t d' is within the margin of it, x' of the cell, and what has been gone at the whole distance of
 // the light. So t d' is at least a gap less two margins, which are below 4 in the terms of length_bound, along that
 // direction; d' is no longer than at_most has it.
-bool is_shaft_blocked(const ShadowShaft &shaft, const Vec3 (&occluder)[3]) {
+bool is_shaft_blocked(const TriangleShaft &shaft, const Vec3 (&occluder)[3]) {
     if (!shaft.provable) return false;
     Position triangle[3];
-    Reckoned largest = Reckoned(0);
+    ProofScalar largest = ProofScalar(0);
     for (int i = 0; i < 3; ++i) {
         triangle[i] = position_of(occluder[i]) - shaft.origin;
         largest = max(largest, largest_of(triangle[i]));
     }
-    const Reckoned margin = shaft.margin + hit_margin(largest + shaft.width);
+    const ProofScalar margin = shaft.margin + hit_margin(largest + shaft.width);
     int side = 0;
     for (int i = 0; i < 3; ++i)
         for (int k = 0; k < 3; ++k) {
@@ -227,10 +227,10 @@ bool is_shaft_blocked(const ShadowShaft &shaft, const Vec3 (&occluder)[3]) {
             side = now;
         }
     const auto between = [&](Position axis) {
-        if (along(axis, shaft.light[0] - shaft.corner[0]) < Reckoned(0)) axis = -axis;
+        if (along(axis, shaft.light[0] - shaft.corner[0]) < ProofScalar(0)) axis = -axis;
         const Range there = range_of(triangle, axis), cell = range_of(shaft.corner, axis),
                     lights = range_of(shaft.light, axis);
-        const Reckoned gap = (shaft.begin_most + 4 * margin) * length_bound(axis);
+        const ProofScalar gap = (shaft.begin_most + 4 * margin) * length_bound(axis);
         return there.low - cell.high > gap && lights.low - there.high > gap;
     };
     return between(across(triangle[1] - triangle[0], triangle[2] - triangle[0])) ||

@@ -41,34 +41,34 @@ struct CellPlace {
 
 namespace WISP_ARITH {
 
-using Position = detail::Triple<Reckoned>;
+using Position = detail::Triple<ProofScalar>;
 
-struct ShadowShaft {
+struct TriangleShaft {
     bool provable;       // false: it reaches beyond the range of proofs
     Position origin;     // the cell's first corner; all others are relative to it
     Position corner[3];  // of the cell
     Position begin[3];   // where rays begin to be stopped
     Position light[3];   // where they go
     bool parallel;       // otherwise those are one
-    Reckoned margin;     // but for 15 e M
-    Reckoned width;      // M is not more than a triangle's largest coordinate and this
-    Reckoned begin_most; // the skin, and what is rounded
+    ProofScalar margin;     // but for 15 e M
+    ProofScalar width;      // M is not more than a triangle's largest coordinate and this
+    ProofScalar begin_most; // the skin, and what is rounded
     struct Face {
         Position outward;
-        Reckoned support; // of the shaft: outward . x is not more in it
-        Reckoned limit;   // the same for what may hide a triangle
+        ProofScalar support; // of the shaft: outward . x is not more in it
+        ProofScalar limit;   // the same for what may hide a triangle
     } faces[4];
     Position low, high; // its box, for what may hide a triangle
 };
 
-ShadowShaft make_shadow_shaft(const TriangleTree &tree, const Vec3 (&receiver)[3], const CellPlace &cell,
-                              const Light &light, Real skin);
+TriangleShaft make_triangle_shaft(const TriangleTree &tree, const Vec3 (&receiver)[3], const CellPlace &cell,
+                              const Light &light, Real ray_epsilon);
 
 // Whether no opaque triangle of the tree but `skip` stops a ray of the shaft.
-bool is_shaft_free(const TriangleTree &tree, const ShadowShaft &shaft, uint32_t skip, TreeCounts &counts);
+bool is_shaft_free(const TriangleTree &tree, const TriangleShaft &shaft, uint32_t skip, TreeCounts &counts);
 
 // Whether this triangle, which is opaque and has an area, stops all rays of the shaft.
-bool is_shaft_blocked(const ShadowShaft &shaft, const Vec3 (&occluder)[3]);
+bool is_shaft_blocked(const TriangleShaft &shaft, const Vec3 (&occluder)[3]);
 
 } // namespace WISP_ARITH
 } // namespace wisp

@@ -5,13 +5,13 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr uint64_t most_blocks = uint64_t{1} << 19;
+constexpr uint64_t max_blocks = uint64_t{1} << 19;
 
-uint32_t roots_for(const Scene &scene) { return scene.still_count / 4 + 1; }
+uint32_t roots_for(const Scene &scene) { return scene.static_count / 4 + 1; }
 
 // Some tens for each triangle and light, and some for large ones.
 uint64_t blocks_for(const Scene &scene) {
-    return min(most_blocks, (uint64_t{1} << 13) + 32 * uint64_t{scene.light_count} * scene.still_count);
+    return min(max_blocks, (uint64_t{1} << 13) + 32 * uint64_t{scene.light_count} * scene.static_count);
 }
 
 // 0: there is none left.

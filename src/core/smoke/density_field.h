@@ -9,19 +9,19 @@ struct DensityField {
     bool is_grid, is_bricks; // or neither: particles
     ParticleField particles; // empty where they are not
     GridField grid;          // of one that is resampled its frame
-    BrickField bricks;
+    ResampledField bricks;
 
     const Box &bounds() const { return is_bricks ? bricks.bricks->bounds : is_grid ? grid.bounds : particles.bounds; }
     bool ready() const { return is_bricks ? bricks.ready : is_grid ? grid.ready : particles.ready; }
 };
 
-inline uint64_t density_field_bytes(const SmokeSource &source) {
+inline uint64_t density_field_bytes(const SmokeDescription &source) {
     return source.is_grid() ? grid_field_bytes(source.grid) : particle_field_bytes(source.count);
 }
 
 // `bricks`: to resample to, or nullptr. `first_dimension`: of a photon's draws; those of one field are `dimensions_of`
 // it.
-inline DensityField make_density_field(const SmokeSource &source, const Bricks *bricks, uint32_t first_dimension,
+inline DensityField make_density_field(const SmokeDescription &source, const SparseGrid *bricks, uint32_t first_dimension,
                                        Arena &arena) {
     DensityField field = {};
     field.is_bricks = bricks && !source.empty();
@@ -35,10 +35,10 @@ inline DensityField make_density_field(const SmokeSource &source, const Bricks *
         field.particles = make_particle_field(source, first_dimension, arena);
     return field;
 }
-inline uint32_t dimensions_of(const SmokeSource &source) { return source.is_grid() ? 2 : source.count; }
+inline uint32_t dimensions_of(const SmokeDescription &source) { return source.is_grid() ? 2 : source.count; }
 
 // What the density is made of: particles by slot, or samples.
-inline uint32_t elements_of(const SmokeSource &source) {
+inline uint32_t elements_of(const SmokeDescription &source) {
     return source.is_grid() ? static_cast<uint32_t>(source.grid.count()) : source.count;
 }
 

@@ -27,7 +27,7 @@ template <class K> Neighbourhood neighbourhood_of(const ParticleField &field, ui
     return {neighbours, to_double(sum_of_lanes(sum))};
 }
 
-WISP_WIDE Neighbourhood neighbourhood(const ParticleField &field, uint32_t slot) {
+WISP_MULTIVERSIONED Neighbourhood neighbourhood(const ParticleField &field, uint32_t slot) {
     return field.kernel == Kernel::spline ? neighbourhood_of<Spline>(field, slot)
                                           : neighbourhood_of<Poly6>(field, slot);
 }
@@ -36,7 +36,7 @@ WISP_WIDE Neighbourhood neighbourhood(const ParticleField &field, uint32_t slot)
 
 uint64_t neighbourhood_bytes(uint32_t particles) { return particle_field_bytes(particles); }
 
-bool find_neighbourhoods(const SmokeSource &source, Arena &arena, Neighbourhood *of_particle) {
+bool find_neighbourhoods(const SmokeDescription &source, Arena &arena, Neighbourhood *of_particle) {
     const ParticleField field = make_particle_field(source, 0, arena);
     if (!field.ready) return false;
     for (uint32_t slot = 0; slot < source.count; ++slot) of_particle[field.tree.id[slot]] = neighbourhood(field, slot);

@@ -15,7 +15,7 @@ struct Neighbourhood {
 #define WISP_DECLARE_NEIGHBOURHOODS(arithmetic)                                                                        \
     namespace arithmetic {                                                                                             \
     uint64_t neighbourhood_bytes(uint32_t particles);                                                                  \
-    bool find_neighbourhoods(const SmokeSource &source, Arena &arena, Neighbourhood *of_particle);                     \
+    bool find_neighbourhoods(const SmokeDescription &source, Arena &arena, Neighbourhood *of_particle);                     \
     }
 WISP_DECLARE_NEIGHBOURHOODS(f32)
 WISP_DECLARE_NEIGHBOURHOODS(f64)

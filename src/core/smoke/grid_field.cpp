@@ -186,9 +186,9 @@ Vec3 point_of_sample(const GridField &field, uint32_t sample, const Vec3 &unifor
         Vec3(tent_offset(at.x, n.x, uniform.x), tent_offset(at.y, n.y, uniform.y), tent_offset(at.z, n.z, uniform.z)));
 }
 
-uint64_t grid_field_bytes(const GridSource &source) { return Arena::bytes<Real>(source.count()); }
+uint64_t grid_field_bytes(const GridDescription &source) { return Arena::bytes<Real>(source.count()); }
 
-GridField grid_frame(const GridSource &source) {
+GridField grid_frame(const GridDescription &source) {
     GridField field = {};
     field.samples = {source.nx, source.ny, source.nz};
     field.center = vec_of(source.center);
@@ -204,7 +204,7 @@ GridField grid_frame(const GridSource &source) {
     return field;
 }
 
-GridField make_grid_field(const GridSource &source, uint32_t dimension, Arena &arena) {
+GridField make_grid_field(const GridDescription &source, uint32_t dimension, Arena &arena) {
     GridField field = grid_frame(source);
     field.dimension = dimension;
     Real *values = arena.make<Real>(source.count());

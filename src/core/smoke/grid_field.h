@@ -25,9 +25,9 @@ struct GridField {
     bool constant() const { return samples.x == 1 && samples.y == 1 && samples.z == 1; }
 };
 
-GridField grid_frame(const GridSource &source); // all but the samples: not ready
-GridField make_grid_field(const GridSource &source, uint32_t dimension, Arena &arena);
-uint64_t grid_field_bytes(const GridSource &source);
+GridField grid_frame(const GridDescription &source); // all but the samples: not ready
+GridField make_grid_field(const GridDescription &source, uint32_t dimension, Arena &arena);
+uint64_t grid_field_bytes(const GridDescription &source);
 
 // As for particles: sigma_t at x; its integral over the ray's distances 0 to `end`; an upper bound in a box.
 Real extinction(const GridField &field, const Vec3 &x);

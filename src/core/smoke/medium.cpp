@@ -10,11 +10,11 @@ bool any(const Color &c) { return largest(c) > Real(0); }
 // For each particle the share of the whole cross-section that lies before it, as a fraction of 2^32; for the samples of
 // a grid, whose tents all have the same volume, the share of the density. Summed in integers, so that the choice is the
 // same in every arithmetic.
-const uint32_t *shares_of_area(const SmokeSource &source, Arena &arena) {
+const uint32_t *shares_of_area(const SmokeDescription &source, Arena &arena) {
     const uint32_t count = elements_of(source);
     uint32_t *before = arena.make<uint32_t>(count);
     if (!before) return nullptr;
-    const GridSource &grid = source.grid;
+    const GridDescription &grid = source.grid;
     const auto area = [&](uint32_t i) {
         return !source.is_grid() ? to_real<Real>(source.particles[i].area)
                : grid.density    ? to_real<Real>(grid.density[i])
@@ -41,13 +41,13 @@ const uint32_t *shares_of_area(const SmokeSource &source, Arena &arena) {
 } // namespace
 
 uint64_t medium_bytes(const Scene &scene, double density_step) {
-    uint64_t bytes = Arena::bytes<Smoke>(scene.smoke_count);
-    const bool resampled = order_of(density_step) > 0 && can_resample(scene);
-    const BrickPlan bricks = resampled ? plan_bricks(scene, density_step) : BrickPlan{0, 0, Real(0)};
-    if (resampled) bytes += bricks.bytes + Arena::bytes<Bricks>(1);
+    uint64_t bytes = Arena::bytes<SmokeVolume>(scene.smoke_count);
+    const bool resampled = total_order_key(density_step) > 0 && can_resample(scene);
+    const SparseGridPlan bricks = resampled ? plan_sparse_grid(scene, density_step) : SparseGridPlan{0, 0, Real(0)};
+    if (resampled) bytes += bricks.bytes + Arena::bytes<SparseGrid>(1);
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        const SmokeSource &source = scene.smokes[i];
-        bytes += resampled && !source.empty() ? brick_field_bytes(source, bricks.count) : density_field_bytes(source);
+        const SmokeDescription &source = scene.smokes[i];
+        bytes += resampled && !source.empty() ? resampled_field_bytes(source, bricks.count) : density_field_bytes(source);
         const bool glows = any_above_zero(source.emission);
         if (glows) bytes += Arena::bytes<uint32_t>(elements_of(source));
     }
@@ -56,21 +56,21 @@ uint64_t medium_bytes(const Scene &scene, double density_step) {
 
 Medium make_medium(const Scene &scene, double density_step, Arena &arena) {
     Medium medium = {};
-    if (order_of(density_step) > 0 && can_resample(scene)) {
-        Bricks *bricks = arena.make<Bricks>(1);
+    if (total_order_key(density_step) > 0 && can_resample(scene)) {
+        SparseGrid *bricks = arena.make<SparseGrid>(1);
         if (!bricks) return medium;
-        *bricks = make_bricks(scene, density_step, arena);
+        *bricks = make_sparse_grid(scene, density_step, arena);
         if (!bricks->ready) return medium;
         medium.bricks = bricks;
     }
-    Smoke *smokes = arena.make<Smoke>(scene.smoke_count);
+    SmokeVolume *smokes = arena.make<SmokeVolume>(scene.smoke_count);
     if (!smokes) return medium;
     medium.smokes = smokes;
     medium.count = scene.smoke_count;
     uint32_t dimensions = 0;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        const SmokeSource &source = scene.smokes[i];
-        Smoke smoke = {};
+        const SmokeDescription &source = scene.smokes[i];
+        SmokeVolume smoke = {};
         smoke.source = &source;
         smoke.albedo = vec_of(source.albedo);
         smoke.phase = Phase(to_real<Real>(source.asymmetry));
@@ -98,7 +98,7 @@ Medium make_medium(const Scene &scene, double density_step, Arena &arena) {
         medium.sphere.center = (medium.bounds.low + medium.bounds.high) * Real(0.5);
         Real radius_squared = Real(0), support = Real(0);
         for (uint32_t i = 0; i < medium.count; ++i) {
-            const SmokeSource &source = scene.smokes[i];
+            const SmokeDescription &source = scene.smokes[i];
             for (uint32_t k = 0; k < source.count; ++k) {
                 const Vec3 d = vec_of(source.particles[k].position) - medium.sphere.center;
                 radius_squared = max(radius_squared, dot(d, d));
@@ -107,7 +107,7 @@ Medium make_medium(const Scene &scene, double density_step, Arena &arena) {
         }
         medium.sphere.radius = sqrt(radius_squared) + support;
         for (uint32_t i = 0; i < medium.count; ++i) {
-            const GridSource &grid = scene.smokes[i].grid;
+            const GridDescription &grid = scene.smokes[i].grid;
             if (scene.smokes[i].is_grid())
                 medium.sphere.radius = max(medium.sphere.radius, length(vec_of(grid.center) - medium.sphere.center) +
                                                                      length(vec_of(grid.half)));
@@ -123,10 +123,10 @@ Real optical_depth(const Medium &medium, const Ray &ray, Real end) {
     return depth;
 }
 
-Real free_way(const Medium &medium, const Ray &ray, Real begin) {
-    if (!medium.surfaces) return path_end;
+Real distance_to_surface(const Medium &medium, const Ray &ray, Real begin) {
+    if (!medium.surfaces) return infinite_distance;
     TreeCounts unused = {};
-    return nearest_opaque_hit(*medium.surfaces, ray, begin, path_end, unused).distance;
+    return nearest_opaque_hit(*medium.surfaces, ray, begin, infinite_distance, unused).distance;
 }
 
 MediumCollision first_collision(const Medium &medium, const Ray &ray, Real end, Event event) {
@@ -138,7 +138,7 @@ MediumCollision first_collision(const Medium &medium, const Ray &ray, Real end, 
     return nearest;
 }
 
-bool meets_smoke(const Medium &medium, const Bricks &bricks, uint32_t brick, const Cell &node, int32_t stride) {
+bool meets_smoke(const Medium &medium, const SparseGrid &bricks, uint32_t brick, const Cell &node, int32_t stride) {
     const Cell low = {max(node.x - stride, 0), max(node.y - stride, 0), max(node.z - stride, 0)};
     const Cell high = {min(node.x + stride, brick_cells), min(node.y + stride, brick_cells),
                        min(node.z + stride, brick_cells)};
@@ -160,7 +160,7 @@ bool meets_smoke(const Medium &medium, const Bricks &bricks, uint32_t brick, con
     return false;
 }
 
-Photon emit_from_smoke(const Smoke &smoke, const Color &photon_color, Event event) {
+Photon emit_from_smoke(const SmokeVolume &smoke, const Color &photon_color, Event event) {
     // The particle or sample, by its share of the density's integral; then a point of its kernel or tent.
     const uint32_t target = draw(event, dimension_position_1);
     uint32_t low = 0, high = elements_of(*smoke.source);

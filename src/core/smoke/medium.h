@@ -6,21 +6,21 @@
 namespace wisp::WISP_ARITH {
 
 // One `smoke` block.
-struct Smoke {
+struct SmokeVolume {
     DensityField field;
     Color albedo;
     Phase phase = Phase(Real(0));
     Color emission;              // L_e
     Color emitted_power;         // of all its photons: 4 pi (1 - albedo) L_e times the integral of sigma_t
     const uint32_t *area_before; // per particle or sample, where it glows: the share of 2^32 of those before
-    const SmokeSource *source;
+    const SmokeDescription *source;
 };
 
 // All smokes of a scene. Their densities add; a photon collides with the nearest of their collisions.
 struct Medium {
-    Smoke *smokes;
+    SmokeVolume *smokes;
     uint32_t count;
-    const Bricks *bricks;               // to which the densities are resampled; nullptr where they are exact
+    const SparseGrid *bricks;               // to which the densities are resampled; nullptr where they are exact
     Box bounds;                         // of all supports; empty without particles
     Sphere sphere;                      // around them
     bool ready;                         // false: the arena was too small
@@ -37,12 +37,12 @@ uint64_t medium_bytes(const Scene &scene, double density_step);
 // int sigma_t of all smokes over the ray's distances 0 to `end`.
 Real optical_depth(const Medium &medium, const Ray &ray, Real end);
 
-// How far the ray goes from `begin` on until an opaque surface stops it: path_end where none does.
-Real free_way(const Medium &medium, const Ray &ray, Real begin);
+// How far the ray goes from `begin` on until an opaque surface stops it: infinite_distance where none does.
+Real distance_to_surface(const Medium &medium, const Ray &ray, Real begin);
 
 // Whether there is smoke in the cells of the brick around a node of a field, given in cells. `bricks` are the medium's
 // own where it has been resampled.
-bool meets_smoke(const Medium &medium, const Bricks &bricks, uint32_t brick, const Cell &node, int32_t stride);
+bool meets_smoke(const Medium &medium, const SparseGrid &bricks, uint32_t brick, const Cell &node, int32_t stride);
 
 struct MediumCollision {
     bool found;
@@ -56,6 +56,6 @@ inline Color albedo(const Medium &medium, const MediumCollision &at) { return me
 inline Phase phase(const Medium &medium, const MediumCollision &at) { return medium.smokes[at.smoke].phase; }
 
 // A photon of a smoke that glows, from a point of its density in a direction of its own.
-Photon emit_from_smoke(const Smoke &smoke, const Color &photon_color, Event event);
+Photon emit_from_smoke(const SmokeVolume &smoke, const Color &photon_color, Event event);
 
 } // namespace wisp::WISP_ARITH

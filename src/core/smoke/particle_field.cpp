@@ -161,17 +161,17 @@ bool enter(const ParticleField &field, Ray &ray, Real &entry, Real &end) {
     return true;
 }
 
-WISP_WIDE Real extinction(const ParticleField &field, const Vec3 &x) {
+WISP_MULTIVERSIONED Real extinction(const ParticleField &field, const Vec3 &x) {
     if (field.tree.count == 0) return Real(0);
     return field.kernel == Kernel::spline ? extinction_of<Spline>(field, x) : extinction_of<Poly6>(field, x);
 }
 
-WISP_WIDE Real majorant(const ParticleField &field, const Box &box) {
+WISP_MULTIVERSIONED Real majorant(const ParticleField &field, const Box &box) {
     if (field.tree.count == 0) return Real(0);
     return field.kernel == Kernel::spline ? majorant_of<Spline>(field, box) : majorant_of<Poly6>(field, box);
 }
 
-WISP_WIDE Real optical_depth(const ParticleField &field, const Ray &ray, Real end) {
+WISP_MULTIVERSIONED Real optical_depth(const ParticleField &field, const Ray &ray, Real end) {
     Ray near = ray;
     Real entry;
     if (!enter(field, near, entry, end)) return Real(0);
@@ -179,7 +179,7 @@ WISP_WIDE Real optical_depth(const ParticleField &field, const Ray &ray, Real en
                                           : optical_depth_of<Poly6>(field, near, end);
 }
 
-WISP_WIDE Collision first_collision(const ParticleField &field, const Ray &ray, Real end, Event event) {
+WISP_MULTIVERSIONED Collision first_collision(const ParticleField &field, const Ray &ray, Real end, Event event) {
     Ray near = ray;
     Real entry;
     if (!enter(field, near, entry, end)) return {false, end, 0};
@@ -195,7 +195,7 @@ uint64_t particle_field_bytes(uint32_t particles) {
            Arena::bytes<uint32_t>(slots);
 }
 
-ParticleField make_particle_field(const SmokeSource &source, uint32_t first_dimension, Arena &arena) {
+ParticleField make_particle_field(const SmokeDescription &source, uint32_t first_dimension, Arena &arena) {
     ParticleField field = {};
     field.first_dimension = first_dimension;
     field.kernel = source.kernel;

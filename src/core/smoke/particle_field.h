@@ -30,7 +30,7 @@ struct ParticleField {
 struct Passage {
     Real b_squared, along;
 };
-WISP_VISITOR Passage passage(const ParticleField &field, uint32_t slot, const Ray &ray) {
+WISP_INLINE Passage passage(const ParticleField &field, uint32_t slot, const Ray &ray) {
     const PointTree &tree = field.tree;
     const Vec3 &o = ray.origin, &d = ray.direction;
     const Real px = tree.x[slot] - o.x, py = tree.y[slot] - o.y, pz = tree.z[slot] - o.z, h = field.inverse_h[slot];
@@ -39,7 +39,7 @@ WISP_VISITOR Passage passage(const ParticleField &field, uint32_t slot, const Ra
 }
 
 // The field of `source`; everything is made from the arena.
-ParticleField make_particle_field(const SmokeSource &source, uint32_t first_dimension, Arena &arena);
+ParticleField make_particle_field(const SmokeDescription &source, uint32_t first_dimension, Arena &arena);
 uint64_t particle_field_bytes(uint32_t particles);
 
 // sigma_t at x, per unit of length.

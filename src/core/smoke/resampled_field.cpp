@@ -17,7 +17,7 @@ static_assert(static_cast<uint32_t>(along) <= row, "a row of a brick fits");
 // Trilinear interpolation spreads what the nodes hold: along each axis it adds cell^2 / 6 to the variance, of which a
 // kernel has h^2 times K::variance. Kernels are taken that much narrower, so that what is interpolated has the spread
 // of the particles; column depths err by a sixth of what they would.
-template <class K> void sum_particles(const ParticleField &field, const Bricks &bricks, uint32_t brick, Real *sums) {
+template <class K> void sum_particles(const ParticleField &field, const SparseGrid &bricks, uint32_t brick, Real *sums) {
     const PointTree &tree = field.tree;
     const Vec3 low = low_of(bricks, brick), half = bricks.lattice.edge * Real(0.5);
     const Real spread = bricks.cell.x * bricks.cell.x * Real(1 / (6 * K::variance));
@@ -54,7 +54,7 @@ template <class K> void sum_particles(const ParticleField &field, const Bricks &
     });
 }
 
-WISP_WIDE void resample_brick(const ParticleField &field, const Bricks &bricks, uint32_t brick, Real *nodes) {
+WISP_MULTIVERSIONED void resample_brick(const ParticleField &field, const SparseGrid &bricks, uint32_t brick, Real *nodes) {
     Real sums[rows * row];
     for (Real &sum : sums) sum = Real(0);
     if (field.kernel == Kernel::spline)
@@ -65,7 +65,7 @@ WISP_WIDE void resample_brick(const ParticleField &field, const Bricks &bricks, 
         for (uint32_t l = 0; l < static_cast<uint32_t>(along); ++l) *nodes++ = sums[r * row + l];
 }
 
-void resample_brick(const GridField &grid, const Bricks &bricks, uint32_t brick, Real *nodes) {
+void resample_brick(const GridField &grid, const SparseGrid &bricks, uint32_t brick, Real *nodes) {
     const Cell &at = bricks.place[brick], &n = grid.samples;
     const int32_t parts = bricks.parts;
     const auto sample = [](int32_t i, int32_t count) { return min(max(i, 0), count - 1); };
@@ -82,7 +82,7 @@ void resample_brick(const GridField &grid, const Bricks &bricks, uint32_t brick,
     }
 }
 
-template <class Field> void resample_all(const Field &field, const Bricks &bricks, Real *nodes, Real *greatest) {
+template <class Field> void resample_all(const Field &field, const SparseGrid &bricks, Real *nodes, Real *greatest) {
     for (uint32_t brick = 0; brick < bricks.count; ++brick, nodes += nodes_of(1)) {
         resample_brick(field, bricks, brick, nodes);
         greatest[brick] = Real(0);
@@ -91,7 +91,7 @@ template <class Field> void resample_all(const Field &field, const Bricks &brick
 }
 
 // The ray from where it enters the smoke's bounds.
-bool enter(const Bricks &bricks, const Ray &ray, Ray &inside, Real &entry, Real &end) {
+bool enter(const SparseGrid &bricks, const Ray &ray, Ray &inside, Real &entry, Real &end) {
     entry = Real(0);
     if (bricks.count == 0 || !clip(bricks.bounds, ray, entry, end)) return false;
     inside = {ray.origin + ray.direction * entry, ray.direction};
@@ -101,13 +101,13 @@ bool enter(const Bricks &bricks, const Ray &ray, Ray &inside, Real &entry, Real 
 
 } // namespace
 
-uint64_t brick_field_bytes(const SmokeSource &source, uint64_t bricks) {
+uint64_t resampled_field_bytes(const SmokeDescription &source, uint64_t bricks) {
     return Arena::bytes<Real>(bricks * nodes_of(1)) + Arena::bytes<Real>(bricks) +
            (source.is_grid() ? grid_field_bytes(source.grid) : particle_field_bytes(source.count));
 }
 
-BrickField resample(const SmokeSource &source, const Bricks &bricks, uint32_t dimension, Arena &arena) {
-    BrickField field = {&bricks, nullptr, nullptr, dimension, false};
+ResampledField resample(const SmokeDescription &source, const SparseGrid &bricks, uint32_t dimension, Arena &arena) {
+    ResampledField field = {&bricks, nullptr, nullptr, dimension, false};
     Real *nodes = arena.make<Real>(size_t{bricks.count} * nodes_of(1));
     Real *greatest = arena.make<Real>(bricks.count);
     if (!nodes || !greatest) return field;
@@ -128,8 +128,8 @@ BrickField resample(const SmokeSource &source, const Bricks &bricks, uint32_t di
     return field;
 }
 
-Real extinction(const BrickField &field, const Vec3 &x) {
-    const Bricks &bricks = *field.bricks;
+Real extinction(const ResampledField &field, const Vec3 &x) {
+    const SparseGrid &bricks = *field.bricks;
     const Box &box = bricks.bounds;
     if (bricks.count == 0 || x.x < box.low.x || x.y < box.low.y || x.z < box.low.z || x.x > box.high.x ||
         x.y > box.high.y || x.z > box.high.z)
@@ -138,7 +138,7 @@ Real extinction(const BrickField &field, const Vec3 &x) {
     return brick == no_brick ? Real(0) : extinction(field, brick, place_in(bricks, brick, x));
 }
 
-WISP_WIDE void add_depths(const BrickField &field, const BrickRay &ray, const Lanes &t, const Lanes &length,
+WISP_MULTIVERSIONED void add_depths(const ResampledField &field, const GridRay &ray, const Lanes &t, const Lanes &length,
                           Lanes &sum) {
     LanePoints points;
     find_points(*field.bricks, ray, t, points);
@@ -150,12 +150,12 @@ WISP_WIDE void add_depths(const BrickField &field, const BrickRay &ray, const La
 }
 
 // Parts are gathered until there is one for each lane.
-Real optical_depth(const BrickField &field, const Ray &ray, Real end) {
-    const Bricks &bricks = *field.bricks;
+Real optical_depth(const ResampledField &field, const Ray &ray, Real end) {
+    const SparseGrid &bricks = *field.bricks;
     Ray inside;
     Real entry;
     if (!enter(bricks, ray, inside, entry, end)) return Real(0);
-    const BrickRay in_bricks(bricks, inside);
+    const GridRay in_bricks(bricks, inside);
     const Real cell = min(bricks.cell.x, min(bricks.cell.y, bricks.cell.z)), inverse_cell = Real(1) / cell;
     Lanes t, length, sum = {};
     uint32_t waiting = 0;
@@ -179,8 +179,8 @@ Real optical_depth(const BrickField &field, const Ray &ray, Real end) {
     return sum_of_lanes(sum);
 }
 
-Real majorant(const BrickField &field, const Box &box) {
-    const Bricks &bricks = *field.bricks;
+Real majorant(const ResampledField &field, const Box &box) {
+    const SparseGrid &bricks = *field.bricks;
     if (bricks.count == 0) return Real(0);
     const Cell first = cell_at(bricks.lattice, box.low), last = cell_at(bricks.lattice, box.high);
     Real greatest = Real(0);
@@ -193,7 +193,7 @@ Real majorant(const BrickField &field, const Box &box) {
     return greatest;
 }
 
-Collision first_collision(const BrickField &field, const Ray &ray, Real end, Event event) {
+Collision first_collision(const ResampledField &field, const Ray &ray, Real end, Event event) {
     Collision collision = {false, end, 0};
     Ray inside;
     Real entry;
@@ -210,7 +210,7 @@ Collision first_collision(const BrickField &field, const Ray &ray, Real end, Eve
                 rest -= depth;
                 return true;
             }
-            if (++tentative == most_tentative) return false;
+            if (++tentative == max_tentative) return false;
             t += rest / bound;
             rest = exponential();
             const Vec3 p = place_in(*field.bricks, brick, inside.origin + inside.direction * t);

@@ -6,7 +6,7 @@ namespace wisp::WISP_ARITH {
 namespace {
 
 // The largest lattice whose bricks a plan counts one by one, a bit each.
-constexpr uint64_t most_counted = uint64_t{1} << 19;
+constexpr uint64_t max_counted = uint64_t{1} << 19;
 
 // The lattice before any brick exists.
 struct Layout {
@@ -24,7 +24,7 @@ Layout layout_of(const Vec3 &low, const Vec3 &cell, const Box &bounds) {
 }
 
 // Half the edges of the box, along x, y and z, around a grid that may be turned.
-Vec3 reach_of(const GridSource &grid) {
+Vec3 reach_of(const GridDescription &grid) {
     const auto along = [&grid](double x, double y, double z) {
         return abs(to_real<Real>(product(x, grid.half.x))) + abs(to_real<Real>(product(y, grid.half.y))) +
                abs(to_real<Real>(product(z, grid.half.z)));
@@ -43,7 +43,7 @@ Layout around_all(const Scene &scene, Real cell) {
         any = true;
     };
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        const SmokeSource &smoke = scene.smokes[i];
+        const SmokeDescription &smoke = scene.smokes[i];
         const Vec3 reach = Vec3(Real(2) * to_real<Real>(smoke.largest_h));
         for (uint32_t k = 0; k < smoke.count; ++k) add(vec_of(smoke.particles[k].position), reach);
         if (smoke.is_grid()) add(vec_of(smoke.grid.center), reach_of(smoke.grid));
@@ -51,7 +51,7 @@ Layout around_all(const Scene &scene, Real cell) {
     return layout_of(bounds.low, Vec3(cell), bounds);
 }
 
-Layout around_grid(const GridSource &grid, Real cell, int32_t parts) {
+Layout around_grid(const GridDescription &grid, Real cell, int32_t parts) {
     const Vec3 center = vec_of(grid.center), half = vec_of(grid.half);
     const Box box = {center - half, center + half};
     if (!grid.density) { // constant: whole cells
@@ -87,7 +87,7 @@ template <class Visit> void for_each_touched(const Scene &scene, const Layout &l
                         visit(index_of(lattice.count, {x, y, z}));
     };
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        const SmokeSource &smoke = scene.smokes[i];
+        const SmokeDescription &smoke = scene.smokes[i];
         for (uint32_t k = 0; k < smoke.count; ++k) {
             const Vec3 x = vec_of(smoke.particles[k].position);
             const Real reach = Real(2) * to_real<Real>(smoke.particles[k].h), reach_squared = reach * reach;
@@ -98,7 +98,7 @@ template <class Visit> void for_each_touched(const Scene &scene, const Layout &l
             });
         }
         if (!smoke.is_grid()) continue;
-        const GridSource &grid = smoke.grid;
+        const GridDescription &grid = smoke.grid;
         const auto always = [](const Vec3 &) { return true; };
         if (!grid.density) {
             visit_range({0, 0, 0}, {lattice.count.x - 1, lattice.count.y - 1, lattice.count.z - 1}, always);
@@ -113,7 +113,7 @@ template <class Visit> void for_each_touched(const Scene &scene, const Layout &l
         for (int32_t z = 0; z < grid.nz; ++z)
             for (int32_t y = 0; y < grid.ny; ++y)
                 for (int32_t x = 0; x < grid.nx; ++x)
-                    if (order_of(*density++) > 0) { // its tent covers the cells x and x + 1, and at the border one more
+                    if (total_order_key(*density++) > 0) { // its tent covers the cells x and x + 1, and at the border one more
                         const auto first = [parts](int32_t at) { return max(at - 1, 0) * parts / brick_cells; };
                         const auto last = [parts](int32_t at, int32_t most) {
                             return min((at + 3) * parts / brick_cells, most - 1);
@@ -146,8 +146,8 @@ Real finest_length(const Scene &scene) {
     return finest;
 }
 
-Bricks make_bricks(const Scene &scene, double lengths, Arena &arena) {
-    Bricks bricks = {};
+SparseGrid make_sparse_grid(const Scene &scene, double lengths, Arena &arena) {
+    SparseGrid bricks = {};
     if (!any_smoke(scene)) {
         bricks.ready = true;
         return bricks;
@@ -181,13 +181,13 @@ Bricks make_bricks(const Scene &scene, double lengths, Arena &arena) {
     return bricks;
 }
 
-BrickPlan plan_bricks(const Scene &scene, double lengths) {
+SparseGridPlan plan_sparse_grid(const Scene &scene, double lengths) {
     if (!any_smoke(scene)) return {0, 0, Real(0)};
     const Layout layout = layout_of(scene, lengths);
     const uint64_t all = number_of(layout.bricks.count);
     uint64_t count = all;
-    if (all <= most_counted) {
-        uint8_t touched[most_counted / 8];
+    if (all <= max_counted) {
+        uint8_t touched[max_counted / 8];
         for (uint64_t i = 0; i < (all + 7) / 8; ++i) touched[i] = 0;
         count = 0;
         for_each_touched(scene, layout, parts_within(lengths), [&](int64_t i) {

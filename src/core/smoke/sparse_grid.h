@@ -24,7 +24,7 @@ inline Cell cell_of_index(int32_t n, uint32_t index) {
     return {i % n, i / n % n, i / n / n};
 }
 
-struct Bricks {
+struct SparseGrid {
     Lattice lattice; // of the bricks that there may be
     Vec3 cell;       // the size of one
     Vec3 inverse_cell;
@@ -42,52 +42,52 @@ Real finest_length(const Scene &scene);
 // Bricks around the smoke of `scene`, their cells `lengths` smoothing lengths of the finest smoke wide. Where all smoke
 // is a single grid that is not turned, the cells are those between the grid's samples or halves of them; of a box they
 // fit the box.
-Bricks make_bricks(const Scene &scene, double lengths, Arena &arena);
+SparseGrid make_sparse_grid(const Scene &scene, double lengths, Arena &arena);
 
 // The cells of a grid are cut in so many along each edge: where a trilinear field is resampled nothing is lost.
-constexpr int32_t parts_within(double lengths) { return order_of(lengths) > order_of(0.75) ? 1 : 2; }
+constexpr int32_t parts_within(double lengths) { return total_order_key(lengths) > total_order_key(0.75) ? 1 : 2; }
 
-struct BrickPlan {
+struct SparseGridPlan {
     uint64_t count; // of bricks, at most
     uint64_t bytes;
     Real longest; // the diagonal of the smoke's bounds
 };
-BrickPlan plan_bricks(const Scene &scene, double lengths);
+SparseGridPlan plan_sparse_grid(const Scene &scene, double lengths);
 
 // Where a brick begins, and x from there in cells.
-inline Vec3 low_of(const Bricks &bricks, uint32_t brick) {
+inline Vec3 low_of(const SparseGrid &bricks, uint32_t brick) {
     const Cell &at = bricks.place[brick];
     return bricks.lattice.low + Vec3(Real(at.x), Real(at.y), Real(at.z)) * bricks.lattice.edge;
 }
-inline Vec3 place_in(const Bricks &bricks, uint32_t brick, const Vec3 &x) {
+inline Vec3 place_in(const SparseGrid &bricks, uint32_t brick, const Vec3 &x) {
     return (x - low_of(bricks, brick)) * bricks.inverse_cell;
 }
 // A node, by its place in cells from the brick's beginning. Every brick that holds it gives the same point.
-inline Vec3 node_of(const Bricks &bricks, uint32_t brick, const Cell &node) {
+inline Vec3 node_of(const SparseGrid &bricks, uint32_t brick, const Cell &node) {
     const Cell &at = bricks.place[brick];
     return bricks.lattice.low + Vec3(Real(at.x * brick_cells + node.x), Real(at.y * brick_cells + node.y),
                                      Real(at.z * brick_cells + node.z)) *
                                     bricks.cell;
 }
-inline uint32_t brick_at(const Bricks &bricks, const Cell &cell) {
+inline uint32_t brick_at(const SparseGrid &bricks, const Cell &cell) {
     return bricks.index[index_of(bricks.lattice.count, cell)];
 }
 
 // The cell of a field in which p lies, a place in a brick in cells, and where in it.
-struct BrickPlace {
+struct GridPlace {
     uint32_t node; // of the cell's lowest corner
     Vec3 t;        // 0 to 1 along each edge
 };
-inline BrickPlace place_of(const Vec3 &p, int32_t stride) {
+inline GridPlace place_of(const Vec3 &p, int32_t stride) {
     const int32_t n = nodes_along(stride);
     const Vec3 q = stride == 1 ? p : p * (Real(1) / Real(stride));
-    const int32_t x = min(whole_part(max(q.x, Real(0))), n - 2), y = min(whole_part(max(q.y, Real(0))), n - 2),
-                  z = min(whole_part(max(q.z, Real(0))), n - 2);
+    const int32_t x = min(truncate(max(q.x, Real(0))), n - 2), y = min(truncate(max(q.y, Real(0))), n - 2),
+                  z = min(truncate(max(q.z, Real(0))), n - 2);
     return {static_cast<uint32_t>((z * n + y) * n + x), q - Vec3(Real(x), Real(y), Real(z))};
 }
 
 // Trilinear between a brick's nodes; `value(node)`.
-template <class Value> Real between_nodes(const BrickPlace &at, int32_t stride, Value &&value) {
+template <class Value> Real between_nodes(const GridPlace &at, int32_t stride, Value &&value) {
     const uint32_t n = static_cast<uint32_t>(nodes_along(stride));
     return trilinear(at.t, [&](int32_t dx, int32_t dy, int32_t dz) {
         return value(at.node + static_cast<uint32_t>(dx) +
@@ -98,7 +98,7 @@ template <class Value> Real between_nodes(const BrickPlace &at, int32_t stride, 
 // visit(brick, node) for every brick that holds a node of a field with n nodes along an edge: `node` of the brick at a
 // place of the lattice, which need not exist; it may also lie up to n - 1 nodes outside of that.
 template <class Visit>
-void for_each_holder(const Bricks &bricks, const Cell &place, const Cell &node, int32_t n, Visit &&visit) {
+void for_each_holder(const SparseGrid &bricks, const Cell &place, const Cell &node, int32_t n, Visit &&visit) {
     struct Axis {
         int32_t place, node, lowest, highest; // the bricks that hold it: place + lowest to place + highest
         Axis(int32_t place_, int32_t node_, int32_t n, int32_t count) : place(place_), node(node_) {
@@ -122,7 +122,7 @@ void for_each_holder(const Bricks &bricks, const Cell &place, const Cell &node, 
 
 // Visits the bricks that the ray passes between `begin` and `end`, in order: visit(brick, from, to) returns whether to
 // go on.
-template <class Visit> void for_each_brick(const Bricks &bricks, const Ray &ray, Real begin, Real end, Visit &&visit) {
+template <class Visit> void for_each_brick(const SparseGrid &bricks, const Ray &ray, Real begin, Real end, Visit &&visit) {
     for_each_cell(bricks.lattice, ray, begin, end, [&](const Cell &cell, Real from, Real to) {
         const uint32_t brick = brick_at(bricks, cell);
         return brick == no_brick || visit(brick, from, to);

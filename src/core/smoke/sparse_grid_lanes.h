@@ -15,14 +15,14 @@ struct LanePoints {
 };
 
 // The ray of `find_points`, in cells from the beginning of the lattice.
-struct BrickRay {
+struct GridRay {
     Vec3 start, way;
 
-    BrickRay(const Bricks &bricks, const Ray &ray)
+    GridRay(const SparseGrid &bricks, const Ray &ray)
         : start((ray.origin - bricks.lattice.low) * bricks.inverse_cell), way(ray.direction * bricks.inverse_cell) {}
 };
 
-WISP_VISITOR void find_points(const Bricks &bricks, const BrickRay &ray, const Lanes &t, LanePoints &points) {
+WISP_INLINE void find_points(const SparseGrid &bricks, const GridRay &ray, const Lanes &t, LanePoints &points) {
     const Cell count = bricks.lattice.count;
     const Vec3 most = Vec3(Real(count.x), Real(count.y), Real(count.z)) * Real(brick_cells); // the end of the lattice
     const uint32_t *index = bricks.index;
@@ -30,9 +30,9 @@ WISP_VISITOR void find_points(const Bricks &bricks, const BrickRay &ray, const L
         const Real x = min(max(ray.start.x + ray.way.x * t[l], Real(0)), most.x),
                    y = min(max(ray.start.y + ray.way.y * t[l], Real(0)), most.y),
                    z = min(max(ray.start.z + ray.way.z * t[l], Real(0)), most.z);
-        const int32_t bx = min(whole_part(x) >> log_brick_cells, count.x - 1),
-                      by = min(whole_part(y) >> log_brick_cells, count.y - 1),
-                      bz = min(whole_part(z) >> log_brick_cells, count.z - 1);
+        const int32_t bx = min(truncate(x) >> log_brick_cells, count.x - 1),
+                      by = min(truncate(y) >> log_brick_cells, count.y - 1),
+                      bz = min(truncate(z) >> log_brick_cells, count.z - 1);
         points.x[l] = x - Real(bx * brick_cells);
         points.y[l] = y - Real(by * brick_cells);
         points.z[l] = z - Real(bz * brick_cells);
@@ -53,14 +53,14 @@ struct LanePlaces {
 };
 
 // Of a field whose bricks begin at the nodes `first` and have a node every `stride` cells.
-WISP_VISITOR void find_places(const LanePoints &points, const int32_t (&first)[lanes], const int32_t (&stride)[lanes],
+WISP_INLINE void find_places(const LanePoints &points, const int32_t (&first)[lanes], const int32_t (&stride)[lanes],
                               LanePlaces &at) {
     for (uint32_t l = 0; l < lanes; ++l) {
         const int32_t cells = brick_cells / stride[l], n = cells + 1;
         const Real inverse = Real(cells) * Real(1.0 / brick_cells);
         const Real qx = points.x[l] * inverse, qy = points.y[l] * inverse, qz = points.z[l] * inverse;
-        const int32_t x = min(whole_part(qx), cells - 1), y = min(whole_part(qy), cells - 1),
-                      z = min(whole_part(qz), cells - 1);
+        const int32_t x = min(truncate(qx), cells - 1), y = min(truncate(qy), cells - 1),
+                      z = min(truncate(qz), cells - 1);
         at.node[l] = first[l] + (z * n + y) * n + x;
         at.row[l] = n;
         at.layer[l] = n * n;
@@ -71,7 +71,7 @@ WISP_VISITOR void find_places(const LanePoints &points, const int32_t (&first)[l
 }
 
 // Of a field that has `fields` times the nodes of one stride in each brick.
-WISP_VISITOR void find_places(const LanePoints &points, int32_t stride, int32_t fields, LanePlaces &at) {
+WISP_INLINE void find_places(const LanePoints &points, int32_t stride, int32_t fields, LanePlaces &at) {
     int32_t first[lanes], strides[lanes];
     const int32_t nodes = static_cast<int32_t>(nodes_of(stride)) * fields;
     for (uint32_t l = 0; l < lanes; ++l) {
@@ -82,7 +82,7 @@ WISP_VISITOR void find_places(const LanePoints &points, int32_t stride, int32_t 
 }
 
 // Trilinear between the values of nodes.
-template <class Value> WISP_VISITOR void interpolate(const LanePlaces &at, Value &&value, Lanes &result) {
+template <class Value> WISP_INLINE void interpolate(const LanePlaces &at, Value &&value, Lanes &result) {
     for (uint32_t l = 0; l < lanes; ++l) {
         const int32_t i = at.node[l], j = i + at.row[l], k = i + at.layer[l], m = j + at.layer[l];
         const Real x = at.x[l], y = at.y[l];
@@ -91,7 +91,7 @@ template <class Value> WISP_VISITOR void interpolate(const LanePlaces &at, Value
         result[l] = mix(low, high, at.z[l]);
     }
 }
-WISP_VISITOR void interpolate(const LanePlaces &at, const Real *values, Lanes &result) {
+WISP_INLINE void interpolate(const LanePlaces &at, const Real *values, Lanes &result) {
     interpolate(
         at, [values](int32_t node) { return values[node]; }, result);
 }

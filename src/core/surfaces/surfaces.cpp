@@ -29,10 +29,10 @@ Vec3 applied(const Vec3 axis[3], const Vec3 &v) {
                 sum_of_products(axis[0].z, v.x, axis[1].z, v.y, axis[2].z, v.z));
 }
 
-Box world_box(const PlacedBody &body) {
-    const Vec3 half = (body.bounds.high - body.bounds.low) * Real(0.5);
-    const Vec3 axis[3] = {absolute(body.axis[0]), absolute(body.axis[1]), absolute(body.axis[2])};
-    const Vec3 middle = body.origin + applied(body.axis, body.bounds.low + half);
+Box world_box(const PlacedInstance &instance) {
+    const Vec3 half = (instance.bounds.high - instance.bounds.low) * Real(0.5);
+    const Vec3 axis[3] = {absolute(instance.axis[0]), absolute(instance.axis[1]), absolute(instance.axis[2])};
+    const Vec3 middle = instance.origin + applied(instance.axis, instance.bounds.low + half);
     const Vec3 reach = applied(axis, half) + Vec3(margin);
     return {middle - reach, middle + reach};
 }
@@ -41,7 +41,7 @@ Real middle_of(const Box &box, int axis) { return box.low[axis] + box.high[axis]
 
 // The groups of bodies order[0 .. count - 1], at groups[first] and behind it; returns how many there are.
 uint32_t make_groups(const Surfaces &surfaces, const Box *boxes, uint32_t *order, uint32_t count, uint32_t first) {
-    BodyGroup &group = surfaces.groups[first];
+    InstanceNode &group = surfaces.groups[first];
     group = {boxes[order[0]], 0, order[0]};
     if (count == 1) return 1;
     Vec3 low = boxes[order[0]].low + boxes[order[0]].high, high = low;
@@ -64,14 +64,14 @@ uint32_t make_groups(const Surfaces &surfaces, const Box *boxes, uint32_t *order
 
 // visit(body) for each body whose box the ray passes before end(), the nearer half of each group first.
 template <class End, class Visit>
-void for_each_body(const Surfaces &surfaces, const Ray &ray, uint64_t &visits, End &&end, Visit &&visit) {
+void for_each_instance(const Surfaces &surfaces, const Ray &ray, uint64_t &visits, End &&end, Visit &&visit) {
     if (surfaces.group_count == 0) return;
     struct Entry {
         uint32_t group;
         Real begin;
     } stack[deepest];
     const auto entry = [&](uint32_t group, Entry &found) {
-        Real from = Real(0), to = path_end;
+        Real from = Real(0), to = infinite_distance;
         ++visits;
         if (!clip(surfaces.groups[group].box, ray, from, to)) return false;
         found = {group, from};
@@ -82,9 +82,9 @@ void for_each_body(const Surfaces &surfaces, const Ray &ray, uint64_t &visits, E
     while (height > 0) {
         const Entry top = stack[--height];
         if (!(top.begin < end())) continue;
-        const BodyGroup &group = surfaces.groups[top.group];
+        const InstanceNode &group = surfaces.groups[top.group];
         if (group.second == 0) {
-            if (!visit(surfaces.bodies[group.body])) return;
+            if (!visit(surfaces.instances[group.instance])) return;
             continue;
         }
         Entry first, second;
@@ -96,8 +96,8 @@ void for_each_body(const Surfaces &surfaces, const Ray &ray, uint64_t &visits, E
     }
 }
 
-TriangleRay ray_in(const PlacedBody &body, const Ray &ray) {
-    return TriangleRay(applied(body.inverse, ray.origin - body.origin), applied(body.inverse, ray.direction));
+TriangleRay ray_in(const PlacedInstance &instance, const Ray &ray) {
+    return TriangleRay(applied(instance.inverse, ray.origin - instance.origin), applied(instance.inverse, ray.direction));
 }
 
 uint32_t within(uint32_t triangle, uint32_t first, uint32_t count) {
@@ -107,58 +107,58 @@ uint32_t within(uint32_t triangle, uint32_t first, uint32_t count) {
 } // namespace
 
 uint64_t surface_bytes(const Scene &scene) {
-    uint64_t bytes = triangle_tree_bytes(scene.still_count) + Arena::bytes<PlacedBody>(scene.body_count);
-    for (uint32_t i = 0; i < scene.body_count; ++i) bytes += triangle_tree_bytes(scene.bodies[i].count);
+    uint64_t bytes = triangle_tree_bytes(scene.static_count) + Arena::bytes<PlacedInstance>(scene.instance_count);
+    for (uint32_t i = 0; i < scene.instance_count; ++i) bytes += triangle_tree_bytes(scene.instances[i].count);
     return bytes;
 }
 
 uint64_t placement_bytes(const Scene &scene) {
-    return triangle_tree_bytes(scene.morph_count) + Arena::bytes<BodyGroup>(2 * uint64_t{scene.body_count}) +
-           Arena::bytes<Box>(scene.body_count) + Arena::bytes<uint32_t>(scene.body_count);
+    return triangle_tree_bytes(scene.deforming_count) + Arena::bytes<InstanceNode>(2 * uint64_t{scene.instance_count}) +
+           Arena::bytes<Box>(scene.instance_count) + Arena::bytes<uint32_t>(scene.instance_count);
 }
 
 Surfaces make_surfaces(const Scene &scene, Arena &arena) {
     Surfaces surfaces = {};
-    surfaces.body_count = scene.body_count;
-    surfaces.still_count = scene.still_count;
-    surfaces.morph_first = scene.still_count + scene.body_triangle_count;
-    surfaces.morph_count = scene.morph_count;
-    surfaces.skin = to_real<Real>(scene.skin);
-    surfaces.still = make_triangle_tree(scene.triangles, scene.still_count, scene.materials, arena);
-    surfaces.bodies = arena.make<PlacedBody>(scene.body_count);
-    surfaces.ready = surfaces.still.ready && surfaces.bodies;
-    for (uint32_t i = 0; surfaces.ready && i < scene.body_count; ++i) {
-        const Body &source = scene.bodies[i];
-        PlacedBody &body = surfaces.bodies[i];
-        body = {};
-        body.first = source.first;
-        body.count = source.count;
-        body.bounds = box_of(scene.triangles + source.first, source.count);
-        body.tree = make_triangle_tree(scene.triangles + source.first, source.count, scene.materials, arena);
-        surfaces.ready = body.tree.ready;
+    surfaces.instance_count = scene.instance_count;
+    surfaces.static_count = scene.static_count;
+    surfaces.deforming_first = scene.static_count + scene.instance_triangle_count;
+    surfaces.deforming_count = scene.deforming_count;
+    surfaces.ray_epsilon = to_real<Real>(scene.ray_epsilon);
+    surfaces.still = make_triangle_tree(scene.triangles, scene.static_count, scene.materials, arena);
+    surfaces.instances = arena.make<PlacedInstance>(scene.instance_count);
+    surfaces.ready = surfaces.still.ready && surfaces.instances;
+    for (uint32_t i = 0; surfaces.ready && i < scene.instance_count; ++i) {
+        const Instance &source = scene.instances[i];
+        PlacedInstance &instance = surfaces.instances[i];
+        instance = {};
+        instance.first = source.first;
+        instance.count = source.count;
+        instance.bounds = box_of(scene.triangles + source.first, source.count);
+        instance.tree = make_triangle_tree(scene.triangles + source.first, source.count, scene.materials, arena);
+        surfaces.ready = instance.tree.ready;
     }
     return surfaces;
 }
 
 void place_surfaces(const Scene &scene, Arena &arena, Surfaces &surfaces) {
     surfaces.morphs =
-        make_triangle_tree(scene.triangles + surfaces.morph_first, scene.morph_count, scene.materials, arena);
-    surfaces.groups = arena.make<BodyGroup>(2 * size_t{scene.body_count});
+        make_triangle_tree(scene.triangles + surfaces.deforming_first, scene.deforming_count, scene.materials, arena);
+    surfaces.groups = arena.make<InstanceNode>(2 * size_t{scene.instance_count});
     surfaces.group_count = 0;
-    surfaces.boxes = arena.make<Box>(scene.body_count);
-    uint32_t *order = arena.make<uint32_t>(scene.body_count), visible = 0;
+    surfaces.boxes = arena.make<Box>(scene.instance_count);
+    uint32_t *order = arena.make<uint32_t>(scene.instance_count), visible = 0;
     surfaces.ready = surfaces.morphs.ready && surfaces.groups && surfaces.boxes && order;
     if (!surfaces.ready) return;
-    for (uint32_t i = 0; i < scene.body_count; ++i) {
-        const Body &source = scene.bodies[i];
+    for (uint32_t i = 0; i < scene.instance_count; ++i) {
+        const Instance &source = scene.instances[i];
         if (!source.visible) continue;
-        PlacedBody &body = surfaces.bodies[i];
-        body.origin = vec_of(source.origin);
+        PlacedInstance &instance = surfaces.instances[i];
+        instance.origin = vec_of(source.origin);
         for (int k = 0; k < 3; ++k) {
-            body.axis[k] = vec_of(source.axis[k]);
-            body.inverse[k] = vec_of(source.inverse[k]);
+            instance.axis[k] = vec_of(source.axis[k]);
+            instance.inverse[k] = vec_of(source.inverse[k]);
         }
-        surfaces.boxes[i] = world_box(body);
+        surfaces.boxes[i] = world_box(instance);
         order[visible++] = i;
     }
     if (visible > 0) surfaces.group_count = make_groups(surfaces, surfaces.boxes, order, visible, 0);
@@ -170,23 +170,23 @@ namespace {
 template <class Search>
 Hit find_nearest(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts,
                  Search &&search) {
-    Hit hit = {false, end, Real(0), Real(0), no_triangle, surfaces.body_count};
+    Hit hit = {false, end, Real(0), Real(0), no_triangle, surfaces.instance_count};
     const auto look = [&](const TriangleTree &tree, const TriangleRay &local, uint32_t first, uint32_t count,
-                          uint32_t body) {
+                          uint32_t instance) {
         SurfaceHit found;
         // A little beyond the hit so far, for one at the same distance.
         const Real reach = min(end, hit.distance + (hit.distance * Real(0x1p-20) + Real(0x1p-32)));
         if (!search(tree, local, begin, reach, within(skip, first, count), found, counts)) return;
         if (found.distance < hit.distance || (found.distance == hit.distance && first + found.triangle < hit.triangle))
-            hit = {true, found.distance, found.u, found.v, first + found.triangle, body};
+            hit = {true, found.distance, found.u, found.v, first + found.triangle, instance};
     };
     const TriangleRay world(ray.origin, ray.direction);
-    look(surfaces.still, world, 0, surfaces.still_count, surfaces.body_count);
-    look(surfaces.morphs, world, surfaces.morph_first, surfaces.morph_count, surfaces.body_count);
-    for_each_body(
+    look(surfaces.still, world, 0, surfaces.static_count, surfaces.instance_count);
+    look(surfaces.morphs, world, surfaces.deforming_first, surfaces.deforming_count, surfaces.instance_count);
+    for_each_instance(
         surfaces, ray, counts.node_visits, [&hit] { return hit.distance; },
-        [&](const PlacedBody &body) {
-            look(body.tree, ray_in(body, ray), body.first, body.count, static_cast<uint32_t>(&body - surfaces.bodies));
+        [&](const PlacedInstance &instance) {
+            look(instance.tree, ray_in(instance, ray), instance.first, instance.count, static_cast<uint32_t>(&instance - surfaces.instances));
             return true;
         });
     return hit;
@@ -203,34 +203,34 @@ Hit nearest_opaque_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Rea
                         [](auto &&...all) { return nearest_opaque_hit(all...); });
 }
 
-bool is_blocked_by_still(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
+bool is_blocked_by_static(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
                          uint32_t &occluder, TreeCounts &counts) {
     return any_hit(surfaces.still, TriangleRay(ray.origin, ray.direction), begin, end,
-                   within(skip, 0, surfaces.still_count), occluder, counts);
+                   within(skip, 0, surfaces.static_count), occluder, counts);
 }
 
-bool is_blocked_by_morphs(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
+bool is_blocked_by_deforming(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
                           TreeCounts &counts) {
     uint32_t occluder;
-    return surfaces.morph_count > 0 &&
+    return surfaces.deforming_count > 0 &&
            any_hit(surfaces.morphs, TriangleRay(ray.origin, ray.direction), begin, end,
-                   within(skip, surfaces.morph_first, surfaces.morph_count), occluder, counts);
+                   within(skip, surfaces.deforming_first, surfaces.deforming_count), occluder, counts);
 }
 
-bool is_blocked_by_body(const PlacedBody &body, const Ray &ray, Real begin, Real end, uint32_t skip,
+bool is_blocked_by_instance(const PlacedInstance &instance, const Ray &ray, Real begin, Real end, uint32_t skip,
                         TreeCounts &counts) {
     uint32_t occluder;
-    return any_hit(body.tree, ray_in(body, ray), begin, end, within(skip, body.first, body.count), occluder, counts);
+    return any_hit(instance.tree, ray_in(instance, ray), begin, end, within(skip, instance.first, instance.count), occluder, counts);
 }
 
 bool is_blocked_by_moving(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
                           TreeCounts &counts) {
-    bool blocked = is_blocked_by_morphs(surfaces, ray, begin, end, skip, counts);
+    bool blocked = is_blocked_by_deforming(surfaces, ray, begin, end, skip, counts);
     if (blocked) return true;
-    for_each_body(
+    for_each_instance(
         surfaces, ray, counts.node_visits, [end] { return end; },
-        [&](const PlacedBody &body) {
-            blocked = is_blocked_by_body(body, ray, begin, end, skip, counts);
+        [&](const PlacedInstance &instance) {
+            blocked = is_blocked_by_instance(instance, ray, begin, end, skip, counts);
             return !blocked;
         });
     return blocked;
@@ -238,7 +238,7 @@ bool is_blocked_by_moving(const Surfaces &surfaces, const Ray &ray, Real begin, 
 
 bool is_blocked(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts) {
     uint32_t occluder;
-    return is_blocked_by_still(surfaces, ray, begin, end, skip, occluder, counts) ||
+    return is_blocked_by_static(surfaces, ray, begin, end, skip, occluder, counts) ||
            is_blocked_by_moving(surfaces, ray, begin, end, skip, counts);
 }
 

@@ -8,7 +8,7 @@
 namespace wisp::WISP_ARITH {
 
 // A body in this frame. Rays are taken into its space, their distances stay those of the world.
-struct PlacedBody {
+struct PlacedInstance {
     TriangleTree tree;
     Box bounds; // in its own space
     uint32_t first, count;
@@ -17,20 +17,20 @@ struct PlacedBody {
 
 // The visible bodies, halved by the middles of their boxes down to one. Children lie behind their parents: the first
 // next to it, the second at `second`; 0: this is the body `body`.
-struct BodyGroup {
+struct InstanceNode {
     Box box; // of the world, and a margin for what is rounded
-    uint32_t second, body;
+    uint32_t second, instance;
 };
 
 struct Surfaces {
     TriangleTree still, morphs;
-    PlacedBody *bodies;
-    uint32_t body_count;
+    PlacedInstance *instances;
+    uint32_t instance_count;
     Box *boxes; // of the visible bodies in the world, as those of the groups
-    BodyGroup *groups;
+    InstanceNode *groups;
     uint32_t group_count;
-    uint32_t still_count, morph_first, morph_count; // triangles of the scene
-    Real skin;
+    uint32_t static_count, deforming_first, deforming_count; // triangles of the scene
+    Real ray_epsilon;
     bool ready; // false: the arena was too small
 };
 
@@ -49,28 +49,28 @@ struct Hit {
     bool found;
     Real distance, u, v; // of corners 1 and 2
     uint32_t triangle;   // of the scene
-    uint32_t body;       // or body_count: none
+    uint32_t instance;       // or instance_count: none
 };
 Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts);
 Hit nearest_opaque_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, TreeCounts &counts);
 
 // Whether an opaque triangle is at a distance in (begin, end): one that never moves, and then which; one that changes
 // its form; one of a body; one of those two; any.
-bool is_blocked_by_still(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
+bool is_blocked_by_static(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
                          uint32_t &occluder, TreeCounts &counts);
-bool is_blocked_by_morphs(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
+bool is_blocked_by_deforming(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
                           TreeCounts &counts);
-bool is_blocked_by_body(const PlacedBody &body, const Ray &ray, Real begin, Real end, uint32_t skip,
+bool is_blocked_by_instance(const PlacedInstance &instance, const Ray &ray, Real begin, Real end, uint32_t skip,
                         TreeCounts &counts);
 bool is_blocked_by_moving(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
                           TreeCounts &counts);
 bool is_blocked(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts);
 
 // Whether one triangle that never moves, and has an area, is at a distance in (begin, end): as its tree finds it.
-inline bool is_met(const Scene &scene, uint32_t triangle, const TriangleRay &ray, Real begin, Real end) {
+inline bool intersects(const Scene &scene, uint32_t triangle, const TriangleRay &ray, Real begin, Real end) {
     const Double3 *corner = scene.triangles[triangle].corner;
     TriangleHit hit;
-    return meet(ray, vec_of(corner[0]), vec_of(corner[1]), vec_of(corner[2]), hit) && hit.distance > begin &&
+    return intersect(ray, vec_of(corner[0]), vec_of(corner[1]), vec_of(corner[2]), hit) && hit.distance > begin &&
            hit.distance < end;
 }
 

@@ -1,5 +1,5 @@
 // The kd-tree over triangles: building by the surface area heuristic, and rays through it.
-#include "core/geometry/point_kdtree.h" // WISP_LANES, WISP_VISITOR
+#include "core/geometry/point_kdtree.h" // WISP_NO_UNROLL, WISP_INLINE
 #include "core/surfaces/triangle_kdtree.h"
 #include <algorithm>
 
@@ -300,7 +300,7 @@ class TriangleTreeBuilder {
                 const bool empty = first + lane >= task.count;
                 const Triangle *triangle = empty ? nullptr : triangles_ + items_[task.first + first + lane].triangle;
                 group.triangle[lane] = empty ? no_triangle : items_[task.first + first + lane].triangle;
-                if (!empty && order_of(materials_[triangle->material].transmission) > 0)
+                if (!empty && total_order_key(materials_[triangle->material].transmission) > 0)
                     group.triangle[lane] |= lets_light_through;
                 for (uint32_t c = 0; c < 3; ++c) {
                     const Vec3 p = empty ? Vec3(Real(0)) : corner_of(*triangle, c);
@@ -342,14 +342,14 @@ class TriangleTreeBuilder {
     }
 
     void grow() {
-        Task waiting[most_tree_depth]; // upper children, at most one of each depth
+        Task waiting[max_tree_depth]; // upper children, at most one of each depth
         uint32_t waiting_count = 0;
         nodes_[1] = {0, leaf_axis}; // of nobody: children are at even places and those behind
         tree_.node_count = 2;
         Task task = {0, 0, 0, tree_.triangle_count, rooms_.groups, around(tree_.bounds)};
         for (;;) {
             Split split;
-            if (task.count > 0 && task.depth < most_tree_depth) split = find_split(task);
+            if (task.count > 0 && task.depth < max_tree_depth) split = find_split(task);
             const bool worth = split.cost < CutCosts(task.cell, split.axis).of_leaf(task.count);
             if (worth && tree_.node_count + 2 <= rooms_.nodes &&
                 task.first + task.count + split.below <= rooms_.items &&
@@ -387,7 +387,7 @@ uint64_t triangle_tree_bytes(uint32_t count) {
 }
 
 TriangleTree make_triangle_tree(const Triangle *triangles, uint32_t count, const Material *materials, Arena &arena) {
-    if (count > most_triangles) return {};
+    if (count > max_triangles) return {};
     return TriangleTreeBuilder(triangles, count, materials, arena).tree();
 }
 
@@ -548,12 +548,12 @@ struct Filter : Filtering {
     }
 
     // Of the first `count`.
-    WISP_VISITOR uint32_t candidates(const TriangleGroup &group, uint32_t count) const {
+    WISP_INLINE uint32_t candidates(const TriangleGroup &group, uint32_t count) const {
         Number x[3][group_triangles], y[3][group_triangles];
         for (uint32_t c = 0; c < 3; ++c) {
             const Real *const from_x = group.corner[c][axis[0]], *const from_y = group.corner[c][axis[1]],
                               *const from_z = group.corner[c][axis[2]];
-            WISP_LANES for (uint32_t l = 0; l < group_triangles; ++l) {
+            WISP_NO_UNROLL for (uint32_t l = 0; l < group_triangles; ++l) {
                 const Number z = difference(from_z[l], from[2]);
                 x[c][l] = sheared(difference(from_x[l], from[0]), z, shear_x);
                 y[c][l] = sheared(difference(from_y[l], from[1]), z, shear_y);
@@ -569,7 +569,7 @@ struct Filter : Filtering {
                 return abs(v);
         };
         uint32_t mask = 0;
-        WISP_LANES for (uint32_t l = 0; l < group_triangles; ++l) {
+        WISP_NO_UNROLL for (uint32_t l = 0; l < group_triangles; ++l) {
             const Product a = cross(2, 1, l), b = cross(0, 2, l), c = cross(1, 0, l);
             const Product space =
                 room(size(x[0][l]) + size(x[1][l]) + size(x[2][l]) + size(y[0][l]) + size(y[1][l]) + size(y[2][l]));
@@ -582,7 +582,7 @@ struct Filter : Filtering {
 // Calls visit(group, lane, hit) for hits of triangles that the ray meets, as a line, in leaves that it passes through
 // between the spans; visit narrows `end`, and returns whether the search is over.
 template <class Visit>
-WISP_VISITOR void search(const TriangleTree &tree, const TriangleRay &ray, Parameter begin, Parameter &end,
+WISP_INLINE void search(const TriangleTree &tree, const TriangleRay &ray, Parameter begin, Parameter &end,
                          uint32_t skip, TreeCounts &counts, Visit &&visit) {
     if (tree.triangle_count == 0) return;
     const PlaneRay planes(tree, ray);
@@ -599,7 +599,7 @@ WISP_VISITOR void search(const TriangleTree &tree, const TriangleRay &ray, Param
         uint32_t node;
         Parameter from, to;
     };
-    Waiting waiting[most_tree_depth];
+    Waiting waiting[max_tree_depth];
     uint32_t waiting_count = 0;
     uint64_t visits = 0, tests = 0;
     uint32_t last = no_triangle;
@@ -639,7 +639,7 @@ WISP_VISITOR void search(const TriangleTree &tree, const TriangleRay &ray, Param
                     return shear(ray, along(0), along(1), along(2));
                 };
                 TriangleHit hit;
-                if (meet(ray, sheared(0), sheared(1), sheared(2), hit)) done = visit(triangle, hit);
+                if (intersect(ray, sheared(0), sheared(1), sheared(2), hit)) done = visit(triangle, hit);
             }
         }
         for (;;) {
@@ -662,7 +662,7 @@ WISP_VISITOR void search(const TriangleTree &tree, const TriangleRay &ray, Param
 } // namespace
 
 template <bool opaque_only>
-WISP_VISITOR bool find_nearest(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t skip,
+WISP_INLINE bool find_nearest(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t skip,
                                SurfaceHit &hit, TreeCounts &counts) {
     const Real dominant = ray.direction[static_cast<int>(ray.z)];
     Parameter search_end = span_of(end, dominant).high;
@@ -681,17 +681,17 @@ WISP_VISITOR bool find_nearest(const TriangleTree &tree, const TriangleRay &ray,
     return hit.triangle != no_triangle;
 }
 
-WISP_WIDE bool nearest_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t skip,
+WISP_MULTIVERSIONED bool nearest_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t skip,
                            SurfaceHit &hit, TreeCounts &counts) {
     return find_nearest<false>(tree, ray, begin, end, skip, hit, counts);
 }
 
-WISP_WIDE bool nearest_opaque_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t skip,
+WISP_MULTIVERSIONED bool nearest_opaque_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t skip,
                                   SurfaceHit &hit, TreeCounts &counts) {
     return find_nearest<true>(tree, ray, begin, end, skip, hit, counts);
 }
 
-WISP_WIDE bool any_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t skip,
+WISP_MULTIVERSIONED bool any_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t skip,
                        uint32_t &occluder, TreeCounts &counts) {
     const Real dominant = ray.direction[static_cast<int>(ray.z)];
     Parameter search_end = span_of(end, dominant).high;

@@ -24,8 +24,8 @@ namespace wisp {
 
 constexpr uint32_t group_triangles = lanes;   // that are tested side by side
 constexpr uint32_t no_triangle = 0xffffffff;  // not in any tree
-constexpr uint32_t most_triangles = 1u << 28; // in a tree
-constexpr uint32_t most_tree_depth = 56;
+constexpr uint32_t max_triangles = 1u << 28; // in a tree
+constexpr uint32_t max_tree_depth = 56;
 constexpr uint32_t lets_light_through = 1u << 31; // in TriangleGroup::triangle
 
 // A plane of the tree, and where a ray is in its terms: for float and double its distance; in Fixed the length along
@@ -80,7 +80,7 @@ struct SurfaceHit {
 };
 
 // The tree of `count` triangles, made from the arena; `materials` are those of Triangle::material. Too small an arena,
-// or more than most_triangles, give a tree that is not ready, and leave the arena as it was.
+// or more than max_triangles, give a tree that is not ready, and leave the arena as it was.
 TriangleTree make_triangle_tree(const Triangle *triangles, uint32_t count, const Material *materials, Arena &arena);
 
 // An upper bound of the bytes that making it takes from the arena, scratch included. What the tree keeps is less.

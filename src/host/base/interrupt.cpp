@@ -12,7 +12,7 @@ void note(int signal) { noted = signal; }
 
 } // namespace
 
-void hear_signals() {
+void install_signal_handlers() {
     for (int signal : {SIGHUP, SIGINT, SIGTERM}) {
         struct sigaction action = {};
         if (sigaction(signal, nullptr, &action) != 0 || action.sa_handler == SIG_IGN) continue;
@@ -22,7 +22,7 @@ void hear_signals() {
     }
 }
 
-int heard_signal() { return noted; }
+int received_signal() { return noted; }
 
 const char *signal_name(int signal) { return signal == SIGHUP ? "SIGHUP" : signal == SIGINT ? "SIGINT" : "SIGTERM"; }
 

@@ -5,10 +5,10 @@ namespace wisp {
 
 // From now on the first SIGINT, SIGTERM or SIGHUP is noted; the same once more ends the process at once. Those that
 // are ignored (nohup) stay so.
-void hear_signals();
+void install_signal_handlers();
 
 // The signal that was noted, or 0.
-int heard_signal();
+int received_signal();
 
 // Its name.
 const char *signal_name(int signal);

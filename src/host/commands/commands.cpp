@@ -38,7 +38,7 @@ void write_output(const Options &options, const std::string &path, const Bytes &
 
 // Whether a later run, or `wisp stitch`, can tell what this output is: one of several frames, or a part. Pictures of
 // the paper's shadows depend on the frames before them, and are never kept.
-bool carries_proof(const Options &options, const std::string &output) {
+bool carries_record(const Options &options, const std::string &output) {
     return (options.crop || has_number(output)) && !ends_in(output, ".passes") &&
            options.shadows != ShadowMethod::paper;
 }
@@ -48,7 +48,7 @@ bool can_keep(const Options &options) {
     if (options.outputs.empty() || !options.error_out.empty() || !options.map_out.empty()) return false;
     bool exact = false;
     for (const std::string &output : options.outputs) {
-        if (!carries_proof(options, output)) return false;
+        if (!carries_record(options, output)) return false;
         exact = exact || ends_in(output, ".pfm");
     }
     return exact || (!options.digest && options.stats.empty());
@@ -59,15 +59,15 @@ void print_digest(const Options &options, const Bytes &pfm, int64_t frame) {
 }
 
 // What its proof says of an output.
-Proof proof_of(const Options &options, const std::string &output, const Proof &picture) {
-    Proof proof = picture;
+PictureRecord record_of(const Options &options, const std::string &output, const PictureRecord &picture) {
+    PictureRecord proof = picture;
     if (ends_in(output, ".png")) proof.exposure = options.exposure;
     return proof;
 }
 
 // All that was asked for of a picture, the digest included. `passes`: of --reference, else nullptr.
 void write_outputs(const Options &options, const Picture &picture, const Bytes &pfm, const Passes *passes,
-                   int64_t frame, const std::optional<Proof> &proof = std::nullopt) {
+                   int64_t frame, const std::optional<PictureRecord> &proof = std::nullopt) {
     for (const std::string &output : options.outputs) {
         const std::string path = numbered(output, frame);
         if (ends_in(output, ".passes")) {
@@ -75,11 +75,11 @@ void write_outputs(const Options &options, const Picture &picture, const Bytes &
             continue;
         }
         const Bytes bytes = ends_in(output, ".png") ? png_bytes(picture, options.exposure) : pfm;
-        if (!proof || !carries_proof(options, output)) {
+        if (!proof || !carries_record(options, output)) {
             write_output(options, path, bytes);
             continue;
         }
-        write_proved(path, bytes, proof_of(options, output, *proof));
+        write_recorded(path, bytes, record_of(options, output, *proof));
         if (options.verbose) std::fprintf(stderr, "wrote %s\n", path.c_str());
     }
     if (!options.error_out.empty())
@@ -90,7 +90,7 @@ void write_outputs(const Options &options, const Picture &picture, const Bytes &
 // The sums of `--reference`, empty as yet.
 Passes make_passes(const Request &request, const PreparedScene &prepared, const Settings &settings) {
     Passes passes;
-    passes.scene = identity_of_samples(prepared.scene, settings, core(request.options.arithmetic).name);
+    passes.scene = fingerprint_of_samples(prepared.scene, settings, core(request.options.arithmetic).name);
     passes.width = settings.crop.x1 - settings.crop.x0;
     passes.height = settings.crop.y1 - settings.crop.y0;
     passes.samples = settings.samples;
@@ -106,12 +106,12 @@ Batches batches_of(const Options &options, const Settings &settings) {
 
 // Makes `map`, which holds that of the frame before, this frame's: from the file of --map-in, the same where nothing
 // has changed, or an empty one. True when it is still to be traced.
-bool find_map(const Request &request, int64_t frame, const PreparedScene &prepared, const Settings &settings,
+bool load_or_reset_map(const Request &request, int64_t frame, const PreparedScene &prepared, const Settings &settings,
               const Plan &plan, MapFile &map) {
     const Options &options = request.options;
     std::string scene; // hashing all particles takes a while: not for a map that nobody else will see
     if (!options.map_in.empty() || !options.map_out.empty() || several_frames(request))
-        scene = identity_of_map(prepared.scene, settings, core(options.arithmetic).name);
+        scene = fingerprint_of_map(prepared.scene, settings, core(options.arithmetic).name);
     if (!options.map_in.empty()) {
         map = saved_map(request, frame, scene, plan);
         return false;
@@ -130,31 +130,31 @@ bool find_map(const Request &request, int64_t frame, const PreparedScene &prepar
 // What lives from frame to frame.
 struct Sequence {
     PreparedScene prepared;
-    std::string shapes; // identity_of_shapes(), where it was asked for
+    std::string shapes; // fingerprint_of_shapes(), where it was asked for
     std::unique_ptr<unsigned char[]> block;
     uint64_t bytes = 0; // of the block
-    Kept kept = {};     // in it
-    std::string smoke;  // identity_of_smoke() of what is kept
+    FrameCache kept = {};     // in it
+    std::string smoke;  // fingerprint_of_smoke() of what is kept
     MapFile map;        // the particle map of the frame before
     Sha256 digest;
 };
 
-std::optional<Proof> find_proof(const Options &options, const Settings &settings, Sequence &sequence) {
+std::optional<PictureRecord> find_record(const Options &options, const Settings &settings, Sequence &sequence) {
     bool asked = false;
-    for (const std::string &output : options.outputs) asked = asked || carries_proof(options, output);
+    for (const std::string &output : options.outputs) asked = asked || carries_record(options, output);
     if (!asked) return std::nullopt;
     const PreparedScene &prepared = sequence.prepared;
-    if (sequence.shapes.empty()) sequence.shapes = identity_of_shapes(prepared.scene);
-    const std::string scene = identity_of_picture(prepared.scene, sequence.shapes, settings, prepared.width,
+    if (sequence.shapes.empty()) sequence.shapes = fingerprint_of_shapes(prepared.scene);
+    const std::string scene = fingerprint_of_picture(prepared.scene, sequence.shapes, settings, prepared.width,
                                                   prepared.height, core(options.arithmetic).name);
-    return Proof{scene, prepared.width, prepared.height, settings.crop};
+    return PictureRecord{scene, prepared.width, prepared.height, settings.crop};
 }
 
 // True when every output of the frame is there already, as it would be made; then its digest is told.
-bool keep_frame(const Options &options, const Proof &proof, int64_t frame, Sequence &sequence) {
+bool keep_frame(const Options &options, const PictureRecord &proof, int64_t frame, Sequence &sequence) {
     Bytes pfm;
     for (const std::string &output : options.outputs) {
-        auto bytes = proved_bytes(numbered(output, frame), proof_of(options, output, proof));
+        auto bytes = recorded_bytes(numbered(output, frame), record_of(options, output, proof));
         if (!bytes) return false;
         if (ends_in(output, ".pfm")) pfm = std::move(*bytes);
     }
@@ -162,7 +162,7 @@ bool keep_frame(const Options &options, const Proof &proof, int64_t frame, Seque
     if (options.digest) print_digest(options, pfm, frame);
     for (const std::string &output : options.outputs) {
         const std::string path = numbered(output, frame);
-        for (const std::string &file : {path, proof_path(path)}) tidy_up(file);
+        for (const std::string &file : {path, record_path(path)}) tidy_up(file);
         if (options.verbose) std::fprintf(stderr, "kept %s\n", path.c_str());
     }
     return true;
@@ -179,13 +179,13 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     if (options.verbose)
         for (const std::string &note : prepared.notes) std::fprintf(stderr, "%s\n", note.c_str());
     const Settings settings = settings_of(options, prepared);
-    const std::optional<Proof> proof = find_proof(options, settings, sequence);
+    const std::optional<PictureRecord> proof = find_record(options, settings, sequence);
     report.kept = can_keep(options) && keep_frame(options, *proof, frame, sequence);
     if (report.kept) return report;
     const Plan plan = checked_plan(request, prepared.scene, settings);
     check_picture(request, settings, plan);
     const bool mapped = uses_map(settings);
-    const bool traced = mapped && find_map(request, frame, prepared, settings, plan, map);
+    const bool traced = mapped && load_or_reset_map(request, frame, prepared, settings, plan, map);
     if (sequence.bytes < plan.bytes.arena) {
         sequence.block = make_block(request.name, plan.bytes.arena);
         sequence.bytes = plan.bytes.arena;
@@ -196,9 +196,9 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     Picture picture;
     Passes passes;
     Arena arena(sequence.block.get(), plan.bytes.arena);
-    Watch watch(options, frame);
+    Progress watch(options, frame);
     Status status = Status::done;
-    MapSums sums = {map.sums.data(), map.sums.size(), traced ? 0 : map.sums.size()};
+    PhotonSums sums = {map.sums.data(), map.sums.size(), traced ? 0 : map.sums.size()};
     if (options.batches) {
         if (traced)
             status = core(options.arithmetic)
@@ -215,7 +215,7 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
         picture.height = settings.crop.y1 - settings.crop.y0;
         picture.rgb.resize(static_cast<size_t>(picture.width) * static_cast<size_t>(picture.height) * 3);
         if (plan.smoke && several_frames(request)) {
-            const std::string smoke = identity_of_smoke(prepared.scene, settings, core(options.arithmetic).name);
+            const std::string smoke = fingerprint_of_smoke(prepared.scene, settings, core(options.arithmetic).name);
             sequence.kept.same_smoke = smoke == sequence.smoke;
             sequence.smoke = smoke;
         }
@@ -275,7 +275,7 @@ std::string how_shadows(ShadowMethod method) {
 void print_surface_stages(const Request &request, const Scene &scene, const Plan &plan) {
     const auto number = [](uint64_t n) { return std::to_string(n); };
     uint64_t visible = 0;
-    for (uint32_t i = 0; i < scene.body_count; ++i) visible += scene.bodies[i].visible;
+    for (uint32_t i = 0; i < scene.instance_count; ++i) visible += scene.instances[i].visible;
     bool mirrors = false, passes = false;
     for (uint32_t i = 0; i < scene.material_count; ++i) {
         const Material &m = scene.materials[i];
@@ -286,12 +286,12 @@ void print_surface_stages(const Request &request, const Scene &scene, const Plan
     for (uint32_t i = 0; i < scene.texture_count; ++i)
         texels += static_cast<uint64_t>(scene.textures[i].width) * static_cast<uint64_t>(scene.textures[i].height);
     print_stage("triangle trees", true, plan.bytes.triangle_trees,
-                number(scene.still_count) + " triangles in one tree, built once" +
-                    (scene.body_count
-                         ? "; " + number(scene.body_triangle_count) + " in those of " + number(scene.body_count) +
+                number(scene.static_count) + " triangles in one tree, built once" +
+                    (scene.instance_count
+                         ? "; " + number(scene.instance_triangle_count) + " in those of " + number(scene.instance_count) +
                                " bodies (" + number(visible) + " visible), built once and placed in each frame"
                          : "") +
-                    (scene.morph_count ? "; " + number(scene.morph_count) + " in one for each frame" : ""));
+                    (scene.deforming_count ? "; " + number(scene.deforming_count) + " in one for each frame" : ""));
     print_stage("textures", scene.texture_count > 0, 0,
                 scene.texture_count ? number(scene.texture_count) + " of " + number(texels) + " texels" : "none");
     print_stage("shadows", scene.light_count > 0, plan.bytes.shadows,
@@ -323,10 +323,10 @@ int render_command(const std::vector<std::string> &arguments) {
     RunReport report;
     report.version = version;
     report.arithmetic = core(options.arithmetic).name;
-    hear_signals();
+    install_signal_handlers();
     size_t kept = 0;
     for (int64_t frame = request.frames.first; frame <= request.frames.last; frame += request.frames.step) {
-        if (heard_signal()) stop(request, frame);
+        if (received_signal()) stop(request, frame);
         report.frames.push_back(render_frame(request, frame, sequence));
         kept += report.frames.back().kept;
     }
@@ -406,7 +406,7 @@ int plan_command(const std::vector<std::string> &arguments) {
     check_picture(request, settings, plan);
     const Options &options = request.options;
     MapFile map;
-    if (!options.map_in.empty()) find_map(request, request.frames.first, prepared, settings, plan, map);
+    if (!options.map_in.empty()) load_or_reset_map(request, request.frames.first, prepared, settings, plan, map);
 
     const auto print_arena = [&] {
         print_stage("arena", true, plan.bytes.arena, std::string("all of it, in ") + core(options.arithmetic).name);
@@ -424,14 +424,14 @@ int plan_command(const std::vector<std::string> &arguments) {
     uint64_t particles = 0;
     for (const auto &smoke : prepared.particles) particles += smoke.size();
     bool black = true;
-    for (const SmokeSource &smoke : prepared.smokes)
+    for (const SmokeDescription &smoke : prepared.smokes)
         if (smoke.albedo.x > 0 || smoke.albedo.y > 0 || smoke.albedo.z > 0) black = false;
     const std::string why_no_photons = !plan.smoke             ? "there is no smoke"
                                        : black                 ? "the albedo is 0: nothing scatters"
                                        : settings.photons == 0 ? "--photons 0"
                                                                : "nothing lights the smoke";
     uint64_t samples = 0;
-    for (const SmokeSource &smoke : prepared.smokes) samples += smoke.grid.count();
+    for (const SmokeDescription &smoke : prepared.smokes) samples += smoke.grid.count();
     const std::string density = (particles ? std::to_string(particles) + " particles" : std::string()) +
                                 (particles && samples ? ", " : "") +
                                 (samples ? std::to_string(samples) + " samples of grids" : std::string());
@@ -465,7 +465,7 @@ int plan_command(const std::vector<std::string> &arguments) {
                                         (plan.photon_powers ? "power in R G B" : "one power (all are equal)") +
                                         (!plan.photon_directions                 ? ", no flux (isotropic)"
                                          : settings.direction == Direction::mean ? ", mean direction"
-                                         : plan.photon_moments                   ? ", flux and moments of directions"
+                                         : plan.photon_harmonics                   ? ", flux and moments of directions"
                                                                                  : ", flux") +
                                         packed);
         if (settings.estimate == Estimate::knn)

@@ -9,13 +9,13 @@ namespace wisp {
 struct Core {
     const char *name;
     Plan (*plan)(const Scene &, const Settings &);
-    Status (*render)(const Scene &, const Settings &, Arena &, const Observer &, float *, Statistics &, MapSums *,
-                     Kept *, const Journal *);
-    Status (*trace_map)(const Scene &, const Settings &, const Batches &, Arena &, const Observer &, MapSums &,
+    Status (*render)(const Scene &, const Settings &, Arena &, const Observer &, float *, Statistics &, PhotonSums *,
+                     FrameCache *, const PixelTrace *);
+    Status (*trace_map)(const Scene &, const Settings &, const Batches &, Arena &, const Observer &, PhotonSums &,
                         Statistics &);
     Status (*render_reference)(const Scene &, const Settings &, Arena &, const Observer &, PixelSums *, Statistics &);
     uint64_t (*neighbourhood_bytes)(uint32_t);
-    bool (*find_neighbourhoods)(const SmokeSource &, Arena &, Neighbourhood *);
+    bool (*find_neighbourhoods)(const SmokeDescription &, Arena &, Neighbourhood *);
 };
 
 inline const Core &core(Arithmetic arithmetic) {

@@ -8,7 +8,7 @@ namespace wisp {
 namespace {
 
 // The volume of the cells of edge `cell` in which there are particles.
-double occupied_volume(const SmokeSource &smoke, double cell) {
+double occupied_volume(const SmokeDescription &smoke, double cell) {
     std::vector<uint64_t> cells;
     cells.reserve(smoke.count);
     const auto index = [cell](double x) { // coordinates are within coordinate_limit, cells at least 2 wide
@@ -31,7 +31,7 @@ double depth_of_length(const Scene &scene) {
         if (!scene.smokes[i].empty())
             finest = finest > 0 ? std::min(finest, scene.smokes[i].smallest_h) : scene.smokes[i].smallest_h;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        const SmokeSource &smoke = scene.smokes[i];
+        const SmokeDescription &smoke = scene.smokes[i];
         if (smoke.empty()) continue;
         const Double3 &half = smoke.grid.half;
         const double volume =
@@ -43,7 +43,7 @@ double depth_of_length(const Scene &scene) {
 
 // What the options leave open. On the smoke of Table 2 these are the fastest steps whose pictures err by no more than
 // their photons' noise (tools/README.md).
-void choose_way(const Options &options, const Scene &scene, Settings &settings) {
+void choose_defaults(const Options &options, const Scene &scene, Settings &settings) {
     const bool resamples = can_resample(scene), nearest = options.estimate == Estimate::knn;
     const bool maps = !options.map_in.empty() || !options.map_out.empty() || options.batches || options.remap;
     settings.method = options.method.value_or((resamples && !nearest) || maps ? Method::map : Method::direct);

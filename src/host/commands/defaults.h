@@ -6,7 +6,7 @@
 namespace wisp {
 
 // Sets the method and the steps of what is kept. Throws Error(exit_usage) for options that exclude each other.
-void choose_way(const Options &options, const Scene &scene, Settings &settings);
+void choose_defaults(const Options &options, const Scene &scene, Settings &settings);
 
 // The optical depth of a smoothing length of the finest smoke, in the mean over the volume of the smoke (counted in
 // cells of a support's size); 0 without smoke.

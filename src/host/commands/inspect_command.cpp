@@ -10,7 +10,7 @@ namespace wisp {
 
 namespace {
 
-struct Question {
+struct InspectRequest {
     Request request;
     std::string x, y, sample; // as they were given; `sample` empty: all
     bool json = false;
@@ -49,8 +49,8 @@ void check(const Request &request) {
 }
 
 // The words behind `inspect`, but for those that are its own.
-Question read_question(const std::vector<std::string> &arguments) {
-    Question question;
+InspectRequest read_question(const std::vector<std::string> &arguments) {
+    InspectRequest question;
     std::vector<std::string> others;
     for (size_t i = 0; i < arguments.size(); ++i) {
         if (arguments[i] == "--json") {
@@ -78,7 +78,7 @@ Question read_question(const std::vector<std::string> &arguments) {
 } // namespace
 
 int inspect_command(const std::vector<std::string> &arguments) {
-    const Question question = read_question(arguments);
+    const InspectRequest question = read_question(arguments);
     const Request &request = question.request;
     const Options &options = request.options;
     check(request);
@@ -109,8 +109,8 @@ int inspect_command(const std::vector<std::string> &arguments) {
     const Plan plan = checked_plan(request, prepared.scene, settings);
     MapFile map;
     if (!options.map_in.empty())
-        map = saved_map(request, frame, identity_of_map(prepared.scene, settings, core(options.arithmetic).name), plan);
-    MapSums sums = {map.sums.data(), map.sums.size(), map.sums.size()};
+        map = saved_map(request, frame, fingerprint_of_map(prepared.scene, settings, core(options.arithmetic).name), plan);
+    PhotonSums sums = {map.sums.data(), map.sums.size(), map.sums.size()};
     if (map.sums.empty() && uses_map(settings)) {
         map.sums.resize(plan.map_sums);
         sums = {map.sums.data(), map.sums.size(), 0};
@@ -120,9 +120,9 @@ int inspect_command(const std::vector<std::string> &arguments) {
     std::vector<float> rgb(static_cast<size_t>(settings.crop.x1 - settings.crop.x0) *
                            static_cast<size_t>(settings.crop.y1 - settings.crop.y0) * 3);
     Statistics statistics;
-    hear_signals();
-    Watch watch(options, frame);
-    const Journal journal = inspection.journal();
+    install_signal_handlers();
+    Progress watch(options, frame);
+    const PixelTrace journal = inspection.journal();
     const Status status = core(options.arithmetic)
                               .render(prepared.scene, settings, arena, watch.observer(), rgb.data(), statistics,
                                       uses_map(settings) ? &sums : nullptr, nullptr, &journal);

@@ -6,23 +6,23 @@
 
 namespace wisp {
 
-Journal Inspection::journal() {
-    return {x, y, this, [](void *self, const JournalEntry &entry) { static_cast<Inspection *>(self)->hear(entry); }};
+PixelTrace Inspection::journal() {
+    return {x, y, this, [](void *self, const TraceEvent &entry) { static_cast<Inspection *>(self)->hear(entry); }};
 }
 
-void Inspection::keep(const JournalEntry::Light &light) {
+void Inspection::keep(const TraceEvent::Light &light) {
     if (light.step >= 0)
         waiting_.push_back(light);
     else
         open_.back()->lights.push_back(light);
 }
 
-void Inspection::hear(const JournalEntry &entry) {
+void Inspection::hear(const TraceEvent &entry) {
     const double bright = std::ldexp(1.0, radiance_exponent);
     const auto place = [this](Double3 &p) { p = p * (1 / scale) + center; };
     const auto length = [this](auto &...lengths) { ((lengths /= scale), ...); };
     const auto radiance = [bright](auto &...radiances) { ((radiances = radiances * bright), ...); };
-    using Kind = JournalEntry::Kind;
+    using Kind = TraceEvent::Kind;
     switch (entry.kind) {
     case Kind::sample: samples.push_back({entry.sample, nullptr, {}}); break;
     case Kind::ray: {
@@ -38,13 +38,13 @@ void Inspection::hear(const JournalEntry &entry) {
         break;
     }
     case Kind::march: {
-        JournalEntry::March march = entry.march;
+        TraceEvent::March march = entry.march;
         length(march.begin, march.end, march.step);
         open_.back()->march = march;
         break;
     }
     case Kind::light: {
-        JournalEntry::Light light = entry.light;
+        TraceEvent::Light light = entry.light;
         length(light.distance);
         radiance(light.irradiance, light.contribution);
         if (light.step >= 0) light.contribution = light.contribution * scale;
@@ -57,8 +57,8 @@ void Inspection::hear(const JournalEntry &entry) {
         step.step.extinction *= scale;
         radiance(step.step.single, step.step.multiple, step.step.emission, step.step.radiance);
         for (Double3 *source : {&step.step.single, &step.step.multiple, &step.step.emission}) *source = *source * scale;
-        std::vector<JournalEntry::Light> later;
-        for (const JournalEntry::Light &light : waiting_)
+        std::vector<TraceEvent::Light> later;
+        for (const TraceEvent::Light &light : waiting_)
             (light.step == entry.step.step ? step.lights : later).push_back(light);
         waiting_ = std::move(later);
         open_.back()->steps.push_back(std::move(step));
@@ -69,7 +69,7 @@ void Inspection::hear(const JournalEntry &entry) {
         radiance(open_.back()->march_end.radiance);
         break;
     case Kind::hit: {
-        JournalEntry::Hit hit = entry.hit;
+        TraceEvent::Hit hit = entry.hit;
         length(hit.distance);
         place(hit.point);
         radiance(hit.ambient);
@@ -82,7 +82,7 @@ void Inspection::hear(const JournalEntry &entry) {
         break;
     case Kind::unsent: open_.back()->unsent.push_back(entry.unsent); break;
     case Kind::ray_end: {
-        JournalEntry::RayEnd &end = open_.back()->end = entry.ray_end;
+        TraceEvent::RayEnd &end = open_.back()->end = entry.ray_end;
         radiance(end.smoke, end.behind, end.radiance);
         open_.pop_back();
         break;
@@ -109,13 +109,13 @@ const char *name_of(RayKind kind) {
     return "";
 }
 
-const char *name_of(ShadowAnswer answer) {
+const char *name_of(ShadowDecision answer) {
     switch (answer) {
-    case ShadowAnswer::unasked: return "unasked";
-    case ShadowAnswer::known: return "known";
-    case ShadowAnswer::known_still: return "known_still";
-    case ShadowAnswer::tried: return "tried";
-    case ShadowAnswer::traced: return "traced";
+    case ShadowDecision::unasked: return "unasked";
+    case ShadowDecision::known: return "known";
+    case ShadowDecision::culled_static: return "known_still";
+    case ShadowDecision::tried: return "tried";
+    case ShadowDecision::traced: return "traced";
     }
     return "";
 }
@@ -148,22 +148,22 @@ std::string triple(const Double3 &v) {
     return digits;
 }
 
-std::string shadow_text(const JournalEntry::Light &light) {
+std::string shadow_text(const TraceEvent::Light &light) {
     const std::string asked = " (" + std::to_string(light.node_visits) + " nodes, " +
                               std::to_string(light.triangle_tests) + " triangles of trees, " +
                               std::to_string(light.extra_tests) + " others)";
     const std::string found = light.blocked ? "in shadow, " : "not in shadow, ";
     switch (light.answer) {
-    case ShadowAnswer::unasked: return light.blocked ? "in shadow" : "no shadow asked for";
-    case ShadowAnswer::known: return found + "known without asking any triangle";
-    case ShadowAnswer::known_still: return found + "known of what is still; asked of what moves" + asked;
-    case ShadowAnswer::tried: return found + "of still triangles some were tried" + asked;
-    case ShadowAnswer::traced: return found + "asked by a ray" + asked;
+    case ShadowDecision::unasked: return light.blocked ? "in shadow" : "no shadow asked for";
+    case ShadowDecision::known: return found + "known without asking any triangle";
+    case ShadowDecision::culled_static: return found + "known of what is still; asked of what moves" + asked;
+    case ShadowDecision::tried: return found + "of still triangles some were tried" + asked;
+    case ShadowDecision::traced: return found + "asked by a ray" + asked;
     }
     return "";
 }
 
-void print_light(Text &text, int depth, const JournalEntry::Light &light) {
+void print_light(Text &text, int depth, const TraceEvent::Light &light) {
     const std::string head = "light " + std::to_string(light.light) + ": ";
     if (!light.faces) {
         const bool reaches = largest(light.irradiance) > 0;
@@ -179,21 +179,21 @@ void print_march(Text &text, int depth, const Inspection::Ray &ray) {
     text.line(depth, "smoke may be from %.6g to %.6g: %d steps of %.6g, %zu of them in smoke", ray.march->begin,
               ray.march->end, ray.march->steps, ray.march->step, ray.steps.size());
     for (const Inspection::Step &of : ray.steps) {
-        const JournalEntry::Step &s = of.step;
+        const TraceEvent::Step &s = of.step;
         text.line(depth + 1,
                   "step %d at %.6g, %.6g long: extinction %.6g, behind depth %.6g passes %.6g; per length single %s, "
                   "multiple %s, emission %s; arrives %s",
                   s.step, s.distance, s.length, s.extinction, s.optical_depth, s.transmittance,
                   triple(s.single).c_str(), triple(s.multiple).c_str(), triple(s.emission).c_str(),
                   triple(s.radiance).c_str());
-        for (const JournalEntry::Light &light : of.lights) print_light(text, depth + 2, light);
+        for (const TraceEvent::Light &light : of.lights) print_light(text, depth + 2, light);
     }
     text.line(depth, "smoke sends %s; its depth %.6g passes %.6g", triple(ray.march_end.radiance).c_str(),
               ray.march_end.optical_depth, ray.march_end.transmittance);
 }
 
-std::string body_text(const JournalEntry::Hit &hit) {
-    return hit.body >= 0 ? "of body " + std::to_string(hit.body) : hit.still ? "still" : "that changes its form";
+std::string instance_text(const TraceEvent::Hit &hit) {
+    return hit.instance >= 0 ? "of body " + std::to_string(hit.instance) : hit.still ? "still" : "that changes its form";
 }
 
 void print_ray(Text &text, int depth, const Inspection::Ray &ray) {
@@ -203,17 +203,17 @@ void print_ray(Text &text, int depth, const Inspection::Ray &ray) {
     ++depth;
     if (ray.march) print_march(text, depth, ray);
     if (ray.hit) {
-        const JournalEntry::Hit &hit = *ray.hit;
+        const TraceEvent::Hit &hit = *ray.hit;
         text.line(depth, "hits triangle %u (%s) at %.6g from %s: point %s, u v %.6g %.6g, plane %s, normal %s",
-                  hit.triangle, body_text(hit).c_str(), hit.distance, hit.entered ? "outside" : "inside",
+                  hit.triangle, instance_text(hit).c_str(), hit.distance, hit.entered ? "outside" : "inside",
                   triple(hit.point).c_str(), hit.u, hit.v, triple(hit.plane).c_str(), triple(hit.normal).c_str());
         text.line(depth, "material %u, %s %s; ambient %s", hit.material,
                   hit.texture < 0 ? "no texture:" : ("texture " + std::to_string(hit.texture) + ":").c_str(),
                   triple(hit.texture_color).c_str(), triple(hit.ambient).c_str());
-        for (const JournalEntry::Light &light : ray.lights) print_light(text, depth + 1, light);
+        for (const TraceEvent::Light &light : ray.lights) print_light(text, depth + 1, light);
         text.line(depth, "lights together %s", triple(ray.lit.radiance).c_str());
         for (const auto &next : ray.rays) print_ray(text, depth + 1, *next);
-        for (const JournalEntry::Unsent &unsent : ray.unsent)
+        for (const TraceEvent::Unsent &unsent : ray.unsent)
             text.line(depth + 1, "%s ray not sent: %s (share %s, weight %.6g)", name_of(unsent.kind),
                       unsent.too_deep ? "the chain is as long as --depth" : "too light", triple(unsent.share).c_str(),
                       unsent.weight);
@@ -240,7 +240,7 @@ template <class Items, class Json> std::string list(const Items &items, Json &&j
     return "[" + text + "]";
 }
 
-std::string light_json(const JournalEntry::Light &light) {
+std::string light_json(const TraceEvent::Light &light) {
     return Object()
         .add("light", whole(light.light))
         .add("smoke", whole(light.smoke))
@@ -260,7 +260,7 @@ std::string light_json(const JournalEntry::Light &light) {
 }
 
 std::string step_json(const Inspection::Step &of) {
-    const JournalEntry::Step &s = of.step;
+    const TraceEvent::Step &s = of.step;
     return Object()
         .add("step", whole(s.step))
         .add("distance", exact(s.distance))
@@ -290,7 +290,7 @@ std::string march_json(const Inspection::Ray &ray) {
         .text();
 }
 
-std::string unsent_json(const JournalEntry::Unsent &unsent) {
+std::string unsent_json(const TraceEvent::Unsent &unsent) {
     return Object()
         .add("kind", quoted(name_of(unsent.kind)))
         .add("share", exact(unsent.share))
@@ -303,11 +303,11 @@ std::string ray_json(const Inspection::Ray &ray);
 
 std::string hit_json(const Inspection::Ray &ray) {
     if (!ray.hit) return "null";
-    const JournalEntry::Hit &hit = *ray.hit;
+    const TraceEvent::Hit &hit = *ray.hit;
     return Object()
         .add("distance", exact(hit.distance))
         .add("triangle", whole(hit.triangle))
-        .add("body", hit.body >= 0 ? whole(hit.body) : "null")
+        .add("body", hit.instance >= 0 ? whole(hit.instance) : "null")
         .add_flag("still", hit.still)
         .add("material", whole(hit.material))
         .add("texture", hit.texture >= 0 ? whole(hit.texture) : "null")
@@ -347,7 +347,7 @@ std::string ray_json(const Inspection::Ray &ray) {
 
 std::string inspection_text(const Inspection &inspection) {
     Text text;
-    const JournalEntry::Pixel &pixel = inspection.pixel;
+    const TraceEvent::Pixel &pixel = inspection.pixel;
     text.line(0, "%s, frame %lld, %s: pixel %d %d of %d x %d", inspection.scene.c_str(),
               static_cast<long long>(inspection.frame), inspection.arithmetic.c_str(), inspection.x, inspection.y,
               inspection.width, inspection.height);
@@ -362,7 +362,7 @@ std::string inspection_text(const Inspection &inspection) {
 }
 
 std::string inspection_json(const Inspection &inspection) {
-    const JournalEntry::Pixel &pixel = inspection.pixel;
+    const TraceEvent::Pixel &pixel = inspection.pixel;
     const auto sample_json = [&inspection](const Inspection::Sample &sample) {
         Object object;
         object.add("index", whole(sample.sample.index))

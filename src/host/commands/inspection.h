@@ -10,25 +10,25 @@ namespace wisp {
 
 struct Inspection {
     struct Step {
-        JournalEntry::Step step;
-        std::vector<JournalEntry::Light> lights;
+        TraceEvent::Step step;
+        std::vector<TraceEvent::Light> lights;
     };
     struct Ray {
-        JournalEntry::Ray ray;
-        std::optional<JournalEntry::March> march; // none: it meets no smoke
+        TraceEvent::Ray ray;
+        std::optional<TraceEvent::March> march; // none: it meets no smoke
         std::vector<Step> steps;
-        JournalEntry::MarchEnd march_end;
-        std::optional<JournalEntry::Hit> hit; // none: it sees the background
-        std::vector<JournalEntry::Light> lights;
-        JournalEntry::Lit lit;
+        TraceEvent::MarchEnd march_end;
+        std::optional<TraceEvent::Hit> hit; // none: it sees the background
+        std::vector<TraceEvent::Light> lights;
+        TraceEvent::Lit lit;
         std::vector<std::unique_ptr<Ray>> rays;
-        std::vector<JournalEntry::Unsent> unsent;
-        JournalEntry::RayEnd end;
+        std::vector<TraceEvent::Unsent> unsent;
+        TraceEvent::RayEnd end;
     };
     struct Sample {
-        JournalEntry::Sample sample;
+        TraceEvent::Sample sample;
         std::unique_ptr<Ray> ray;
-        JournalEntry::SampleEnd end;
+        TraceEvent::SampleEnd end;
     };
     // Of what, for the words around it.
     std::string scene, arithmetic;
@@ -41,17 +41,17 @@ struct Inspection {
     int radiance_exponent;
 
     std::vector<Sample> samples;
-    JournalEntry::Pixel pixel;
+    TraceEvent::Pixel pixel;
 
     // Of the pixel x, y, to be heard by this.
-    Journal journal();
+    PixelTrace journal();
 
   private:
-    void hear(const JournalEntry &entry);
-    void keep(const JournalEntry::Light &light);
+    void hear(const TraceEvent &entry);
+    void keep(const TraceEvent::Light &light);
 
     std::vector<Ray *> open_;                  // rays in one another that have not ended
-    std::vector<JournalEntry::Light> waiting_; // lights of steps that are not told yet
+    std::vector<TraceEvent::Light> waiting_; // lights of steps that are not told yet
 };
 
 std::string inspection_text(const Inspection &inspection);

@@ -14,17 +14,17 @@ inline double now() {
 }
 
 // Hears the core: measures the seconds of its stages and shows how far it is.
-class Watch {
+class Progress {
   public:
-    Watch(const Options &options, int64_t frame) : frame_(frame) {
-        using Progress = Options::Progress;
-        shown_ = !options.quiet && (options.progress == Progress::always ||
-                                    (options.progress == Progress::automatic && isatty(STDERR_FILENO)));
+    Progress(const Options &options, int64_t frame) : frame_(frame) {
+        using Show = Options::Progress;
+        shown_ = !options.quiet && (options.progress == Show::always ||
+                                    (options.progress == Show::automatic && isatty(STDERR_FILENO)));
     }
     Observer observer() {
         return {this, [](void *self, Stage stage, uint64_t done, uint64_t total) {
-                    static_cast<Watch *>(self)->hear(stage, done, total);
-                    return heard_signal() == 0;
+                    static_cast<Progress *>(self)->hear(stage, done, total);
+                    return received_signal() == 0;
                 }};
     }
     void finish() {

@@ -72,7 +72,7 @@ Settings settings_of(const Options &options, const PreparedScene &prepared) {
     settings.seed = options.seed;
     settings.gather = options.gather;
     settings.gather_radius = options.gather_radius;
-    choose_way(options, prepared.scene, settings);
+    choose_defaults(options, prepared.scene, settings);
     settings.reference = options.reference;
     const Options::Range passes = options.passes.value_or(Options::Range{0, 16});
     settings.first_pass = passes.first;
@@ -92,9 +92,9 @@ Plan checked_plan(const Request &request, const Scene &scene, const Settings &se
         throw Error(exit_memory, request.name + ": the plan needs " + std::to_string(plan.bytes.arena) +
                                      " bytes, expected at most the " + std::to_string(*request.options.memory) +
                                      " of --memory" + (plan.photons ? "; fewer --photons need less" : ""));
-    if (uses_map(settings) && settings.photons > plan.most_photons)
+    if (uses_map(settings) && settings.photons > plan.max_photons)
         throw Error(exit_usage, "option 'photons': found " + std::to_string(settings.photons) + ", expected at most " +
-                                    std::to_string(plan.most_photons) + " that the particle map's sums can hold");
+                                    std::to_string(plan.max_photons) + " that the particle map's sums can hold");
     return plan;
 }
 
@@ -126,7 +126,7 @@ MapFile saved_map(const Request &request, int64_t frame, const std::string &scen
 }
 
 void fail(const Request &request, const Plan &plan, int64_t frame, Status status) {
-    if (status == Status::wrong_sums)
+    if (status == Status::size_mismatch)
         throw InputError(numbered(request.options.map_in, frame) + ": not as many sums as this scene's map has");
     if (status == Status::overflow)
         throw InputError(request.name + ": photons collide so often that the particle map's sums might overflow, "
@@ -136,7 +136,7 @@ void fail(const Request &request, const Plan &plan, int64_t frame, Status status
 }
 
 void stop(const Request &request, int64_t frame) {
-    const int signal = heard_signal();
+    const int signal = received_signal();
     throw Error(static_cast<Exit>(exit_signal + signal),
                 request.name + ": stopped by " + signal_name(signal) + " in frame " + std::to_string(frame));
 }

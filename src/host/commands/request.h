@@ -37,7 +37,7 @@ uint64_t picture_bytes(const Options &options, const Settings &settings);
 // is written; what the system promises and cannot give ends a process without a word.
 void check_picture(const Request &request, const Settings &settings, const Plan &plan);
 
-// The particle map of --map-in; `scene`: identity_of_map(). Throws InputError.
+// The particle map of --map-in; `scene`: fingerprint_of_map(). Throws InputError.
 MapFile saved_map(const Request &request, int64_t frame, const std::string &scene, const Plan &plan);
 
 // Why the core did not finish, as an Error.

@@ -41,9 +41,9 @@ uint64_t read_number(ByteReader &in, const std::string &expected) {
 }
 
 int32_t read_side(ByteReader &in, const char *what) {
-    const std::string expected = std::string("a ") + what + " from 1 to " + std::to_string(most_texture_side);
+    const std::string expected = std::string("a ") + what + " from 1 to " + std::to_string(max_texture_side);
     const uint64_t side = read_number(in, expected);
-    if (side < 1 || side > most_texture_side) in.fail(std::to_string(side) + ", expected " + expected);
+    if (side < 1 || side > max_texture_side) in.fail(std::to_string(side) + ", expected " + expected);
     return static_cast<int32_t>(side);
 }
 

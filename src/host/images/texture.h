@@ -14,11 +14,11 @@ struct TexturePyramid {
     Texture view() const { return {width, height, levels, texels.data()}; }
 };
 
-// A PPM: P6, comments in its header, maxval 255, sides of 1 to most_texture_side; bytes behind the last row are left
+// A PPM: P6, comments in its header, maxval 255, sides of 1 to max_texture_side; bytes behind the last row are left
 // alone. Its sRGB bytes become linear light, rounded to the nearest; so is each average of the level before it, over
 // the area that its texel covers: where a side is odd, texels are shared out. Throws InputError `NAME: byte N: ...`.
 TexturePyramid parse_texture(const Bytes &bytes, const std::string &name);
-constexpr int most_texture_side = 16384;
+constexpr int max_texture_side = 16384;
 
 // parse_texture() of the file's bytes.
 TexturePyramid read_texture(const std::string &path);

@@ -94,7 +94,7 @@ class Crowds {
 
 // Those that alone are within the bound.
 std::vector<Change> find_candidates(const std::vector<std::vector<Particle>> &particles,
-                                    const std::vector<SmokeSource> &smokes, double most) {
+                                    const std::vector<SmokeDescription> &smokes, double most) {
     std::vector<Change> candidates;
     for (uint32_t block = 0; block < particles.size(); ++block) {
         const size_t before = candidates.size();
@@ -116,7 +116,7 @@ std::vector<Change> find_candidates(const std::vector<std::vector<Particle>> &pa
 
 // Where the mass of those that go may go: the nearest neighbours of theirs that stay.
 std::vector<Change> find_gifts(const std::vector<std::vector<Particle>> &particles,
-                               const std::vector<SmokeSource> &smokes,
+                               const std::vector<SmokeDescription> &smokes,
                                const std::vector<std::vector<Removal>> &removals) {
     std::vector<Change> gifts;
     for (uint32_t block = 0; block < particles.size(); ++block) {
@@ -127,18 +127,18 @@ std::vector<Change> find_gifts(const std::vector<std::vector<Particle>> &particl
         const Crowds crowds(all);
         for (const Removal &removal : removals[block]) {
             const Particle &p = all[removal.index];
-            uint32_t heir = removal.index;
+            uint32_t mass_receiver = removal.index;
             double nearest = 2 * p.h;
             crowds.for_each_range(p.position, [&](auto first, auto last) {
                 for (; first != last; ++first) {
                     if (goes[first->second]) continue;
                     const double distance = length(all[first->second].position - p.position);
-                    if (distance < nearest) nearest = distance, heir = first->second;
+                    if (distance < nearest) nearest = distance, mass_receiver = first->second;
                 }
             });
-            if (heir == removal.index) continue;
-            const double depth = depth_through_middle(p.area, all[heir].h, smokes[block].kernel);
-            gifts.push_back({block, {removal.index, heir}, all[heir].position, 2 * all[heir].h, depth, 0});
+            if (mass_receiver == removal.index) continue;
+            const double depth = depth_through_middle(p.area, all[mass_receiver].h, smokes[block].kernel);
+            gifts.push_back({block, {removal.index, mass_receiver}, all[mass_receiver].position, 2 * all[mass_receiver].h, depth, 0});
         }
     }
     return gifts;
@@ -278,8 +278,8 @@ void bear_all(std::vector<Change> &changes, const Double3 &eye, const std::vecto
 
 } // namespace
 
-std::vector<std::vector<Removal>> find_noise(const std::vector<std::vector<Particle>> &particles,
-                                             const std::vector<SmokeSource> &smokes, const Double3 &eye,
+std::vector<std::vector<Removal>> find_negligible(const std::vector<std::vector<Particle>> &particles,
+                                             const std::vector<SmokeDescription> &smokes, const Double3 &eye,
                                              const std::vector<LightSource> &lights, double epsilon) {
     const double most = -log1p(-epsilon);
     std::vector<Change> noise = find_candidates(particles, smokes, most);
@@ -300,7 +300,7 @@ std::vector<std::vector<Removal>> find_noise(const std::vector<std::vector<Parti
 
 void remove_particles(std::vector<Particle> &particles, const std::vector<Removal> &removals) {
     for (const Removal &r : removals)
-        if (r.heir != r.index) particles[r.heir].area += particles[r.index].area;
+        if (r.mass_receiver != r.index) particles[r.mass_receiver].area += particles[r.index].area;
     size_t left = 0, next = 0;
     for (size_t i = 0; i < particles.size(); ++i) {
         if (next < removals.size() && removals[next].index == i)

@@ -41,7 +41,7 @@ std::string multiple(double error, double wanted) {
     return formatted(factor < 9.95 ? "%.1f" : "%.0f", factor);
 }
 
-std::string resampling_line(size_t number, const SmokeSource &smoke, const std::vector<Neighbourhood> &neighbourhoods) {
+std::string resampling_line(size_t number, const SmokeDescription &smoke, const std::vector<Neighbourhood> &neighbourhoods) {
     std::vector<uint32_t> counts;
     uint64_t sum = 0;
     for (const Neighbourhood &n : neighbourhoods) {
@@ -61,7 +61,7 @@ std::string resampling_line(size_t number, const SmokeSource &smoke, const std::
 
 } // namespace
 
-double density_error(const SmokeSource &smoke, const std::vector<Neighbourhood> &neighbourhoods) {
+double density_error(const SmokeDescription &smoke, const std::vector<Neighbourhood> &neighbourhoods) {
     double variance = 0, square = 0;
     for (size_t i = 0; i < neighbourhoods.size(); ++i) {
         const Particle &p = smoke.particles[i];
@@ -77,9 +77,9 @@ std::vector<std::string> particle_report(const PreparedScene &prepared, const Co
     std::vector<std::vector<Removal>> noise[3];
     for (int e = 0; e < 3; ++e)
         noise[e] =
-            find_noise(prepared.particles, prepared.smokes, prepared.scene.camera.origin, prepared.lights, epsilons[e]);
+            find_negligible(prepared.particles, prepared.smokes, prepared.scene.camera.origin, prepared.lights, epsilons[e]);
     for (size_t i = 0; i < prepared.smokes.size(); ++i) {
-        const SmokeSource &smoke = prepared.smokes[i];
+        const SmokeDescription &smoke = prepared.smokes[i];
         if (smoke.count == 0) continue;
         std::vector<Neighbourhood> neighbourhoods(smoke.count);
         std::vector<unsigned char> memory(core.neighbourhood_bytes(smoke.count));

@@ -26,7 +26,7 @@ struct Frame {
     Matrix matrix;
 };
 
-std::vector<Frame> still_frames(const SceneGraph &graph) {
+std::vector<Frame> static_frames(const SceneGraph &graph) {
     std::vector<Frame> frames(1);
     for (size_t i = 0; i < graph.nodes.size(); ++i) {
         const Node &node = graph.nodes[i];
@@ -130,7 +130,7 @@ Morph::Pose shape_at(const Morph &morph, double time) {
 } // namespace
 
 Shapes make_shapes(const std::string &name, const SceneGraph &graph) {
-    const std::vector<Frame> frames = still_frames(graph);
+    const std::vector<Frame> frames = static_frames(graph);
     // Where the triangles of each mover are to begin; the world is the first of them.
     std::vector<uint64_t> begin(graph.nodes.size() + 2);
     for (const Mesh &mesh : graph.meshes) begin[place_of(frames[place_of(mesh.node)].mover) + 1] += mesh.rows.size();
@@ -141,16 +141,16 @@ Shapes make_shapes(const std::string &name, const SceneGraph &graph) {
 
     Shapes shapes = {};
     shapes.triangles.resize(all);
-    shapes.still_count = static_cast<uint32_t>(begin[1]);
-    shapes.body_triangle_count = static_cast<uint32_t>(begin.back() - begin[1]);
-    shapes.morph_count = static_cast<uint32_t>(graph.morphs.size());
+    shapes.static_count = static_cast<uint32_t>(begin[1]);
+    shapes.instance_triangle_count = static_cast<uint32_t>(begin.back() - begin[1]);
+    shapes.deforming_count = static_cast<uint32_t>(graph.morphs.size());
     for (size_t i = 0; i < graph.nodes.size(); ++i) {
         if (begin[i + 1] == begin[i + 2]) continue;
-        Body body = {};
-        body.first = static_cast<uint32_t>(begin[i + 1]);
-        body.count = static_cast<uint32_t>(begin[i + 2] - begin[i + 1]);
-        shapes.bodies.push_back(body);
-        shapes.body_nodes.push_back(static_cast<int32_t>(i));
+        Instance instance = {};
+        instance.first = static_cast<uint32_t>(begin[i + 1]);
+        instance.count = static_cast<uint32_t>(begin[i + 2] - begin[i + 1]);
+        shapes.instances.push_back(instance);
+        shapes.instance_nodes.push_back(static_cast<int32_t>(i));
     }
     for (const Mesh &mesh : graph.meshes) {
         const Frame &frame = frames[place_of(mesh.node)];
@@ -163,15 +163,15 @@ Shapes make_shapes(const std::string &name, const SceneGraph &graph) {
 
 void pose_shapes(const std::string &name, const SceneGraph &graph, double time, Shapes &shapes) {
     const std::vector<Pose> poses = poses_at(graph, time);
-    for (size_t i = 0; i < shapes.bodies.size(); ++i) {
-        Body &body = shapes.bodies[i];
-        const Pose &pose = poses[place_of(shapes.body_nodes[i])];
-        std::copy_n(pose.matrix.axis, 3, body.axis);
-        body.origin = pose.matrix.origin;
-        body.visible = pose.visible && has_inverse(pose.matrix);
-        for (const Double3 &v : {body.axis[0], body.axis[1], body.axis[2], body.origin}) check_range(name, v);
+    for (size_t i = 0; i < shapes.instances.size(); ++i) {
+        Instance &instance = shapes.instances[i];
+        const Pose &pose = poses[place_of(shapes.instance_nodes[i])];
+        std::copy_n(pose.matrix.axis, 3, instance.axis);
+        instance.origin = pose.matrix.origin;
+        instance.visible = pose.visible && has_inverse(pose.matrix);
+        for (const Double3 &v : {instance.axis[0], instance.axis[1], instance.axis[2], instance.origin}) check_range(name, v);
     }
-    Triangle *triangle = shapes.triangles.data() + shapes.still_count + shapes.body_triangle_count;
+    Triangle *triangle = shapes.triangles.data() + shapes.static_count + shapes.instance_triangle_count;
     for (const Morph &morph : graph.morphs) {
         const Pose &pose = poses[place_of(morph.node)];
         const Morph::Pose shape = shape_at(morph, time);

@@ -8,9 +8,9 @@ namespace wisp {
 struct Shapes {
     // Those that never move, then those of one body after the other, then one of each morph.
     std::vector<Triangle> triangles;
-    uint32_t still_count, body_triangle_count, morph_count;
-    std::vector<Body> bodies;
-    std::vector<int32_t> body_nodes; // the moving node whose space a body's is
+    uint32_t static_count, instance_triangle_count, deforming_count;
+    std::vector<Instance> instances;
+    std::vector<int32_t> instance_nodes; // the moving node whose space a body's is
 };
 
 // The still and the bodies' triangles; the rest has the size that pose_shapes needs. A node moves where its name has

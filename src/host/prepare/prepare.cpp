@@ -27,7 +27,7 @@ void sort_canonically(std::vector<Particle> &particles) {
 }
 
 // The particles of one block in the units of the scene, in canonical order.
-std::vector<Particle> load_particles(const std::vector<Node> &nodes, const SceneFile::Smoke &smoke,
+std::vector<Particle> load_particles(const std::vector<Node> &nodes, const SceneFile::SmokeVolume &smoke,
                                      const std::string &path, const Bytes &bytes, std::vector<std::string> &notes) {
     const Particles table = parse_particles(path, bytes.data(), bytes.size());
     if (table.has_particle_radius)
@@ -61,9 +61,9 @@ std::vector<Particle> load_particles(const std::vector<Node> &nodes, const Scene
 }
 
 // A box of cells in the units of the scene, transformed like particles; `density` outlives it.
-GridSource place_grid(const std::vector<Node> &nodes, const SceneFile::Smoke &smoke, const Double3 &low,
+GridDescription place_grid(const std::vector<Node> &nodes, const SceneFile::SmokeVolume &smoke, const Double3 &low,
                       const Double3 &high) {
-    GridSource grid = {};
+    GridDescription grid = {};
     grid.nx = grid.ny = grid.nz = 1;
     grid.extinction = smoke.extinction;
     grid.center = placed_in_world(nodes, smoke.node, (low + high) * 0.5);
@@ -77,7 +77,7 @@ GridSource place_grid(const std::vector<Node> &nodes, const SceneFile::Smoke &sm
 }
 
 // One block in the units of the scene, into `source` and the memory behind it.
-void load(const std::vector<Node> &nodes, const SceneFile::Smoke &smoke, int64_t frame, SmokeSource &source,
+void load(const std::vector<Node> &nodes, const SceneFile::SmokeVolume &smoke, int64_t frame, SmokeDescription &source,
           std::vector<Particle> &particles, std::vector<float> &density, std::vector<std::string> &notes) {
     source.kernel = smoke.kernel;
     source.albedo = smoke.albedo;
@@ -107,14 +107,14 @@ void load(const std::vector<Node> &nodes, const SceneFile::Smoke &smoke, int64_t
 }
 
 // Takes the particles away that are noise (--thin). Before anything else: strays do not widen the smoke.
-void thin(const SceneFile &file, double epsilon, PreparedScene &prepared) {
+void decimate(const SceneFile &file, double epsilon, PreparedScene &prepared) {
     std::vector<LightSource> lights;
     for (const SceneFile::Light &l : file.lights) lights.push_back({l.kind, l.position, l.direction, 2, l.color});
-    const auto noise = find_noise(prepared.particles, prepared.smokes, file.view->from, lights, epsilon);
+    const auto noise = find_negligible(prepared.particles, prepared.smokes, file.view->from, lights, epsilon);
     for (size_t i = 0; i < noise.size(); ++i) {
         if (prepared.particles[i].empty()) continue;
         size_t given = 0;
-        for (const Removal &r : noise[i]) given += r.heir != r.index;
+        for (const Removal &r : noise[i]) given += r.mass_receiver != r.index;
         prepared.notes.push_back("smoke " + std::to_string(i + 1) + ": --thin leaves out " +
                                  std::to_string(noise[i].size()) + " of " +
                                  std::to_string(prepared.particles[i].size()) + " particles; " + std::to_string(given) +
@@ -125,13 +125,13 @@ void thin(const SceneFile &file, double epsilon, PreparedScene &prepared) {
 }
 
 // What --step multiplies for a grid: the shortest edge of a cell, of a box a twentieth of its own.
-double step_length(const GridSource &grid) {
+double step_length(const GridDescription &grid) {
     if (!grid.density) return std::min({grid.half.x, grid.half.y, grid.half.z}) * 0.1;
     return 2 * std::min({grid.half.x / grid.nx, grid.half.y / grid.ny, grid.half.z / grid.nz});
 }
 
 // Half the edges of the upright box around a turned one.
-Double3 reach(const GridSource &grid) {
+Double3 reach(const GridDescription &grid) {
     const Double3 *a = grid.axis, &h = grid.half;
     return {std::fabs(a[0].x) * h.x + std::fabs(a[1].x) * h.y + std::fabs(a[2].x) * h.z,
             std::fabs(a[0].y) * h.x + std::fabs(a[1].y) * h.y + std::fabs(a[2].y) * h.z,
@@ -155,7 +155,7 @@ Extent extent_of(const PreparedScene &prepared) {
     };
     for (const auto &particles : prepared.particles)
         for (const Particle &p : particles) add(p.position, p.h);
-    for (const SmokeSource &smoke : prepared.smokes) {
+    for (const SmokeDescription &smoke : prepared.smokes) {
         if (!smoke.is_grid()) continue;
         add(smoke.grid.center - reach(smoke.grid), step_length(smoke.grid));
         add(smoke.grid.center + reach(smoke.grid), step_length(smoke.grid));
@@ -165,7 +165,7 @@ Extent extent_of(const PreparedScene &prepared) {
 
 // The block in normalised lengths, and what is to be known of all of it. A grid's largest density becomes 1 to 2, so
 // that fixed point keeps the digits of all.
-void normalize(SmokeSource &source, std::vector<Particle> &particles, std::vector<float> &densities,
+void normalize(SmokeDescription &source, std::vector<Particle> &particles, std::vector<float> &densities,
                const Double3 &center, double scale) {
     for (Particle &p : particles) {
         p.position = (p.position - center) * scale;
@@ -178,7 +178,7 @@ void normalize(SmokeSource &source, std::vector<Particle> &particles, std::vecto
     source.particles = particles.data();
     source.count = static_cast<uint32_t>(particles.size());
     if (!source.is_grid()) return;
-    GridSource &grid = source.grid;
+    GridDescription &grid = source.grid;
     grid.center = (grid.center - center) * scale;
     grid.half = grid.half * scale;
     grid.extinction /= scale;
@@ -242,11 +242,11 @@ void check_surface_range(const std::string &name, const PreparedScene &prepared,
         refuse("the lights together are too strong for cuts in fixed point");
     if (prepared.scene.radiance_exponent > 120) refuse("it is too bright for a picture of 32-bit numbers");
     if (!fixed) return;
-    for (uint32_t i = 0; i < prepared.scene.body_count; ++i) {
-        const Body &body = prepared.scene.bodies[i];
+    for (uint32_t i = 0; i < prepared.scene.instance_count; ++i) {
+        const Instance &instance = prepared.scene.instances[i];
         double most = 0;
-        for (int k = 0; body.visible && k < 3; ++k)
-            most = std::max({most, largest_component(body.axis[k]), largest_component(body.inverse[k])});
+        for (int k = 0; instance.visible && k < 3; ++k)
+            most = std::max({most, largest_component(instance.axis[k]), largest_component(instance.inverse[k])});
         if (most > 0x1p11) refuse("something is stretched more than 2048 times, too much for fixed point");
     }
     for (uint32_t i = 0; i < prepared.scene.material_count; ++i) {
@@ -288,8 +288,8 @@ void check_range(const std::string &name, const SceneFile &file, const PreparedS
             if (!(p.area <= (fixed ? 0x1p20 : 1e30) * p.h * p.h))
                 refuse(where, "a particle's optical depth is too large for this arithmetic");
         }
-        const SmokeSource &smoke = prepared.smokes[i];
-        const GridSource &grid = smoke.grid;
+        const SmokeDescription &smoke = prepared.smokes[i];
+        const GridDescription &grid = smoke.grid;
         if (smoke.is_grid()) {
             const Double3 half = reach(grid);
             for (double x : {std::fabs(grid.center.x) + half.x, std::fabs(grid.center.y) + half.y,
@@ -366,7 +366,7 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
              prepared.notes);
         if (!prepared.densities[i].empty()) prepared.smokes[i].grid.density = prepared.densities[i].data();
     }
-    if (options.thin > 0) thin(file, options.thin, prepared);
+    if (options.decimate > 0) decimate(file, options.decimate, prepared);
     const Extent extent = extent_of(prepared);
     Double3 center = extent.any ? (extent.low + extent.high) * 0.5 : view.from;
     double scale = extent.any ? std::ldexp(1.0, -exponent_of(extent.smallest_h)) : 1;
@@ -391,7 +391,7 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
         normalize(prepared.smokes[i], prepared.particles[i], prepared.densities[i], center, scale);
 
     double brightest = std::max(largest(file.background), 0.0);
-    for (const SceneFile::Smoke &smoke : file.smokes) brightest = std::max(brightest, largest(smoke.emission));
+    for (const SceneFile::SmokeVolume &smoke : file.smokes) brightest = std::max(brightest, largest(smoke.emission));
     if (prepared.surfaces) brightest = std::max(brightest, largest(file.ambient));
     for (const SceneFile::Light &light : file.lights) {
         const Double3 position = light_position_at(light.position, light.name, file.graph, time);
@@ -414,7 +414,7 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
     scene.radiance_exponent = brightest > 0 ? exponent_of(brightest) + 1 : 0;
     const double dim = std::ldexp(1.0, -scene.radiance_exponent);
     scene.background = file.background * dim;
-    for (SmokeSource &smoke : prepared.smokes) smoke.emission = smoke.emission * dim;
+    for (SmokeDescription &smoke : prepared.smokes) smoke.emission = smoke.emission * dim;
     for (LightSource &light : prepared.lights) light.color = light.color * dim;
     scene.lights = prepared.lights.data();
     scene.light_count = static_cast<uint32_t>(prepared.lights.size());

@@ -16,7 +16,7 @@ struct PreparedScene {
 
     Scene scene = {};
     std::vector<LightSource> lights;
-    std::vector<SmokeSource> smokes;
+    std::vector<SmokeDescription> smokes;
     std::vector<std::vector<Particle>> particles;
     std::vector<std::vector<float>> densities; // of grids
     std::vector<std::string> notes;            // what a user may want to know (-v)

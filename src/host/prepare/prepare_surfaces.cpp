@@ -43,7 +43,7 @@ double farthest_from(const Double3 &center, const SceneFile &file) {
     return farthest;
 }
 
-Matrix matrix_of(const Body &body) { return {{body.axis[0], body.axis[1], body.axis[2]}, body.origin}; }
+Matrix matrix_of(const Instance &instance) { return {{instance.axis[0], instance.axis[1], instance.axis[2]}, instance.origin}; }
 
 } // namespace
 
@@ -53,13 +53,13 @@ PreparedSurfaces::PreparedSurfaces(const std::string &name, const SceneFile &fil
     pose_shapes(name, graph, start, shapes_);
     // Bodies and morphs may go anywhere: only where nothing is still do they give the scene its size.
     Extent extent;
-    extent.add(shapes_.triangles.data(), shapes_.still_count);
+    extent.add(shapes_.triangles.data(), shapes_.static_count);
     if (!extent.any()) {
-        for (const Body &body : shapes_.bodies)
-            for (uint32_t i = body.first; i < body.first + body.count; ++i)
+        for (const Instance &instance : shapes_.instances)
+            for (uint32_t i = instance.first; i < instance.first + instance.count; ++i)
                 for (const Double3 &corner : shapes_.triangles[i].corner)
-                    extent.add(transform_point(matrix_of(body), corner));
-        extent.add(shapes_.triangles.data() + shapes_.still_count + shapes_.body_triangle_count, shapes_.morph_count);
+                    extent.add(transform_point(matrix_of(instance), corner));
+        extent.add(shapes_.triangles.data() + shapes_.static_count + shapes_.instance_triangle_count, shapes_.deforming_count);
     }
     const Double3 half = (extent.high - extent.low) * 0.5;
     center = extent.middle();
@@ -72,18 +72,18 @@ PreparedSurfaces::PreparedSurfaces(const std::string &name, const SceneFile &fil
     }
     radius = length(half) * scale;
 
-    for (uint32_t i = 0; i < shapes_.still_count; ++i) normalize(shapes_.triangles[i], {center, scale});
-    for (const Body &body : shapes_.bodies) {
+    for (uint32_t i = 0; i < shapes_.static_count; ++i) normalize(shapes_.triangles[i], {center, scale});
+    for (const Instance &instance : shapes_.instances) {
         Extent own;
-        own.add(shapes_.triangles.data() + body.first, body.count);
+        own.add(shapes_.triangles.data() + instance.first, instance.count);
         double size = 0; // of the body's units in the world
-        for (const Double3 &axis : body.axis) size = std::max(size, length(axis));
+        for (const Double3 &axis : instance.axis) size = std::max(size, length(axis));
         Space space = {own.middle(), size > 0 ? scale * std::ldexp(1.0, exponent_of(size)) : scale};
         // One that is flattened may be far larger than what is seen of it.
         const double reach = largest_component(own.high - space.center);
         if (reach * space.scale > coordinate_limit)
             space.scale = std::ldexp(1.0, exponent_of(coordinate_limit) - 1 - exponent_of(reach));
-        for (uint32_t i = body.first; i < body.first + body.count; ++i) normalize(shapes_.triangles[i], space);
+        for (uint32_t i = instance.first; i < instance.first + instance.count; ++i) normalize(shapes_.triangles[i], space);
         spaces_.push_back(space);
     }
     for (const std::string &path : graph.textures) images_.push_back(read_texture(path));
@@ -102,27 +102,27 @@ void PreparedSurfaces::pose(const std::string &name, const SceneFile &file, doub
                              "a scene that fits");
     };
     pose_shapes(name, file.graph, time, shapes_);
-    for (uint32_t i = shapes_.still_count + shapes_.body_triangle_count; i < shapes_.triangles.size(); ++i) {
+    for (uint32_t i = shapes_.static_count + shapes_.instance_triangle_count; i < shapes_.triangles.size(); ++i) {
         normalize(shapes_.triangles[i], {center, scale});
         for (const Double3 &corner : shapes_.triangles[i].corner) check(largest_component(corner));
     }
-    bodies_ = shapes_.bodies;
-    for (size_t b = 0; b < bodies_.size(); ++b) {
-        Body &body = bodies_[b];
+    instances_ = shapes_.instances;
+    for (size_t b = 0; b < instances_.size(); ++b) {
+        Instance &instance = instances_[b];
         const Space &space = spaces_[b];
-        if (!body.visible) continue;
-        body.origin = (transform_point(matrix_of(body), space.center) - center) * scale;
-        for (Double3 &axis : body.axis) axis = axis * (scale / space.scale);
-        const Double3 *a = body.axis, yz = cross(a[1], a[2]), zx = cross(a[2], a[0]), xy = cross(a[0], a[1]);
+        if (!instance.visible) continue;
+        instance.origin = (transform_point(matrix_of(instance), space.center) - center) * scale;
+        for (Double3 &axis : instance.axis) axis = axis * (scale / space.scale);
+        const Double3 *a = instance.axis, yz = cross(a[1], a[2]), zx = cross(a[2], a[0]), xy = cross(a[0], a[1]);
         const double volume = dot(a[0], yz);
         // The rows of the inverse are these over the volume; its columns are asked for.
         const Double3 x = yz * (1 / volume), y = zx * (1 / volume), z = xy * (1 / volume);
-        body.inverse[0] = {x.x, y.x, z.x};
-        body.inverse[1] = {x.y, y.y, z.y};
-        body.inverse[2] = {x.z, y.z, z.z};
-        for (uint32_t i = body.first; i < body.first + body.count; ++i)
+        instance.inverse[0] = {x.x, y.x, z.x};
+        instance.inverse[1] = {x.y, y.y, z.y};
+        instance.inverse[2] = {x.z, y.z, z.z};
+        for (uint32_t i = instance.first; i < instance.first + instance.count; ++i)
             for (const Double3 &corner : shapes_.triangles[i].corner)
-                check(largest_component(transform_point(matrix_of(body), corner)));
+                check(largest_component(transform_point(matrix_of(instance), corner)));
     }
 }
 
@@ -134,16 +134,16 @@ void PreparedSurfaces::show(Scene &scene, const SceneFile &file, double dim) {
                               m.transmission, m.index > 0 ? m.index : 1});
     }
     scene.triangles = shapes_.triangles.data();
-    scene.still_count = shapes_.still_count;
-    scene.body_triangle_count = shapes_.body_triangle_count;
-    scene.morph_count = shapes_.morph_count;
-    scene.bodies = bodies_.data();
-    scene.body_count = static_cast<uint32_t>(bodies_.size());
+    scene.static_count = shapes_.static_count;
+    scene.instance_triangle_count = shapes_.instance_triangle_count;
+    scene.deforming_count = shapes_.deforming_count;
+    scene.instances = instances_.data();
+    scene.instance_count = static_cast<uint32_t>(instances_.size());
     scene.materials = materials_.data();
     scene.material_count = static_cast<uint32_t>(materials_.size());
     scene.textures = textures_.data();
     scene.texture_count = static_cast<uint32_t>(textures_.size());
-    scene.skin = 2 * radius * 1e-6;
+    scene.ray_epsilon = 2 * radius * 1e-6;
 }
 
 } // namespace wisp

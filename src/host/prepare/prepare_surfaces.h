@@ -31,7 +31,7 @@ struct PreparedSurfaces {
 
     Shapes shapes_; // still triangles and those of bodies normalised, bodies and morphs as posed
     std::vector<Space> spaces_;
-    std::vector<Body> bodies_;
+    std::vector<Instance> instances_;
     std::vector<Material> materials_;
     std::vector<TexturePyramid> images_;
     std::vector<Texture> textures_;

@@ -21,11 +21,11 @@ class Digest {
     Sha256 sha_;
 };
 
-void add(Digest &digest, const SmokeSource &smoke) {
+void add(Digest &digest, const SmokeDescription &smoke) {
     static_assert(sizeof(Particle) == 5 * sizeof(double), "particles are hashed as an array");
     digest.add(smoke.count, smoke.kernel, smoke.albedo, smoke.asymmetry, smoke.emission, smoke.total_area);
     if (smoke.count > 0) digest.add_array(smoke.particles, smoke.count * sizeof(Particle));
-    const GridSource &grid = smoke.grid;
+    const GridDescription &grid = smoke.grid;
     digest.add(grid.nx, grid.ny, grid.nz, grid.extinction, grid.center, grid.half);
     for (const Double3 &axis : grid.axis) digest.add(axis);
     if (grid.density) digest.add_array(grid.density, grid.count() * sizeof(float));
@@ -44,35 +44,35 @@ void add_triangles(Digest &digest, const Scene &scene, uint32_t first, uint32_t 
     if (count > 0) digest.add_array(scene.triangles + first, count * sizeof(Triangle));
 }
 
-void add_bodies(Digest &digest, const Scene &scene) {
-    digest.add(scene.body_count, scene.morph_count, scene.skin);
-    for (uint32_t i = 0; i < scene.body_count; ++i) {
-        const Body &body = scene.bodies[i];
-        digest.add(body.first, body.count, body.origin, body.visible);
-        for (int k = 0; k < 3; ++k) digest.add(body.axis[k], body.inverse[k]);
+void add_instances(Digest &digest, const Scene &scene) {
+    digest.add(scene.instance_count, scene.deforming_count, scene.ray_epsilon);
+    for (uint32_t i = 0; i < scene.instance_count; ++i) {
+        const Instance &instance = scene.instances[i];
+        digest.add(instance.first, instance.count, instance.origin, instance.visible);
+        for (int k = 0; k < 3; ++k) digest.add(instance.axis[k], instance.inverse[k]);
     }
 }
 
 // Of surfaces what photons know: where they are, and whether light passes.
 void add_walls(Digest &digest, const Scene &scene) {
-    digest.add(scene.still_count, scene.body_triangle_count);
+    digest.add(scene.static_count, scene.instance_triangle_count);
     for (uint32_t i = 0; i < scene.triangle_count(); ++i) {
         const Triangle &triangle = scene.triangles[i];
         for (const Double3 &corner : triangle.corner) digest.add(corner);
         digest.add(scene.materials[triangle.material].transmission > 0);
     }
-    add_bodies(digest, scene);
+    add_instances(digest, scene);
 }
 
-// What moves and changes its form; what never does is in identity_of_shapes.
+// What moves and changes its form; what never does is in fingerprint_of_shapes.
 void add_moving(Digest &digest, const Scene &scene) {
-    add_bodies(digest, scene);
-    add_triangles(digest, scene, scene.still_count + scene.body_triangle_count, scene.morph_count);
+    add_instances(digest, scene);
+    add_triangles(digest, scene, scene.static_count + scene.instance_triangle_count, scene.deforming_count);
 }
 
 } // namespace
 
-std::string identity_of_smoke(const Scene &scene, const Settings &settings, const std::string &arithmetic) {
+std::string fingerprint_of_smoke(const Scene &scene, const Settings &settings, const std::string &arithmetic) {
     Digest digest;
     digest.add(std::string(version), arithmetic, scene.radiance_exponent, scene.light_count, scene.smoke_count);
     add_lights_and_smokes(digest, scene);
@@ -82,7 +82,7 @@ std::string identity_of_smoke(const Scene &scene, const Settings &settings, cons
     return digest.finish();
 }
 
-std::string identity_of_map(const Scene &scene, const Settings &settings, const std::string &arithmetic) {
+std::string fingerprint_of_map(const Scene &scene, const Settings &settings, const std::string &arithmetic) {
     Digest digest;
     digest.add(std::string(version), arithmetic, scene.radiance_exponent, scene.light_count, scene.smoke_count);
     add_lights_and_smokes(digest, scene);
@@ -92,7 +92,7 @@ std::string identity_of_map(const Scene &scene, const Settings &settings, const 
     return digest.finish();
 }
 
-std::string identity_of_samples(const Scene &scene, const Settings &settings, const std::string &arithmetic) {
+std::string fingerprint_of_samples(const Scene &scene, const Settings &settings, const std::string &arithmetic) {
     Digest digest;
     const Camera &camera = scene.camera;
     digest.add(std::string(version), arithmetic, camera.origin, camera.corner, camera.right, camera.down,
@@ -101,17 +101,17 @@ std::string identity_of_samples(const Scene &scene, const Settings &settings, co
     const Crop &crop = settings.crop;
     digest.add(crop.x0, crop.y0, crop.x1, crop.y1, settings.samples, settings.seed);
     if (scene.triangle_count() > 0) {
-        digest.add(identity_of_shapes(scene), settings.depth, settings.lights);
+        digest.add(fingerprint_of_shapes(scene), settings.depth, settings.lights);
         add_moving(digest, scene);
     }
     return digest.finish();
 }
 
-std::string identity_of_shapes(const Scene &scene) {
+std::string fingerprint_of_shapes(const Scene &scene) {
     static_assert(sizeof(Material) == 12 * sizeof(double), "materials are hashed as an array");
     Digest digest;
-    digest.add(scene.still_count, scene.body_triangle_count, scene.material_count, scene.texture_count);
-    add_triangles(digest, scene, 0, scene.still_count + scene.body_triangle_count);
+    digest.add(scene.static_count, scene.instance_triangle_count, scene.material_count, scene.texture_count);
+    add_triangles(digest, scene, 0, scene.static_count + scene.instance_triangle_count);
     if (scene.material_count > 0) digest.add_array(scene.materials, scene.material_count * sizeof(Material));
     for (uint32_t i = 0; i < scene.texture_count; ++i) { // the smaller levels follow from the first
         const Texture &texture = scene.textures[i];
@@ -122,7 +122,7 @@ std::string identity_of_shapes(const Scene &scene) {
     return digest.finish();
 }
 
-std::string identity_of_picture(const Scene &scene, const std::string &shapes, const Settings &settings, int width,
+std::string fingerprint_of_picture(const Scene &scene, const std::string &shapes, const Settings &settings, int width,
                                 int height, const std::string &arithmetic) {
     Digest digest;
     const Camera &camera = scene.camera;

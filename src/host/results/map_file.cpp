@@ -6,7 +6,7 @@ namespace wisp {
 namespace {
 
 constexpr const char *first_line = "wisp map 1";
-constexpr int64_t most_batches = 0x7fffffff;
+constexpr int64_t max_batches = 0x7fffffff;
 
 // Every counter of a file, in its order.
 constexpr uint64_t Statistics::Photons::*counters[] = {&Statistics::Photons::emitted, &Statistics::Photons::collisions,
@@ -53,7 +53,7 @@ void add_map(MapFile &map, const MapFile &more, const std::string &name) {
     for (size_t i = 0; i < map.sums.size(); ++i) map.sums[i] += more.sums[i];
 }
 
-void check_map(const MapFile &map, const std::string &scene, uint64_t most_sums, const std::string &name) {
+void check_map(const MapFile &map, const std::string &scene, uint64_t max_sums, const std::string &name) {
     if (map.scene != scene)
         throw InputError(name + ": a map of another scene, other settings, arithmetic or version, expected the map of "
                                 "this smoke and these lights, photons, seed, deposit and arithmetic");
@@ -61,7 +61,7 @@ void check_map(const MapFile &map, const std::string &scene, uint64_t most_sums,
     if (photons_of(map) != map.photons)
         throw InputError(name + ": batches" + (map.batches.empty() ? " none" : ranges_text(map.batches)) +
                          ", expected 0:" + std::to_string(batches) + "; 'wisp merge' adds those of other files");
-    if (map.sums.size() > most_sums || map.sums.empty() != (most_sums == 0))
+    if (map.sums.size() > max_sums || map.sums.empty() != (max_sums == 0))
         throw InputError(name + ": " + std::to_string(map.sums.size()) + " sums, expected those of this scene's map");
 }
 
@@ -89,7 +89,7 @@ MapFile parse_map(const Bytes &bytes, const std::string &name) {
     key("scene");
     map.scene = reader.word("a SHA-256");
     key("photons");
-    map.photons = number("a number of photons", most_batches * batch_photons);
+    map.photons = number("a number of photons", max_batches * batch_photons);
     key("batches");
     map.batches = read_ranges(reader, "the batches of the photons", static_cast<int64_t>(batch_count(map.photons)));
     key("counts");

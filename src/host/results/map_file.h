@@ -16,9 +16,9 @@ struct MapFile {
 // Adds batches of the same map that are not in `map` yet. Throws InputError, with `name` in front, for others.
 void add_map(MapFile &map, const MapFile &more, const std::string &name);
 
-// Throws InputError, with `name` in front, unless `map` has all batches, is that of `scene`, and has `most_sums`
+// Throws InputError, with `name` in front, unless `map` has all batches, is that of `scene`, and has `max_sums`
 // numbers at most: none only where that is 0.
-void check_map(const MapFile &map, const std::string &scene, uint64_t most_sums, const std::string &name);
+void check_map(const MapFile &map, const std::string &scene, uint64_t max_sums, const std::string &name);
 
 // A sealed file `wisp map 1` of the lines scene, photons, batches, counts (emitted, collisions, stored, absorbed,
 // escaped, blocked, capped) and sums (their number), then the sums as words. Reading throws InputError for a file that

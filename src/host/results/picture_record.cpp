@@ -14,7 +14,7 @@ constexpr const char *keyword = "wisp";
 constexpr int longest_side = 65536; // as of --size
 constexpr size_t chunk_frame = 12;  // bytes of a chunk beside its data: length, name, CRC; all of IEND
 
-Bytes proof_bytes(const Proof &proof, const Bytes &picture) {
+Bytes record_bytes(const PictureRecord &proof, const Bytes &picture) {
     const auto number = [](int n) { return " " + std::to_string(n); };
     std::string about = "scene " + proof.scene + "\nsize" + number(proof.width) + number(proof.height) + "\ncrop" +
                         number(proof.crop.x0) + number(proof.crop.y0) + number(proof.crop.x1) + number(proof.crop.y1) +
@@ -27,8 +27,8 @@ Bytes proof_bytes(const Proof &proof, const Bytes &picture) {
     return seal(first_line, about, {});
 }
 
-Bytes with_proof(const Bytes &png, const Proof &proof) {
-    const Bytes text = proof_bytes(proof, png);
+Bytes with_record(const Bytes &png, const PictureRecord &proof) {
+    const Bytes text = record_bytes(proof, png);
     return add_png_text(png, keyword, std::string(text.begin(), text.end()));
 }
 
@@ -38,7 +38,7 @@ void put_big_endian(Bytes &bytes, uint32_t word) {
 
 } // namespace
 
-std::string proof_path(const std::string &path) { return path + ".wisp"; }
+std::string record_path(const std::string &path) { return path + ".wisp"; }
 
 Bytes add_png_text(const Bytes &png, const std::string &word, const std::string &text) {
     const std::string chunk = "tEXt" + word + '\0' + text;
@@ -51,35 +51,35 @@ Bytes add_png_text(const Bytes &png, const std::string &word, const std::string 
     return bytes;
 }
 
-void write_proved(const std::string &path, const Bytes &picture, const Proof &proof) {
+void write_recorded(const std::string &path, const Bytes &picture, const PictureRecord &proof) {
     if (proof.exposure) {
-        write_file(path, with_proof(picture, proof));
+        write_file(path, with_record(picture, proof));
         return;
     }
     write_file(path, picture);
-    write_file(proof_path(path), proof_bytes(proof, picture));
+    write_file(record_path(path), record_bytes(proof, picture));
 }
 
 // Nothing is parsed: the proof is made again, and must be what is there.
-std::optional<Bytes> proved_bytes(const std::string &path, const Proof &proof) {
+std::optional<Bytes> recorded_bytes(const std::string &path, const PictureRecord &proof) {
     try {
         Bytes bytes = read_plain_file(path);
         if (!proof.exposure) {
-            if (read_plain_file(proof_path(path)) != proof_bytes(proof, bytes)) return std::nullopt;
+            if (read_plain_file(record_path(path)) != record_bytes(proof, bytes)) return std::nullopt;
             return bytes;
         }
         const Bytes whole = bytes;
-        const size_t size = with_proof(Bytes(chunk_frame), proof).size() - chunk_frame; // of the chunk
+        const size_t size = with_record(Bytes(chunk_frame), proof).size() - chunk_frame; // of the chunk
         if (whole.size() < size + chunk_frame) return std::nullopt;
         bytes.erase(bytes.end() - static_cast<ptrdiff_t>(size + chunk_frame), bytes.end() - chunk_frame);
-        if (whole != with_proof(bytes, proof)) return std::nullopt;
+        if (whole != with_record(bytes, proof)) return std::nullopt;
         return bytes;
     } catch (const InputError &) {
         return std::nullopt; // it is not there, or cannot be read
     }
 }
 
-PfmProof parse_proof(const Bytes &bytes, const std::string &name) {
+PfmRecord parse_record(const Bytes &bytes, const std::string &name) {
     ByteReader reader(name, bytes.data(), bytes.size());
     unseal(reader, first_line, "proof of a picture");
     const auto key = [&reader](const std::string &word) {
@@ -88,8 +88,8 @@ PfmProof parse_proof(const Bytes &bytes, const std::string &name) {
     const auto number = [&reader](const char *what, int64_t low, int64_t high) {
         return static_cast<int>(read_integer(reader, what, low, high));
     };
-    PfmProof of;
-    Proof &proof = of.proof;
+    PfmRecord of;
+    PictureRecord &proof = of.proof;
     key("scene");
     proof.scene = reader.word("a SHA-256");
     key("size");

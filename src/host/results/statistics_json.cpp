@@ -23,7 +23,7 @@ std::string frame_json(const FrameReport &report) {
     if (s.shadow.checked) shadow.add("wrong_pixels", s.shadow.wrong_pixels);
     photons.add("emitted", s.photons.emitted).add("collisions", s.photons.collisions).add("stored", s.photons.stored);
     photons.add("absorbed", s.photons.absorbed).add("escaped", s.photons.escaped).add("blocked", s.photons.blocked);
-    photons.add("unclaimed", s.photons.unclaimed).add("capped", s.photons.capped);
+    photons.add("unclaimed", s.photons.lost).add("capped", s.photons.capped);
     smoke.add("particles", s.smoke.particles).add("density_evaluations", s.smoke.density_evaluations);
     smoke.add("march_samples", s.smoke.march_samples).add("gathers", s.smoke.gathers).add("gathered", s.smoke.gathered);
     bytes.add("particle_tree", s.bytes.particle_tree)

@@ -10,7 +10,7 @@ namespace {
 
 struct Part {
     std::string name;
-    Proof proof;
+    PictureRecord proof;
     Picture picture;
 };
 
@@ -21,14 +21,14 @@ uint64_t area_of(const Crop &crop) {
 }
 
 Part read_part(const std::string &name) {
-    const std::string proof_name = proof_path(name);
-    const PfmProof of = parse_proof(read_file(proof_name), proof_name);
+    const std::string record_name = record_path(name);
+    const PfmRecord of = parse_record(read_file(record_name), record_name);
     const Bytes bytes = read_file(name);
     const Crop &crop = of.proof.crop;
     Part part = {name, of.proof, parse_pfm(bytes, name)};
     if (sha256(bytes.data(), bytes.size()).text != of.sha256 || part.picture.width != crop.x1 - crop.x0 ||
         part.picture.height != crop.y1 - crop.y0)
-        throw InputError(name + ": not the picture of which " + proof_name + " speaks, expected the one as rendered");
+        throw InputError(name + ": not the picture of which " + record_name + " speaks, expected the one as rendered");
     return part;
 }
 
@@ -56,7 +56,7 @@ void check_part(const Part &part, const std::vector<Part> &others) {
     }
     std::sort(columns.begin(), columns.end());
     std::sort(rows.begin(), rows.end());
-    const Proof &whole = parts[0].proof;
+    const PictureRecord &whole = parts[0].proof;
     for (int y : rows)
         for (int x : columns) {
             const bool found = std::any_of(parts.begin(), parts.end(),
@@ -80,7 +80,7 @@ Picture stitch(const std::vector<std::string> &names) {
         covered += area_of(part.proof.crop);
         parts.push_back(std::move(part));
     }
-    const Proof &whole = parts.at(0).proof;
+    const PictureRecord &whole = parts.at(0).proof;
     if (covered != static_cast<uint64_t>(whole.width) * static_cast<uint64_t>(whole.height)) refuse_gap(parts);
     Picture picture;
     picture.width = whole.width;

@@ -9,21 +9,21 @@ namespace wisp {
 
 namespace {
 
-struct Fault {
+struct OptionError {
     std::string text; // what was expected
 };
 
 int64_t integer_in(const std::string &value, int64_t low, int64_t high) {
     const auto number = to_integer(value);
     if (!number || *number < low || *number > high)
-        throw Fault{"expected a whole number from " + std::to_string(low) + " to " + std::to_string(high)};
+        throw OptionError{"expected a whole number from " + std::to_string(low) + " to " + std::to_string(high)};
     return *number;
 }
 
 double positive(const std::string &value, double high) {
     const auto number = to_number(value);
     if (!number || !(*number > 0) || *number > high)
-        throw Fault{"expected a number above 0, at most " + std::to_string(high)};
+        throw OptionError{"expected a number above 0, at most " + std::to_string(high)};
     return *number;
 }
 
@@ -32,7 +32,7 @@ double step_of(const std::string &value, bool may_be_zero) {
     const auto number = to_number(value);
     if (may_be_zero && number == 0.0) return 0;
     if (!number || !(*number >= 0.01 && *number <= 1000))
-        throw Fault{std::string(may_be_zero ? "expected 0, or a number" : "expected a number") + " from 0.01 to 1000"};
+        throw OptionError{std::string(may_be_zero ? "expected 0, or a number" : "expected a number") + " from 0.01 to 1000"};
     return *number;
 }
 
@@ -51,21 +51,21 @@ size_t one_of(const std::string &value, const std::vector<std::string> &words, s
     std::string expected;
     for (size_t i = 0; i < words.size(); ++i) {
         if (value == words[i] && i < supported) return i;
-        if (value == words[i]) throw Fault{"this version does not support it yet"};
+        if (value == words[i]) throw OptionError{"this version does not support it yet"};
         if (i < supported) expected += (i ? ", " : "") + words[i];
     }
-    throw Fault{"expected " + expected};
+    throw OptionError{"expected " + expected};
 }
 
 void set_output(Options &options, const std::string &value) {
     if (!ends_in(value, ".png") && !ends_in(value, ".pfm") && !ends_in(value, ".passes") && !ends_in(value, ".map"))
-        throw Fault{"expected a file name that ends in .png, .pfm, .passes or .map"};
+        throw OptionError{"expected a file name that ends in .png, .pfm, .passes or .map"};
     options.outputs.push_back(value);
 }
 
 Options::Range range_of(const std::string &value) {
     const auto parts = split(value, ':');
-    if (parts.size() != 2) throw Fault{"expected A:B"};
+    if (parts.size() != 2) throw OptionError{"expected A:B"};
     Options::Range range;
     range.first = static_cast<uint32_t>(integer_in(parts[0], 0, INT32_MAX - 1));
     range.last = static_cast<uint32_t>(integer_in(parts[1], range.first + int64_t{1}, INT32_MAX));
@@ -74,14 +74,14 @@ Options::Range range_of(const std::string &value) {
 
 void set_size(Options &options, const std::string &value) {
     const auto parts = split(value, 'x');
-    if (parts.size() != 2) throw Fault{"expected WIDTHxHEIGHT"};
+    if (parts.size() != 2) throw OptionError{"expected WIDTHxHEIGHT"};
     options.width = static_cast<int>(integer_in(parts[0], 1, 65536));
     options.height = static_cast<int>(integer_in(parts[1], 1, 65536));
 }
 
 void set_frames(Options &options, const std::string &value) {
     const auto parts = split(value, ':');
-    if (parts.size() > 3) throw Fault{"expected A, A:B or A:B:STEP"};
+    if (parts.size() > 3) throw OptionError{"expected A, A:B or A:B:STEP"};
     const int64_t first = integer_in(parts[0], 0, 1000000000);
     const int64_t last = parts.size() > 1 ? integer_in(parts[1], first, 1000000000) : first;
     const int64_t step = parts.size() > 2 ? integer_in(parts[2], 1, 1000000000) : 1;
@@ -90,10 +90,10 @@ void set_frames(Options &options, const std::string &value) {
 
 void set_crop(Options &options, const std::string &value) {
     const auto parts = split(value, ',');
-    if (parts.size() != 4) throw Fault{"expected X0,Y0,X1,Y1"};
+    if (parts.size() != 4) throw OptionError{"expected X0,Y0,X1,Y1"};
     int at[4];
     for (size_t i = 0; i < 4; ++i) at[i] = static_cast<int>(integer_in(parts[i], 0, 65536));
-    if (at[0] >= at[2] || at[1] >= at[3]) throw Fault{"expected X0 < X1 and Y0 < Y1"};
+    if (at[0] >= at[2] || at[1] >= at[3]) throw OptionError{"expected X0 < X1 and Y0 < Y1"};
     options.crop = Options::Pixels{at[0], at[1], at[2], at[3]};
 }
 
@@ -106,7 +106,7 @@ void set_memory(Options &options, const std::string &value) {
         digits.pop_back();
     }
     const auto number = to_integer(digits);
-    if (!number || *number < 1 || *number > INT64_MAX >> shift) throw Fault{"expected bytes, with k, M or G behind"};
+    if (!number || *number < 1 || *number > INT64_MAX >> shift) throw OptionError{"expected bytes, with k, M or G behind"};
     options.memory = static_cast<uint64_t>(*number) << shift;
 }
 
@@ -167,7 +167,7 @@ const std::vector<Entry> &table() {
         {"step", "S", "marching step, in smoothing lengths (0.5; map of resampled smoke two cells)",
          [](Options &o, const std::string &v) {
              o.step = positive(v, 1000);
-             if (*o.step < 1e-4) throw Fault{"expected a number of at least 0.0001"};
+             if (*o.step < 1e-4) throw OptionError{"expected a number of at least 0.0001"};
          }},
         {"reference", nullptr, "unbiased path tracing instead: slow, for measuring error",
          [](Options &o, const std::string &) { o.reference = true; }},
@@ -175,7 +175,7 @@ const std::vector<Entry> &table() {
          [](Options &o, const std::string &v) { o.passes = range_of(v); }},
         {"error-out", "FILE", "of --reference: the standard error of each value, as .pfm",
          [](Options &o, const std::string &v) {
-             if (!ends_in(v, ".pfm")) throw Fault{"expected a file name that ends in .pfm"};
+             if (!ends_in(v, ".pfm")) throw OptionError{"expected a file name that ends in .pfm"};
              o.error_out = v;
          }},
         {"map-out", "FILE", "of --smoke map: saves the particle map",
@@ -193,13 +193,13 @@ const std::vector<Entry> &table() {
          "render without the particles that take no more than this off any ray's opacity; 0: with all (0)",
          [](Options &o, const std::string &v) {
              const auto number = to_number(v);
-             if (!number || !(*number >= 0 && *number <= 0.99)) throw Fault{"expected a number from 0 to 0.99"};
-             o.thin = *number;
+             if (!number || !(*number >= 0 && *number <= 0.99)) throw OptionError{"expected a number from 0 to 0.99"};
+             o.decimate = *number;
          }},
         {"exposure", "EV", "of .png, in stops (0)",
          [](Options &o, const std::string &v) {
              const auto number = to_number(v);
-             if (!number || !(std::fabs(*number) <= 100)) throw Fault{"expected a number from -100 to 100"};
+             if (!number || !(std::fabs(*number) <= 100)) throw OptionError{"expected a number from -100 to 100"};
              o.exposure = *number;
          }},
         {"frames", "A[:B[:STEP]]", "frames A to B, both included (all of the scene's animation)", set_frames},
@@ -271,7 +271,7 @@ void set_option(Options &options, const std::string &name, const std::string &va
         throw Error(exit_usage, where + "option '" + name + "': found '" + value + "', expected 1");
     try {
         entry->set(options, value);
-    } catch (const Fault &fault) {
+    } catch (const OptionError &fault) {
         throw Error(exit_usage, where + "option '" + name + "': found '" + value + "', " + fault.text);
     }
 }

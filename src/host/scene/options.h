@@ -23,7 +23,7 @@ struct Options {
     double gather_radius = 2;   // in units of the smoothing length
     std::optional<double> step; // the same; what is not given follows from the rest
     double exposure = 0;        // of .png, in stops
-    double thin = 0;            // the most opacity that a ray may lose with particles that are left out
+    double decimate = 0;            // the most opacity that a ray may lose with particles that are left out
     struct Frames {
         int64_t first = 0, last = 0, step = 1;
     };

@@ -8,7 +8,7 @@ namespace wisp {
 
 namespace {
 
-constexpr size_t most_blocks = 256; // in one another
+constexpr size_t max_blocks = 256; // in one another
 constexpr int64_t any_level = 1000000000;
 
 // Whole scenes: all but the statements about surfaces.
@@ -58,7 +58,7 @@ class SceneParser {
     // Blocks.
     int32_t node() const { return blocks_.empty() ? -1 : blocks_.back().node; }
     // The node for what cannot move, and where `turns`, cannot be stretched.
-    int32_t still_node(const std::string &what, bool turns) const {
+    int32_t static_node(const std::string &what, bool turns) const {
         if (blocks_.empty()) return -1;
         if (blocks_.back().moves) tokens_.fail(what + " is in a block 'x', expected it outside: it does not move");
         if (turns && !blocks_.back().uniform)
@@ -72,14 +72,14 @@ class SceneParser {
     void open(const std::string &name, const Placement &placement) {
         const int line = tokens_.line();
         tokens_.keyword("{");
-        if (blocks_.size() == most_blocks)
-            tokens_.fail("more than " + std::to_string(most_blocks) + " blocks in one another, expected no more");
+        if (blocks_.size() == max_blocks)
+            tokens_.fail("more than " + std::to_string(max_blocks) + " blocks in one another, expected no more");
         const bool moves = !blocks_.empty() && blocks_.back().moves,
                    uniform = blocks_.empty() || blocks_.back().uniform;
         blocks_.push_back({add_node(name, placement), tokens_.depth(), line, moves || !name.empty(),
                            uniform && is_uniform(placement.scale)});
     }
-    void still_block() {
+    void static_block() {
         const Placement placement = this->placement();
         open("", placement);
     }
@@ -227,7 +227,7 @@ class SceneParser {
     void place_light() {
         SceneFile::Light &light = scene_.lights.back();
         const bool turns = light.kind == LightKind::spot || light.kind == LightKind::parallel;
-        const int32_t node = still_node("a light", turns);
+        const int32_t node = static_node("a light", turns);
         light.position = placed_in_world(scene_.graph.nodes, node, light.position);
         light.direction = turned_in_world(scene_.graph.nodes, node, light.direction);
         if (!(largest_component(light.position) <= 1e30))
@@ -260,10 +260,10 @@ class SceneParser {
     }
 
     void smoke() {
-        SceneFile::Smoke smoke;
+        SceneFile::SmokeVolume smoke;
         const std::string file = tokens_.name("a file of particles, a .vol or 'box'");
         smoke.where = tokens_.where();
-        smoke.node = still_node("smoke", true);
+        smoke.node = static_node("smoke", true);
         if (file == "box" && tokens_.next_is_number())
             smoke.box = box();
         else
@@ -335,7 +335,7 @@ const std::map<std::string_view, void (SceneParser::*)()> SceneParser::table = {
     {"am", &SceneParser::ambient},  {"l", &SceneParser::light},        {"la", &SceneParser::named_light},
     {"lp", &SceneParser::point},    {"ls", &SceneParser::spot},        {"ld", &SceneParser::parallel},
     {"smoke", &SceneParser::smoke}, {"render", &SceneParser::render},  {"i", &SceneParser::include},
-    {"d", &SceneParser::detail},    {"xs", &SceneParser::still_block}, {"x", &SceneParser::moving_block},
+    {"d", &SceneParser::detail},    {"xs", &SceneParser::static_block}, {"x", &SceneParser::moving_block},
     {"}", &SceneParser::close},     {"k", &SceneParser::motion},
 };
 

@@ -31,7 +31,7 @@ struct SceneFile {
         Double3 low, high; // low < high
         double density;
     };
-    struct Smoke {
+    struct SmokeVolume {
         std::string file;         // as found from the working directory; `%04d` = number of the frame
         std::optional<Box> box;   // instead of a file
         std::string where;        // `FILE:LINE: ` of the statement
@@ -54,7 +54,7 @@ struct SceneFile {
     Double3 background = {0, 0, 0}, ambient = {1, 1, 1};
     std::optional<Animation> animation;
     std::vector<Light> lights; // in the space of the world
-    std::vector<Smoke> smokes;
+    std::vector<SmokeVolume> smokes;
     SceneGraph graph;
     std::vector<Default> defaults; // `render KEY VALUE`
 };

@@ -8,11 +8,11 @@ namespace wisp {
 namespace {
 
 // What every arithmetic holds, after several reflections too.
-constexpr double most_color = 1000, most_shininess = 1e7, most_index = 1000, most_texel = coordinate_limit;
-constexpr size_t most_fine_spheres = 1000; // of a scene: where there are more none is fine
+constexpr double max_color = 1000, max_shininess = 1e7, max_index = 1000, max_texel = coordinate_limit;
+constexpr size_t max_fine_spheres = 1000; // of a scene: where there are more none is fine
 
 // Of shapes before the first material: a grey that is lit.
-const FileMaterial grey = {{0.5, 0.5, 0.5}, {0.5, 0.5, 0.5}, {0, 0, 0}, 0, 0, 1};
+const FileMaterial single_channel = {{0.5, 0.5, 0.5}, {0.5, 0.5, 0.5}, {0, 0, 0}, 0, 0, 1};
 
 } // namespace
 
@@ -45,8 +45,8 @@ std::string ShapeParser::statements() {
 
 void ShapeParser::plain_material() {
     const Double3 color = tokens_.color("the material");
-    const double diffuse = tokens_.number_in("a diffuse part Kd from 0 to 1000", 0, most_color);
-    const double specular = tokens_.number_in("a specular part Ks from 0 to 1000", 0, most_color);
+    const double diffuse = tokens_.number_in("a diffuse part Kd from 0 to 1000", 0, max_color);
+    const double specular = tokens_.number_in("a specular part Ks from 0 to 1000", 0, max_color);
     finish_material({color * diffuse, color * diffuse, {specular, specular, specular}, 0, 0, 1});
 }
 
@@ -57,11 +57,11 @@ void ShapeParser::full_material() {
 
 void ShapeParser::finish_material(FileMaterial material) {
     for (const Double3 &color : {material.ambient, material.diffuse, material.specular})
-        if (largest(color) > most_color) tokens_.fail("found a colour of a material above 1000, expected less");
-    material.shininess = tokens_.number_in("a shininess from 0 to 1e7", 0, most_shininess);
+        if (largest(color) > max_color) tokens_.fail("found a colour of a material above 1000, expected less");
+    material.shininess = tokens_.number_in("a shininess from 0 to 1e7", 0, max_shininess);
     material.transmission = tokens_.number_in("a transmission from 0 to 1", 0, 1);
-    material.index = tokens_.number_in("an index of refraction up to 1000", -1e30, most_index);
-    if (material.index > 0 && material.index < 1 / most_index)
+    material.index = tokens_.number_in("an index of refraction up to 1000", -1e30, max_index);
+    if (material.index > 0 && material.index < 1 / max_index)
         tokens_.fail("found index " + tokens_.last() + ", expected 0, or one from 0.001 to 1000");
     use(material);
 }
@@ -76,7 +76,7 @@ void ShapeParser::use(const FileMaterial &m) {
 }
 
 uint32_t ShapeParser::material() {
-    if (!material_) use(grey);
+    if (!material_) use(single_channel);
     return *material_;
 }
 
@@ -88,8 +88,8 @@ int32_t ShapeParser::texture(std::string_view file) {
 }
 
 std::array<double, 2> ShapeParser::texel() {
-    const double u = tokens_.number_in("u from -8192 to 8192", -most_texel, most_texel);
-    return {u, tokens_.number_in("v from -8192 to 8192", -most_texel, most_texel)};
+    const double u = tokens_.number_in("u from -8192 to 8192", -max_texel, max_texel);
+    return {u, tokens_.number_in("v from -8192 to 8192", -max_texel, max_texel)};
 }
 
 std::vector<Double3> ShapeParser::vectors(size_t count, std::string_view what) {
@@ -100,8 +100,8 @@ std::vector<Double3> ShapeParser::vectors(size_t count, std::string_view what) {
 
 void ShapeParser::add_triangles(size_t count) {
     triangles_ += count;
-    if (triangles_ > most_triangles_)
-        tokens_.fail("more than " + std::to_string(most_triangles_) + " triangles, expected no more");
+    if (triangles_ > max_triangles_)
+        tokens_.fail("more than " + std::to_string(max_triangles_) + " triangles, expected no more");
 }
 
 void ShapeParser::add(Mesh &&mesh) {
@@ -116,7 +116,7 @@ void ShapeParser::sphere() {
     const Double3 center = tokens_.vector("the sphere's centre");
     const double radius = tokens_.number("the sphere's radius");
     if (radius == 0) tokens_.fail("found radius 0, expected another");
-    add_triangles(sphere_triangles(spheres_.size() < most_fine_spheres));
+    add_triangles(sphere_triangles(spheres_.size() < max_fine_spheres));
     spheres_.push_back({center, radius, graph_.meshes.size()});
     graph_.meshes.push_back({node_, material(), -1, {}, {}, {}, {}});
 }
@@ -124,7 +124,7 @@ void ShapeParser::sphere() {
 void ShapeParser::finish() {
     for (const Sphere &sphere : spheres_) {
         Mesh &mesh = graph_.meshes[sphere.mesh],
-             made = sphere_mesh(sphere.center, sphere.radius, spheres_.size() <= most_fine_spheres);
+             made = sphere_mesh(sphere.center, sphere.radius, spheres_.size() <= max_fine_spheres);
         mesh.positions = std::move(made.positions);
         mesh.normals = std::move(made.normals);
         mesh.rows = std::move(made.rows);

@@ -10,8 +10,8 @@ namespace wisp {
 
 class ShapeParser {
   public:
-    ShapeParser(SceneTokens &tokens, SceneGraph &graph, size_t most_triangles)
-        : tokens_(tokens), graph_(graph), most_triangles_(most_triangles) {}
+    ShapeParser(SceneTokens &tokens, SceneGraph &graph, size_t max_triangles)
+        : tokens_(tokens), graph_(graph), max_triangles_(max_triangles) {}
 
     // The rest of the statement `word`, in the space of a node; false if it is none of them.
     bool parse(std::string_view word, int32_t node);
@@ -53,7 +53,7 @@ class ShapeParser {
     SceneTokens &tokens_;
     SceneGraph &graph_;
     std::vector<Sphere> spheres_;
-    size_t most_triangles_, triangles_ = 0;
+    size_t max_triangles_, triangles_ = 0;
     int32_t node_ = -1;                                    // of the statement
     std::map<std::array<double, 12>, uint32_t> materials_; // where in the graph
     std::map<std::string, int32_t, std::less<>> textures_; // likewise

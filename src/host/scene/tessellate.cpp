@@ -291,9 +291,9 @@ Mesh cone_mesh(const Double3 &base, double base_radius, const Double3 &apex, dou
 }
 
 Mesh polygon_mesh(const std::vector<Double3> &points, const std::vector<Double3> &normals) {
-    if (points.size() > most_polygon_points)
+    if (points.size() > max_polygon_points)
         throw std::invalid_argument("a polygon of " + std::to_string(points.size()) + " points, expected at most " +
-                                    std::to_string(most_polygon_points));
+                                    std::to_string(max_polygon_points));
     Mesh mesh = empty_mesh();
     mesh.positions = points;
     mesh.normals = normals;

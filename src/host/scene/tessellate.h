@@ -19,8 +19,8 @@ Mesh cone_mesh(const Double3 &base, double base_radius, const Double3 &apex, dou
 // A polygon, planar up to rounding, possibly concave; normals: none, or one a point. The triangles are exactly the
 // polygon, turn as its outline does and use all points but repeated ones and spikes. An outline that crosses itself
 // gives some triangles, one without area no rows. Time grows with the square of the points: throws
-// std::invalid_argument above most_polygon_points.
+// std::invalid_argument above max_polygon_points.
 Mesh polygon_mesh(const std::vector<Double3> &points, const std::vector<Double3> &normals);
-constexpr size_t most_polygon_points = 16384;
+constexpr size_t max_polygon_points = 16384;
 
 } // namespace wisp

@@ -51,7 +51,7 @@ Cracks cracks_of(const Triangles &triangles, const std::vector<Double3> &targets
         uint32_t met = 0;
         for (const Triangle &t : triangles) {
             TriangleHit hit;
-            if (!meet(ray, t, hit)) continue;
+            if (!intersect(ray, t, hit)) continue;
             // A ray that is on the edge to the last bit may meet both.
             const bool on_edge = hit.u == Real(0) || hit.v == Real(0) || hit.u + hit.v == Real(1);
             met += on_edge ? 1 : 2;
@@ -79,7 +79,7 @@ TEST_CASE(WISP_ARITH_NAME ": a triangle is met where long doubles meet it") {
         const Double3 aim = moved(between(a, b, u), {v * (c.x - a.x), v * (c.y - a.y), v * (c.z - a.z)});
         const Vec3 direction = vec_of(aim) - origin;
         TriangleHit hit;
-        const bool is_met = meet(TriangleRay(origin, direction), t, hit);
+        const bool intersects = intersect(TriangleRay(origin, direction), t, hit);
         const FarHit far = moeller(origin, direction, t);
         // How thin the triangle looks from the origin: weights change by rounding / height.
         const FarPoint ab = minus(far_of(corner(t, 1)), far_of(corner(t, 0))),
@@ -89,9 +89,9 @@ TEST_CASE(WISP_ARITH_NAME ": a triangle is met where long doubles meet it") {
         const double error = static_cast<double>(16 * 16 * digit * longest / across);
         const double least = static_cast<double>(std::min({far.weight[0], far.weight[1], far.weight[2]}));
         if (!(error < 0.05) || std::abs(least) < error) continue;
-        CHECK(is_met == (least > 0));
+        CHECK(intersects == (least > 0));
         ++told;
-        if (!is_met) continue;
+        if (!intersects) continue;
         ++met;
         const double last = std::is_same_v<Real, Fixed> ? 0x1p-32 : sizeof(Real) == 4 ? 0x1p-23 : 0x1p-52;
         CHECK(std::abs(to_double(hit.u) - static_cast<double>(far.weight[1])) <= error + last);
@@ -110,7 +110,7 @@ TEST_CASE(WISP_ARITH_NAME ": distances are in units of the direction, behind the
     for (const double length : {0.25, 1.0, 8.0})
         for (const double sign : {1.0, -1.0}) {
             TriangleHit hit;
-            REQUIRE(meet(TriangleRay(vec(0, 0, 0), vec(0, 0, sign * length)), t, hit));
+            REQUIRE(intersect(TriangleRay(vec(0, 0, 0), vec(0, 0, sign * length)), t, hit));
             CHECK(to_double(hit.distance) == sign * 2 / length);
             CHECK(to_double(hit.u) == 0.25);
             CHECK(to_double(hit.v) == 0.5);
@@ -144,7 +144,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E1: triangles without area are never hit"
         hits += nearest_hit(planted.tree, ray, Real(0), Real(20000), no_triangle, hit, counts) ? 1 : 0;
         TriangleHit met; // equal corners meet nothing in any tree
         if (corner(t, 0) == corner(t, 1) || corner(t, 1) == corner(t, 2) || corner(t, 2) == corner(t, 0))
-            hits += meet(ray, t, met) ? 1 : 0;
+            hits += intersect(ray, t, met) ? 1 : 0;
     }
     CHECK(hits == 0);
     // The thinnest that there are: a last place beside the line.
@@ -242,9 +242,9 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E5: a ray in the plane of a triangle miss
         }
         if (!has_area(p[0], p[1], p[2]) || p[3] == p[4]) continue;
         TriangleHit hit = {Real(0), Real(0), Real(0)};
-        met += meet(TriangleRay(p[3], p[4] - p[3]), p[0], p[1], p[2], hit) ? 1 : 0;
-        met += meet(TriangleRay(p[3], p[0] - p[3]), p[0], p[1], p[2], hit) ? 1 : 0; // at a corner
-        met += meet(TriangleRay(p[0], p[1] - p[0]), p[0], p[1], p[2], hit) ? 1 : 0; // along an edge
+        met += intersect(TriangleRay(p[3], p[4] - p[3]), p[0], p[1], p[2], hit) ? 1 : 0;
+        met += intersect(TriangleRay(p[3], p[0] - p[3]), p[0], p[1], p[2], hit) ? 1 : 0; // at a corner
+        met += intersect(TriangleRay(p[0], p[1] - p[0]), p[0], p[1], p[2], hit) ? 1 : 0; // along an edge
     }
     CHECK(met == 0);
 }

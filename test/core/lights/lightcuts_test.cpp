@@ -206,7 +206,7 @@ TEST_CASE(WISP_ARITH_NAME ": no cluster gives more than its bound") {
             std::vector<Double3> sum(lamps.cuts.node_count);
             for (uint32_t n = lamps.cuts.node_count; n-- > 0;) {
                 const LightNode &node = lamps.cuts.nodes[n];
-                const Real bound = most_light(lamps.cuts, node, spot.lit);
+                const Real bound = max_light(lamps.cuts, node, spot.lit);
                 if (node.children)
                     sum[n] = sum[node.children] + sum[node.children + 1];
                 else
@@ -242,7 +242,7 @@ TEST_CASE(WISP_ARITH_NAME ": a spot's cone that excludes the point is dark, one 
     const Vec3 up = vec_of({0, 1, 0});
     const auto bound = [&](const Double3 &at) {
         const LitPoint point = {vec_of(at), up, up, up, Color(Real(1)), Color(Real(0)), Real(1)};
-        return most_light(lamps.cuts, lamps.cuts.nodes[lamps.cuts.roots[0]], point);
+        return max_light(lamps.cuts, lamps.cuts.nodes[lamps.cuts.roots[0]], point);
     };
     CHECK(bound({0, 0, 0}) > Real(0));
     CHECK(bound({4, 0, 0}) > Real(0));
@@ -393,9 +393,9 @@ TEST_CASE(WISP_ARITH_NAME ": pictures by cuts take fewer shadow rays, are the sa
 
 TEST_CASE(WISP_ARITH_NAME ": where there is light a few clusters of many lights do") {
     Room room;
-    const uint32_t grey = room.material(matte({0.5, 0.5, 0.5}));
-    add_floor(room, 0, 200, grey);
-    add_floor(room, 10, 20, grey); // all that the middle of the other one sees of the lights
+    const uint32_t single_channel = room.material(matte({0.5, 0.5, 0.5}));
+    add_floor(room, 0, 200, single_channel);
+    add_floor(room, 10, 20, single_channel); // all that the middle of the other one sees of the lights
     Numbers numbers{{1}};
     for (int i = 0; i < 500; ++i)
         room.light(kinds[i % 2 ? 0 : 3], numbers.vector(50) + Double3{0, 100, 0},

@@ -4,7 +4,7 @@
 #include <doctest/doctest.h>
 #include <vector>
 
-using wisp::order_of;
+using wisp::total_order_key;
 using wisp::detail::from_bits;
 using wisp::detail::to_bits;
 
@@ -41,11 +41,11 @@ TEST_CASE("double bits: numbers have the order of an FPU") {
     const std::vector<double> all = numbers();
     for (const double a : all)
         for (const double b : all)
-            wrong += (order_of(a) < order_of(b)) != (a < b) || (order_of(a) == order_of(b)) != (a == b);
+            wrong += (total_order_key(a) < total_order_key(b)) != (a < b) || (total_order_key(a) == total_order_key(b)) != (a == b);
     CHECK(wrong == 0);
-    CHECK(order_of(-0.0) == 0);
-    CHECK(order_of(0x1p-149f) > 0);
-    CHECK(order_of(-0x1p-149f) < 0);
+    CHECK(total_order_key(-0.0) == 0);
+    CHECK(total_order_key(0x1p-149f) > 0);
+    CHECK(total_order_key(-0x1p-149f) < 0);
 }
 
 TEST_CASE("double bits: products are those of an FPU") {

@@ -1,5 +1,5 @@
 // Photons through resampled smoke, and the irradiance map made of what they leave.
-#include "support/built_grid.h"
+#include "support/built_sparse_grid.h"
 #include "support/compared_pictures.h"
 #include <array>
 #include <cstring>
@@ -69,7 +69,7 @@ Fortune analog(double sigma, double albedo, double g, int photons) {
     return fate;
 }
 
-double total_of(const BrickDeposits &deposits, uint32_t channel = 0) {
+double total_of(const FluenceSums &deposits, uint32_t channel = 0) {
     double sum = 0;
     const size_t nodes = size_t{deposits.bricks->count} * nodes_of(deposits.stride);
     for (size_t i = 0; i < nodes; ++i)
@@ -83,12 +83,12 @@ TEST_CASE(WISP_ARITH_NAME ": photons in a resampled box fare as those drawn from
     const double sigma = 1.5;
     for (double albedo : {0.5, 1.0})
         for (double g : {0.0, 0.5, -0.5}) {
-            SmokeSource box = box_smoke({1, 1, 1}, sigma, 16);
+            SmokeDescription box = box_smoke({1, 1, 1}, sigma, 16);
             box.albedo = {albedo, albedo, albedo};
             box.asymmetry = g;
             const Scene scene = scene_of(box, sun);
             const int n = 6000;
-            const TracedBricks traced(scene, photon_settings(n));
+            const TracedFluence traced(scene, photon_settings(n));
             const auto &counts = traced.statistics.photons;
             const Fortune expected = analog(sigma, albedo, g, 4 * n);
             CAPTURE(albedo);
@@ -106,18 +106,18 @@ TEST_CASE(WISP_ARITH_NAME ": photons in a resampled box fare as those drawn from
             // In a constant density all collisions are real: each leaves a mean free path.
             CHECK(total_of(traced.deposits) == doctest::Approx(double(counts.stored) / sigma).epsilon(1e-5));
             CHECK((traced.deposits.flux != nullptr) == (g != 0));
-            CHECK((traced.deposits.moments != nullptr) == (g != 0));
+            CHECK((traced.deposits.harmonics != nullptr) == (g != 0));
         }
 }
 
 TEST_CASE(WISP_ARITH_NAME ": a photon is left to the nodes around it by their shares") {
     // Smoke that lets light no farther than the first cell, where it is near the face: that has most, by any axis.
-    SmokeSource box = box_smoke({1, 1, 1}, 20, 4);
+    SmokeDescription box = box_smoke({1, 1, 1}, 20, 4);
     box.albedo = {0.5, 0.5, 0.5};
     for (int axis = 0; axis < 3; ++axis) {
         const Double3 way = {axis == 0 ? -1.0 : 0, axis == 1 ? -1.0 : 0, axis == 2 ? -1.0 : 0};
         const std::vector<LightSource> lights = {{LightKind::parallel, {}, way, 2, {1, 1, 1}}};
-        const TracedBricks traced(scene_of(box, lights), photon_settings(2000));
+        const TracedFluence traced(scene_of(box, lights), photon_settings(2000));
         double layers[9] = {};
         for (uint32_t k = 0; k < nodes_of(1); ++k) {
             const Cell node = place_of_node(*traced.deposits.bricks, 0, k);
@@ -135,11 +135,11 @@ TEST_CASE(WISP_ARITH_NAME ": photons leave lengths that make up their collisions
     std::vector<Particle> particles = cloud(120, 2.5, 1, 0.5);
     for (size_t i = 0; i < particles.size(); i += 3) particles[i].h = 1.5;
     for (Kernel kernel : {Kernel::spline, Kernel::poly6}) {
-        const SmokeSource smoke = smoke_of(particles, kernel);
+        const SmokeDescription smoke = smoke_of(particles, kernel);
         const std::vector<LightSource> lights = {{LightKind::point, {5, 4, 3}, {0, 0, 1}, 2, {40, 40, 40}}};
         Settings settings = photon_settings(3000);
         settings.density_step = 0.5;
-        const TracedBricks traced(scene_of(smoke, lights), settings);
+        const TracedFluence traced(scene_of(smoke, lights), settings);
         const auto &counts = traced.statistics.photons;
         CHECK(adds_up(counts));
         CHECK(counts.stored > 1500);
@@ -154,11 +154,11 @@ TEST_CASE(WISP_ARITH_NAME ": photons leave lengths that make up their collisions
 }
 
 TEST_CASE(WISP_ARITH_NAME ": fluxes are the directions of what flies, and never more than it") {
-    SmokeSource box = box_smoke({1, 1, 1}, 0.5, 8);
+    SmokeDescription box = box_smoke({1, 1, 1}, 0.5, 8);
     box.albedo = {1, 1, 1};
     box.asymmetry = 0.9;
-    const TracedBricks traced(scene_of(box, sun), photon_settings(3000));
-    const BrickDeposits &deposits = traced.deposits;
+    const TracedFluence traced(scene_of(box, sun), photon_settings(3000));
+    const FluenceSums &deposits = traced.deposits;
     double flux[3] = {0, 0, 0};
     const size_t nodes = size_t{deposits.bricks->count} * nodes_of(1);
     for (size_t i = 0; i < nodes; ++i) {
@@ -181,7 +181,7 @@ TEST_CASE(WISP_ARITH_NAME ": fluxes are the directions of what flies, and never 
 
 TEST_CASE(WISP_ARITH_NAME ": moments are those of the direction that flew, at the place where it did") {
     // Of a photon that flies once, the flux tells the direction, and the centre of the power the place.
-    SmokeSource box = box_smoke({1, 1, 1}, 3, 16);
+    SmokeDescription box = box_smoke({1, 1, 1}, 3, 16);
     box.albedo = {0.5, 0.5, 0.5};
     box.asymmetry = -0.5;
     const Scene scene = scene_of(box, sun);
@@ -191,10 +191,10 @@ TEST_CASE(WISP_ARITH_NAME ": moments are those of the direction that flew, at th
         for (uint64_t seed = 1; seed < 100 && flown < 12; ++seed) {
             Settings settings = photon_settings(1);
             settings.seed = seed;
-            const TracedBricks traced(scene, settings, stride);
+            const TracedFluence traced(scene, settings, stride);
             if (traced.statistics.photons.stored != 1) continue;
             ++flown;
-            const BrickDeposits &deposits = traced.deposits;
+            const FluenceSums &deposits = traced.deposits;
             // Sums of numbers over all nodes, and the centre of the first.
             const auto sum = [&](const int64_t *values, uint32_t count, int32_t every, double *sums, double *center) {
                 for (uint32_t b = 0; b < deposits.bricks->count; ++b)
@@ -207,21 +207,21 @@ TEST_CASE(WISP_ARITH_NAME ": moments are those of the direction that flew, at th
                     }
                 for (int axis = 0; axis < 3; ++axis) center[axis] /= sums[0];
             };
-            double power = 0, flux[3] = {}, moments[moment_numbers] = {}, place[3] = {}, moment_place[3] = {},
+            double power = 0, flux[3] = {}, harmonics[harmonic_numbers] = {}, place[3] = {}, harmonic_place[3] = {},
                    unused[3] = {};
             sum(deposits.power, 1, stride, &power, place);
             sum(deposits.flux, 3, stride, flux, unused);
-            sum(deposits.moments, moment_numbers, moment_stride(stride), moments, moment_place);
-            CHECK(moments[0] == doctest::Approx(3 * power).epsilon(1e-5));
+            sum(deposits.harmonics, harmonic_numbers, harmonic_spacing(stride), harmonics, harmonic_place);
+            CHECK(harmonics[0] == doctest::Approx(3 * power).epsilon(1e-5));
             for (int axis = 0; axis < 3; ++axis) {
-                const double off = (moment_place[axis] - place[axis]) / moment_stride(stride);
+                const double off = (harmonic_place[axis] - place[axis]) / harmonic_spacing(stride);
                 CHECK(std::fabs(off) < 0.5 + 1e-3);
                 astray += off / (12 * 3);
             }
-            const Moments expected =
-                moments_of(normalize(vec(flux[0] / moments[0], flux[1] / moments[0], flux[2] / moments[0])));
-            for (uint32_t i = 0; i < moment_count; ++i)
-                CHECK(std::fabs(2 * moments[1 + i] / moments[0] - 1 - at(expected.of[i])) < 1e-4);
+            const SphericalHarmonics expected =
+                harmonics_of(normalize(vec(flux[0] / harmonics[0], flux[1] / harmonics[0], flux[2] / harmonics[0])));
+            for (uint32_t i = 0; i < harmonic_count; ++i)
+                CHECK(std::fabs(2 * harmonics[1 + i] / harmonics[0] - 1 - at(expected.of[i])) < 1e-4);
         }
         CHECK(flown == 12);
         CHECK(std::fabs(astray) < 0.2); // four times its deviation, 12^-1/2 / 6
@@ -230,7 +230,7 @@ TEST_CASE(WISP_ARITH_NAME ": moments are those of the direction that flew, at th
 
 TEST_CASE(WISP_ARITH_NAME
           ": moments are kept where some smoke scatters a little unevenly, and cost nothing elsewhere") {
-    SmokeSource smokes[] = {box_smoke({1, 1, 1}, 3, 16), box_smoke({1, 1, 1}, 2, 16)};
+    SmokeDescription smokes[] = {box_smoke({1, 1, 1}, 3, 16), box_smoke({1, 1, 1}, 2, 16)};
     Scene scene = scene_of(smokes[0], sun);
     scene.smokes = smokes;
     scene.smoke_count = 2;
@@ -239,9 +239,9 @@ TEST_CASE(WISP_ARITH_NAME
         smokes[0].asymmetry = a;
         smokes[1].asymmetry = b;
         CHECK(photon_needs(scene, settings).directions == (a != 0 || b != 0));
-        return plan_brick_photons(scene, settings, 1, 2).sums;
+        return plan_fluence(scene, settings, 1, 2).sums;
     };
-    const uint64_t flux = nodes_of(2) * 4, more = nodes_of(4) * moment_numbers;
+    const uint64_t flux = nodes_of(2) * 4, more = nodes_of(4) * harmonic_numbers;
     CHECK(numbers(0, 0) == nodes_of(2));
     for (double g : {0.58, -0.58, 0.99}) {
         CHECK(numbers(0, g) == flux);
@@ -249,11 +249,11 @@ TEST_CASE(WISP_ARITH_NAME
         for (double little : {0.57, -0.57, 1e-9}) CHECK(numbers(g, little) == flux + more);
     }
     for (double g : {-0.58, -0.57, -1e-3, 0.0, 1e-3, 0.57, 0.58})
-        CHECK(takes_moments(real(g)) == (g != 0 && std::fabs(g) < 0.577));
+        CHECK(takes_harmonics(real(g)) == (g != 0 && std::fabs(g) < 0.577));
 }
 
 TEST_CASE(WISP_ARITH_NAME ": black smoke traces no photons through bricks, and glowing smoke starts them in itself") {
-    SmokeSource box = box_smoke({1, 1, 1}, 2, 8);
+    SmokeDescription box = box_smoke({1, 1, 1}, 2, 8);
     box.albedo = {0, 0, 0};
     Scene scene = scene_of(box, sun);
     const Settings settings = photon_settings(2000);
@@ -266,7 +266,7 @@ TEST_CASE(WISP_ARITH_NAME ": black smoke traces no photons through bricks, and g
     box.albedo = {0.5, 0.5, 0.5};
     box.emission = {1, 1, 1};
     scene.light_count = 0;
-    const TracedBricks traced(scene, settings);
+    const TracedFluence traced(scene, settings);
     const auto &counts = traced.statistics.photons;
     CHECK(counts.emitted == 2000);
     CHECK(adds_up(counts));
@@ -284,7 +284,7 @@ TEST_CASE(WISP_ARITH_NAME ": in two smokes photons collide with each by its shar
     const std::vector<Particle> particles = cloud(60, 1.5, 1.5, 1);
     std::vector<Particle> heavier = particles;
     for (Particle &p : heavier) p.area *= 2;
-    SmokeSource smokes[] = {smoke_of(particles), smoke_of(heavier)};
+    SmokeDescription smokes[] = {smoke_of(particles), smoke_of(heavier)};
     smokes[0].albedo = {0, 0, 0};
     smokes[1].albedo = {1, 1, 1};
     Scene scene = scene_of(smokes[0], sun);
@@ -292,7 +292,7 @@ TEST_CASE(WISP_ARITH_NAME ": in two smokes photons collide with each by its shar
     scene.smoke_count = 2;
     Settings settings = photon_settings(4000);
     settings.density_step = 0.5;
-    const TracedBricks traced(scene, settings);
+    const TracedFluence traced(scene, settings);
     const auto &counts = traced.statistics.photons;
     CHECK(adds_up(counts));
     const double n = double(counts.collisions), black = double(counts.absorbed);
@@ -302,10 +302,10 @@ TEST_CASE(WISP_ARITH_NAME ": in two smokes photons collide with each by its shar
 
 TEST_CASE(WISP_ARITH_NAME ": photons through bricks bring the power that first collides") {
     const double sigma = 2;
-    const SmokeSource box = box_smoke({1, 1, 1}, sigma, 16);
+    const SmokeDescription box = box_smoke({1, 1, 1}, sigma, 16);
     const auto power_of = [&](const std::vector<LightSource> &lights) {
         const int n = 10;
-        const TracedBricks traced(scene_of(box, lights), photon_settings(n));
+        const TracedFluence traced(scene_of(box, lights), photon_settings(n));
         return at(scale_pow2(traced.deposits.unit.unit, traced.deposits.unit.exponent)) * n;
     };
     // What the box takes out of a parallel light: by trapezia along it.
@@ -352,7 +352,7 @@ TEST_CASE(WISP_ARITH_NAME ": photons through bricks are as bright as the referen
         {inside, 0, {0.9, 0.9, 0.9}, {0, 0, 0}, 0.02},       {cone, 0, {0.9, 0.9, 0.9}, {0, 0, 0}, 0.03},
         {even, 0, {0.9, 0.9, 0.9}, {0, 0, 0}, 0.01}};
     for (const auto &row : rows) {
-        SmokeSource box = box_smoke({1.5, 1.5, 1.5}, 1, 16);
+        SmokeDescription box = box_smoke({1.5, 1.5, 1.5}, 1, 16);
         box.asymmetry = row.g;
         box.albedo = row.albedo;
         box.emission = row.emission;
@@ -388,7 +388,7 @@ TEST_CASE(WISP_ARITH_NAME ": light from opposite sides, which has no flux, is sc
         for (const Double3 &way : {Double3{0, 0, 1}, Double3{0.6, 0.8, 0}}) { // to the eye, and across
             const std::vector<LightSource> lights = {{LightKind::parallel, {}, way, 2, {3, 3, 3}},
                                                      {LightKind::parallel, {}, {-way.x, -way.y, -way.z}, 2, {3, 3, 3}}};
-            SmokeSource box = box_smoke({1.5, 1.5, 1.5}, 1, 16);
+            SmokeDescription box = box_smoke({1.5, 1.5, 1.5}, 1, 16);
             box.asymmetry = g;
             box.albedo = {1, 1, 1};
             Scene scene = scene_of(box, lights);
@@ -411,7 +411,7 @@ TEST_CASE(WISP_ARITH_NAME ": light from opposite sides, which has no flux, is sc
 
 TEST_CASE(WISP_ARITH_NAME ": batches traced apart through bricks leave the sums and the picture of one run") {
     const std::vector<Particle> big = cloud(40, 2.5, 1.5, 0.6, 3), small = cloud(80, 2, 1, 0.25, 4);
-    SmokeSource smokes[] = {smoke_of(big, Kernel::poly6), smoke_of(small)};
+    SmokeDescription smokes[] = {smoke_of(big, Kernel::poly6), smoke_of(small)};
     smokes[0].albedo = {0.9, 0.5, 0.2};
     smokes[1].asymmetry = 0.5;
     smokes[1].emission = {0.1, 0.2, 0};
@@ -426,12 +426,12 @@ TEST_CASE(WISP_ARITH_NAME ": batches traced apart through bricks leave the sums 
     settings.irradiance_step = 1;
     const Plan planned = plan(scene, settings);
     CHECK(planned.photon_directions);
-    CHECK(planned.photon_moments);
+    CHECK(planned.photon_harmonics);
     CHECK(planned.photon_powers);
     std::vector<unsigned char> memory(planned.bytes.arena);
     struct Sums {
         std::vector<int64_t> values;
-        MapSums sums;
+        PhotonSums sums;
         Statistics statistics = {};
     };
     const auto make = [&] {
@@ -474,20 +474,20 @@ struct Given {
     explicit Given(int32_t stride, uint32_t channels, bool directed = false)
         : built({box()}, 1), power(size_t{built.bricks.count} * nodes_of(stride) * channels),
           flux(directed ? power.size() / channels * 3 : 0),
-          moments(directed ? size_t{built.bricks.count} * nodes_of(moment_stride(stride)) * moment_numbers : 0),
+          harmonics(directed ? size_t{built.bricks.count} * nodes_of(harmonic_spacing(stride)) * harmonic_numbers : 0),
           deposits{&built.bricks,
                    stride,
                    power.data(),
                    directed ? flux.data() : nullptr,
-                   directed ? moments.data() : nullptr,
+                   directed ? harmonics.data() : nullptr,
                    channels,
                    Color(Real(1)),
                    {Real(1), 0}} {
         REQUIRE(same(built.bricks.cell, Vec3(Real(1))));
     }
     static bool same(const Vec3 &a, const Vec3 &b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
-    static SmokeSource box() {
-        SmokeSource source = box_smoke({15, 11, 11}, 1, 22);
+    static SmokeDescription box() {
+        SmokeDescription source = box_smoke({15, 11, 11}, 1, 22);
         source.smallest_h = source.largest_h = 1.01; // of a width the next smaller that fits is taken
         return source;
     }
@@ -496,7 +496,7 @@ struct Given {
 
     // Power for a radiance at every node: `of(place in the lattice of the finest nodes, channel)`.
     template <class Of> void fill(Of &&of) {
-        const Bricks &bricks = built.bricks;
+        const SparseGrid &bricks = built.bricks;
         const int32_t s = deposits.stride;
         const auto below = [](double t) { // of a tent from -1 to 1
             t = std::clamp(t, -1.0, 1.0);
@@ -519,7 +519,7 @@ struct Given {
     double reach(int axis) const { return size[axis]; }
     Irradiance map(double tolerance) {
         memory.resize(irradiance_bytes(scene_of(box(), {}), built.bricks.count, deposits.stride,
-                                       deposits.flux != nullptr, deposits.moments != nullptr));
+                                       deposits.flux != nullptr, deposits.harmonics != nullptr));
         Arena arena(memory.data(), memory.size());
         const Irradiance made = make_irradiance(medium.medium, deposits, real(tolerance), arena);
         REQUIRE(made.ready);
@@ -527,14 +527,14 @@ struct Given {
     }
     // In units of cells from the lattice's beginning, in the box.
     Color read(const Irradiance &map, double x, double y, double z) const {
-        const Bricks &bricks = built.bricks;
+        const SparseGrid &bricks = built.bricks;
         const Cell cell = {int32_t(x) / 8, int32_t(y) / 8, int32_t(z) / 8};
         return light_at(map, brick_at(bricks, cell), vec(x - 8 * cell.x, y - 8 * cell.y, z - 8 * cell.z)).radiance;
     }
-    BuiltBricks built;
+    BuiltSparseGrid built;
     BuiltMedium medium{{box()}}; // deep: the tolerance is what it says
-    std::vector<int64_t> power, flux, moments;
-    BrickDeposits deposits;
+    std::vector<int64_t> power, flux, harmonics;
+    FluenceSums deposits;
     std::vector<unsigned char> memory;
 };
 
@@ -546,7 +546,7 @@ constexpr double given_error = 40 * unit_error + 0x1p-22;
 TEST_CASE(WISP_ARITH_NAME ": hard case D13: the irradiance map is exact on its points, and where light is even") {
     for (int32_t stride : {1, 2}) {
         Given given(stride, 1);
-        const Bricks &bricks = given.built.bricks;
+        const SparseGrid &bricks = given.built.bricks;
         Sequence next{3};
         // Constant: the same bits wherever it is asked, in the last cell and by a rounding outside.
         given.fill([](const Cell &, uint32_t) { return 8 / (4 * pi_); });
@@ -573,7 +573,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D13: the irradiance map is exact on its p
                         .radiance;
                 const double kept = static_cast<double>(uneven.value[uint32_t(uneven.first[b]) + k]);
                 // At the end of a row between two others: a + 1 (b - a).
-                CHECK(std::fabs(at(found.x) - std::ldexp(kept, uneven.exponent[b] - grey_bits)) <= 8 * unit_error);
+                CHECK(std::fabs(at(found.x) - std::ldexp(kept, uneven.exponent[b] - single_channel_bits)) <= 8 * unit_error);
             }
     }
 }
@@ -587,7 +587,7 @@ TEST_CASE(WISP_ARITH_NAME ": light that grows evenly is interpolated exactly, ov
             };
             given.fill([&](const Cell &p, uint32_t c) { return of(p.x, p.y, p.z, c); });
             const Irradiance map = given.map(0);
-            CHECK(map.grey == (channels == 1));
+            CHECK(map.single_channel == (channels == 1));
             Sequence next{6};
             int wrong = 0;
             for (int i = 0; i < 1000; ++i) {
@@ -616,17 +616,17 @@ TEST_CASE(WISP_ARITH_NAME ": neither the tents of photons nor those of the map w
         return sum;
     });
     const Irradiance map = given.map(0);
-    double moments[3] = {0, 0, 0};
+    double harmonics[3] = {0, 0, 0};
     for (int i = 0; i < 2900; ++i) {
         const double x = (i + 0.5) / 100, light = at(given.read(map, x, 8.5, 4.5).x) / 100;
-        moments[0] += light;
-        moments[1] += light * x;
-        moments[2] += light * x * x;
+        harmonics[0] += light;
+        harmonics[1] += light * x;
+        harmonics[2] += light * x * x;
     }
-    const double mean = moments[1] / moments[0];
-    CHECK(moments[0] == doctest::Approx(std::sqrt(2 * pi_ * variance)).epsilon(1e-3));
+    const double mean = harmonics[1] / harmonics[0];
+    CHECK(harmonics[0] == doctest::Approx(std::sqrt(2 * pi_ * variance)).epsilon(1e-3));
     CHECK(mean == doctest::Approx(middle).epsilon(1e-3));
-    CHECK(moments[2] / moments[0] - mean * mean == doctest::Approx(variance).epsilon(0.01)); // else 2.33
+    CHECK(harmonics[2] / harmonics[0] - mean * mean == doctest::Approx(variance).epsilon(0.01)); // else 2.33
 }
 
 TEST_CASE(WISP_ARITH_NAME ": an adaptive map has fewer points, and keeps every other within its tolerance") {
@@ -640,7 +640,7 @@ TEST_CASE(WISP_ARITH_NAME ": an adaptive map has fewer points, and keeps every o
                 return (1 + 0.03 * p.x + 4 * std::exp(-0.3 * (p.x * p.x + p.y * p.y + p.z * p.z)) + noise) / (c + 1);
             });
             const Irradiance uniform = given.map(0);
-            const Bricks &bricks = given.built.bricks;
+            const SparseGrid &bricks = given.built.bricks;
             std::vector<std::array<double, 3>> all;
             for (uint32_t b = 0; b < bricks.count; ++b) {
                 CHECK(uniform.stride[b] == 1);
@@ -651,7 +651,7 @@ TEST_CASE(WISP_ARITH_NAME ": an adaptive map has fewer points, and keeps every o
                 }
             }
             CHECK(uniform.points == bricks.count * nodes_of(1));
-            const uint64_t of_brick = 12 + (directed ? nodes_of(2) * moment_words * 4 : 0);
+            const uint64_t of_brick = 12 + (directed ? nodes_of(2) * harmonic_words * 4 : 0);
             CHECK(bytes_of(uniform) == uint64_t{uniform.points} * (directed ? 8 : 4) + bricks.count * of_brick);
             const double packed = channels == 1 ? given_error : 0x1p-8; // both maps round their entries
             uint32_t before = uniform.points;
@@ -701,7 +701,7 @@ TEST_CASE(WISP_ARITH_NAME ": the map keeps colours and fluxes within their entri
         const Irradiance map = given.map(0);
         const double most = std::max({color[0], color[1], color[2]});
         for (int i = 0; i < 50; ++i) {
-            const MeanLight light = light_at(map, 0, vec(8 * next(), 8 * next(), 8 * next()));
+            const FluenceAndFlux light = light_at(map, 0, vec(8 * next(), 8 * next(), 8 * next()));
             for (int c = 0; c < 3; ++c) {
                 CHECK(std::fabs(at(light.radiance[c]) - color[c]) < most * (0x1p-9 + given_error));
                 CHECK(std::fabs(at(light.flux[c]) - share * at(way[c])) < 0.5 / 511 + 1e-4);
@@ -712,29 +712,29 @@ TEST_CASE(WISP_ARITH_NAME ": the map keeps colours and fluxes within their entri
 
 TEST_CASE(WISP_ARITH_NAME ": the map keeps moments relative to what all bricks around a node received") {
     Given given(1, 1, true);
-    const Bricks &bricks = given.built.bricks;
-    const int32_t stride = moment_stride(1);
+    const SparseGrid &bricks = given.built.bricks;
+    const int32_t stride = harmonic_spacing(1);
     Sequence next{13};
-    std::map<std::array<int32_t, 3>, std::array<double, moment_numbers>> sums;
+    std::map<std::array<int32_t, 3>, std::array<double, harmonic_numbers>> sums;
     const auto place = [&](uint32_t b, uint32_t k) {
         const Cell at_ = place_of_node(bricks, b, k, stride);
         return std::array<int32_t, 3>{at_.x, at_.y, at_.z};
     };
-    int64_t *sum = given.moments.data();
+    int64_t *sum = given.harmonics.data();
     for (uint32_t b = 0; b < bricks.count; ++b)
         for (uint32_t k = 0; k < nodes_of(stride); ++k)
-            for (uint32_t i = 0; i < moment_numbers; ++i) {
+            for (uint32_t i = 0; i < harmonic_numbers; ++i) {
                 const double units = i == 0 ? next() + 0.01 : next() * static_cast<double>(sum[-int32_t(i)]) / 0x1p24;
                 *sum++ = std::llround(units * 0x1p24);
                 sums[place(b, k)][i] += units;
             }
     const Irradiance map = given.map(0);
-    CHECK(map.moment_stride == stride);
+    CHECK(map.harmonic_spacing == stride);
     for (uint32_t b = 0; b < bricks.count; ++b)
         for (uint32_t k = 0; k < nodes_of(stride); ++k) {
             const auto &expected = sums[place(b, k)];
-            for (uint32_t i = 0; i < moment_count; ++i) {
-                const uint32_t packed = map.moments[(b * nodes_of(stride) + k) * moment_words + i / 3];
+            for (uint32_t i = 0; i < harmonic_count; ++i) {
+                const uint32_t packed = map.harmonics[(b * nodes_of(stride) + k) * harmonic_words + i / 3];
                 const double found = flux_units(packed, static_cast<int32_t>(i % 3)) / 511.0;
                 CHECK(std::fabs(found - (2 * expected[1 + i] / expected[0] - 1)) < 0.5 / 511 + 1e-4);
             }
@@ -756,7 +756,7 @@ TEST_CASE(WISP_ARITH_NAME ": a map that finds no room says so; of nothing it is 
 }
 
 TEST_CASE(WISP_ARITH_NAME ": with fewer points of the irradiance map a picture is nearly the same, and smaller") {
-    SmokeSource box = box_smoke({1.5, 1.5, 1.5}, 1, 24);
+    SmokeDescription box = box_smoke({1.5, 1.5, 1.5}, 1, 24);
     box.asymmetry = 0.5;
     Scene scene = scene_of(box, sun);
     scene.camera = look_at_origin(12, 3.5, 4);
@@ -770,9 +770,9 @@ TEST_CASE(WISP_ARITH_NAME ": with fewer points of the irradiance map a picture i
         REQUIRE(pictures[i].status == Status::done);
     }
     const auto bytes = [&](int i) { return pictures[i].statistics.bytes.irradiance; };
-    const uint64_t bricks = plan_bricks(scene, 1).count;
-    CHECK(bytes(0) == bricks * (nodes_of(2) * 8 + nodes_of(4) * moment_words * 4 + 12));
-    CHECK(bytes(1) == bricks * (nodes_of(4) * 8 + nodes_of(4) * moment_words * 4 + 12));
+    const uint64_t bricks = plan_sparse_grid(scene, 1).count;
+    CHECK(bytes(0) == bricks * (nodes_of(2) * 8 + nodes_of(4) * harmonic_words * 4 + 12));
+    CHECK(bytes(1) == bricks * (nodes_of(4) * 8 + nodes_of(4) * harmonic_words * 4 + 12));
     CHECK(bytes(2) <= bytes(0)); // so few photons are noise
     CHECK(std::fabs(sum_of(pictures[1].rgb) / sum_of(pictures[0].rgb) - 1) < 0.03);
     CHECK(relative_difference(pictures[2].rgb, pictures[0].rgb) < 0.01);
@@ -780,9 +780,9 @@ TEST_CASE(WISP_ARITH_NAME ": with fewer points of the irradiance map a picture i
 
 TEST_CASE(WISP_ARITH_NAME ": resampled smoke of any kind that glows is as bright by method direct") {
     const std::vector<Particle> particles = cloud(60, 1, 1, 0.4);
-    for (const SmokeSource &source :
+    for (const SmokeDescription &source :
          {box_smoke({1.5, 1.5, 1.5}, 1, 8), smoke_of(particles), smoke_of(particles, Kernel::poly6)}) {
-        SmokeSource smoke = source;
+        SmokeDescription smoke = source;
         smoke.albedo = {0.5, 0.5, 0.5};
         smoke.emission = {1, 1, 1};
         const Scene scene = scene_of(smoke, {});

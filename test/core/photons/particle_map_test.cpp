@@ -63,7 +63,7 @@ TEST_CASE(WISP_ARITH_NAME ": the particle map is as bright as the reference") {
                       {0, {0.9, 0.9, 0.9}, {0.02, 0.01, 0}, 0.015}};
     const std::vector<Particle> particles = cloud(2400, 3, 0.8, 0.04);
     for (const auto &row : rows) {
-        SmokeSource smoke = smoke_of(particles);
+        SmokeDescription smoke = smoke_of(particles);
         smoke.asymmetry = row.g;
         smoke.albedo = row.albedo;
         smoke.emission = row.emission;
@@ -121,8 +121,8 @@ TEST_CASE(WISP_ARITH_NAME ": flights leave what collisions leave, on average, an
             const ParticleMap &map = traced.map;
             for (uint32_t s = 0; s < 3; ++s) {
                 sums[run][s] = 0;
-                for (uint32_t i = 0; i < 3 * map.of_smoke[s].count; i += 3)
-                    sums[run][s] += static_cast<double>(map.of_smoke[s].power[i]) * 0x1p-24;
+                for (uint32_t i = 0; i < 3 * map.per_smoke[s].count; i += 3)
+                    sums[run][s] += static_cast<double>(map.per_smoke[s].power[i]) * 0x1p-24;
             }
         }
         spread[path] = 0;
@@ -148,7 +148,7 @@ TEST_CASE(WISP_ARITH_NAME ": a kernel deposit is shared by the parts in the dens
     uint32_t claimed = 0;
     for (int round = 0; round < 90; ++round) {
         const uint32_t s = static_cast<uint32_t>(round) % 3;
-        const SmokeSource &smoke = mixture.smokes[s];
+        const SmokeDescription &smoke = mixture.smokes[s];
         const DensityField &field = built.medium.smokes[s].field;
         const uint32_t count = elements_of(smoke);
         const uint32_t channels = round % 2 ? 3 : 1;
@@ -167,7 +167,7 @@ TEST_CASE(WISP_ARITH_NAME ": a kernel deposit is shared by the parts in the dens
         double total = 0;
         for (uint32_t i = 0; i < count; ++i) {
             if (smoke.is_grid()) {
-                const GridSource &grid = smoke.grid;
+                const GridDescription &grid = smoke.grid;
                 double product = static_cast<double>(grid.density[i]);
                 // The tent's value: of the distance in cells, flat over the outer half of the border cells.
                 const int n[3] = {grid.nx, grid.ny, grid.nz},
@@ -221,7 +221,7 @@ TEST_CASE(WISP_ARITH_NAME ": a kernel deposit is shared by the parts in the dens
 
 TEST_CASE(WISP_ARITH_NAME ": with a single particle a kernel deposit is the exact one") {
     const std::vector<Particle> particles = {{{0.25, 0, 0}, 1.5, 12}};
-    SmokeSource smoke = smoke_of(particles);
+    SmokeDescription smoke = smoke_of(particles);
     smoke.asymmetry = 0.5;
     smoke.albedo = {0.9, 0.5, 0.25};
     const std::vector<LightSource> lights = {{LightKind::point, {6, 5, 4}, {0, 0, 1}, 2, {40, 20, 10}}};
@@ -235,8 +235,8 @@ TEST_CASE(WISP_ARITH_NAME ": with a single particle a kernel deposit is the exac
         CHECK(exact.statistics.photons.stored > 300);
         CHECK(kernel.statistics.photons.stored == exact.statistics.photons.stored);
         for (int c = 0; c < 3; ++c) {
-            CHECK(kernel.map.of_smoke[0].power[c] == exact.map.of_smoke[0].power[c]);
-            CHECK(kernel.map.of_smoke[0].flux[c] == exact.map.of_smoke[0].flux[c]);
+            CHECK(kernel.map.per_smoke[0].power[c] == exact.map.per_smoke[0].power[c]);
+            CHECK(kernel.map.per_smoke[0].flux[c] == exact.map.per_smoke[0].flux[c]);
         }
     }
 }
@@ -269,7 +269,7 @@ TEST_CASE(WISP_ARITH_NAME ": fluxes are sums of direction times power, mean dire
         });
         double sum = 0;
         for (size_t i = 0; i < expected.size(); ++i) {
-            const double found = static_cast<double>(traced.map.of_smoke[1].flux[i]) * 0x1p-24;
+            const double found = static_cast<double>(traced.map.per_smoke[1].flux[i]) * 0x1p-24;
             CHECK(std::fabs(found - expected[i]) <= most[i] * (0x1p-24 + 10 * unit_error));
             sum += std::fabs(expected[i]);
         }
@@ -284,7 +284,7 @@ TEST_CASE(WISP_ARITH_NAME ": sources are what the sums make of them, within the 
     for (uint32_t channels : {1u, 3u})
         for (const auto &[g, kept] : {std::pair(0.0, Direction::flux), std::pair(0.5, Direction::flux),
                                       std::pair(-0.3, Direction::flux), std::pair(0.5, Direction::mean)}) {
-            SmokeSource smoke = smoke_of(particles);
+            SmokeDescription smoke = smoke_of(particles);
             smoke.asymmetry = g;
             smoke.albedo = {0.9, 0.75, 0.5};
             const BuiltMedium built({smoke});
@@ -347,7 +347,7 @@ TEST_CASE(WISP_ARITH_NAME ": the nearest particles are those that carry power, t
     for (uint32_t channels : {1u, 3u})
         for (const auto &[g, kept] :
              {std::pair(0.0, Direction::flux), std::pair(0.5, Direction::flux), std::pair(0.5, Direction::mean)}) {
-            SmokeSource smoke = smoke_of(particles);
+            SmokeDescription smoke = smoke_of(particles);
             smoke.asymmetry = g;
             const BuiltMedium built({smoke});
             const Scene scene = scene_of(smoke, {});
@@ -395,7 +395,7 @@ TEST_CASE(WISP_ARITH_NAME ": the nearest particles are those that carry power, t
                 const double cosine = at(out.x) * axis[0] + at(out.z) * axis[2];
                 const double e = kept == Direction::mean ? g : g * 0.5;
                 const double p = (1 - e * e) / (4 * pi_ * std::pow(1 + e * e - 2 * e * cosine, 1.5));
-                const Color found = in_scattered(maps[0], built.medium.smokes[0].phase, vec(x[0], x[1], x[2]), out,
+                const Color found = estimate_radiance(maps[0], built.medium.smokes[0].phase, vec(x[0], x[1], x[2]), out,
                                                  real(reach), gather, statistics);
                 const double values[3] = {at(found.x), at(found.y), at(found.z)};
                 for (uint32_t c = 0; c < 3; ++c) {
@@ -418,7 +418,7 @@ TEST_CASE(WISP_ARITH_NAME
     // Fewer particles than K, in balls of the kernels' support: the same sum with another kernel, but for what lies
     // beside the smoke's edge.
     const std::vector<Particle> particles = cloud(600, 3, 1, 0.2);
-    SmokeSource smoke = smoke_of(particles);
+    SmokeDescription smoke = smoke_of(particles);
     const std::vector<LightSource> lights = {{LightKind::point, {6, 5, 4}, {0, 0, 1}, 2, {40, 40, 40}}};
     const Scene scene = scene_of(smoke, lights);
     Settings settings = map_settings(6, 4000);
@@ -445,14 +445,14 @@ TEST_CASE(WISP_ARITH_NAME ": kept depths err with the square of their distance, 
     for (int fine = 0; fine < 2; ++fine) {
         const double spacing = fine ? 0.25 : 0.5;
         const Scene scene = mixture.scene;
-        const BrickPlan plan = plan_bricks(scene, spacing);
-        std::vector<unsigned char> memory(plan.bytes + light_depth_bytes(plan.count, 2, 1));
+        const SparseGridPlan plan = plan_sparse_grid(scene, spacing);
+        std::vector<unsigned char> memory(plan.bytes + optical_depth_grid_bytes(plan.count, 2, 1));
         Arena arena(memory.data(), memory.size());
-        const Bricks bricks = make_bricks(scene, spacing, arena);
+        const SparseGrid bricks = make_sparse_grid(scene, spacing, arena);
         REQUIRE(bricks.ready);
-        LightDepths depths;
+        OpticalDepthGrid depths;
         uint64_t rays = 0;
-        REQUIRE(make_light_depths(built.medium, lights.data(), 2, bricks, 1, arena, &rays, depths));
+        REQUIRE(make_optical_depth_grid(built.medium, lights.data(), 2, bricks, 1, arena, &rays, depths));
         Sequence next{5};
         double squares = 0, sum = 0;
         int found = 0;
@@ -463,7 +463,7 @@ TEST_CASE(WISP_ARITH_NAME ": kept depths err with the square of their distance, 
             if (!(sigma > Real(0))) continue; // nobody asks there
             const Illumination way = illuminate(lights[1], x, x, x);
             const double exact = at(optical_depth(built.medium, {x, -way.direction}, way.distance));
-            const double error = at(light_depth(depths, 1, x)) - exact;
+            const double error = at(optical_depth_to_light(depths, 1, x)) - exact;
             squares += error * error;
             sum += error;
             ++found;

@@ -15,7 +15,7 @@ constexpr double pi_ = 3.14159265358979323846;
 
 // A scene and what it points to.
 struct LitCloud {
-    LitCloud(const std::vector<SmokeSource> &smokes_, const std::vector<LightSource> &lights_)
+    LitCloud(const std::vector<SmokeDescription> &smokes_, const std::vector<LightSource> &lights_)
         : smokes(smokes_), lights(lights_) {
         scene.camera = look_at_origin(20, 10, 16);
         scene.smokes = smokes.data();
@@ -23,7 +23,7 @@ struct LitCloud {
         scene.lights = lights.data();
         scene.light_count = static_cast<uint32_t>(lights.size());
     }
-    std::vector<SmokeSource> smokes;
+    std::vector<SmokeDescription> smokes;
     std::vector<LightSource> lights;
     Scene scene = {};
 };
@@ -35,7 +35,7 @@ const LightSource point_light = {LightKind::point, {6, 8, 4}, {0, 0, 1}, 2, {100
 TEST_CASE(WISP_ARITH_NAME ": emitted = absorbed + escaped + blocked + capped, and each batch can be traced alone") {
     const auto particles = cloud(800, 3, 1, 0.1);
     for (double a : {0.0, 0.5, 1.0}) {
-        std::vector<SmokeSource> smokes = {smoke_of(particles)};
+        std::vector<SmokeDescription> smokes = {smoke_of(particles)};
         smokes[0].albedo = {a, a, a};
         smokes[0].asymmetry = 0.3;
         Settings settings = small_settings(8);
@@ -85,7 +85,7 @@ TEST_CASE(WISP_ARITH_NAME ": every batch balances, and is the same whatever batc
             const uint64_t key = high << 32 | low;
             const Photon photon = emit(emitter, built.medium.sphere, photon_event(key, 0));
             absorbed[batch - 2] += walk(built.medium, photon, key,
-                                        [](const MediumCollision &, uint32_t, const Photon &) {}) == Fate::absorbed
+                                        [](const MediumCollision &, uint32_t, const Photon &) {}) == PathEnd::absorbed
                                        ? 1
                                        : 0;
         }
@@ -100,7 +100,7 @@ TEST_CASE(WISP_ARITH_NAME ": collisions per photon are the optical depth's share
     // Albedo so small that only first collisions count: the share of photons that collide is the mean of 1 - e^-tau
     // over the directions sent, by quadrature with the closed depth.
     const auto particles = cloud(600, 3, 1, 0.1);
-    std::vector<SmokeSource> smokes = {smoke_of(particles)};
+    std::vector<SmokeDescription> smokes = {smoke_of(particles)};
     smokes[0].albedo = {1e-6, 1e-6, 1e-6};
     const LightSource sun = {LightKind::parallel, {0, 0, 0}, {0, 0, -1}, -1, {1, 1, 1}};
     const LitCloud cloudy(smokes, {sun});
@@ -126,7 +126,7 @@ TEST_CASE(WISP_ARITH_NAME ": collisions per photon are the optical depth's share
 
 TEST_CASE(WISP_ARITH_NAME ": a black light tells no photons apart") {
     const auto particles = cloud(10, 1, 1, 1);
-    const std::vector<SmokeSource> smokes = {smoke_of(particles)};
+    const std::vector<SmokeDescription> smokes = {smoke_of(particles)};
     const LightSource black = {LightKind::point, {5, 0, 0}, {0, 0, 1}, 2, {0, 0, 0}};
     LightSource red = black, blue = black, dim_red = black;
     red.color = {9, 0, 0};
@@ -163,7 +163,7 @@ TEST_CASE(WISP_ARITH_NAME ": directions are weighted with the phase function, po
     const double g = 0.5, volume = 4 * pi_ / 3;
     const double forward = (1 - g * g) / std::pow(1 - g, 3) / (4 * pi_),
                  back = (1 - g * g) / std::pow(1 + g, 3) / (4 * pi_);
-    const Color c = in_scattered(map, Phase(real(g)), vec(0, 0, 0), vec(1, 0, 0), Real(1), gather, statistics);
+    const Color c = estimate_radiance(map, Phase(real(g)), vec(0, 0, 0), vec(1, 0, 0), Real(1), gather, statistics);
     CHECK(at(c.x) == doctest::Approx(forward / volume).epsilon(1e-5));
     CHECK(at(c.y) == doctest::Approx(back / volume).epsilon(1e-5));
     CHECK(at(c.z) == doctest::Approx((0.5 * forward + 0.25 * back) / volume).epsilon(1e-5));

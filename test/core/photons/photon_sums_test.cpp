@@ -35,7 +35,7 @@ struct Sums {
     Scene scene;
     Settings settings;
     std::vector<int64_t> values;
-    MapSums sums;
+    PhotonSums sums;
     Statistics statistics;
 };
 
@@ -55,9 +55,9 @@ bool same(const Statistics::Photons &a, const Statistics::Photons &b) {
 struct Scenes {
     Mixture mixture; // colours, flux, and a smoke that glows
     std::vector<Particle> particles = cloud(200, 2, 0.8, 0.2);
-    SmokeSource grey = smoke_of(particles); // all photons are alike
+    SmokeDescription single_channel = smoke_of(particles); // all photons are alike
     std::vector<LightSource> lights = {{LightKind::point, {6, 5, 4}, {0, 0, 1}, 2, {40, 40, 40}}};
-    Scene list[2] = {mixture.scene, scene_of(grey, lights)};
+    Scene list[2] = {mixture.scene, scene_of(single_channel, lights)};
 };
 
 } // namespace
@@ -124,9 +124,9 @@ TEST_CASE(WISP_ARITH_NAME ": sums of another number than the scene's are refused
         sums.sums = {sums.values.data(), right + 1, 0};
         for (uint64_t wrong : {uint64_t{1}, right - 1, right + 1}) {
             sums.sums.count = wrong;
-            CHECK(sums.render(scene, settings, rgb) == Status::wrong_sums);
+            CHECK(sums.render(scene, settings, rgb) == Status::size_mismatch);
             CHECK(untouched());
-            CHECK(sums.trace({1, 2}) == Status::wrong_sums);
+            CHECK(sums.trace({1, 2}) == Status::size_mismatch);
         }
         sums.sums = {sums.values.data(), right - 1, 0}; // too little room
         CHECK(sums.render(scene, settings, rgb) == Status::out_of_memory);
@@ -140,7 +140,7 @@ TEST_CASE(WISP_ARITH_NAME ": sums of another number than the scene's are refused
     CHECK(sums.render(scenes.list[0], none, rgb) == Status::done);
     int64_t number = 0;
     sums.sums = {&number, 1, 1};
-    CHECK(sums.render(scenes.list[0], none, rgb) == Status::wrong_sums);
+    CHECK(sums.render(scenes.list[0], none, rgb) == Status::size_mismatch);
 }
 
 TEST_CASE(WISP_ARITH_NAME ": tracing ends before deposits that a sum might not hold") {
@@ -149,8 +149,8 @@ TEST_CASE(WISP_ARITH_NAME ": tracing ends before deposits that a sum might not h
         const Settings settings = map_settings(deposit);
         // The largest flux of a deposit: of R + G + B, or of what a flight may leave.
         const double largest = (deposit == Deposit::exact ? 3 : 127) * 0x1p24;
-        const uint64_t most = most_deposits(settings);
-        CHECK(plan(scenes.list[0], settings).most_photons == most);
+        const uint64_t most = max_deposits(settings);
+        CHECK(plan(scenes.list[0], settings).max_photons == most);
         CHECK((static_cast<double>(most) + 1e6) * largest < 0x1p63);
         CHECK(static_cast<double>(most) * 2 * 127 * 0x1p24 > (deposit == Deposit::exact ? 0x1p67 : 0x1p63));
         Sums sums(scenes.list[0], settings);

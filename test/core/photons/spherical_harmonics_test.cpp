@@ -34,11 +34,11 @@ struct Beams {
         return 4 * 3.14159265358979 * p;
     }
     double orders_2_and_3(double g, const Vec3 &out) const {
-        const Moments seen = seen_moments(Phase(real(g)), out);
+        const SphericalHarmonics seen = seen_harmonics(Phase(real(g)), out);
         double sum = 0;
         for (int i = 0; i < 3; ++i) {
-            const Moments m = moments_of(way[i]);
-            for (uint32_t k = 0; k < moment_count; ++k)
+            const SphericalHarmonics m = harmonics_of(way[i]);
+            for (uint32_t k = 0; k < harmonic_count; ++k)
                 sum += share[i] * std::pow(width, k < 5 ? 2 : 3) * at(m.of[k]) * at(seen.of[k]);
         }
         return sum;
@@ -51,9 +51,9 @@ TEST_CASE(WISP_ARITH_NAME ": moments of one order of two directions make up Lege
     Sequence next{3};
     for (int i = 0; i < 200; ++i) {
         const Vec3 a = direction(next), b = direction(next);
-        const Moments of_a = moments_of(a), of_b = moments_of(b);
+        const SphericalHarmonics of_a = harmonics_of(a), of_b = harmonics_of(b);
         double second = 0, third = 0;
-        for (uint32_t k = 0; k < moment_count; ++k) {
+        for (uint32_t k = 0; k < harmonic_count; ++k) {
             (k < 5 ? second : third) += at(of_a.of[k]) * at(of_b.of[k]);
             CHECK(std::fabs(at(of_a.of[k])) <= 1 + rounding(a, b));
         }
@@ -75,7 +75,7 @@ TEST_CASE(WISP_ARITH_NAME ": light from several sides scatters as each of its be
             const double exact = light.scattered(g, out);
             const double by_flux = 4 * 3.14159265358979 * at(phase_of_flux(phase, light.flux(), out));
             const double found =
-                by_flux + light.orders_2_and_3(g, out) - at(guessed_from_flux(phase, light.flux(), out));
+                by_flux + light.orders_2_and_3(g, out) - at(henyey_greenstein_closure(phase, light.flux(), out));
             squares += (found - exact) * (found - exact) / 500;
             of_flux += (by_flux - exact) * (by_flux - exact) / 500;
         }
@@ -93,8 +93,8 @@ TEST_CASE(WISP_ARITH_NAME ": of one beam and of even light the flux tells all, w
             const Vec3 way = direction(next), out = direction(next);
             const Beams one = {{1, 0, 0}, next(), {way, way, way}};
             const Phase phase(real(g));
-            CHECK(std::fabs(one.orders_2_and_3(g, out) - at(guessed_from_flux(phase, one.flux(), out))) <
+            CHECK(std::fabs(one.orders_2_and_3(g, out) - at(henyey_greenstein_closure(phase, one.flux(), out))) <
                   4 * rounding(way, out)); // weights below 2, of both
-            CHECK(at(guessed_from_flux(phase, Vec3(Real(0)), out)) == 0);
+            CHECK(at(henyey_greenstein_closure(phase, Vec3(Real(0)), out)) == 0);
         }
 }

@@ -16,37 +16,37 @@ struct EveryTriangle : Surfaces {
 // visit(triangle, its meeting, the body or how many there are) of every triangle that the line of the ray meets.
 template <class Visit> void meet_all(const EveryTriangle &all, const Ray &ray, uint32_t skip, Visit &&visit) {
     const Scene &scene = *all.scene;
-    const auto meet_some = [&](const TriangleRay &local, uint32_t first, uint32_t count, uint32_t body) {
+    const auto meet_some = [&](const TriangleRay &local, uint32_t first, uint32_t count, uint32_t instance) {
         for (uint32_t i = first; i < first + count; ++i) {
             const Double3 *c = scene.triangles[i].corner;
             TriangleHit hit;
             if (i != skip && has_area(vec_of(c[0]), vec_of(c[1]), vec_of(c[2])) &&
-                meet(local, vec_of(c[0]), vec_of(c[1]), vec_of(c[2]), hit))
-                visit(i, hit, body);
+                intersect(local, vec_of(c[0]), vec_of(c[1]), vec_of(c[2]), hit))
+                visit(i, hit, instance);
         }
     };
     const TriangleRay world(ray.origin, ray.direction);
-    meet_some(world, 0, scene.still_count, scene.body_count);
-    meet_some(world, scene.still_count + scene.body_triangle_count, scene.morph_count, scene.body_count);
-    for (uint32_t b = 0; b < scene.body_count; ++b) {
-        const Body &body = scene.bodies[b];
-        if (!body.visible) continue;
-        const Vec3 x = vec_of(body.inverse[0]), y = vec_of(body.inverse[1]), z = vec_of(body.inverse[2]);
+    meet_some(world, 0, scene.static_count, scene.instance_count);
+    meet_some(world, scene.static_count + scene.instance_triangle_count, scene.deforming_count, scene.instance_count);
+    for (uint32_t b = 0; b < scene.instance_count; ++b) {
+        const Instance &instance = scene.instances[b];
+        if (!instance.visible) continue;
+        const Vec3 x = vec_of(instance.inverse[0]), y = vec_of(instance.inverse[1]), z = vec_of(instance.inverse[2]);
         const Vec3 row[3] = {Vec3(x.x, y.x, z.x), Vec3(x.y, y.y, z.y), Vec3(x.z, y.z, z.z)};
         const auto turned = [&row](const Vec3 &v) { return Vec3(dot(row[0], v), dot(row[1], v), dot(row[2], v)); };
-        meet_some(TriangleRay(turned(ray.origin - vec_of(body.origin)), turned(ray.direction)), body.first, body.count,
+        meet_some(TriangleRay(turned(ray.origin - vec_of(instance.origin)), turned(ray.direction)), instance.first, instance.count,
                   b);
     }
 }
 
 Hit nearest_of_all(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &) {
-    Hit nearest = {false, end, Real(0), Real(0), no_triangle, surfaces.body_count};
+    Hit nearest = {false, end, Real(0), Real(0), no_triangle, surfaces.instance_count};
     meet_all(static_cast<const EveryTriangle &>(surfaces), ray, skip,
-             [&](uint32_t triangle, const TriangleHit &hit, uint32_t body) {
+             [&](uint32_t triangle, const TriangleHit &hit, uint32_t instance) {
                  if (!(hit.distance > begin && hit.distance < end)) return;
                  if (hit.distance < nearest.distance ||
                      (hit.distance == nearest.distance && triangle < nearest.triangle))
-                     nearest = {true, hit.distance, hit.u, hit.v, triangle, body};
+                     nearest = {true, hit.distance, hit.u, hit.v, triangle, instance};
              });
     return nearest;
 }
@@ -64,7 +64,7 @@ bool is_blocked_by_any(const Surfaces &surfaces, const Ray &ray, Real begin, Rea
 bool is_shadowed_by_any(Shadows &shadows, const ShadowQuery &query) {
     const Surfaces &all = *shadows.surfaces;
     ++shadows.statistics->rays.shadow;
-    return is_blocked_by_any(all, query.ray, all.skin, query.end, query.triangle, shadows.statistics->shadow.traced);
+    return is_blocked_by_any(all, query.ray, all.ray_epsilon, query.end, query.triangle, shadows.statistics->shadow.traced);
 }
 
 } // namespace
@@ -88,7 +88,7 @@ namespace {
 
 bool same(const Hit &a, const Hit &b) {
     return a.found == b.found && (!a.found || (a.distance == b.distance && a.u == b.u && a.v == b.v &&
-                                               a.triangle == b.triangle && a.body == b.body));
+                                               a.triangle == b.triangle && a.instance == b.instance));
 }
 
 } // namespace
@@ -108,8 +108,8 @@ TEST_CASE(WISP_ARITH_NAME ": rays meet and are stopped as by every triangle, to 
             return normalize(vec_of(d));
         };
         const auto check = [&](const Ray &ray, Real begin, uint32_t skip) {
-            const Hit hit = nearest_hit(room.surfaces, ray, begin, path_end, skip, unused);
-            wrong += !same(hit, nearest_of_all(all, ray, begin, path_end, skip, unused));
+            const Hit hit = nearest_hit(room.surfaces, ray, begin, infinite_distance, skip, unused);
+            wrong += !same(hit, nearest_of_all(all, ray, begin, infinite_distance, skip, unused));
             if (!hit.found) return hit;
             ++hits;
             int at_once = 0;
@@ -117,7 +117,7 @@ TEST_CASE(WISP_ARITH_NAME ": rays meet and are stopped as by every triangle, to 
                      [&](uint32_t, const TriangleHit &h, uint32_t) { at_once += h.distance == hit.distance; });
             ties += at_once > 1;
             // Up to just before the hit, up to it and beyond.
-            for (const Real end : {hit.distance * Real(0.5), hit.distance, hit.distance + room.surfaces.skin}) {
+            for (const Real end : {hit.distance * Real(0.5), hit.distance, hit.distance + room.surfaces.ray_epsilon}) {
                 const bool found = is_blocked(room.surfaces, ray, begin, end, skip, unused);
                 wrong += found != is_blocked_by_any(all, ray, begin, end, skip, unused);
                 wrong += !same(nearest_hit(room.surfaces, ray, begin, end, skip, unused),
@@ -132,12 +132,12 @@ TEST_CASE(WISP_ARITH_NAME ": rays meet and are stopped as by every triangle, to 
             const Hit hit = check(ray, Real(0), no_triangle);
             if (!hit.found) continue;
             const Vec3 from = ray.origin + ray.direction * hit.distance;
-            check({from, random_direction()}, room.surfaces.skin, hit.triangle);
+            check({from, random_direction()}, room.surfaces.ray_epsilon, hit.triangle);
             check({from, ray.direction}, Real(0), no_triangle); // a hair from the surface
             check({from, ray.direction}, Real(0), hit.triangle);
             // From a corner, along an edge: in planes, through corners.
             const Double3 *c = room.triangles[hit.triangle].corner;
-            if (hit.body == room.scene.body_count && length(c[1] - c[0]) > 0)
+            if (hit.instance == room.scene.instance_count && length(c[1] - c[0]) > 0)
                 check({vec_of(c[0]), normalize(vec_of(c[1]) - vec_of(c[0]))}, Real(0), no_triangle);
         }
     }
@@ -149,18 +149,18 @@ TEST_CASE(WISP_ARITH_NAME ": rays meet and are stopped as by every triangle, to 
 
 TEST_CASE(WISP_ARITH_NAME ": of triangles at one distance the first of the scene is hit, whatever holds it") {
     // The same triangle is still, in four bodies and in the morphs.
-    constexpr uint32_t bodies = 4;
-    for (uint32_t hidden = 0; hidden < 1u << bodies; ++hidden)
+    constexpr uint32_t instances = 4;
+    for (uint32_t hidden = 0; hidden < 1u << instances; ++hidden)
         for (const uint32_t still : {1u, 0u}) {
             Room room;
             room.material(matte({1, 1, 1}));
-            for (uint32_t i = 0; i < still + bodies + 1; ++i) room.add({-1, -1, 0.3}, {1, -1, 0}, {0.2, 1, -0.3}, 0);
-            room.scene.still_count = still;
-            room.scene.body_triangle_count = bodies;
-            room.scene.morph_count = 1;
-            for (uint32_t b = 0; b < bodies; ++b) {
+            for (uint32_t i = 0; i < still + instances + 1; ++i) room.add({-1, -1, 0.3}, {1, -1, 0}, {0.2, 1, -0.3}, 0);
+            room.scene.static_count = still;
+            room.scene.instance_triangle_count = instances;
+            room.scene.deforming_count = 1;
+            for (uint32_t b = 0; b < instances; ++b) {
                 const bool visible = (hidden >> b & 1) == 0;
-                room.bodies.push_back({still + b,
+                room.instances.push_back({still + b,
                                        1,
                                        {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
                                        {0, 0, 0},
@@ -168,16 +168,16 @@ TEST_CASE(WISP_ARITH_NAME ": of triangles at one distance the first of the scene
                                        visible});
             }
             room.build();
-            uint32_t first = still == 1 ? 0 : bodies;
-            for (uint32_t b = bodies; still == 0 && b-- > 0;)
-                if (room.bodies[b].visible) first = b;
+            uint32_t first = still == 1 ? 0 : instances;
+            for (uint32_t b = instances; still == 0 && b-- > 0;)
+                if (room.instances[b].visible) first = b;
             TreeCounts unused = {};
             for (const double z : {5.0, -5.0}) {
                 const Ray ray = {vec(0.1, 0, z), normalize(vec(0, 0.01, -z))};
-                const Hit hit = nearest_hit(room.surfaces, ray, Real(0), path_end, no_triangle, unused);
+                const Hit hit = nearest_hit(room.surfaces, ray, Real(0), infinite_distance, no_triangle, unused);
                 REQUIRE(hit.found);
                 CHECK(hit.triangle == first);
-                CHECK(hit.body == (still == 1 || first == bodies ? bodies : first));
+                CHECK(hit.instance == (still == 1 || first == instances ? instances : first));
             }
         }
 }

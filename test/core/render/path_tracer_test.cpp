@@ -11,8 +11,8 @@ namespace {
 
 constexpr double pi_ = 3.14159265358979323846;
 
-SmokeSource box_of(double half_x, double half_y, double half_z, double sigma) {
-    SmokeSource source = grid_smoke_of(
+SmokeDescription box_of(double half_x, double half_y, double half_z, double sigma) {
+    SmokeDescription source = grid_smoke_of(
         {1, 1, 1, nullptr, sigma, {0, 0, 0}, {half_x, half_y, half_z}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}});
     source.smallest_h = source.largest_h = std::min({half_x, half_y, half_z}); // wide majorants: all are equal
     return source;
@@ -20,7 +20,7 @@ SmokeSource box_of(double half_x, double half_y, double half_z, double sigma) {
 
 // A path tracer for one smoke and some lights.
 struct Tracer {
-    Tracer(const SmokeSource &source, const std::vector<LightSource> &sources, Double3 background_ = {0, 0, 0})
+    Tracer(const SmokeDescription &source, const std::vector<LightSource> &sources, Double3 background_ = {0, 0, 0})
         : built({source}), background(vec_of(background_)) {
         for (const LightSource &light : sources) lights.push_back(make_light(light));
         memory.resize(8 << 20);
@@ -32,8 +32,8 @@ struct Tracer {
     // The first channel of a sample, the draws being those of number i.
     double sample(const Ray &ray, uint64_t i) const {
         Pcg32 generator(i * 0x9e3779b97f4a7c15u);
-        const Color behind = background * wisp::exp(-optical_depth(built.medium, ray, path_end));
-        return at(sample_radiance(tracer, ray, path_end, behind, generator).x);
+        const Color behind = background * wisp::exp(-optical_depth(built.medium, ray, infinite_distance));
+        return at(sample_radiance(tracer, ray, infinite_distance, behind, generator).x);
     }
 
     BuiltMedium built;
@@ -52,7 +52,7 @@ constexpr double half_space = 60; // deep enough: ten diffusion lengths at an al
 // Radiance at a cosine from a slab that is lit along its normal by irradiance pi at a cosine: its reflection or
 // transmission function times the light's cosine.
 Score scattered_by_slab(uint64_t seed, double albedo, double g, double depth, double seen, double lit, bool reflected) {
-    SmokeSource slab = box_of(width, width, depth / 2, 1);
+    SmokeDescription slab = box_of(width, width, depth / 2, 1);
     slab.albedo = {albedo, albedo, albedo};
     slab.asymmetry = g;
     const Vec3 down = direction_of(lit);
@@ -72,7 +72,7 @@ Score scattered_by_slab(uint64_t seed, double albedo, double g, double depth, do
 // Radiance at a cosine from a slab that glows with radiance 1 and is not lit: what it does not absorb of light from
 // there is missing (Kirchhoff).
 Score glow_of_slab(uint64_t seed, double albedo, double g, double depth, double seen) {
-    SmokeSource slab = box_of(width, width, depth / 2, 1);
+    SmokeDescription slab = box_of(width, width, depth / 2, 1);
     slab.albedo = {albedo, albedo, albedo};
     slab.asymmetry = g;
     slab.emission = {1, 1, 1};
@@ -85,7 +85,7 @@ Score glow_of_slab(uint64_t seed, double albedo, double g, double depth, double 
 // The scattered part of the fluence at distance r from a point light of power 1 in an infinite medium: 4 pi times the
 // mean radiance from all directions.
 Score fluence(uint64_t seed, double albedo, double r) {
-    SmokeSource box = box_of(50, 50, 50, 1);
+    SmokeDescription box = box_of(50, 50, 50, 1);
     box.albedo = {albedo, albedo, albedo};
     const double intensity = 1 / (4 * pi_);
     const Tracer tracer(box, {{LightKind::point, {0, 0, 0}, {0, 0, 1}, 2, {intensity, intensity, intensity}}});
@@ -146,18 +146,18 @@ TEST_CASE(WISP_ARITH_NAME ": delta tracking lets through what the closed optical
     std::vector<float> density(5 * 4 * 3);
     Sequence next{7};
     for (float &d : density) d = static_cast<float>(next());
-    SmokeSource smokes[] = {smoke_of(particles), smoke_of(particles, Kernel::poly6), box_of(3, 2, 2.5, 0.7)};
-    GridSource &grid = smokes[2].grid;
+    SmokeDescription smokes[] = {smoke_of(particles), smoke_of(particles, Kernel::poly6), box_of(3, 2, 2.5, 0.7)};
+    GridDescription &grid = smokes[2].grid;
     grid.nx = 5, grid.ny = 4, grid.nz = 3;
     grid.density = density.data();
     grid.axis[0] = {0.6, 0.8, 0};
     grid.axis[1] = {-0.8, 0.6, 0};
-    for (const SmokeSource &smoke : smokes) {
+    for (const SmokeDescription &smoke : smokes) {
         const Tracer tracer(smoke, {});
         for (const Ray &ray :
              {Ray{vec(-8, 0.5, 0.25), normalize(vec(1, 0.1, -0.05))},
               Ray{vec(0.5, 1, -1), normalize(vec(0.3, -1, 0.4))}, Ray{vec(0.25, 0.5, -7), vec(0, 0, 1)}}) {
-            Real begin = Real(0), end = path_end;
+            Real begin = Real(0), end = infinite_distance;
             REQUIRE(clip(tracer.built.medium.bounds, ray, begin, end));
             const Ray inside = {ray.origin + ray.direction * begin, ray.direction};
             const double expected = std::exp(-at(optical_depth(tracer.built.medium, inside, end - begin)));
@@ -175,7 +175,7 @@ TEST_CASE(WISP_ARITH_NAME ": no density lies above the majorant of its cell") {
     std::vector<Particle> particles = cloud(200, 3, 1, 1);
     for (size_t i = 0; i < particles.size(); i += 2) particles[i].h = 1.5;
     for (Kernel kernel : {Kernel::spline, Kernel::poly6}) {
-        const SmokeSource smoke = smoke_of(particles, kernel);
+        const SmokeDescription smoke = smoke_of(particles, kernel);
         const Tracer tracer(smoke, {});
         const Lattice &lattice = tracer.tracer.majorants.lattice;
         const Box &bounds = tracer.built.medium.bounds;
@@ -199,7 +199,7 @@ TEST_CASE(WISP_ARITH_NAME ": no density lies above the majorant of its cell") {
 
 TEST_CASE(WISP_ARITH_NAME ": in a furnace the reference has the furnace's radiance") { // B8, for A = 0
     const std::vector<Particle> particles = cloud(300, 3, 1, 0.1);
-    SmokeSource smoke = smoke_of(particles);
+    SmokeDescription smoke = smoke_of(particles);
     smoke.albedo = {0, 0, 0};
     smoke.emission = {0.75, 0.75, 0.75};
     const Tracer tracer(smoke, {}, {0.75, 0.75, 0.75});
@@ -210,7 +210,7 @@ TEST_CASE(WISP_ARITH_NAME ": in a furnace the reference has the furnace's radian
 
 TEST_CASE(WISP_ARITH_NAME ": a cloud that glows and scatters its own light is as bright by photons") { // B8, A > 0
     const std::vector<Particle> particles = cloud(400, 2, 1, 0.1);
-    SmokeSource smoke = smoke_of(particles);
+    SmokeDescription smoke = smoke_of(particles);
     smoke.albedo = {0.7, 0.7, 0.7};
     smoke.asymmetry = 0.3;
     smoke.emission = {1, 1, 1};
@@ -233,7 +233,7 @@ TEST_CASE(WISP_ARITH_NAME ": a cloud that glows and scatters its own light is as
             paths += pixel.mean;
             variance += pixel.error * pixel.error;
             photons += static_cast<double>(picture.rgb[size_t(9 * y + 3 * x)]);
-            scattered_alone += 0.3 * (1 - std::exp(-at(optical_depth(tracer.built.medium, ray, path_end))));
+            scattered_alone += 0.3 * (1 - std::exp(-at(optical_depth(tracer.built.medium, ray, infinite_distance))));
         }
     // Within the noise and 2 % for the gather's blur; what is scattered is a third of it.
     CHECK(scattered_alone < 0.75 * paths);
@@ -243,7 +243,7 @@ TEST_CASE(WISP_ARITH_NAME ": a cloud that glows and scatters its own light is as
 TEST_CASE(WISP_ARITH_NAME
           ": a light inside the smoke is seen as its closed airlight says, with a finite variance") { // E10
     // A = int_0^L e^-(t + d) / d^2 dt for a light 0.1 beside the ray at t = 1, L = 2; nearly no second scattering.
-    SmokeSource box = box_of(1, 5, 5, 1);
+    SmokeDescription box = box_of(1, 5, 5, 1);
     const double albedo = 1e-3;
     box.albedo = {albedo, albedo, albedo};
     const Tracer tracer(box, {{LightKind::point, {0, 0.1, 0}, {0, 0, 1}, 2, {1, 1, 1}}});
@@ -259,7 +259,7 @@ TEST_CASE(WISP_ARITH_NAME ": smoke of any density ends a path") { // B2
     const double densest = std::is_same_v<Real, Fixed> ? 1e5 : 1e20;
     for (double area : {1e3, densest}) {
         const std::vector<Particle> particles = {{{0, 0, 0}, 1, area}};
-        SmokeSource smoke = smoke_of(particles);
+        SmokeDescription smoke = smoke_of(particles);
         smoke.albedo = {0.5, 0.5, 0.5};
         const Tracer tracer(smoke, {{LightKind::parallel, {}, {0, 0, -1}, 2, {1, 1, 1}}}, {1, 1, 1});
         for (uint64_t i = 0; i < 20; ++i) {
@@ -272,7 +272,7 @@ TEST_CASE(WISP_ARITH_NAME ": smoke of any density ends a path") { // B2
 
 TEST_CASE(WISP_ARITH_NAME ": passes add up to the same sums however they are divided, and crops are parts") {
     const std::vector<Particle> particles = cloud(100, 3, 1, 1);
-    const SmokeSource smoke = smoke_of(particles);
+    const SmokeDescription smoke = smoke_of(particles);
     const LightSource light = {LightKind::point, {4, 5, 3}, {0, 0, 1}, 2, {50, 40, 30}};
     Scene scene = {};
     scene.camera = look_at_origin(12, 8, 4);

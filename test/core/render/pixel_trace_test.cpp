@@ -8,42 +8,42 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-using Kind = JournalEntry::Kind;
+using Kind = TraceEvent::Kind;
 
 constexpr int pixels = 6;
 constexpr double plate_height = 2.5, plate_half = 1.2;
 
 // A ray with what was told of it, and whether its parts add up.
 struct ToldRay {
-    JournalEntry::Ray ray = {};
+    TraceEvent::Ray ray = {};
     bool marched = false;
-    JournalEntry::March march = {};
-    std::vector<JournalEntry::Step> steps;
-    std::vector<JournalEntry::Light> in_steps;
-    JournalEntry::MarchEnd march_end = {};
-    std::vector<JournalEntry::Hit> hit;
-    std::vector<JournalEntry::Light> lights;
-    JournalEntry::Lit lit = {};
+    TraceEvent::March march = {};
+    std::vector<TraceEvent::Step> steps;
+    std::vector<TraceEvent::Light> in_steps;
+    TraceEvent::MarchEnd march_end = {};
+    std::vector<TraceEvent::Hit> hit;
+    std::vector<TraceEvent::Light> lights;
+    TraceEvent::Lit lit = {};
     std::vector<ToldRay> rays;
-    JournalEntry::RayEnd end = {};
+    TraceEvent::RayEnd end = {};
 };
 
 struct Listener {
-    std::vector<JournalEntry> entries;
-    Journal journal(int x, int y) {
+    std::vector<TraceEvent> entries;
+    PixelTrace journal(int x, int y) {
         return {x, y, this,
-                [](void *self, const JournalEntry &entry) { static_cast<Listener *>(self)->entries.push_back(entry); }};
+                [](void *self, const TraceEvent &entry) { static_cast<Listener *>(self)->entries.push_back(entry); }};
     }
 };
 
 // The ray whose entry is `at`; `at` is then behind its last one.
-ToldRay read_ray(const std::vector<JournalEntry> &entries, size_t &at) {
+ToldRay read_ray(const std::vector<TraceEvent> &entries, size_t &at) {
     ToldRay told;
     REQUIRE(entries[at].kind == Kind::ray);
     told.ray = entries[at++].ray;
     for (;; ++at) {
         REQUIRE(at < entries.size());
-        const JournalEntry &entry = entries[at];
+        const TraceEvent &entry = entries[at];
         switch (entry.kind) {
         case Kind::march:
             CHECK(!told.marched);
@@ -77,12 +77,12 @@ bool same(const Vec3 &a, const Double3 &b) { return at(a.x) == b.x && at(a.y) ==
 struct Scenery : Room {
     explicit Scenery(bool surfaces_ = true, bool glows = true) : particles(cloud(150, 1.2, 0.5, 0.1)) {
         const uint32_t floor = material({{0.1, 0.1, 0.1}, {0.6, 0.5, 0.4}, {0.3, 0.3, 0.3}, 8, 0, 1}),
-                       grey = material(matte({0.5, 0.5, 0.5})),
+                       single_channel = material(matte({0.5, 0.5, 0.5})),
                        pane = material({{0, 0, 0}, {0.1, 0.1, 0.1}, {0.2, 0.2, 0.2}, 20, 0.7, 1.5});
         scene.background = {0.25, 0.5, 0.125};
         if (surfaces_) {
             add_floor(*this, -2, 9, floor);
-            add_floor(*this, plate_height, plate_half, grey);
+            add_floor(*this, plate_height, plate_half, single_channel);
             add({-1.5, -2, 2}, {1.5, -2, 2}, {1.5, 1, 2}, {-1.5, 1, 2}, pane);
         }
         light(LightKind::point, {1, 5, 1}, {20, 20, 15});
@@ -100,7 +100,7 @@ struct Scenery : Room {
         scene.camera = {{0.3, 0.6, 7}, {-0.5, 0.45, -1}, {step, 0, 0}, {0, -step, 0}};
     }
     std::vector<Particle> particles;
-    std::vector<SmokeSource> smokes;
+    std::vector<SmokeDescription> smokes;
 };
 
 struct Way {
@@ -129,7 +129,7 @@ Settings settings_of(const Way &way, ShadowMethod shadows = ShadowMethod::exact,
     return settings;
 }
 
-std::vector<float> heard_picture(const Scene &scene, const Settings &settings, const Journal *journal) {
+std::vector<float> heard_picture(const Scene &scene, const Settings &settings, const PixelTrace *journal) {
     std::vector<unsigned char> memory(plan(scene, settings).bytes.arena);
     Arena arena(memory.data(), memory.size());
     const Crop &crop = settings.crop;
@@ -164,7 +164,7 @@ std::vector<ToldRay> read_pixel(const Scene &scene, const Settings &settings, co
         sum += seen;
     }
     REQUIRE(at_entry + 1 == entries.size());
-    const JournalEntry::Pixel &pixel = entries[at_entry].pixel;
+    const TraceEvent::Pixel &pixel = entries[at_entry].pixel;
     CHECK(entries[at_entry].kind == Kind::pixel);
     CHECK(pixel.samples == settings.samples);
     const Color mean = sum / Real(static_cast<int32_t>(settings.samples));
@@ -192,7 +192,7 @@ void check_sums(const ToldRay &told, const Color &background) {
         return;
     }
     Color lit(Real(0));
-    for (const JournalEntry::Light &light : told.lights) lit += back(light.contribution);
+    for (const TraceEvent::Light &light : told.lights) lit += back(light.contribution);
     CHECK(same(lit, told.lit.radiance));
     Color sum = back(told.hit[0].ambient) + lit;
     for (const ToldRay &next : told.rays) {
@@ -215,7 +215,7 @@ void check_march(const ToldRay &told, uint32_t light_count) {
     }
     double depth = 0, radiance = 0;
     size_t next = 0;
-    for (const JournalEntry::Step &step : told.steps) {
+    for (const TraceEvent::Step &step : told.steps) {
         CHECK(step.step >= 0);
         CHECK(step.step < told.march.steps);
         CHECK(step.distance > told.march.begin - 1e-5);
@@ -236,7 +236,7 @@ void check_march(const ToldRay &told, uint32_t light_count) {
         // Its lights, once each.
         double single = 0;
         uint32_t lights = 0;
-        for (const JournalEntry::Light &light : told.in_steps)
+        for (const TraceEvent::Light &light : told.in_steps)
             if (light.step == step.step) {
                 single += light.contribution.x;
                 ++lights;
@@ -284,7 +284,7 @@ TEST_CASE(WISP_ARITH_NAME ": a pixel's told sum is its value in the picture, to 
                     CAPTURE(y);
                     settings.crop = {x, y, x + 1, y + 1};
                     Listener listener;
-                    const Journal journal = listener.journal(x, y);
+                    const PixelTrace journal = listener.journal(x, y);
                     const std::vector<float> alone = heard_picture(scenery.scene, settings, &journal);
                     const float *rgb = picture.data() + 3 * (y * pixels + x);
                     CHECK(std::memcmp(alone.data(), rgb, 3 * sizeof *rgb) == 0);
@@ -295,7 +295,7 @@ TEST_CASE(WISP_ARITH_NAME ": a pixel's told sum is its value in the picture, to 
                             steps += told.steps.size();
                             hits += told.hit.size();
                             sent += told.rays.size();
-                            for (const JournalEntry::Step &step : told.steps) multiple |= step.multiple.x > 0;
+                            for (const TraceEvent::Step &step : told.steps) multiple |= step.multiple.x > 0;
                         });
                 }
             CHECK(steps > 50);
@@ -312,7 +312,7 @@ TEST_CASE(WISP_ARITH_NAME ": a pixel of surfaces alone is told, too; others, and
     const std::vector<float> picture = heard_picture(scenery.scene, settings, nullptr);
     for (const int place : {0, 7, 20, 35}) { // in the whole picture
         Listener listener;
-        const Journal journal = listener.journal(place % pixels, place / pixels);
+        const PixelTrace journal = listener.journal(place % pixels, place / pixels);
         CHECK(heard_picture(scenery.scene, settings, &journal) == picture);
         for (const ToldRay &ray : read_pixel(scenery.scene, settings, listener, picture.data() + 3 * place))
             for_each_ray(ray, [&](const ToldRay &told) {
@@ -321,7 +321,7 @@ TEST_CASE(WISP_ARITH_NAME ": a pixel of surfaces alone is told, too; others, and
             });
     }
     Listener listener;
-    const Journal outside = listener.journal(pixels, 0);
+    const PixelTrace outside = listener.journal(pixels, 0);
     CHECK(heard_picture(scenery.scene, settings, &outside) == picture);
     CHECK(listener.entries.empty());
 }
@@ -337,13 +337,13 @@ TEST_CASE(WISP_ARITH_NAME ": told shadows are those of a plate that is in the wa
             size_t blocked[2] = {0, 0}, lit[2] = {0, 0}, answers[5] = {};
             for (const int place : {14, 15, 20, 21, 26, 27, 33}) {
                 Listener listener;
-                const Journal journal = listener.journal(place % pixels, place / pixels);
+                const PixelTrace journal = listener.journal(place % pixels, place / pixels);
                 const std::vector<float> picture = heard_picture(scenery.scene, settings, &journal);
                 for (const ToldRay &ray : read_pixel(scenery.scene, settings, listener, picture.data() + 3 * place))
                     for_each_ray(ray, [&](const ToldRay &told) {
-                        const auto check = [&](const JournalEntry::Light &light, const Double3 &from, bool in_smoke) {
+                        const auto check = [&](const TraceEvent::Light &light, const Double3 &from, bool in_smoke) {
                             ++answers[static_cast<int>(light.answer)];
-                            if (light.answer == ShadowAnswer::unasked) {
+                            if (light.answer == ShadowDecision::unasked) {
                                 CHECK(!light.blocked);
                                 return;
                             }
@@ -353,9 +353,9 @@ TEST_CASE(WISP_ARITH_NAME ": told shadows are those of a plate that is in the wa
                             CHECK(light.blocked == (plate == Plate::before));
                             ++(light.blocked ? blocked : lit)[in_smoke];
                         };
-                        for (const JournalEntry::Light &light : told.lights) check(light, told.hit[0].point, false);
-                        for (const JournalEntry::Light &light : told.in_steps)
-                            for (const JournalEntry::Step &step : told.steps)
+                        for (const TraceEvent::Light &light : told.lights) check(light, told.hit[0].point, false);
+                        for (const TraceEvent::Light &light : told.in_steps)
+                            for (const TraceEvent::Step &step : told.steps)
                                 if (step.step == light.step) {
                                     const Double3 &o = told.ray.origin, &d = told.ray.direction;
                                     const double t = step.distance;
@@ -367,21 +367,21 @@ TEST_CASE(WISP_ARITH_NAME ": told shadows are those of a plate that is in the wa
                 CHECK(blocked[in_smoke] > 10);
                 CHECK(lit[in_smoke] > 10);
             }
-            const auto count = [&answers](ShadowAnswer answer) { return answers[static_cast<int>(answer)]; };
+            const auto count = [&answers](ShadowDecision answer) { return answers[static_cast<int>(answer)]; };
             // What this scene makes of each method.
             const bool proves = method == ShadowMethod::exact || method == ShadowMethod::voxel,
                        lists = method == ShadowMethod::lightbuffer || method == ShadowMethod::lie;
-            CHECK((count(ShadowAnswer::known) > 0) == (proves || method == ShadowMethod::lightbuffer));
-            CHECK((count(ShadowAnswer::traced) > 0) == !lists);
-            CHECK((count(ShadowAnswer::tried) > 0) ==
+            CHECK((count(ShadowDecision::known) > 0) == (proves || method == ShadowMethod::lightbuffer));
+            CHECK((count(ShadowDecision::traced) > 0) == !lists);
+            CHECK((count(ShadowDecision::tried) > 0) ==
                   (lists || method == ShadowMethod::cache || method == ShadowMethod::exact));
-            CHECK(count(ShadowAnswer::known_still) == 0); // nothing moves
+            CHECK(count(ShadowDecision::culled_static) == 0); // nothing moves
         }
 }
 
 TEST_CASE(WISP_ARITH_NAME ": what is told of a hit and of the smoke before its light has its closed form") {
     Scenery scenery(true, false);
-    SmokeSource fog = {};
+    SmokeDescription fog = {};
     fog.grid = {1, 1, 1, nullptr, 0.25, {0, 0, 0}, {8, 1, 8}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     scenery.smokes = {grid_smoke_of(fog.grid)};
     scenery.scene.smokes = scenery.smokes.data();
@@ -390,22 +390,22 @@ TEST_CASE(WISP_ARITH_NAME ": what is told of a hit and of the smoke before its l
     size_t checked = 0;
     for (int place = 0; place < pixels * pixels; ++place) {
         Listener listener;
-        const Journal journal = listener.journal(place % pixels, place / pixels);
+        const PixelTrace journal = listener.journal(place % pixels, place / pixels);
         settings.crop = {place % pixels, place / pixels, place % pixels + 1, place / pixels + 1};
         const std::vector<float> rgb = heard_picture(scenery.scene, settings, &journal);
         for (const ToldRay &ray : read_pixel(scenery.scene, settings, listener, rgb.data()))
-            for (const JournalEntry::Hit &hit : ray.hit) {
+            for (const TraceEvent::Hit &hit : ray.hit) {
                 const Double3 &o = ray.ray.origin, &d = ray.ray.direction;
                 CHECK(std::fabs(o.y + d.y * hit.distance - hit.point.y) < 1e-5);
                 CHECK(std::fabs(o.x + d.x * hit.distance - hit.point.x) < 1e-5);
                 if (hit.triangle > 1) continue;
                 CHECK(std::fabs(hit.point.y + 2) < 1e-6); // the floor
                 CHECK(hit.material == 0);
-                CHECK(hit.body == -1);
+                CHECK(hit.instance == -1);
                 CHECK(hit.still);
                 CHECK(hit.plane.y == 1);
-                for (const JournalEntry::Light &light : ray.lights) {
-                    if (light.answer == ShadowAnswer::unasked || light.blocked) continue;
+                for (const TraceEvent::Light &light : ray.lights) {
+                    if (light.answer == ShadowDecision::unasked || light.blocked) continue;
                     // Fog of height 2, from 1 to 3 above the floor.
                     const Double3 &l = light.direction;
                     const double way = 2 / -l.y, up = 3 / -l.y; // in the fog, to its top

@@ -19,7 +19,7 @@ Double3 times(const Double3 &a, const Double3 &b) { return {a.x * b.x, a.y * b.y
 struct Facet {
     Double3 corner[3], normal[3], plane; // plane: twice the area long
     bool smooth;
-    uint32_t index, body;
+    uint32_t index, instance;
     const Triangle *source;
 };
 
@@ -43,20 +43,20 @@ class SecondTracer {
             const Triangle &t = room.triangles[i];
             Facet f = {};
             f.index = i;
-            f.body = scene_.body_count;
+            f.instance = scene_.instance_count;
             f.source = &t;
             f.smooth = length(t.normal[0]) > 0;
-            const Body *body = nullptr;
-            for (uint32_t b = 0; b < scene_.body_count; ++b)
-                if (i >= scene_.bodies[b].first && i - scene_.bodies[b].first < scene_.bodies[b].count)
-                    body = &scene_.bodies[f.body = b];
-            if (body && !body->visible) continue;
+            const Instance *instance = nullptr;
+            for (uint32_t b = 0; b < scene_.instance_count; ++b)
+                if (i >= scene_.instances[b].first && i - scene_.instances[b].first < scene_.instances[b].count)
+                    instance = &scene_.instances[f.instance = b];
+            if (instance && !instance->visible) continue;
             for (int k = 0; k < 3; ++k) {
                 f.corner[k] = t.corner[k];
                 f.normal[k] = t.normal[k];
-                if (!body) continue;
-                const Double3 *a = body->axis, p = t.corner[k], n = t.normal[k];
-                f.corner[k] = a[0] * p.x + a[1] * p.y + a[2] * p.z + body->origin;
+                if (!instance) continue;
+                const Double3 *a = instance->axis, p = t.corner[k], n = t.normal[k];
+                f.corner[k] = a[0] * p.x + a[1] * p.y + a[2] * p.z + instance->origin;
                 // Cofactors, over the determinant: the inverse transpose.
                 const double det = dot(a[0], cross(a[1], a[2]));
                 f.normal[k] = (cross(a[1], a[2]) * n.x + cross(a[2], a[0]) * n.y + cross(a[0], a[1]) * n.z) * (1 / det);
@@ -87,7 +87,7 @@ class SecondTracer {
     }
 
     // Moeller and Trumbore's.
-    Met meet(const SecondRay &ray, const Facet &f) const {
+    Met intersect(const SecondRay &ray, const Facet &f) const {
         Met met;
         const Double3 e1 = f.corner[1] - f.corner[0], e2 = f.corner[2] - f.corner[0], e3 = e2 - e1;
         const Double3 p = cross(ray.direction, e2), s = ray.origin - f.corner[0], q = cross(s, e1);
@@ -125,7 +125,7 @@ class SecondTracer {
         std::vector<Met> all;
         for (const Facet &f : facets_) {
             if (f.index == ray.skip) continue;
-            const Met met = meet(ray, f);
+            const Met met = intersect(ray, f);
             if (met.close && !met.facet) {
                 best.close = true; // may be met, who knows where
                 continue;
@@ -150,10 +150,10 @@ class SecondTracer {
         if (!best.close) {
             TreeCounts unused = {};
             const Hit hit = nearest_hit(room_.surfaces, {vec_of(ray.origin), vec_of(ray.direction)}, real(ray.begin),
-                                        path_end, ray.skip, unused);
+                                        infinite_distance, ray.skip, unused);
             ++decisions;
             wrong += hit.found != (best.facet != nullptr) ||
-                     (hit.found && (hit.triangle != best.facet->index || hit.body != best.facet->body));
+                     (hit.found && (hit.triangle != best.facet->index || hit.instance != best.facet->instance));
         }
         close_ |= best.close;
         return best;
@@ -163,7 +163,7 @@ class SecondTracer {
         bool stopped = false, close = false;
         for (const Facet &f : facets_) {
             if (f.index == ray.skip || scene_.materials[f.source->material].transmission > 0) continue;
-            const Met met = meet(ray, f);
+            const Met met = intersect(ray, f);
             stopped |= met.facet && !met.close;
             close |= met.close;
         }
@@ -269,8 +269,8 @@ class SecondTracer {
             const double cosine = dot(normal, to);
             if (!above(dot(plane, to), plane_error + to_error) || !above(cosine, normal_error + to_error)) continue;
             ++counts.rays.shadow;
-            const double end = parallel ? 0x1p20 - scene_.skin : far - scene_.skin;
-            if (blocked({x, to, scene_.skin, end, x_error, to_error, f.index})) continue;
+            const double end = parallel ? 0x1p20 - scene_.ray_epsilon : far - scene_.ray_epsilon;
+            if (blocked({x, to, scene_.ray_epsilon, end, x_error, to_error, f.index})) continue;
             const Double3 mirrored = normal * (2 * cosine) - to;
             const double rv = std::max(0.0, -dot(mirrored, d));
             const double highlight = m.shininess == 0 ? 1 : std::pow(rv, m.shininess);
@@ -306,13 +306,13 @@ class SecondTracer {
             if (!above(dot(back, plane), 2 * normal_error + ray.direction_error + plane_error))
                 back = d - plane * (2 * dot(plane, d));
             const double error = ray.direction_error + 4 * (normal_error + plane_error) + step_error;
-            sum = sum + times(share, follow({x, unit(back), scene_.skin, 0x1p19, x_error, error, f.index}, cone,
+            sum = sum + times(share, follow({x, unit(back), scene_.ray_epsilon, 0x1p19, x_error, error, f.index}, cone,
                                             depth + 1, weight * largest(share)));
         }
         if (through && depth < room_.depth && t > 0 &&
             above(weight * t - 0.01, step_error * static_cast<double>(depth + 1))) {
             ++counts.rays.refracted;
-            sum = sum + follow({x, bent, scene_.skin, 0x1p19, x_error, bent_error + step_error, f.index}, cone,
+            sum = sum + follow({x, bent, scene_.ray_epsilon, 0x1p19, x_error, bent_error + step_error, f.index}, cone,
                                depth + 1, weight * t) *
                             t;
         }

@@ -26,7 +26,7 @@ struct LitSmoke {
         scene.light_count = static_cast<uint32_t>(lights.size());
     }
     std::vector<Particle> particles;
-    SmokeSource smoke;
+    SmokeDescription smoke;
     std::vector<LightSource> lights;
     Scene scene = {};
 };
@@ -146,7 +146,7 @@ TEST_CASE(WISP_ARITH_NAME ": two smokes add, and one split in two is the one") {
     LitSmoke one(all);
     one.light({LightKind::point, {5, 6, 4}, {0, 0, 1}, 2, {50, 40, 30}});
     LitSmoke two(all);
-    const SmokeSource parts[] = {smoke_of(first), smoke_of(second)};
+    const SmokeDescription parts[] = {smoke_of(first), smoke_of(second)};
     two.scene.smokes = parts;
     two.scene.smoke_count = 2;
     two.light(one.lights[0]);
@@ -251,7 +251,7 @@ TEST_CASE(WISP_ARITH_NAME ": an empty smoke beside another changes no bit") {
     Settings settings = small_settings(6);
     settings.photons = 3000;
     const Rendered alone = render_in_memory(lit.scene, settings);
-    const SmokeSource both[] = {smoke_of({}), lit.smoke};
+    const SmokeDescription both[] = {smoke_of({}), lit.smoke};
     lit.scene.smokes = both;
     lit.scene.smoke_count = 2;
     const Rendered beside = render_in_memory(lit.scene, settings);

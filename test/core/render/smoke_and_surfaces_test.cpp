@@ -1,6 +1,6 @@
 // Smoke and surfaces in one picture: how far rays march, what lights smoke, where photons end. Hard case E14.
 #include "support/animated_room.h"
-#include "support/built_grid.h"
+#include "support/built_sparse_grid.h"
 #include "support/compared_pictures.h"
 #include "wisp/wisp.h"
 #include <cstring>
@@ -27,7 +27,7 @@ Settings settings_of(Way way, int pixels = 1, uint64_t photons = 0) {
 // Surfaces, lights and smoke.
 struct Place : Room {
     const Scene &shown() {
-        scene.still_count = static_cast<uint32_t>(triangles.size());
+        scene.static_count = static_cast<uint32_t>(triangles.size());
         build();
         scene.smokes = smokes.data();
         scene.smoke_count = static_cast<uint32_t>(smokes.size());
@@ -46,12 +46,12 @@ struct Place : Room {
             for (const double side : {-half, half}) plate(axis, side, half, material);
     }
 
-    std::vector<SmokeSource> smokes;
+    std::vector<SmokeDescription> smokes;
 };
 
 // A cube of even smoke from -2 to 2.
 constexpr double half_edge = 2;
-SmokeSource fog(double sigma, double cells = 8) { return box_smoke({half_edge, half_edge, half_edge}, sigma, cells); }
+SmokeDescription fog(double sigma, double cells = 8) { return box_smoke({half_edge, half_edge, half_edge}, sigma, cells); }
 
 // What one ray sees, in red, and the standard error of that.
 struct Seen {
@@ -64,7 +64,7 @@ Seen look(Place &place, Way way, const Double3 &from, const Double3 &along, uint
     Scene scene = place.scene;
     scene.camera = {from, along, {0, 0, 0}, {0, 0, 0}};
     if (way == Way::reference) {
-        for (SmokeSource &smoke : place.smokes)
+        for (SmokeDescription &smoke : place.smokes)
             if (smoke.is_grid()) smoke.smallest_h = smoke.largest_h = 2; // wide majorants: all are equal
         double noise;
         const double red = reference_of(scene, 1, passes, noise, 10)[0];
@@ -282,7 +282,7 @@ TEST_CASE(WISP_ARITH_NAME ": a lamp on a ceiling lights the smoke below as if th
             Place roofed = bare;
             roofed.plate(1, height, 9, roofed.material(matte({1, 1, 1})));
             Place under = roofed;
-            under.lights[0].position.y -= 4 * under.scene.skin;
+            under.lights[0].position.y -= 4 * under.scene.ray_epsilon;
             for (const Way way : {Way::direct, Way::volume, Way::bricks, Way::elements, Way::reference}) {
                 CAPTURE(static_cast<int>(way));
                 const Double3 from = {-6, 0.4, 0.3}, along = {1, 0.01, 0.02};
@@ -436,7 +436,7 @@ TEST_CASE(WISP_ARITH_NAME ": walls that light passes change no bit of a particle
             std::vector<unsigned char> memory(planned.bytes.arena);
             Arena arena(memory.data(), memory.size());
             maps[walls].resize(planned.map_sums);
-            MapSums sums = {maps[walls].data(), planned.map_sums, 0};
+            PhotonSums sums = {maps[walls].data(), planned.map_sums, 0};
             REQUIRE(trace_map(scene, settings, all_batches(settings), arena, Observer{}, sums, statistics[walls]) ==
                     Status::done);
             REQUIRE(sums.count > 0);
@@ -564,7 +564,7 @@ TEST_CASE(WISP_ARITH_NAME
           ": however shadows are found, frames of smoke and surfaces in any order are those of tracing, "
           "and keep to their plan") {
     const std::vector<Particle> particles = cloud(60, 8, 2.5, 4);
-    const SmokeSource smoke = smoke_of(particles);
+    const SmokeDescription smoke = smoke_of(particles);
     constexpr ShadowMethod methods[] = {ShadowMethod::trace, ShadowMethod::cache,       ShadowMethod::exact,
                                         ShadowMethod::voxel, ShadowMethod::lightbuffer, ShadowMethod::lie};
     constexpr int frames = 2;
@@ -584,7 +584,7 @@ TEST_CASE(WISP_ARITH_NAME
             settings.step = 2;
             settings.light_step = 1;
             std::vector<unsigned char> memory(plan(room.scene, settings).bytes.arena);
-            const auto draw = [&](size_t bytes, Kept &kept) {
+            const auto draw = [&](size_t bytes, FrameCache &kept) {
                 Rendered frame;
                 Arena arena(memory.data(), bytes);
                 frame.rgb.assign(room_pixels * room_pixels * 3, -7);
@@ -592,7 +592,7 @@ TEST_CASE(WISP_ARITH_NAME
                     render(room.scene, settings, arena, Observer{}, frame.rgb.data(), frame.statistics, nullptr, &kept);
                 return frame;
             };
-            Kept kept = {};
+            FrameCache kept = {};
             for (size_t i = 0; i < frames; ++i, room.change()) {
                 const Rendered frame = draw(memory.size(), kept);
                 REQUIRE(frame.status == Status::done);
@@ -603,7 +603,7 @@ TEST_CASE(WISP_ARITH_NAME
                 shadows += frame.statistics.rays.shadow;
                 culled += frame.statistics.rays.shadow_culled;
                 if (i + 1 < frames) continue;
-                Kept none = {};
+                FrameCache none = {};
                 CHECK(same(draw(memory.size(), none).rgb, frame.rgb)); // alone
                 settings.crop = {3, 5, 12, 9};
                 const Rendered part = render_in_memory(room.scene, settings);
@@ -632,14 +632,14 @@ TEST_CASE(WISP_ARITH_NAME ": smoke that stays the same is built by the first fra
         CAPTURE(static_cast<int>(way));
         RoomFrames room(760, 16, 4, ShadowMethod::exact);
         std::vector<Particle> particles = cloud(60, 8, 2.5, 4);
-        SmokeSource smoke = smoke_of(particles);
+        SmokeDescription smoke = smoke_of(particles);
         room.scene.smokes = &smoke;
         room.scene.smoke_count = 1;
         Settings settings = cellar_settings(way, room_pixels, 300);
         settings.depth = room.depth;
         settings.light_step = 1;
         std::vector<unsigned char> memory(plan(room.scene, settings).bytes.arena);
-        Kept kept = {};
+        FrameCache kept = {};
         const auto check = [&](bool same_smoke, bool right) {
             kept.same_smoke = same_smoke;
             const Rendered alone = render_in_memory(room.scene, settings);
@@ -658,7 +658,7 @@ TEST_CASE(WISP_ARITH_NAME ": smoke that stays the same is built by the first fra
         for (int i = 0; i < 3; ++i) { // surfaces move, and the smoke lies elsewhere in memory
             room.change();
             const std::vector<Particle> moved = particles;
-            const SmokeSource other = smoke_of(moved);
+            const SmokeDescription other = smoke_of(moved);
             room.scene.smokes = &other;
             check(true, true);
             room.scene.smokes = &smoke;
@@ -678,7 +678,7 @@ TEST_CASE(WISP_ARITH_NAME
     for (uint64_t seed = 720; seed < 726; ++seed) {
         RoomFrames room(seed, 16, 3, ShadowMethod::paper, false);
         const std::vector<Particle> particles = cloud(60, 8, 2.5, 4);
-        const SmokeSource smoke = smoke_of(particles);
+        const SmokeDescription smoke = smoke_of(particles);
         room.scene.smokes = &smoke;
         room.scene.smoke_count = 1;
         Settings settings = cellar_settings(Way::bricks, room_pixels, 0);
@@ -686,7 +686,7 @@ TEST_CASE(WISP_ARITH_NAME
         Settings paper = settings;
         paper.shadows = ShadowMethod::paper;
         std::vector<unsigned char> memory(plan(room.scene, paper).bytes.arena);
-        Kept kept = {};
+        FrameCache kept = {};
         for (int i = 0; i < 4; ++i, room.change()) {
             const Rendered right = render_in_memory(room.scene, settings);
             Rendered frame = right;
@@ -729,9 +729,9 @@ TEST_CASE(WISP_ARITH_NAME ": clusters of many lights above a surface in smoke") 
 TEST_CASE(WISP_ARITH_NAME ": what is not there costs nothing") {
     Cellar cellar;
     const Settings settings = default_settings(8, 1000);
-    const std::vector<SmokeSource> smokes = cellar.smokes;
-    const SmokeSource nothing = smoke_of({});
-    const auto counts_of = [&](const std::vector<SmokeSource> &some) {
+    const std::vector<SmokeDescription> smokes = cellar.smokes;
+    const SmokeDescription nothing = smoke_of({});
+    const auto counts_of = [&](const std::vector<SmokeDescription> &some) {
         cellar.smokes = some;
         const Rendered picture = render_in_memory(cellar.seen(8), settings);
         REQUIRE(picture.status == Status::done);

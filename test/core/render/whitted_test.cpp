@@ -175,11 +175,11 @@ TEST_CASE(WISP_ARITH_NAME ": a body is where its matrix says, and hidden where i
     // p' = (2 -z, 3 x, y) + (0.5, -1, 2): the way back is p = ((y' + 1) / 3, z' - 2, -(x' - 0.5) / 2).
     const auto back = [](const Double3 &p) { return Double3{(p.y + 1) / 3, p.z - 2, -(p.x - 0.5) / 2}; };
     moved.add(back(a), back(b), back(c), 1);
-    moved.scene.still_count = 2;
-    moved.scene.body_triangle_count = 1;
-    Body body = {2,   1, {{0, 3, 0}, {0, 0, 1}, {-2, 0, 0}}, {0.5, -1, 2}, {{0, 0, -0.5}, {1.0 / 3, 0, 0}, {0, 1, 0}},
+    moved.scene.static_count = 2;
+    moved.scene.instance_triangle_count = 1;
+    Instance instance = {2,   1, {{0, 3, 0}, {0, 0, 1}, {-2, 0, 0}}, {0.5, -1, 2}, {{0, 0, -0.5}, {1.0 / 3, 0, 0}, {0, 1, 0}},
                  true};
-    moved.bodies = {body};
+    moved.instances = {instance};
     still.build();
     moved.build();
     Sequence next{4};
@@ -195,10 +195,10 @@ TEST_CASE(WISP_ARITH_NAME ": a body is where its matrix says, and hidden where i
         seen += at(x.z) > 0.1 && at(x.x) != at(x.z);
     }
     CHECK(seen > 50);
-    moved.bodies[0].visible = false;
+    moved.instances[0].visible = false;
     moved.build();
     still.triangles.pop_back();
-    still.scene.still_count = 2;
+    still.scene.static_count = 2;
     still.build();
     for (int i = 0; i < 100; ++i) {
         const Double3 from = {next() * 8 - 4, next() * 5 + 3, next() * 8 - 4},
@@ -216,10 +216,10 @@ TEST_CASE(WISP_ARITH_NAME ": normals of a body are interpolated, however it is s
         room.add({-1 / size, -1 / size, 0}, {1 / size, -1 / size, 0}, {0, 1 / size, 0}, 0);
         const Double3 normals[] = {{-0.6, 0, 0.8}, {0.6, 0, 0.8}, {0, 0, 1}};
         std::copy(normals, normals + 3, room.triangles[0].normal);
-        room.scene.body_triangle_count = 1;
-        Body body = {0, 1, {{size, 0, 0}, {0, size, 0}, {0, 0, size}}, {0, 0, 0}, {}, true};
-        body.inverse[0].x = body.inverse[1].y = body.inverse[2].z = 1 / size;
-        room.bodies = {body};
+        room.scene.instance_triangle_count = 1;
+        Instance instance = {0, 1, {{size, 0, 0}, {0, size, 0}, {0, 0, size}}, {0, 0, 0}, {}, true};
+        instance.inverse[0].x = instance.inverse[1].y = instance.inverse[2].z = 1 / size;
+        room.instances = {instance};
         room.light(LightKind::parallel, {0, 0, 0}, {3.14159265358979, 0, 0});
         room.build();
         // At (x, -0.999), of which the last corner has 0.0005.
@@ -239,11 +239,11 @@ TEST_CASE(WISP_ARITH_NAME ": a small body far from the middle has its own planes
         m.diffuse = {1, 1, 1};
         room.material(m);
         room.add({-1, -1, -0.25}, {1, -1, 0.25}, {0, 1, 0}, 0);
-        room.scene.body_triangle_count = 1;
-        Body body = {0, 1, {{size, 0, 0}, {0, size, 0}, {0, 0, size}}, {2000, 1000, -1500}, {}, true};
+        room.scene.instance_triangle_count = 1;
+        Instance instance = {0, 1, {{size, 0, 0}, {0, size, 0}, {0, 0, size}}, {2000, 1000, -1500}, {}, true};
         const double back = 1 / size;
-        body.inverse[0].x = body.inverse[1].y = body.inverse[2].z = back;
-        room.bodies = {body};
+        instance.inverse[0].x = instance.inverse[1].y = instance.inverse[2].z = back;
+        room.instances = {instance};
         room.light(LightKind::constant, {2000, 1000, 3000}, {1, 1, 1});
         room.build();
         // The normal is (-1, 0, 4), whatever the size.

@@ -14,7 +14,7 @@ constexpr double least_size = 16;
 
 struct AwkwardRoom : Room {
     AwkwardRoom(double size_, uint64_t seed) : size(size_), next{seed * 331 + 11} {
-        scene.skin = size * 4e-6;
+        scene.ray_epsilon = size * 4e-6;
         white = material(matte({1, 1, 1}));
         scene.background = {0.25, 0.5, 0.75};
     }
@@ -30,15 +30,15 @@ struct AwkwardRoom : Room {
         light(kind, where, Double3{1, 1, 1} * (kind == LightKind::constant ? 1 : size), {0, -1, 0});
     }
     // All triangles added from here to the end are one more body, with its space where it is.
-    void body_from(size_t first) {
-        Body body = {};
-        body.first = static_cast<uint32_t>(first);
-        body.count = static_cast<uint32_t>(triangles.size() - first);
-        body.axis[0].x = body.axis[1].y = body.axis[2].z = 1;
-        body.inverse[0].x = body.inverse[1].y = body.inverse[2].z = 1;
-        body.visible = true;
-        bodies.push_back(body);
-        scene.body_triangle_count += body.count;
+    void instance_from(size_t first) {
+        Instance instance = {};
+        instance.first = static_cast<uint32_t>(first);
+        instance.count = static_cast<uint32_t>(triangles.size() - first);
+        instance.axis[0].x = instance.axis[1].y = instance.axis[2].z = 1;
+        instance.inverse[0].x = instance.inverse[1].y = instance.inverse[2].z = 1;
+        instance.visible = true;
+        instances.push_back(instance);
+        scene.instance_triangle_count += instance.count;
     }
     void look_down() {
         scene.camera.origin = at(0.2, 2, 1.9);
@@ -73,7 +73,7 @@ struct KeptPictures {
     Settings settings;
     std::vector<unsigned char> block;
     Statistics statistics;
-    Kept kept = {};
+    FrameCache kept = {};
 };
 std::vector<float> traced_picture(const Scene &scene) { return KeptPictures(ShadowMethod::trace)(scene); }
 
@@ -102,7 +102,7 @@ void fill_with_touching(AwkwardRoom &room) {
     room.add(room.at(-0.9, 0, 0.1), room.at(-0.2, 0, 0.3), room.at(-0.5, 0.4, 0.2), room.white);  // a wall on it
     room.add(room.at(-0.4, 0, -0.4), room.at(-0.1, 0, -0.6), room.at(-0.2, 0, -0.1), room.white); // in it
     for (const double skins : {0.5, 1.0, 1.5, 3.0}) {
-        const double y = room.scene.skin / room.size * skins, x = 0.2 * skins - 0.9;
+        const double y = room.scene.ray_epsilon / room.size * skins, x = 0.2 * skins - 0.9;
         room.add(room.at(x, y, 0.5), room.at(x + 0.15, y, 0.5), room.at(x, y, 0.7), room.white);
     }
     const Double3 a = room.at(-0.8, 0, -0.8), b = room.at(-0.6, 0, -0.7);
@@ -192,13 +192,13 @@ struct Flight : AwkwardRoom {
     explicit Flight(double size_) : AwkwardRoom(size_, 5) {
         add_floor(*this, 0, size, white);                                                             // 0, 1
         add(at(-0.9, 0.6, -0.2), at(-0.3, 0.6, -0.2), at(-0.3, 0.6, 0.4), at(-0.9, 0.6, 0.4), white); // 2, 3
-        scene.still_count = 4;
+        scene.static_count = 4;
         add_box(*this, {0, 0, 0}, at(0.2, 0.02, 0.2), white); // 4 ... 15
-        body_from(4);
+        instance_from(4);
         add(at(-0.1, 0, 0.1), at(0.1, 0, 0.1), at(0.1, 0, -0.1), at(-0.1, 0, -0.1), white); // 16, 17
-        body_from(16);
+        instance_from(16);
         add(at(0, 0.3, 0), at(0.2, 0.3, 0), at(0, 0.3, 0.2), white);
-        scene.morph_count = 1;
+        scene.deforming_count = 1;
         lamp(at(0, 2, 0));
         sun({0.2, -1, 0.1});
         lamp(at(0.3, 1.2, 0.4));
@@ -208,9 +208,9 @@ struct Flight : AwkwardRoom {
     static constexpr int frames = 6;
     void show(int frame) {
         const double slab[frames] = {4, 0.5, 0.5, 0.5, 0.55, -4}, plate[frames] = {0.2, -0.6, -0.6, 0.2, -0.7, 0.7};
-        bodies[0].origin = at(slab[frame], 0.4, 0.3);
-        bodies[0].visible = frame != 2;
-        bodies[1].origin = at(plate[frame], 0.2, 0.1);
+        instances[0].origin = at(slab[frame], 0.4, 0.3);
+        instances[0].visible = frame != 2;
+        instances[1].origin = at(plate[frame], 0.2, 0.1);
         triangles.back().corner[2] = frame == 4 ? at(-0.3, 0.3, 0.6) : at(0, 0.3, 0);
         build();
     }
@@ -324,7 +324,7 @@ TEST_CASE(WISP_ARITH_NAME ": a light that moves, turns, is of another kind, or o
                 case 4: light.kind = LightKind::spot; break;
                 case 5: light.one_minus_cosine = 0.2; break;
                 case 6: light.direction = unit({0.1, -1, 0.2}); break;
-                case 7: light.position.x += room.scene.skin; break; // hardly
+                case 7: light.position.x += room.scene.ray_epsilon; break; // hardly
                 case 8: light.position = room.at(-0.5, 0.75, -0.75); break;
                 default: break;
                 }

@@ -9,21 +9,21 @@ namespace {
 // Bodies of four triangles, large and small, in heaps and far apart, above a rough floor; lights of all kinds among
 // them, in them, and where they begin.
 struct Crowd : Room {
-    explicit Crowd(uint64_t seed, int most_bodies = 0) : next{seed * 919 + 3} {
+    explicit Crowd(uint64_t seed, int max_instances = 0) : next{seed * 919 + 3} {
         size = seed % 3 == 0 ? 1 : seed % 3 == 1 ? 30 : 1500;
-        scene.skin = size * 4e-6;
+        scene.ray_epsilon = size * 4e-6;
         material(matte({1, 1, 1}));
         material(glass(1));
         for (int i = 0; i < 24; ++i) {
             const Double3 at = point(1);
             add({at.x, -0.2 * size, at.z}, at + point(0.2), at + point(0.2), pick(6) == 0);
         }
-        scene.still_count = 24;
-        const int count = 1 + pick(most_bodies ? most_bodies : seed % 5 == 0 ? 200 : 12);
+        scene.static_count = 24;
+        const int count = 1 + pick(max_instances ? max_instances : seed % 5 == 0 ? 200 : 12);
         for (int b = 0; b < count; ++b) {
-            Body body = {};
-            body.first = static_cast<uint32_t>(triangles.size());
-            body.count = 4;
+            Instance instance = {};
+            instance.first = static_cast<uint32_t>(triangles.size());
+            instance.count = 4;
             const double scale = pick(3) ? 0.05 : 0.5;
             Double3 c[4];
             for (Double3 &p : c) p = point(scale);
@@ -31,25 +31,25 @@ struct Crowd : Room {
             const Double3 turn = unit(point(1) + Double3{0, 0, 0.01 * size});
             for (int k = 0; k < 3; ++k) {
                 const Double3 axis = rotate({double(k == 0), double(k == 1), double(k == 2)}, turn, 360 * next());
-                body.axis[k] = axis;
+                instance.axis[k] = axis;
             }
             // At right angles again.
-            body.axis[0] = unit(body.axis[0]);
-            body.axis[1] = unit(cross(body.axis[0], body.axis[1] + Double3{0.01, 0.02, 0.03}));
-            body.axis[2] = cross(body.axis[0], body.axis[1]);
+            instance.axis[0] = unit(instance.axis[0]);
+            instance.axis[1] = unit(cross(instance.axis[0], instance.axis[1] + Double3{0.01, 0.02, 0.03}));
+            instance.axis[2] = cross(instance.axis[0], instance.axis[1]);
             for (int j = 0; j < 3; ++j)
-                body.inverse[j] = j == 0   ? Double3{body.axis[0].x, body.axis[1].x, body.axis[2].x}
-                                  : j == 1 ? Double3{body.axis[0].y, body.axis[1].y, body.axis[2].y}
-                                           : Double3{body.axis[0].z, body.axis[1].z, body.axis[2].z};
-            body.origin = point(pick(2) ? 1 : 0.1);
-            body.visible = pick(8) > 0;
-            bodies.push_back(body);
+                instance.inverse[j] = j == 0   ? Double3{instance.axis[0].x, instance.axis[1].x, instance.axis[2].x}
+                                  : j == 1 ? Double3{instance.axis[0].y, instance.axis[1].y, instance.axis[2].y}
+                                           : Double3{instance.axis[0].z, instance.axis[1].z, instance.axis[2].z};
+            instance.origin = point(pick(2) ? 1 : 0.1);
+            instance.visible = pick(8) > 0;
+            instances.push_back(instance);
         }
-        scene.body_triangle_count = static_cast<uint32_t>(triangles.size()) - scene.still_count;
+        scene.instance_triangle_count = static_cast<uint32_t>(triangles.size()) - scene.static_count;
         const LightKind kinds[] = {LightKind::constant, LightKind::point, LightKind::spot, LightKind::parallel};
         const int lit = pick(seed % 7 == 0 ? 60 : 6);
         for (int i = 0; i <= lit; ++i) {
-            const Double3 near = bodies[below(bodies.size())].origin;
+            const Double3 near = instances[below(instances.size())].origin;
             Double3 way = unit(point(1) + Double3{0, 0.01 * size, 0});
             if (pick(4) == 0) way = {0, pick(2) ? 1.0 : -1.0, 0};
             light(kinds[pick(4)], pick(3) == 0 ? near : pick(2) ? point(1) : point(2.5), {1, 1, 1}, way);
@@ -64,21 +64,21 @@ struct Crowd : Room {
     }
     ShadowQuery query(const Vec3 &from, uint32_t light) const {
         const Illumination lit = illuminate(tracer.lights[light], from, from, from);
-        return {{from, -lit.direction}, lit.distance - surfaces.skin, light, no_triangle, false, Real(0), Real(0), 0};
+        return {{from, -lit.direction}, lit.distance - surfaces.ray_epsilon, light, no_triangle, false, Real(0), Real(0), 0};
     }
 
     Sequence next;
     double size;
 };
 
-struct BodyMemory {
-    explicit BodyMemory(Room &room) : block(body_shadow_bytes(room.scene)) {
+struct InstanceMemory {
+    explicit InstanceMemory(Room &room) : block(instance_shadow_bytes(room.scene)) {
         Arena arena(block.data(), block.size());
-        bodies = make_body_shadows(room.shadows, arena);
-        REQUIRE(bodies.ready);
+        instances = make_instance_shadows(room.shadows, arena);
+        REQUIRE(instances.ready);
     }
     std::vector<unsigned char> block;
-    BodyShadows bodies;
+    InstanceShadows instances;
 };
 
 } // namespace
@@ -88,14 +88,14 @@ TEST_CASE(WISP_ARITH_NAME ": a light's raster has every body that its rays may h
     uint64_t visits = 0, all_visits = 0;
     for (uint64_t seed = 0; seed < 400; ++seed) {
         Crowd room(seed);
-        BodyMemory memory(room);
+        InstanceMemory memory(room);
         for (int i = 0; i < 600; ++i) {
             const auto light = static_cast<uint32_t>(room.below(room.lights.size()));
             Vec3 from = vec_of(room.point(1.5));
             if (room.pick(2)) { // behind a corner of a body, seen from the light
-                const Body &body = room.bodies[room.below(room.bodies.size())];
-                const Double3 p = room.triangles[body.first + room.below(4)].corner[0];
-                const Double3 corner = body.axis[0] * p.x + body.axis[1] * p.y + body.axis[2] * p.z + body.origin;
+                const Instance &instance = room.instances[room.below(room.instances.size())];
+                const Double3 p = room.triangles[instance.first + room.below(4)].corner[0];
+                const Double3 corner = instance.axis[0] * p.x + instance.axis[1] * p.y + instance.axis[2] * p.z + instance.origin;
                 const LightSource &source = room.lights[light];
                 const Double3 way =
                     source.kind == LightKind::parallel ? source.direction * room.size : corner - source.position;
@@ -105,10 +105,10 @@ TEST_CASE(WISP_ARITH_NAME ": a light's raster has every body that its rays may h
             if (!(query.end > Real(0))) continue;
             TreeCounts counts = {};
             const bool right =
-                is_blocked_by_moving(room.surfaces, query.ray, room.surfaces.skin, query.end, query.triangle, counts);
+                is_blocked_by_moving(room.surfaces, query.ray, room.surfaces.ray_epsilon, query.end, query.triangle, counts);
             const uint64_t before = room.statistics.shadow.traced.node_visits;
             bool any;
-            wrong += is_blocked_by_moving(memory.bodies, room.shadows, query, any) != right;
+            wrong += is_blocked_by_moving(memory.instances, room.shadows, query, any) != right;
             visits += room.statistics.shadow.traced.node_visits - before;
             all_visits += counts.node_visits;
             ++asked;
@@ -128,8 +128,8 @@ TEST_CASE(WISP_ARITH_NAME ": whatever ray passes the box of a body is asked of i
     int passed = 0;
     for (uint64_t seed = 0; seed < 600; ++seed) {
         Crowd room(seed, 1);
-        if (!room.bodies[0].visible) continue;
-        BodyMemory memory(room);
+        if (!room.instances[0].visible) continue;
+        InstanceMemory memory(room);
         const Vec3 box[2] = {room.surfaces.boxes[0].low, room.surfaces.boxes[0].high};
         for (uint32_t light = 0; light < room.lights.size(); ++light)
             for (int corner = 0; corner < 8; ++corner) {
@@ -138,7 +138,7 @@ TEST_CASE(WISP_ARITH_NAME ": whatever ray passes the box of a body is asked of i
                 const Vec3 from = at + lit.direction * real(room.size * (room.pick(2) ? 0.01 : 2) * room.next());
                 const ShadowQuery query = room.query(from, light);
                 bool asked;
-                is_blocked_by_moving(memory.bodies, room.shadows, query, asked);
+                is_blocked_by_moving(memory.instances, room.shadows, query, asked);
                 CHECK(asked);
                 ++passed;
             }
@@ -150,28 +150,28 @@ TEST_CASE(WISP_ARITH_NAME ": what stands between a body and a light is all on it
     int asked = 0, known = 0, free = 0, blocked = 0, wrong = 0;
     for (uint64_t seed = 0; seed < 400; ++seed) {
         Crowd room(seed);
-        BodyMemory memory(room);
+        InstanceMemory memory(room);
         for (int i = 0; i < 60; ++i) {
-            const auto b = static_cast<uint32_t>(room.below(room.bodies.size())),
+            const auto b = static_cast<uint32_t>(room.below(room.instances.size())),
                        light = static_cast<uint32_t>(room.below(room.lights.size()));
-            const Body &body = room.bodies[b];
-            if (!body.visible) continue;
+            const Instance &instance = room.instances[b];
+            if (!instance.visible) continue;
             for (int k = 0; k < 40; ++k) {
-                const Triangle &t = room.triangles[body.first + room.below(4)];
+                const Triangle &t = room.triangles[instance.first + room.below(4)];
                 const double u = room.next(), v = room.next() * (1 - u);
                 const Double3 p = t.corner[0] * (1 - u - v) + t.corner[1] * u + t.corner[2] * v;
-                const Double3 at = body.axis[0] * p.x + body.axis[1] * p.y + body.axis[2] * p.z + body.origin;
+                const Double3 at = instance.axis[0] * p.x + instance.axis[1] * p.y + instance.axis[2] * p.z + instance.origin;
                 ShadowQuery query = room.query(vec_of(at), light);
-                query.body = b;
+                query.instance = b;
                 if (!(query.end > Real(0))) continue;
                 ++asked;
-                const BodyLight *found = find_body_light(memory.bodies, room.shadows, query);
+                const InstanceLight *found = find_instance_light(memory.instances, room.shadows, query);
                 if (!found || !found->known()) continue;
                 ++known;
                 free += found->blocker_count == 0;
                 TreeCounts counts = {};
                 uint32_t occluder;
-                const bool right = is_blocked_by_still(room.surfaces, query.ray, room.surfaces.skin, query.end,
+                const bool right = is_blocked_by_static(room.surfaces, query.ray, room.surfaces.ray_epsilon, query.end,
                                                        no_triangle, occluder, counts);
                 blocked += right;
                 wrong += is_blocked_by_listed(*found, room.shadows, query) != right;

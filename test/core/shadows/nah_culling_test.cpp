@@ -38,12 +38,12 @@ class SecondPaper {
     }
     void see(int x, int y, const Ray &ray) {
         TreeCounts unused = {};
-        const Hit hit = nearest_hit(room_.surfaces, ray, Real(0), path_end, no_triangle, unused);
+        const Hit hit = nearest_hit(room_.surfaces, ray, Real(0), infinite_distance, no_triangle, unused);
         if (!hit.found) return;
         seen_[at(x, y)] = hit.triangle;
         Record &mine = records[hit.triangle];
         ++mine.now;
-        if (hit.triangle >= room_.scene.still_count) {
+        if (hit.triangle >= room_.scene.static_count) {
             mine.occlusion = dynamic;
             return;
         }
@@ -57,7 +57,7 @@ class SecondPaper {
             ++tests;
             const Double3 *c = room_.triangles[other].corner;
             TriangleHit met;
-            if (meet(TriangleRay(ray.origin, ray.direction), vec_of(c[0]), vec_of(c[1]), vec_of(c[2]), met) &&
+            if (intersect(TriangleRay(ray.origin, ray.direction), vec_of(c[0]), vec_of(c[1]), vec_of(c[2]), met) &&
                 met.distance > Real(0))
                 records[other].occlusion = partially;
         }
@@ -74,7 +74,7 @@ class SecondPaper {
         if (r.occlusion == fully && missed && !hit) {
             ++moving;
             TreeCounts unused = {};
-            return is_blocked_by_moving(room_.surfaces, query.ray, room_.surfaces.skin, query.end, query.triangle,
+            return is_blocked_by_moving(room_.surfaces, query.ray, room_.surfaces.ray_epsilon, query.end, query.triangle,
                                         unused);
         }
         (blocked ? hit : missed) = true;
@@ -128,7 +128,7 @@ class Frames {
     const Scene &scene_;
     Settings settings_ = {};
     std::vector<unsigned char> block_;
-    Kept kept_ = {};
+    FrameCache kept_ = {};
 };
 
 // Looks down from (x, 8, z) on a square of half-width 4 on the floor.
@@ -325,21 +325,21 @@ TEST_CASE(WISP_ARITH_NAME ": the shadow of a body that has moved on stays") {
     const uint32_t white = room.material(matte({0.5, 0.5, 0.5}));
     room.add({-3, 0, 3}, {3, 0, 3}, {0, 0, -3}, white);
     room.add({-90, 0, 90}, {90, 0, 90}, {0, 0, -90}, white);
-    room.scene.still_count = 1;
-    room.scene.body_triangle_count = 1;
-    Body body = {};
-    body.first = body.count = 1;
-    body.axis[0].x = body.axis[1].y = body.axis[2].z = 1;
-    body.inverse[0].x = body.inverse[1].y = body.inverse[2].z = 1;
-    body.origin = {0, 12, 0};
-    body.visible = true;
-    room.bodies.push_back(body);
+    room.scene.static_count = 1;
+    room.scene.instance_triangle_count = 1;
+    Instance instance = {};
+    instance.first = instance.count = 1;
+    instance.axis[0].x = instance.axis[1].y = instance.axis[2].z = 1;
+    instance.inverse[0].x = instance.inverse[1].y = instance.inverse[2].z = 1;
+    instance.origin = {0, 12, 0};
+    instance.visible = true;
+    room.instances.push_back(instance);
     room.light(LightKind::constant, {0, 16, 0}, {1, 1, 1});
     room.build();
     look_down(room.scene, 0, 0);
     Frames paper(room.scene, ShadowMethod::paper), plain(room.scene, ShadowMethod::trace);
     CHECK(paper.next().rgb == plain.next().rgb);
-    room.bodies[0].origin.y = 20;
+    room.instances[0].origin.y = 20;
     const Shot second = paper.next(), right = plain.next();
     CHECK(second.statistics.rays.shadow_culled == right.statistics.rays.shadow);
     CHECK(second.statistics.shadow.wrong_pixels == right.statistics.rays.shadow);

@@ -15,14 +15,14 @@ bool stops(const Room &room, uint32_t triangle, const ShadowQuery &query) {
     const Vec3 a = vec_of(t.corner[0]), b = vec_of(t.corner[1]), c = vec_of(t.corner[2]);
     TriangleHit hit;
     return triangle != query.triangle && has_area(a, b, c) && !(room.materials[t.material].transmission > 0) &&
-           meet(TriangleRay(query.ray.origin, query.ray.direction), a, b, c, hit) &&
-           hit.distance > room.surfaces.skin && hit.distance < query.end;
+           intersect(TriangleRay(query.ray.origin, query.ray.direction), a, b, c, hit) &&
+           hit.distance > room.surfaces.ray_epsilon && hit.distance < query.end;
 }
 
 // A receiver, a light, and what touches the shaft from one of its cells to the light, or nearly.
 struct Narrow : Room {
     Narrow(uint64_t seed, double size_) : size(size_), next{seed * 613 + 7} {
-        scene.skin = size * 4e-6;
+        scene.ray_epsilon = size * 4e-6;
         material(matte({1, 1, 1}));
         material(glass(1));
         const auto random = [this] { return point(1); };
@@ -103,7 +103,7 @@ struct Narrow : Room {
             for (int k = 0; k < 3; ++k) q[k] = q[k] - normal * dot(normal, q[k] - r[0]);
             if (pick(2)) q[0] = r[i], q[1] = r[j];
             if (pick(2))
-                for (Double3 &p : q) p = p + normal * (scene.skin * (pick(2) ? 1 + jitter() : 3 * next()));
+                for (Double3 &p : q) p = p + normal * (scene.ray_epsilon * (pick(2) ? 1 + jitter() : 3 * next()));
             break;
         case 6: // about the light
             for (Double3 &p : q) p = goal[0] + (goal[0] - middle) * jitter() + point(0.1);
@@ -120,9 +120,9 @@ struct Narrow : Room {
 };
 
 struct ExactMemory {
-    explicit ExactMemory(const Scene &scene) : kept(exact_bytes(scene)), frame(exact_bytes(scene)) {
+    explicit ExactMemory(const Scene &scene) : kept(proved_shadow_bytes(scene)), frame(proved_shadow_bytes(scene)) {
         Arena arena(kept.data(), kept.size());
-        exact = make_exact_shadows(scene, arena);
+        exact = make_proved_shadows(scene, arena);
         REQUIRE(exact);
     }
     // The room's shadows ask it from now on, in a new frame.
@@ -133,7 +133,7 @@ struct ExactMemory {
         REQUIRE(begin_frame(*exact, room.shadows, arena));
     }
     std::vector<unsigned char> kept, frame;
-    ExactShadows *exact;
+    ProvedShadows *exact;
 };
 
 TriangleTree tree_of(const Room &room) { return room.surfaces.still; }
@@ -150,8 +150,8 @@ TEST_CASE(WISP_ARITH_NAME ": whatever is proved of a cell is so for every ray fr
         for (int i = 0; i < 3; ++i) receiver[i] = vec_of(room.triangles[0].corner[i]);
         if (!has_area(receiver[0], receiver[1], receiver[2])) continue;
         TreeCounts counts = {};
-        const ShadowShaft shaft =
-            make_shadow_shaft(tree_of(room), receiver, room.cell, room.tracer.lights[0], room.surfaces.skin);
+        const TriangleShaft shaft =
+            make_triangle_shaft(tree_of(room), receiver, room.cell, room.tracer.lights[0], room.surfaces.ray_epsilon);
         const bool is_free = is_shaft_free(tree_of(room), shaft, 0, counts);
         uint32_t blocker = no_triangle;
         for (uint32_t t = 1; t < room.triangles.size(); ++t) {
@@ -197,7 +197,7 @@ TEST_CASE(WISP_ARITH_NAME ": shadows are those of rays, frame after frame, while
         for (int frame = 0; frame < 5; ++frame) {
             memory.begin(room);
             for (int spot = 0; spot < 50; ++spot) {
-                const uint32_t triangle = below(frame % 2 ? 8 : room.scene.still_count),
+                const uint32_t triangle = below(frame % 2 ? 8 : room.scene.static_count),
                                light = below(room.lights.size());
                 const CellPlace cell = random_cell(next);
                 for (int i = 0; i < 60; ++i) {
@@ -210,11 +210,11 @@ TEST_CASE(WISP_ARITH_NAME ": shadows are those of rays, frame after frame, while
                     wrong += is_shadowed(room.shadows, query) != shadowed;
                 }
             }
-            for (Body &body : room.bodies) {
-                if (next() < 0.2) body.visible = !body.visible;
-                body.origin = body.origin + Double3{next() - 0.5, next() - 0.5, next() - 0.5} * room.size;
+            for (Instance &instance : room.instances) {
+                if (next() < 0.2) instance.visible = !instance.visible;
+                instance.origin = instance.origin + Double3{next() - 0.5, next() - 0.5, next() - 0.5} * room.size;
             }
-            for (uint32_t i = room.scene.still_count + room.scene.body_triangle_count; i < room.triangles.size(); ++i)
+            for (uint32_t i = room.scene.static_count + room.scene.instance_triangle_count; i < room.triangles.size(); ++i)
                 room.triangles[i].corner[frame % 3].x *= 0.5;
             const uint32_t moved = below(room.lights.size());
             room.lights[moved].position = Double3{next() - 0.5, next() - 0.5, next() - 0.5} * (3 * room.size);
@@ -246,13 +246,13 @@ TEST_CASE(WISP_ARITH_NAME ": exact shadows make the pictures of traced ones, in 
         settings.depth = 3;
         settings.shadows = ShadowMethod::exact;
         std::vector<unsigned char> memory(plan(room.scene, settings).bytes.arena), own(memory.size());
-        Kept kept = {};
-        const std::vector<Body> bodies = room.bodies;
+        FrameCache kept = {};
+        const std::vector<Instance> instances = room.instances;
         const std::vector<LightSource> lights = room.lights;
         for (const int frame : {0, 3, 2, 1, 0, 3}) {
             settings.crop = frame == 2 ? Crop{3, 5, 16, 11} : Crop{0, 0, 16, 16};
-            for (size_t i = 0; i < bodies.size(); ++i)
-                room.bodies[i].origin = bodies[i].origin + Double3{0.1, 0.05, 0} * (frame * room.size);
+            for (size_t i = 0; i < instances.size(); ++i)
+                room.instances[i].origin = instances[i].origin + Double3{0.1, 0.05, 0} * (frame * room.size);
             if (!lights.empty())
                 room.lights[0].position = lights[0].position + Double3{0, 0.1, 0} * (frame / 2 * room.size);
             std::vector<float> exact(16 * 16 * 3), traced = exact;

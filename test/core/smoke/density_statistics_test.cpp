@@ -9,7 +9,7 @@ using namespace wisp::WISP_ARITH;
 
 namespace {
 
-std::vector<Neighbourhood> neighbourhoods_of(const SmokeSource &source) {
+std::vector<Neighbourhood> neighbourhoods_of(const SmokeDescription &source) {
     std::vector<unsigned char> memory(neighbourhood_bytes(source.count));
     Arena arena(memory.data(), memory.size());
     std::vector<Neighbourhood> found(source.count);
@@ -58,7 +58,7 @@ TEST_CASE(WISP_ARITH_NAME ": the density's error is told as it is") {
     const double half = 15, n = 60000 / std::pow(2 * half, 3), pi = 3.14159265358979323846;
     for (Kernel kernel : {Kernel::spline, Kernel::poly6}) {
         const auto particles = cloud(60000, half, 1, 0.01, 7);
-        const SmokeSource smoke = smoke_of(particles, kernel);
+        const SmokeDescription smoke = smoke_of(particles, kernel);
         const auto found = neighbourhoods_of(smoke);
         // int W^2 by quadrature, h = 1.
         double square = 0;

@@ -51,8 +51,8 @@ struct Grid {
         for (int i = 0; i < 3; ++i) grid.axis[i] = image(i);
         return grid;
     }
-    GridSource source() const {
-        GridSource grid = {};
+    GridDescription source() const {
+        GridDescription grid = {};
         grid.nx = n[0];
         grid.ny = n[1];
         grid.nz = n[2];
@@ -659,7 +659,7 @@ TEST_CASE(WISP_ARITH_NAME ": points around samples are spread as the density") {
 
 TEST_CASE(WISP_ARITH_NAME ": a grid glows where it is dense, evenly in all directions") { // S2
     for (const Grid &grid : grids()) {
-        SmokeSource source = grid_smoke_of(grid.source());
+        SmokeDescription source = grid_smoke_of(grid.source());
         source.emission = {1, 1, 1};
         const BuiltMedium built({source});
         REQUIRE(built.medium.ready);

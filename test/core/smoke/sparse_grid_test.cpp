@@ -1,5 +1,5 @@
 // Where bricks are, what resampled smoke is held against, and marching through it.
-#include "support/built_grid.h"
+#include "support/built_sparse_grid.h"
 #include "support/compared_pictures.h"
 #include "support/mixture.h"
 #include <array>
@@ -32,19 +32,19 @@ struct Lists {
         for (float &d : full) d = float(next());
         const Double3 x = {1, 0, 0}, y = {0, 1, 0}, z = {0, 0, 1};
         aligned = {20, 6, 11, sparse.data(), 0.7, {0.3, -2, 1}, {10, 3, 5.5}, {x, y, z}};
-        GridSource turned = {9, 12, 5, full.data(), 0.7, {3, -2, 1}, {4.5, 6, 2.5}, {}};
+        GridDescription turned = {9, 12, 5, full.data(), 0.7, {3, -2, 1}, {4.5, 6, 2.5}, {}};
         turned.axis[0] = {0.6, 0.8, 0};
         turned.axis[1] = {-0.8, 0.6, 0};
         turned.axis[2] = z;
-        const GridSource block = {1, 1, 1, nullptr, 0.7, {3, -2, 1}, {4, 6, 3}, {x, y, z}};
+        const GridDescription block = {1, 1, 1, nullptr, 0.7, {3, -2, 1}, {4, 6, 3}, {x, y, z}};
         lists = {{smoke_of(mixed)},        {smoke_of(apart, Kernel::poly6), smoke_of(mixed)},
                  {grid_smoke_of(aligned)}, {box_smoke({4, 6, 3}, 0.7, 20)},
                  {grid_smoke_of(turned)},  {smoke_of(apart), grid_smoke_of(turned), grid_smoke_of(block)}};
     }
     std::vector<Particle> mixed, apart;
     std::vector<float> sparse, full;
-    GridSource aligned;
-    std::vector<std::vector<SmokeSource>> lists;
+    GridDescription aligned;
+    std::vector<std::vector<SmokeDescription>> lists;
 };
 constexpr size_t resampled_lists = 4;
 
@@ -54,9 +54,9 @@ TEST_CASE(WISP_ARITH_NAME ": there is a brick wherever there is smoke") {
     const Lists all;
     for (const auto &list : all.lists)
         for (double lengths : {0.3, 1.0}) {
-            const BuiltBricks built(list, lengths);
+            const BuiltSparseGrid built(list, lengths);
             const BuiltMedium exact(list);
-            const Bricks &bricks = built.bricks;
+            const SparseGrid &bricks = built.bricks;
             const Vec3 size = bricks.bounds.high - bricks.bounds.low;
             Sequence next{7};
             int met = 0;
@@ -86,7 +86,7 @@ TEST_CASE(WISP_ARITH_NAME ": there is a brick wherever there is smoke") {
 TEST_CASE(WISP_ARITH_NAME ": of particles there are no other bricks than those that a support reaches") {
     const std::vector<Particle> particles = cloud(20, 14, 1, 1, 5);
     for (double lengths : {0.3, 0.6}) {
-        const BuiltBricks built({smoke_of(particles)}, lengths);
+        const BuiltSparseGrid built({smoke_of(particles)}, lengths);
         const Lattice &lattice = built.bricks.lattice;
         for (int32_t z = 0; z < lattice.count.z; ++z)
             for (int32_t y = 0; y < lattice.count.y; ++y)
@@ -113,7 +113,7 @@ TEST_CASE(WISP_ARITH_NAME ": of particles there are no other bricks than those t
 TEST_CASE(WISP_ARITH_NAME ": bricks take what their plan says, and say so when they have less") {
     const Lists all;
     for (const auto &list : all.lists) {
-        const BuiltBricks built(list, 0.6);
+        const BuiltSparseGrid built(list, 0.6);
         const uint64_t lattice = number_of(built.bricks.lattice.count), count = built.bricks.count;
         CHECK(built.plan.count == count);
         CHECK(built.plan.bytes == lattice * sizeof(uint32_t) + count * sizeof(Cell) + 2 * 64);
@@ -131,25 +131,25 @@ TEST_CASE(WISP_ARITH_NAME ": bricks take what their plan says, and say so when t
         std::vector<unsigned char> memory(built.plan.bytes + 64);
         for (size_t offset : {0, 1, 63}) {
             Arena arena(memory.data() + offset, built.plan.bytes);
-            CHECK(make_bricks(built.scene, 0.6, arena).ready);
+            CHECK(make_sparse_grid(built.scene, 0.6, arena).ready);
         }
         const uint64_t least = built.plan.bytes - 2 * 64;
         for (uint64_t bytes : {uint64_t{0}, lattice * sizeof(uint32_t) - 1, lattice * sizeof(uint32_t), least - 1}) {
             Arena arena(memory.data(), bytes);
-            CHECK(!make_bricks(built.scene, 0.6, arena).ready);
+            CHECK(!make_sparse_grid(built.scene, 0.6, arena).ready);
         }
     }
     const Scene nothing = {};
     Arena none(nullptr, 0);
-    CHECK(plan_bricks(nothing, 1).bytes == 0);
-    const Bricks bricks = make_bricks(nothing, 1, none);
+    CHECK(plan_sparse_grid(nothing, 1).bytes == 0);
+    const SparseGrid bricks = make_sparse_grid(nothing, 1, none);
     CHECK(bricks.ready);
     CHECK(bricks.count == 0);
 }
 
 TEST_CASE(WISP_ARITH_NAME ": of a lattice too large to count, a plan takes all bricks") {
     const std::vector<Particle> particles = {{{-300, -300, -300}, 1, 1}, {{300, 300, 300}, 1, 1}};
-    const BuiltBricks built({smoke_of(particles)}, 0.75);
+    const BuiltSparseGrid built({smoke_of(particles)}, 0.75);
     const uint64_t lattice = number_of(built.bricks.lattice.count);
     CHECK(lattice > uint64_t{1} << 19);
     CHECK(built.plan.count == lattice);
@@ -175,7 +175,7 @@ TEST_CASE(WISP_ARITH_NAME ": every brick that holds a node has the same point th
     const Lists all;
     for (size_t i = 0; i < resampled_lists; ++i) {
         const Resampled built(all.lists[i], 0.6);
-        const Bricks &bricks = built.bricks();
+        const SparseGrid &bricks = built.bricks();
         struct Node {
             Vec3 x;
             std::vector<Real> sigma;
@@ -202,8 +202,8 @@ TEST_CASE(WISP_ARITH_NAME ": the holders of a node are all bricks that have it, 
     const Lists all;
     Sequence next{9};
     for (double lengths : {0.3, 0.6}) {
-        const BuiltBricks built({all.lists[1][0]}, lengths);
-        const Bricks &bricks = built.bricks;
+        const BuiltSparseGrid built({all.lists[1][0]}, lengths);
+        const SparseGrid &bricks = built.bricks;
         for (int32_t stride = 1; stride <= brick_cells; stride *= 2) {
             const int32_t n = nodes_along(stride);
             std::map<std::array<int32_t, 3>, std::vector<std::pair<uint32_t, uint32_t>>> holders;
@@ -270,7 +270,7 @@ TEST_CASE(WISP_ARITH_NAME ": optical depths of resampled grids: exact where the 
     std::vector<float> linear(20 * 18 * 16);
     for (size_t i = 0; i < linear.size(); ++i)
         linear[i] = float(1 + 0.125 * double(i % 20) + 0.0625 * double(i / 20 % 18) + 0.25 * double(i / 360));
-    GridSource source = {20, 18, 16, linear.data(), 0.125, {0, 0, 0}, {10, 9, 8}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    GridDescription source = {20, 18, 16, linear.data(), 0.125, {0, 0, 0}, {10, 9, 8}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     Sequence next{4};
     for (bool even : {true, false}) {
         if (!even)
@@ -319,12 +319,12 @@ TEST_CASE(WISP_ARITH_NAME ": a box is resampled exactly") {
 TEST_CASE(WISP_ARITH_NAME ": resampled particles keep their mass; depths converge with the square of the cell") {
     const std::vector<Particle> particles = unlike_sizes(80, 3, 0.5);
     for (Kernel kernel : {Kernel::spline, Kernel::poly6}) {
-        const SmokeSource source = smoke_of(particles, kernel);
+        const SmokeDescription source = smoke_of(particles, kernel);
         const BuiltField exact(source);
         double errors[2];
         for (int fine = 0; fine < 2; ++fine) {
             const Resampled built({source}, fine ? 0.25 : 0.5);
-            const Bricks &bricks = built.bricks();
+            const SparseGrid &bricks = built.bricks();
             const double cell = at(bricks.cell.x);
             // Trilinear between nodes: each node stands for a cell. Nodes on faces are shared out.
             double mass = 0;
@@ -365,10 +365,10 @@ TEST_CASE(WISP_ARITH_NAME ": no resampled density lies above its brick's greates
     const Lists all;
     for (size_t i = 0; i < resampled_lists; ++i) {
         const Resampled built(all.lists[i], 0.6);
-        const Bricks &bricks = built.bricks();
+        const SparseGrid &bricks = built.bricks();
         const Vec3 size = bricks.bounds.high - bricks.bounds.low;
         for (uint32_t s = 0; s < built.medium.count; ++s) {
-            const BrickField &field = built.field(s);
+            const ResampledField &field = built.field(s);
             for (uint32_t b = 0; b < bricks.count; ++b) {
                 const Real *nodes = field.nodes(b);
                 CHECK(field.greatest[b] == *std::max_element(nodes, nodes + nodes_of(1)));
@@ -462,7 +462,7 @@ struct Lit {
         scene.smoke_count = 2;
     }
     std::vector<Particle> big, small;
-    std::vector<SmokeSource> smokes;
+    std::vector<SmokeDescription> smokes;
     std::vector<LightSource> lights;
     Scene scene = {};
 };
@@ -565,7 +565,7 @@ TEST_CASE(WISP_ARITH_NAME ": with bricks a crop is a part of the whole, and the 
 
 TEST_CASE(WISP_ARITH_NAME ": the plan of a box has its cells, however fine or coarse") {
     Lit lit;
-    std::vector<SmokeSource> box = {box_smoke({4, 6, 3}, 0.75, 20)};
+    std::vector<SmokeDescription> box = {box_smoke({4, 6, 3}, 0.75, 20)};
     lit.scene.smokes = box.data();
     lit.scene.smoke_count = 1;
     for (double cell : {0.1, 0.22, 0.3, 0.45, 0.55, 1.0, 3.0}) {
@@ -575,9 +575,9 @@ TEST_CASE(WISP_ARITH_NAME ": the plan of a box has its cells, however fine or co
         settings.irradiance = IrradianceMap::uniform;
         settings.photons = 300;
         CAPTURE(cell);
-        const uint64_t bricks = plan_bricks(lit.scene, cell).count;
+        const uint64_t bricks = plan_sparse_grid(lit.scene, cell).count;
         CHECK(plan(lit.scene, settings).bricks == bricks);
-        CHECK(plan(lit.scene, settings).map_sums == plan_brick_photons(lit.scene, settings, bricks, 2).sums);
+        CHECK(plan(lit.scene, settings).map_sums == plan_fluence(lit.scene, settings, bricks, 2).sums);
         CHECK(render_in_memory(lit.scene, settings).status == Status::done);
     }
 }
@@ -603,12 +603,12 @@ TEST_CASE(WISP_ARITH_NAME ": along lines of light depths are those of rays, wher
     std::vector<float> samples(24 * 30 * 20);
     Sequence random{11};
     for (float &sample : samples) sample = 0.05f + 0.1f * float(random());
-    const GridSource grid = {24, 30,         20,           samples.data(),
+    const GridDescription grid = {24, 30,         20,           samples.data(),
                              1,  {2, -1, 3}, {12, 15, 10}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-    for (const std::vector<SmokeSource> &list :
-         {std::vector<SmokeSource>{smoke_of(particles)}, {grid_smoke_of(grid)}}) {
+    for (const std::vector<SmokeDescription> &list :
+         {std::vector<SmokeDescription>{smoke_of(particles)}, {grid_smoke_of(grid)}}) {
         const Resampled built(list, 0.5);
-        const Bricks &bricks = built.bricks();
+        const SparseGrid &bricks = built.bricks();
         const Box &box = bricks.bounds;
         const auto in_box = [&](double x, double y, double z) {
             const Vec3 size = box.high - box.low;
@@ -622,11 +622,11 @@ TEST_CASE(WISP_ARITH_NAME ": along lines of light depths are those of rays, wher
             lights.push_back({LightKind::parallel, Vec3(Real(0)), way, Real(0), Color(Real(1))});
         for (size_t l = 0; l < lights.size(); ++l) {
             CAPTURE(l);
-            std::vector<unsigned char> memory(light_depth_bytes(bricks.count, 1, 1));
+            std::vector<unsigned char> memory(optical_depth_grid_bytes(bricks.count, 1, 1));
             Arena arena(memory.data(), memory.size());
-            LightDepths depths;
+            OpticalDepthGrid depths;
             uint64_t lines = 0;
-            REQUIRE(make_light_depths(built.medium, &lights[l], 1, bricks, 1, arena, &lines, depths));
+            REQUIRE(make_optical_depth_grid(built.medium, &lights[l], 1, bricks, 1, arena, &lines, depths));
             CHECK(lines < uint64_t{bricks.count} * nodes_of(1) / 3);
             double squares = 0, sum = 0, deepest = 0;
             int count = 0;
@@ -636,7 +636,7 @@ TEST_CASE(WISP_ARITH_NAME ": along lines of light depths are those of rays, wher
                 ++count;
                 const Illumination way = illuminate(lights[l], x, x, x);
                 const double exact = at(optical_depth(built.medium, {x, -way.direction}, way.distance));
-                const double error = at(light_depth(depths, 0, x)) - exact;
+                const double error = at(optical_depth_to_light(depths, 0, x)) - exact;
                 squares += error * error;
                 sum += error;
                 deepest = std::max(deepest, exact);

@@ -21,25 +21,25 @@ bool same(const std::vector<float> &a, const std::vector<float> &b) {
 
 // The room as it is in a frame: bodies and morphs elsewhere, some hidden, other lights and another view.
 struct Animation {
-    explicit Animation(uint64_t seed) : room(seed, 16), triangles(room.triangles), bodies(room.bodies) {}
+    explicit Animation(uint64_t seed) : room(seed, 16), triangles(room.triangles), instances(room.instances) {}
     const Scene &at(int frame) {
         room.triangles = triangles;
-        room.bodies = bodies;
+        room.instances = instances;
         const Double3 shift = {0.75 * frame, -0.5 * frame, 0.25 * frame};
-        const size_t first_morph = room.scene.still_count + room.scene.body_triangle_count;
-        for (size_t i = first_morph; i < triangles.size(); ++i) room.triangles[i].corner[i % 3] = shift;
-        for (size_t b = 0; b < bodies.size(); ++b) {
-            room.bodies[b].origin = bodies[b].origin + shift;
-            room.bodies[b].visible = (static_cast<size_t>(frame) + b) % 3 != 0;
+        const size_t first_deforming = room.scene.static_count + room.scene.instance_triangle_count;
+        for (size_t i = first_deforming; i < triangles.size(); ++i) room.triangles[i].corner[i % 3] = shift;
+        for (size_t b = 0; b < instances.size(); ++b) {
+            room.instances[b].origin = instances[b].origin + shift;
+            room.instances[b].visible = (static_cast<size_t>(frame) + b) % 3 != 0;
         }
         for (LightSource &light : room.lights) light.position = light.position + Double3{0.1, 0, 0};
         room.scene.triangles = room.triangles.data();
-        room.scene.bodies = room.bodies.data();
+        room.scene.instances = room.instances.data();
         return room.scene;
     }
     RandomRoom room;
     const std::vector<Triangle> triangles;
-    const std::vector<Body> bodies;
+    const std::vector<Instance> instances;
 };
 
 } // namespace
@@ -92,7 +92,7 @@ TEST_CASE(WISP_ARITH_NAME ": frames of surfaces are the same alone, in order and
         }
         for (const bool backwards : {false, true}) {
             std::vector<unsigned char> memory(plan(animation.room.scene, settings).bytes.arena);
-            Kept kept = {};
+            FrameCache kept = {};
             for (int i = 0; i < frames; ++i) {
                 const int frame = backwards ? frames - 1 - i : i;
                 animation.room.lights = lights;
@@ -146,10 +146,10 @@ TEST_CASE(WISP_ARITH_NAME ": room for lights, materials and bodies is planned, a
         for (int i = 0; i < (many == 0 ? 3000 : 1); ++i) room.material(matte({1, 1, 1}));
         for (int i = 0; i < (many == 1 ? 3000 : 1); ++i) room.light(LightKind::constant, {0, 0, 9}, {1, 1, 1});
         for (int i = 0; i < 9; ++i) room.add({-9, -9, 0}, {9, -9, 0}, {0, 9, 0}, 0);
-        room.scene.still_count = 8;
-        room.scene.body_triangle_count = 1;
-        room.bodies.resize(many == 2 ? 3000 : 1);
-        for (Body &body : room.bodies) body = {8, 1, {}, {}, {}, false};
+        room.scene.static_count = 8;
+        room.scene.instance_triangle_count = 1;
+        room.instances.resize(many == 2 ? 3000 : 1);
+        for (Instance &instance : room.instances) instance = {8, 1, {}, {}, {}, false};
         room.scene.camera = look_at_origin(12, 8, 4);
         room.build();
         const Settings settings = small_settings(4);
@@ -184,15 +184,15 @@ TEST_CASE(WISP_ARITH_NAME ": surfaces without lights, unseen ones, hidden ones a
     scene.camera.down = {0, 0.01, 0};
     CHECK(all_background(scene));
     scene = room.scene;
-    scene.still_count = scene.body_triangle_count = scene.morph_count = scene.body_count = 0;
+    scene.static_count = scene.instance_triangle_count = scene.deforming_count = scene.instance_count = 0;
     CHECK(all_background(scene)); // lights alone
     scene.light_count = scene.material_count = scene.texture_count = 0;
     CHECK(all_background(scene)); // nothing
     Room hidden;
     hidden.material(matte({1, 1, 1}));
     hidden.add({-9, -9, 0}, {9, -9, 0}, {0, 9, 0}, 0);
-    hidden.scene.body_triangle_count = 1;
-    hidden.bodies = {{0, 1, {}, {}, {}, false}};
+    hidden.scene.instance_triangle_count = 1;
+    hidden.instances = {{0, 1, {}, {}, {}, false}};
     hidden.scene.background = room.scene.background;
     hidden.scene.camera = look_at_origin(12, 8, room_pixels);
     hidden.build();

@@ -180,7 +180,7 @@ struct Every {
     Every(const Triangles &triangles, const TriangleRay &ray, const Query &query) {
         for (uint32_t i = 0; i < triangles.size(); ++i) {
             TriangleHit hit;
-            if (i == query.skip || !has_area(triangles[i]) || !meet(ray, triangles[i], hit)) continue;
+            if (i == query.skip || !has_area(triangles[i]) || !intersect(ray, triangles[i], hit)) continue;
             if (!(query.begin < hit.distance && hit.distance < query.end)) continue;
             hits.push_back({i, hit});
             occluded = occluded || triangles[i].material == opaque;

@@ -65,9 +65,9 @@ TEST_CASE("flip: uniform colours have no features, so the error is that of colou
     CHECK(mean_flip(uniform(0, 0, 0), uniform(1, 1, 1)) ==
           doctest::Approx(static_cast<double>(grey_error(100))).epsilon(1e-9)); // 0.967
     for (const int byte : {30, 60, 120, 240}) {                                 // below and above the knee
-        const Picture grey = picture_of(5, 4, [&](int, int, int) { return byte; });
+        const Picture single_channel = picture_of(5, 4, [&](int, int, int) { return byte; });
         const long double linear = std::pow((byte / 255.0L + 0.055L) / 1.055L, 2.4L);
-        CHECK(mean_flip(uniform(0, 0, 0), grey) ==
+        CHECK(mean_flip(uniform(0, 0, 0), single_channel) ==
               doctest::Approx(static_cast<double>(grey_error(lightness(linear)))).epsilon(1e-9));
     }
 }

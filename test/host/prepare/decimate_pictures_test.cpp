@@ -25,14 +25,14 @@ struct Thinned {
     std::vector<Particle> gone, gifts, left; // gifts: what heirs are given, as particles
     size_t given = 0;
 
-    Thinned(const std::vector<Particle> &all, const SmokeSource &smoke, const Double3 &eye,
+    Thinned(const std::vector<Particle> &all, const SmokeDescription &smoke, const Double3 &eye,
             const std::vector<LightSource> &lights, double epsilon)
         : left(all) {
-        const auto removals = find_noise({all}, {smoke}, eye, lights, epsilon)[0];
+        const auto removals = find_negligible({all}, {smoke}, eye, lights, epsilon)[0];
         for (const Removal &r : removals) {
             gone.push_back(all[r.index]);
-            if (r.heir == r.index) continue;
-            gifts.push_back({all[r.heir].position, all[r.heir].h, all[r.index].area});
+            if (r.mass_receiver == r.index) continue;
+            gifts.push_back({all[r.mass_receiver].position, all[r.mass_receiver].h, all[r.index].area});
         }
         remove_particles(left, removals);
         sort_canonically(gifts);
@@ -73,15 +73,15 @@ TEST_CASE(WISP_ARITH_NAME ": no ray from the eye or a light loses or gains more 
     for (Kernel kernel : {Kernel::spline, Kernel::poly6})
         for (double epsilon : {0.01, 0.1}) {
             const auto particles = dusty_cloud(kernel);
-            const Thinned thin(particles, smoke_of(particles, kernel), eye, lights, epsilon);
-            CAPTURE(thin.gone.size());
-            CHECK(thin.gone.size() > 100);
-            CHECK(thin.gifts.size() > 100);
+            const Thinned decimate(particles, smoke_of(particles, kernel), eye, lights, epsilon);
+            CAPTURE(decimate.gone.size());
+            CHECK(decimate.gone.size() > 100);
+            CHECK(decimate.gifts.size() > 100);
             const double most = -std::log1p(-epsilon);
             double lost = 0, given = 0;
             const auto ask = [&](const Double3 &source, bool parallel) {
-                const double loss = greatest_depth(thin.gone, kernel, particles, source, parallel);
-                const double gain = greatest_depth(thin.gifts, kernel, particles, source, parallel);
+                const double loss = greatest_depth(decimate.gone, kernel, particles, source, parallel);
+                const double gain = greatest_depth(decimate.gifts, kernel, particles, source, parallel);
                 CHECK(loss <= most + 200 * unit_error);
                 CHECK(gain <= most + 200 * unit_error);
                 lost = std::max(lost, loss);
@@ -99,7 +99,7 @@ TEST_CASE(WISP_ARITH_NAME ": no ray from the eye or a light loses or gains more 
 TEST_CASE(WISP_ARITH_NAME ": pixels of backlit smoke change by no more than the part that may go") {
     for (double epsilon : {0.01, 0.1}) {
         auto particles = dusty_cloud(Kernel::spline);
-        SmokeSource smoke = smoke_of(particles);
+        SmokeDescription smoke = smoke_of(particles);
         smoke.albedo = {0, 0, 0};
         const std::vector<LightSource> lights;
         Scene scene = scene_of(smoke, lights);
@@ -108,8 +108,8 @@ TEST_CASE(WISP_ARITH_NAME ": pixels of backlit smoke change by no more than the 
         Settings settings = small_settings(24);
         settings.step = 0.1;
         const Rendered before = render_in_memory(scene, settings);
-        const Thinned thin(particles, smoke, scene.camera.origin, lights, epsilon);
-        SmokeSource left = smoke_of(thin.left);
+        const Thinned decimate(particles, smoke, scene.camera.origin, lights, epsilon);
+        SmokeDescription left = smoke_of(decimate.left);
         left.albedo = {0, 0, 0};
         scene.smokes = &left;
         const Rendered after = render_in_memory(scene, settings);
@@ -128,7 +128,7 @@ TEST_CASE(WISP_ARITH_NAME ": pixels of backlit smoke change by no more than the 
 TEST_CASE(WISP_ARITH_NAME ": pixels of lit smoke stay within the bound of single scattering") {
     for (double epsilon : {0.1, 0.3}) {
         const auto particles = dusty_cloud(Kernel::spline);
-        SmokeSource smoke = smoke_of(particles);
+        SmokeDescription smoke = smoke_of(particles);
         smoke.emission = {0.02, 0.02, 0.02};
         const std::vector<LightSource> lights = {light_at(LightKind::point, 30, 30, 12, 2000),
                                                  light_at(LightKind::parallel, -0.6, 0.64, -0.48, 1)};
@@ -140,8 +140,8 @@ TEST_CASE(WISP_ARITH_NAME ": pixels of lit smoke stay within the bound of single
         Settings settings = small_settings(10);
         settings.step = 0.2;
         const Rendered before = render_in_memory(scene, settings);
-        const Thinned thin(particles, smoke, scene.camera.origin, lights, epsilon);
-        SmokeSource left = smoke_of(thin.left);
+        const Thinned decimate(particles, smoke, scene.camera.origin, lights, epsilon);
+        SmokeDescription left = smoke_of(decimate.left);
         left.emission = smoke.emission;
         scene.smokes = &left;
         const Rendered after = render_in_memory(scene, settings);
@@ -155,6 +155,6 @@ TEST_CASE(WISP_ARITH_NAME ": pixels of lit smoke stay within the bound of single
             worst = std::max(worst, std::fabs(is - was) / was);
         }
         CHECK(worst > 0.02 * epsilon);
-        CHECK(before.statistics.smoke.particles - after.statistics.smoke.particles == thin.gone.size());
+        CHECK(before.statistics.smoke.particles - after.statistics.smoke.particles == decimate.gone.size());
     }
 }

@@ -26,7 +26,7 @@ const Double3 eye = {0, 0, 30};
 
 std::vector<Removal> noise_of(const std::vector<Particle> &particles, double epsilon,
                               const std::vector<LightSource> &lights = {}) {
-    return find_noise({particles}, {SmokeSource{}}, eye, lights, epsilon)[0];
+    return find_negligible({particles}, {SmokeDescription{}}, eye, lights, epsilon)[0];
 }
 
 bool has(const std::vector<Removal> &removals, uint32_t index) {
@@ -43,7 +43,7 @@ TEST_CASE("thin: strays that hardly show go, and what shows stays") {
     REQUIRE(noise.size() == 3);
     for (uint32_t i = 0; i < 3; ++i) {
         CHECK(noise[i].index == 27 + i);
-        CHECK(noise[i].heir == noise[i].index); // nobody is near
+        CHECK(noise[i].mass_receiver == noise[i].index); // nobody is near
     }
     CHECK(noise_of(particles, 0.06).size() == 4);
     CHECK(noise_of(particles, 0.039).empty()); // 1 - e^-0.04 = 0.0392
@@ -87,7 +87,7 @@ TEST_CASE("thin: what is on one ray adds up") {
         CHECK(!has(noise, 1));
     }
     // Blocks share the rays.
-    const auto two = find_noise({{row[0]}, {row[1]}}, {SmokeSource{}, SmokeSource{}}, eye, {}, 0.05);
+    const auto two = find_negligible({{row[0]}, {row[1]}}, {SmokeDescription{}, SmokeDescription{}}, eye, {}, 0.05);
     CHECK(two[0].size() + two[1].size() == 1);
 }
 
@@ -100,11 +100,11 @@ TEST_CASE("thin: mass goes to the nearest neighbour that stays") {
     const auto noise = noise_of(particles, 0.05);
     REQUIRE(noise.size() == 3);
     CHECK(noise[0].index == 1);
-    CHECK(noise[0].heir == 0);
+    CHECK(noise[0].mass_receiver == 0);
     CHECK(noise[1].index == 3);
-    CHECK(noise[1].heir == 2);
+    CHECK(noise[1].mass_receiver == 2);
     CHECK(noise[2].index == 4);
-    CHECK(noise[2].heir == 4);
+    CHECK(noise[2].mass_receiver == 4);
     remove_particles(particles, noise);
     REQUIRE(particles.size() == 2);
     CHECK(particles[0].area == doctest::Approx(area_of(0.51)).epsilon(1e-12));
@@ -116,10 +116,10 @@ TEST_CASE("thin: gifts that rays would notice are not made") {
     std::vector<Particle> particles = {{{0, 0, 0}, 0.5, area_of(0.5, 0.5)}, {{0.5, 0, 0}, 1, area_of(0.02)}};
     auto noise = noise_of(particles, 0.05);
     REQUIRE(noise.size() == 1);
-    CHECK(noise[0].heir == noise[0].index);
+    CHECK(noise[0].mass_receiver == noise[0].index);
     noise = noise_of(particles, 0.1);
     REQUIRE(noise.size() == 1);
-    CHECK(noise[0].heir == 0);
+    CHECK(noise[0].mass_receiver == 0);
 }
 
 TEST_CASE("thin: nothing, particles without mass, and places that doubles cannot square") {

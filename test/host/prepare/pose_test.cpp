@@ -14,7 +14,7 @@ using Corners = std::array<Double3, 3>;
 
 bool equal(const Double3 &a, const Double3 &b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 double distance(const Double3 &a, const Double3 &b) { return length(a - b); }
-Double3 place(const Body &b, const Double3 &p) {
+Double3 place(const Instance &b, const Double3 &p) {
     return b.axis[0] * p.x + b.axis[1] * p.y + b.axis[2] * p.z + b.origin;
 }
 
@@ -95,7 +95,7 @@ Placement shifted(double x) {
     return p;
 }
 
-Morph one_morph(int32_t node, std::initializer_list<double> times) {
+Morph one_deforming(int32_t node, std::initializer_list<double> times) {
     Morph morph = {node, 7, {}};
     for (double t : times)
         morph.poses.push_back({t, {{{t, 0, 0}, {t + 1, 0, 0}, {t, 1, t * t}}}, {{{0, 0, 1}, {0, 1, 0}, {1, 0, 0}}}});
@@ -107,15 +107,15 @@ Shapes shapes_at(const SceneGraph &graph, double time) {
     pose_shapes("scene.aff", graph, time, shapes);
     return shapes;
 }
-const Triangle &morph_of(const Shapes &s, size_t i = 0) {
-    return s.triangles[s.still_count + s.body_triangle_count + i];
+const Triangle &deforming_of(const Shapes &s, size_t i = 0) {
+    return s.triangles[s.static_count + s.instance_triangle_count + i];
 }
 
 } // namespace
 
 TEST_CASE("pose: random trees of nodes are products of their matrices") {
     Random random;
-    size_t still = 0, bodies = 0, nested = 0;
+    size_t still = 0, instances = 0, nested = 0;
     for (int round = 0; round < 300; ++round) {
         SceneGraph graph;
         std::vector<Square> world[2]; // at 0 and at 1
@@ -143,49 +143,49 @@ TEST_CASE("pose: random trees of nodes are products of their matrices") {
                 one_triangle(node, {random_point(random), random_point(random), random_point(random)}));
             graph.meshes.back().material = static_cast<uint32_t>(m); // to find it by
         }
-        graph.morphs.push_back(one_morph(nodes - 1, {0, 1}));
+        graph.morphs.push_back(one_deforming(nodes - 1, {0, 1}));
 
         Shapes shapes = make_shapes("scene.aff", graph);
         REQUIRE(shapes.triangles.size() == 7);
-        REQUIRE(shapes.still_count + shapes.body_triangle_count == 6);
-        REQUIRE(shapes.morph_count == 1);
+        REQUIRE(shapes.static_count + shapes.instance_triangle_count == 6);
+        REQUIRE(shapes.deforming_count == 1);
         for (int t = 0; t < 2; ++t) {
             pose_shapes("scene.aff", graph, t, shapes);
             std::vector<bool> seen(6);
-            const auto check = [&](uint32_t i, const Body *body, int32_t node) {
+            const auto check = [&](uint32_t i, const Instance *instance, int32_t node) {
                 const Mesh &mesh = graph.meshes[shapes.triangles[i].material];
                 seen[shapes.triangles[i].material] = true;
                 CHECK((mesh.node < 0 ? -1 : mover[static_cast<size_t>(mesh.node)]) == node);
                 for (size_t k = 0; k < 3; ++k) {
                     const Double3 &p = mesh.positions[k], &corner = shapes.triangles[i].corner[k];
                     const Double3 expected = mesh.node < 0 ? p : world[t][static_cast<size_t>(mesh.node)] * p;
-                    const Double3 found = body ? place(*body, corner) : corner;
+                    const Double3 found = instance ? place(*instance, corner) : corner;
                     CHECK(distance(found, expected) < 1e-11 * (1 + length(expected)));
                 }
             };
-            for (uint32_t i = 0; i < shapes.still_count; ++i) check(i, nullptr, -1);
-            uint32_t next = shapes.still_count;
-            for (size_t b = 0; b < shapes.bodies.size(); ++b) {
-                const Body &body = shapes.bodies[b];
-                CHECK(body.first == next);
-                CHECK(body.count > 0);
-                CHECK(body.visible);
-                next += body.count;
-                for (uint32_t i = body.first; i < next; ++i) check(i, &body, shapes.body_nodes[b]);
+            for (uint32_t i = 0; i < shapes.static_count; ++i) check(i, nullptr, -1);
+            uint32_t next = shapes.static_count;
+            for (size_t b = 0; b < shapes.instances.size(); ++b) {
+                const Instance &instance = shapes.instances[b];
+                CHECK(instance.first == next);
+                CHECK(instance.count > 0);
+                CHECK(instance.visible);
+                next += instance.count;
+                for (uint32_t i = instance.first; i < next; ++i) check(i, &instance, shapes.instance_nodes[b]);
             }
             CHECK(next == 6);
             CHECK(std::count(seen.begin(), seen.end(), true) == 6);
             for (size_t k = 0; k < 3; ++k) {
                 const Double3 expected =
                     world[t][static_cast<size_t>(nodes - 1)] * graph.morphs[0].poses[static_cast<size_t>(t)].corners[k];
-                CHECK(distance(morph_of(shapes).corner[k], expected) < 1e-11 * (1 + length(expected)));
+                CHECK(distance(deforming_of(shapes).corner[k], expected) < 1e-11 * (1 + length(expected)));
             }
         }
-        still += shapes.still_count;
-        bodies += shapes.bodies.size();
+        still += shapes.static_count;
+        instances += shapes.instances.size();
     }
     CHECK(still > 300);
-    CHECK(bodies > 200);
+    CHECK(instances > 200);
     CHECK(nested > 50);
 }
 
@@ -199,20 +199,20 @@ TEST_CASE("pose: what moves is a body with all that does not move in it") {
     graph.motions["empty"] = moved_by({1, 1, 1});
     for (int32_t node : {5, 0, 3, 1, 6, -1, 4}) graph.meshes.push_back(one_triangle(node));
     const Shapes s = shapes_at(graph, 1);
-    CHECK(s.still_count == 3);
-    CHECK(s.body_triangle_count == 4);
-    CHECK(s.morph_count == 0);
-    REQUIRE(s.bodies.size() == 2); // `empty` has no triangles
-    CHECK(s.body_nodes == std::vector<int32_t>{1, 4});
-    CHECK(s.bodies[0].first == 3);
-    CHECK(s.bodies[0].count == 2);
-    CHECK(s.bodies[1].first == 5);
-    CHECK(s.bodies[1].count == 2);
+    CHECK(s.static_count == 3);
+    CHECK(s.instance_triangle_count == 4);
+    CHECK(s.deforming_count == 0);
+    REQUIRE(s.instances.size() == 2); // `empty` has no triangles
+    CHECK(s.instance_nodes == std::vector<int32_t>{1, 4});
+    CHECK(s.instances[0].first == 3);
+    CHECK(s.instances[0].count == 2);
+    CHECK(s.instances[1].first == 5);
+    CHECK(s.instances[1].count == 2);
     // In the order of the meshes, in the world or the body.
     const double expected[] = {1, 0, 0, 10, 0, 100, 0};
     for (size_t i = 0; i < 7; ++i) CHECK(equal(s.triangles[i].corner[0], {expected[i], 0, 0}));
-    CHECK(distance(s.bodies[0].origin, {1, 5, 0}) < 1e-14);
-    CHECK(distance(s.bodies[1].origin, {11, 5, 7}) < 1e-14);
+    CHECK(distance(s.instances[0].origin, {1, 5, 0}) < 1e-14);
+    CHECK(distance(s.instances[1].origin, {11, 5, 7}) < 1e-14);
 }
 
 TEST_CASE("pose: one motion for several nodes") {
@@ -221,9 +221,9 @@ TEST_CASE("pose: one motion for several nodes") {
     graph.motions["wheel"] = moved_by({0, 5, 0});
     graph.meshes = {one_triangle(0), one_triangle(2)};
     const Shapes s = shapes_at(graph, 1);
-    REQUIRE(s.bodies.size() == 2);
-    CHECK(distance(s.bodies[0].origin, {0, 5, 0}) < 1e-14);
-    CHECK(distance(s.bodies[1].origin, {3, 5, 0}) < 1e-14);
+    REQUIRE(s.instances.size() == 2);
+    CHECK(distance(s.instances[0].origin, {0, 5, 0}) < 1e-14);
+    CHECK(distance(s.instances[1].origin, {3, 5, 0}) < 1e-14);
 }
 
 TEST_CASE("pose: materials, textures, texels and normals") {
@@ -239,7 +239,7 @@ TEST_CASE("pose: materials, textures, texels and normals") {
     mesh.rows.push_back({{2, 1, 0}, {}, {0, 0, 1}});
     graph.meshes.push_back(mesh);
     const Shapes s = shapes_at(graph, 0);
-    REQUIRE(s.still_count == 3);
+    REQUIRE(s.static_count == 3);
     for (const Triangle &t : s.triangles) CHECK(t.material == 3);
     CHECK(s.triangles[0].texture == -1);
     CHECK(s.triangles[0].texel[2][1] == 0);
@@ -309,7 +309,7 @@ TEST_CASE("pose: no normals where the file has none, or a transform leaves none"
     zero.rows[0].normal = {0, 0, 1};
     graph.meshes.push_back(zero);
     const Shapes s = shapes_at(graph, 0);
-    REQUIRE(s.still_count == 8);
+    REQUIRE(s.static_count == 8);
     for (size_t i = 0; i < 8; ++i)
         for (const Double3 &n : s.triangles[i].normal)
             CHECK(equal(n, i == 1 ? Double3{0, 0, 1} : Double3{0, 0, 0})); // in a plane it is the plane's
@@ -325,36 +325,36 @@ TEST_CASE("pose: an invisible node hides what is in it") {
     graph.motions["moving"].visibility = {{3, false}};
     graph.motions["other"] = moved_by({0, 5, 0});
     graph.meshes = {one_triangle(1), one_triangle(2), one_triangle(3)};
-    graph.morphs = {one_morph(2, {0, 1}), one_morph(-1, {0, 1})};
+    graph.morphs = {one_deforming(2, {0, 1}), one_deforming(-1, {0, 1})};
     Shapes s = make_shapes("scene.aff", graph);
-    CHECK(s.still_count == 0); // `blinking` is a body although it stays where it is
-    REQUIRE(s.bodies.size() == 3);
+    CHECK(s.static_count == 0); // `blinking` is a body although it stays where it is
+    REQUIRE(s.instances.size() == 3);
     const struct {
         double time;
         bool blinking, moving;
     } expected[] = {{0, true, true}, {1, false, false}, {1.5, false, false}, {2, true, true}, {3, true, false}};
     for (const auto &e : expected) {
         pose_shapes("scene.aff", graph, e.time, s);
-        CHECK(s.bodies[0].visible == e.blinking);
-        CHECK(s.bodies[1].visible == e.moving);
-        CHECK(s.bodies[2].visible);
+        CHECK(s.instances[0].visible == e.blinking);
+        CHECK(s.instances[1].visible == e.moving);
+        CHECK(s.instances[2].visible);
         CHECK(s.triangles.size() == 5);
-        CHECK(s.morph_count == 2);
+        CHECK(s.deforming_count == 2);
         const auto area = [](const Triangle &t) {
             return length(cross(t.corner[1] - t.corner[0], t.corner[2] - t.corner[0]));
         };
-        CHECK((area(morph_of(s, 0)) > 0) == e.moving);
-        CHECK(area(morph_of(s, 1)) > 0);
+        CHECK((area(deforming_of(s, 0)) > 0) == e.moving);
+        CHECK(area(deforming_of(s, 1)) > 0);
     }
 }
 
 TEST_CASE("pose: a morph at its times, between and beyond") {
     SceneGraph graph;
-    graph.morphs = {one_morph(-1, {-1, 1, 1, 3})};
+    graph.morphs = {one_deforming(-1, {-1, 1, 1, 3})};
     Shapes s = make_shapes("scene.aff", graph);
     const auto corner_at = [&](double time, size_t i) {
         pose_shapes("scene.aff", graph, time, s);
-        return morph_of(s).corner[i];
+        return deforming_of(s).corner[i];
     };
     const std::vector<Morph::Pose> &poses = graph.morphs[0].poses;
     for (size_t i = 0; i < 3; ++i) {
@@ -363,8 +363,8 @@ TEST_CASE("pose: a morph at its times, between and beyond") {
         CHECK(equal(corner_at(1e30, i), poses.back().corners[i]));
     }
     CHECK(equal(corner_at(1.5, 2), {1.5, 1, 3})); // a quarter from 1 to 9
-    CHECK(morph_of(s).material == 7);
-    CHECK(morph_of(s).texture == -1);
+    CHECK(deforming_of(s).material == 7);
+    CHECK(deforming_of(s).texture == -1);
     // At a time that two poses have, the later one.
     graph.morphs[0].poses[2].corners[0] = {50, 0, 0};
     CHECK(equal(corner_at(1, 0), {50, 0, 0}));
@@ -373,17 +373,17 @@ TEST_CASE("pose: a morph at its times, between and beyond") {
 
 TEST_CASE("pose: a morph's normals are linear and then of unit length") {
     SceneGraph graph;
-    graph.morphs = {one_morph(-1, {0, 4})};
+    graph.morphs = {one_deforming(-1, {0, 4})};
     std::vector<Morph::Pose> &poses = graph.morphs[0].poses;
     poses[0].normals = {{{0, 0, 1}, {0, 0, 1}, {0, 0, 1}}};
     poses[1].normals = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     Shapes s = shapes_at(graph, 1);
-    CHECK(distance(morph_of(s).normal[0], unit({0.25, 0, 0.75})) < 1e-15);
-    CHECK(distance(morph_of(s).normal[1], unit({0, 0.25, 0.75})) < 1e-15);
-    CHECK(distance(morph_of(s).normal[2], {0, 0, 1}) < 1e-15);
+    CHECK(distance(deforming_of(s).normal[0], unit({0.25, 0, 0.75})) < 1e-15);
+    CHECK(distance(deforming_of(s).normal[1], unit({0, 0.25, 0.75})) < 1e-15);
+    CHECK(distance(deforming_of(s).normal[2], {0, 0, 1}) < 1e-15);
     poses[1].normals[0] = {0, 0, -1}; // half-way it has no direction
     pose_shapes("scene.aff", graph, 2, s);
-    for (const Double3 &n : morph_of(s).normal) CHECK(equal(n, {0, 0, 0}));
+    for (const Double3 &n : deforming_of(s).normal) CHECK(equal(n, {0, 0, 0}));
     // A morph in a moving, uneven node.
     graph.nodes = {named(-1, "x")};
     graph.morphs[0].node = 0;
@@ -391,10 +391,10 @@ TEST_CASE("pose: a morph's normals are linear and then of unit length") {
     wide.scale = {4, 1, 1};
     graph.motions["x"] = motion_between(wide, wide);
     pose_shapes("scene.aff", graph, 1, s);
-    CHECK(distance(morph_of(s).normal[1], unit({0, 0.25, 0.75})) < 1e-14);
+    CHECK(distance(deforming_of(s).normal[1], unit({0, 0.25, 0.75})) < 1e-14);
     poses[1].normals[0] = {1, 0, 0};
     pose_shapes("scene.aff", graph, 1, s);
-    CHECK(distance(morph_of(s).normal[0], unit({0.25 / 4, 0, 0.75})) < 1e-14);
+    CHECK(distance(deforming_of(s).normal[0], unit({0.25 / 4, 0, 0.75})) < 1e-14);
 }
 
 TEST_CASE("pose: a body without volume is not seen") {
@@ -404,24 +404,24 @@ TEST_CASE("pose: a body without volume is not seen") {
     Placement flat;
     flat.scale = {1, 0, 1};
     graph.motions["x"] = motion_between(Placement(), flat);
-    CHECK(shapes_at(graph, 0).bodies[0].visible);
-    CHECK(shapes_at(graph, 0.5).bodies[0].visible);
-    CHECK(!shapes_at(graph, 1).bodies[0].visible);
+    CHECK(shapes_at(graph, 0).instances[0].visible);
+    CHECK(shapes_at(graph, 0.5).instances[0].visible);
+    CHECK(!shapes_at(graph, 1).instances[0].visible);
     flat.scale = {1e-9, 1e-3, 1}; // thin is not flat
     graph.motions["x"] = motion_between(flat, flat);
-    CHECK(shapes_at(graph, 0).bodies[0].visible);
+    CHECK(shapes_at(graph, 0).instances[0].visible);
 }
 
 TEST_CASE("pose: no scene at all, and meshes without triangles") {
     const Shapes none = shapes_at(SceneGraph(), 0);
     CHECK(none.triangles.empty());
-    CHECK(none.bodies.empty());
+    CHECK(none.instances.empty());
     SceneGraph graph;
     graph.nodes = {named(-1, "x")};
     graph.motions["x"] = moved_by({1, 0, 0});
     graph.meshes = {one_triangle(0)};
     graph.meshes[0].rows.clear();
-    CHECK(shapes_at(graph, 0).bodies.empty());
+    CHECK(shapes_at(graph, 0).instances.empty());
 }
 
 TEST_CASE("pose: scales beyond all numbers are refused") {
@@ -442,14 +442,14 @@ TEST_CASE("pose: scales beyond all numbers are refused") {
     };
     const std::string refused =
         "scene.aff:1: the transforms of a scene enlarge it beyond +-1e100, expected smaller scales";
-    SceneGraph still = huge_tree(1e30), body = still, morph = still, fits = huge_tree(1e6), small = huge_tree(1e-30);
+    SceneGraph still = huge_tree(1e30), instance = still, morph = still, fits = huge_tree(1e6), small = huge_tree(1e-30);
     still.meshes = {one_triangle(14)};
     CHECK(message(still) == refused);
-    body.nodes.push_back(named(14, "x"));
-    body.motions["x"] = moved_by({1, 0, 0});
-    body.meshes = {one_triangle(15)};
-    CHECK(message(body) == refused);
-    morph.morphs = {one_morph(14, {0, 1})};
+    instance.nodes.push_back(named(14, "x"));
+    instance.motions["x"] = moved_by({1, 0, 0});
+    instance.meshes = {one_triangle(15)};
+    CHECK(message(instance) == refused);
+    morph.morphs = {one_deforming(14, {0, 1})};
     CHECK(message(morph) == refused);
     fits.meshes = {one_triangle(14)};
     CHECK(message(fits) == "");

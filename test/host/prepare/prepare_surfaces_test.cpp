@@ -20,8 +20,8 @@ const std::string mover = "x a { xs 0.001 0.001 0.001 0 1 0 20 0.003 0.001 0.002
 
 SceneFile scene_of(const std::string &text) { return parse_scene("s.aff", view + text); }
 
-Double3 in_world(const Body &body, const Double3 &p) {
-    return body.axis[0] * p.x + body.axis[1] * p.y + body.axis[2] * p.z + body.origin;
+Double3 in_world(const Instance &instance, const Double3 &p) {
+    return instance.axis[0] * p.x + instance.axis[1] * p.y + instance.axis[2] * p.z + instance.origin;
 }
 
 double distance(const Double3 &a, const Double3 &b) { return length(a - b); }
@@ -46,33 +46,33 @@ TEST_CASE("prepared surfaces: still triangles reach to 1024 to 2048 by a power o
         CAPTURE(frame);
         prepare_scene("s.aff", file, {}, frame, kept);
         const Scene &scene = kept.scene;
-        REQUIRE(scene.still_count == 2);
-        REQUIRE(scene.body_triangle_count == 1);
-        REQUIRE(scene.morph_count == 1);
+        REQUIRE(scene.static_count == 2);
+        REQUIRE(scene.instance_triangle_count == 1);
+        REQUIRE(scene.deforming_count == 1);
         double farthest = 0;
         for (uint32_t i = 0; i < 2; ++i)
             for (const Double3 &corner : scene.triangles[i].corner)
                 farthest = std::max(farthest, largest_component(corner));
         CHECK(farthest == 1536); // 3 * 512
-        CHECK(scene.skin == doctest::Approx(2e-6 * std::sqrt(2.0) * 1536).epsilon(1e-12));
+        CHECK(scene.ray_epsilon == doctest::Approx(2e-6 * std::sqrt(2.0) * 1536).epsilon(1e-12));
 
         // Where the shapes of the file are at this time.
         const double time = time_of(file, {}, frame), scale = 512;
         CHECK(time == 2.0 * static_cast<double>(frame));
         Shapes shapes = make_shapes("s.aff", file.graph);
         pose_shapes("s.aff", file.graph, time, shapes);
-        const Body &body = scene.bodies[0], &expected = shapes.bodies[0];
+        const Instance &instance = scene.instances[0], &expected = shapes.instances[0];
         for (int i = 0; i < 3; ++i)
-            CHECK(distance(in_world(body, scene.triangles[2].corner[i]) * (1 / scale),
+            CHECK(distance(in_world(instance, scene.triangles[2].corner[i]) * (1 / scale),
                            in_world(expected, shapes.triangles[2].corner[i])) < 1e-12);
         // Its own space is about as large as the world's: fixed point keeps its digits.
         double size = 0;
-        for (const Double3 &axis : body.axis) size = std::max(size, length(axis));
+        for (const Double3 &axis : instance.axis) size = std::max(size, length(axis));
         CHECK(size > 0.24);
         CHECK(size < 4);
         for (const Double3 &p : {Double3{1, 0, 0}, Double3{0, 1, 0}, Double3{0.3, -2, 7}}) {
-            const Double3 moved = body.axis[0] * p.x + body.axis[1] * p.y + body.axis[2] * p.z;
-            const Double3 back = body.inverse[0] * moved.x + body.inverse[1] * moved.y + body.inverse[2] * moved.z;
+            const Double3 moved = instance.axis[0] * p.x + instance.axis[1] * p.y + instance.axis[2] * p.z;
+            const Double3 back = instance.inverse[0] * moved.x + instance.inverse[1] * moved.y + instance.inverse[2] * moved.z;
             CHECK(distance(back, p) < 1e-13);
         }
         CHECK(scene.triangles[3].corner[0].z == doctest::Approx((1 + time / 8) * scale).epsilon(1e-12));
@@ -84,7 +84,7 @@ TEST_CASE("prepared surfaces: still triangles reach to 1024 to 2048 by a power o
         for (uint32_t i = 0; i < scene.triangle_count(); ++i)
             for (int k = 0; k < 3; ++k)
                 CHECK(distance(scene.triangles[i].corner[k], alone.scene.triangles[i].corner[k]) == 0);
-        CHECK(distance(body.origin, alone.scene.bodies[0].origin) == 0);
+        CHECK(distance(instance.origin, alone.scene.instances[0].origin) == 0);
         CHECK(scene.radiance_exponent == alone.scene.radiance_exponent);
     }
 }
@@ -95,9 +95,9 @@ TEST_CASE("prepared surfaces: without still ones, those that move give the size"
                                  " 0 0 0 8 1 1 1 0 0 0 8 1 1 1 0 0 0 }";
         PreparedScene prepared;
         prepare_scene("s.aff", scene_of(text), {}, 1, prepared);
-        REQUIRE(prepared.scene.body_count == 1);
-        CHECK(prepared.scene.bodies[0].visible);
-        CHECK(prepared.scene.skin > 0);
+        REQUIRE(prepared.scene.instance_count == 1);
+        CHECK(prepared.scene.instances[0].visible);
+        CHECK(prepared.scene.ray_epsilon > 0);
         for (const Double3 &corner : prepared.scene.triangles[0].corner) CHECK(largest_component(corner) <= 2048);
     }
 }
@@ -143,8 +143,8 @@ TEST_CASE("prepared surfaces: smoke beside them is in their units, in fixed poin
     PreparedScene prepared;
     prepare_scene("s.aff", scene_of("smoke box 0 1 0 1 2 2 3 {}\n" + floor_of_six), {}, 0, prepared);
     REQUIRE(prepared.scene.smoke_count == 1);
-    REQUIRE(prepared.scene.still_count == 2);
-    const SmokeSource &smoke = prepared.scene.smokes[0];
+    REQUIRE(prepared.scene.static_count == 2);
+    const SmokeDescription &smoke = prepared.scene.smokes[0];
     constexpr double scale = 512; // as without smoke
     CHECK(prepared.scene.camera.origin.z == 9 * scale);
     CHECK(smoke.grid.half.x == 0.5 * scale);

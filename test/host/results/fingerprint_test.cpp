@@ -16,9 +16,9 @@ struct Whole {
     std::vector<float> density = {0.5f, 1, 1.5f, 2};
     LightSource lights[2] = {{LightKind::spot, {1, 2, 3}, {0, 0, 1}, 0.5, {4, 5, 6}},
                              {LightKind::parallel, {0, 0, 0}, {0, 1, 0}, 2, {1, 1, 1}}};
-    SmokeSource smokes[3] = {};
+    SmokeDescription smokes[3] = {};
     Triangle triangles[3] = {}; // still, of a body, of changing form
-    Body body = {1, 1, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {1, 2, 3}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, true};
+    Instance instance = {1, 1, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {1, 2, 3}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, true};
     Material materials[2] = {};
     uint16_t texels[5 * 3] = {}; // 2 x 2 and 1
     Texture texture = {2, 2, 2, texels};
@@ -27,16 +27,16 @@ struct Whole {
     std::string arithmetic = "f32";
 
     Whole() {
-        scene.still_count = scene.body_triangle_count = scene.morph_count = scene.body_count = 1;
+        scene.static_count = scene.instance_triangle_count = scene.deforming_count = scene.instance_count = 1;
         scene.material_count = 2;
         scene.texture_count = 1;
-        for (SmokeSource &smoke : smokes) {
+        for (SmokeDescription &smoke : smokes) {
             smoke.albedo = {0.5, 0.25, 0.125};
             smoke.asymmetry = 0.5;
             smoke.emission = {1, 2, 3};
             smoke.total_area = 7;
         }
-        for (SmokeSource *smoke : {&smokes[1], &smokes[2]})
+        for (SmokeDescription *smoke : {&smokes[1], &smokes[2]})
             smoke->grid = {1, 1, 1, nullptr, 2, {1, 2, 3}, {4, 5, 6}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
         smokes[1].grid.nx = smokes[1].grid.ny = 2;
         scene.camera = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}, {10, 11, 12}};
@@ -55,14 +55,14 @@ struct Whole {
         settings.step = 0.5;
     }
     using Identity = std::string (*)(const Scene &, const Settings &, const std::string &);
-    std::string name(Identity identity = identity_of_samples) {
+    std::string name(Identity identity = fingerprint_of_samples) {
         smokes[0].particles = particles.data();
         smokes[0].count = static_cast<uint32_t>(particles.size());
         smokes[1].grid.density = density.data();
         scene.lights = lights;
         scene.smokes = smokes;
         scene.triangles = triangles;
-        scene.bodies = &body;
+        scene.instances = &instance;
         scene.materials = materials;
         scene.textures = &texture;
         return identity(scene, settings, arithmetic);
@@ -70,12 +70,12 @@ struct Whole {
 };
 
 std::string of_picture(const Scene &scene, const Settings &settings, const std::string &arithmetic) {
-    return identity_of_picture(scene, identity_of_shapes(scene), settings, 30, 40, arithmetic);
+    return fingerprint_of_picture(scene, fingerprint_of_shapes(scene), settings, 30, 40, arithmetic);
 }
 
 using Change = std::function<void(Whole &)>;
 
-std::string name_after(const Change &change, Whole::Identity identity = identity_of_samples) {
+std::string name_after(const Change &change, Whole::Identity identity = fingerprint_of_samples) {
     Whole whole;
     change(whole);
     return whole.name(identity);
@@ -157,7 +157,7 @@ TEST_CASE("identity: it changes with every number that samples depend on") {
     add_vector(changes, [](Whole &w) -> Double3 & { return w.scene.background; });
     for (Double3 Camera::*field : {&Camera::origin, &Camera::corner, &Camera::right, &Camera::down})
         add_vector(changes, [=](Whole &w) -> Double3 & { return w.scene.camera.*field; });
-    check_changes(changes, identity_of_samples);
+    check_changes(changes, fingerprint_of_samples);
     CHECK(changes.size() > 100);
 }
 
@@ -176,7 +176,7 @@ TEST_CASE("identity: that of a map changes with every number that photons depend
     changes.push_back([](Whole &w) { w.settings.seed += uint64_t{1} << 40; });
     changes.push_back([](Whole &w) { w.settings.photons += uint64_t{1} << 40; });
     changes.push_back([](Whole &w) { w.settings.deposit = Deposit::path; });
-    check_changes(changes, identity_of_map);
+    check_changes(changes, fingerprint_of_map);
 }
 
 TEST_CASE("identity: that of kept smoke changes with smoke, lights and steps, and with nothing else") {
@@ -189,15 +189,15 @@ TEST_CASE("identity: that of kept smoke changes with smoke, lights and steps, an
                                       [](Whole &w) { w.settings.irradiance = IrradianceMap::uniform; },
                                       [](Whole &w) { w.settings.irradiance_step += 0x1p-40; }};
     changes.insert(changes.end(), more.begin(), more.end());
-    check_changes(changes, identity_of_smoke);
-    const std::string name = Whole().name(identity_of_smoke);
-    CHECK(name_after([](Whole &w) { w.scene.camera.origin.x += 1; }, identity_of_smoke) == name);
-    CHECK(name_after([](Whole &w) { w.body.origin.x += 1; }, identity_of_smoke) == name);
-    CHECK(name_after([](Whole &w) { w.settings.photons += 1; }, identity_of_smoke) == name);
+    check_changes(changes, fingerprint_of_smoke);
+    const std::string name = Whole().name(fingerprint_of_smoke);
+    CHECK(name_after([](Whole &w) { w.scene.camera.origin.x += 1; }, fingerprint_of_smoke) == name);
+    CHECK(name_after([](Whole &w) { w.instance.origin.x += 1; }, fingerprint_of_smoke) == name);
+    CHECK(name_after([](Whole &w) { w.settings.photons += 1; }, fingerprint_of_smoke) == name);
 }
 
 TEST_CASE("identity: views, steps and pictures leave that of a map alone") {
-    const std::string name = Whole().name(identity_of_map);
+    const std::string name = Whole().name(fingerprint_of_map);
     std::vector<Change> changes = {
         [](Whole &w) { w.settings.crop.x0 += 1; },     [](Whole &w) { w.settings.crop.y1 += 1; },
         [](Whole &w) { w.settings.samples += 1; },     [](Whole &w) { w.settings.step = 1; },
@@ -207,22 +207,22 @@ TEST_CASE("identity: views, steps and pictures leave that of a map alone") {
     add_vector(changes, [](Whole &w) -> Double3 & { return w.scene.background; });
     for (Double3 Camera::*field : {&Camera::origin, &Camera::corner, &Camera::right, &Camera::down})
         add_vector(changes, [=](Whole &w) -> Double3 & { return w.scene.camera.*field; });
-    for (const Change &change : changes) CHECK(name_after(change, identity_of_map) == name);
+    for (const Change &change : changes) CHECK(name_after(change, fingerprint_of_map) == name);
     CHECK(name != Whole().name());
 }
 
 TEST_CASE(
     "identity: with surfaces both change with where those are and whether light passes, samples with their looks") {
     std::vector<Change> places = {[](Whole &w) { w.materials[0].transmission = 0.5; },
-                                  [](Whole &w) { w.scene.skin += 0x1p-40; }, [](Whole &w) { w.scene.morph_count = 0; },
-                                  [](Whole &w) { w.body.visible = false; },
-                                  [](Whole &w) { w.scene.body_triangle_count = 2, w.scene.morph_count = 0; }};
+                                  [](Whole &w) { w.scene.ray_epsilon += 0x1p-40; }, [](Whole &w) { w.scene.deforming_count = 0; },
+                                  [](Whole &w) { w.instance.visible = false; },
+                                  [](Whole &w) { w.scene.instance_triangle_count = 2, w.scene.deforming_count = 0; }};
     for (size_t i = 0; i < 3; ++i)
         for (int k = 0; k < 3; ++k) add_vector(places, [=](Whole &w) -> Double3 & { return w.triangles[i].corner[k]; });
-    add_vector(places, [](Whole &w) -> Double3 & { return w.body.origin; });
-    for (int k = 0; k < 3; ++k) add_vector(places, [=](Whole &w) -> Double3 & { return w.body.axis[k]; });
-    check_changes(places, identity_of_map);
-    check_changes(places, identity_of_samples);
+    add_vector(places, [](Whole &w) -> Double3 & { return w.instance.origin; });
+    for (int k = 0; k < 3; ++k) add_vector(places, [=](Whole &w) -> Double3 & { return w.instance.axis[k]; });
+    check_changes(places, fingerprint_of_map);
+    check_changes(places, fingerprint_of_samples);
 
     std::vector<Change> looks = {
         [](Whole &w) { w.materials[0].index += 0x1p-40; }, [](Whole &w) { w.materials[0].shininess += 0x1p-40; },
@@ -230,9 +230,9 @@ TEST_CASE(
     for (Double3 Material::*field : {&Material::ambient, &Material::diffuse, &Material::specular})
         add_vector(looks, [=](Whole &w) -> Double3 & { return w.materials[0].*field; });
     add_vector(looks, [](Whole &w) -> Double3 & { return w.triangles[2].normal[1]; });
-    const std::string map = Whole().name(identity_of_map);
-    for (const Change &change : looks) CHECK(name_after(change, identity_of_map) == map);
-    check_changes(looks, identity_of_samples);
+    const std::string map = Whole().name(fingerprint_of_map);
+    for (const Change &change : looks) CHECK(name_after(change, fingerprint_of_map) == map);
+    check_changes(looks, fingerprint_of_samples);
     // However shadows are found, they are the same.
     CHECK(name_after([](Whole &w) { w.settings.shadows = ShadowMethod::exact; }) == Whole().name());
 }
@@ -260,21 +260,21 @@ TEST_CASE("identity: that of a picture changes with every number that a pixel ma
         [](Whole &w) { w.settings.reference = false; },
         [](Whole &w) { w.settings.first_pass = 1; },
         [](Whole &w) { w.settings.last_pass += 1; },
-        [](Whole &w) { w.scene.skin = 1; },
+        [](Whole &w) { w.scene.ray_epsilon = 1; },
         [](Whole &w) { w.scene.material_count = 1; },
         [](Whole &w) { w.scene.texture_count = 0; },
-        [](Whole &w) { w.scene.body_count = 0; },
-        [](Whole &w) { w.scene.morph_count = 0; },
+        [](Whole &w) { w.scene.instance_count = 0; },
+        [](Whole &w) { w.scene.deforming_count = 0; },
         [](Whole &w) { w.texture.width = 1; },
         [](Whole &w) { w.texture.height = 1; },
         [](Whole &w) { w.texels[11] = 1; },
-        [](Whole &w) { w.body.first = 0; },
-        [](Whole &w) { w.body.count = 0; },
-        [](Whole &w) { w.body.visible = false; },
+        [](Whole &w) { w.instance.first = 0; },
+        [](Whole &w) { w.instance.count = 0; },
+        [](Whole &w) { w.instance.visible = false; },
     };
     changes.insert(changes.end(), more.begin(), more.end());
     add_vector(changes, [](Whole &w) -> Double3 & { return w.scene.background; });
-    add_vector(changes, [](Whole &w) -> Double3 & { return w.body.origin; });
+    add_vector(changes, [](Whole &w) -> Double3 & { return w.instance.origin; });
     for (Double3 Camera::*field : {&Camera::origin, &Camera::corner, &Camera::right, &Camera::down})
         add_vector(changes, [=](Whole &w) -> Double3 & { return w.scene.camera.*field; });
     for (Double3 Material::*field : {&Material::ambient, &Material::diffuse, &Material::specular})
@@ -282,8 +282,8 @@ TEST_CASE("identity: that of a picture changes with every number that a pixel ma
     for (double Material::*field : {&Material::shininess, &Material::transmission, &Material::index})
         changes.push_back([=](Whole &w) { w.materials[1].*field = 1; });
     for (int i = 0; i < 3; ++i) {
-        add_vector(changes, [=](Whole &w) -> Double3 & { return w.body.axis[i]; });
-        add_vector(changes, [=](Whole &w) -> Double3 & { return w.body.inverse[i]; });
+        add_vector(changes, [=](Whole &w) -> Double3 & { return w.instance.axis[i]; });
+        add_vector(changes, [=](Whole &w) -> Double3 & { return w.instance.inverse[i]; });
         for (int k = 0; k < 3; ++k) { // of the i-th triangle
             add_vector(changes, [=](Whole &w) -> Double3 & { return w.triangles[i].corner[k]; });
             add_vector(changes, [=](Whole &w) -> Double3 & { return w.triangles[i].normal[k]; });
@@ -300,6 +300,6 @@ TEST_CASE("identity: that of a picture changes with every number that a pixel ma
     std::set<std::string> sizes;
     for (int width : {30, 40})
         for (int height : {30, 40})
-            sizes.insert(identity_of_picture(whole.scene, "", whole.settings, width, height, "f32"));
+            sizes.insert(fingerprint_of_picture(whole.scene, "", whole.settings, width, height, "f32"));
     CHECK(sizes.size() == 4);
 }

@@ -229,7 +229,7 @@ TEST_CASE("scene: smoke in blocks is as if its own transform did it") {
         PreparedScene prepared;
         prepare_scene("a", parse_scene("a", view + "smoke box -100 -100 -100 -99 -99 -99 1 {}\n" + text), Options(), 0,
                       prepared);
-        const GridSource far = prepared.smokes[0].grid, near = prepared.smokes[1].grid;
+        const GridDescription far = prepared.smokes[0].grid, near = prepared.smokes[1].grid;
         // In units of the far box.
         const double unit = 2 * far.half.x;
         const Double3 half = {near.half.x / unit, near.half.y / unit, near.half.z / unit};

@@ -6,20 +6,20 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr uint32_t least_edge = 16, most_edge = 256; // of a cube's face, in cells
-constexpr uint64_t most_entries = 1u << 23;          // of all lights
-constexpr uint32_t most_listed = 512;                // in a cell
+constexpr uint32_t least_edge = 16, max_edge = 256; // of a cube's face, in cells
+constexpr uint64_t max_entries = 1u << 23;          // of all lights
+constexpr uint32_t max_listed = 512;                // in a cell
 constexpr int32_t nowhere = 0x7fffffff;              // depth
 
 constexpr int coarser = 7, slope_bits = 30, gain_bits = 8;
 constexpr int64_t parallel_reach = 1 << 19;
-constexpr int64_t most_gain = 1 << 16, most_margin = 1 << 10; // so that numbers stay below 2^63
+constexpr int64_t max_gain = 1 << 16, max_margin = 1 << 10; // so that numbers stay below 2^63
 constexpr int64_t farthest = 1 << 26;                         // steps, as shaft.h says
 
 // Cells along an edge of a cube's face: twice the root of the number of triangles. A single face has as many as a cube.
 uint32_t cube_edge(uint32_t triangles) {
     uint32_t edge = least_edge;
-    while (edge < most_edge && uint64_t{edge} * edge < 4 * uint64_t{triangles}) ++edge;
+    while (edge < max_edge && uint64_t{edge} * edge < 4 * uint64_t{triangles}) ++edge;
     return edge;
 }
 uint32_t cells_of_cube(uint32_t edge) { return 6 * edge * edge; }
@@ -101,7 +101,7 @@ bool make_view(BufferView &view, const Light &light, const ShaftLattice &lattice
         const Face face(view, 0);
         for (int k = 0; k < 2; ++k) {
             view.slope[k] = way.x[face.across[k]] * (int64_t{1} << slope_bits) / far;
-            view.gain[k] = std::min(most_gain, (most_margin << (gain_bits + coarser - 2)) / (margin + 1));
+            view.gain[k] = std::min(max_gain, (max_margin << (gain_bits + coarser - 2)) / (margin + 1));
             for (int i = 0; i < 8; ++i) {
                 const LatticePoint p = corner_of(box, i);
                 const int64_t ahead = view.sign * (p.x[view.axis] - view.origin.x[view.axis]);
@@ -115,11 +115,11 @@ bool make_view(BufferView &view, const Light &light, const ShaftLattice &lattice
     for (int k = 0; k < 2; ++k) {
         const int64_t all = (margin + 1) + (((margin + 1) * size_of(view.slope[k])) >> slope_bits) + 1;
         view.margin[k] = ((all * view.gain[k]) >> (gain_bits + coarser)) + 3;
-        if (view.margin[k] > most_margin || view.gain[k] <= 0) return false;
+        if (view.margin[k] > max_margin || view.gain[k] <= 0) return false;
     }
     view.depth_margin = (margin >> coarser) + 3;
     view.margin[2] = parallel ? 0 : view.depth_margin;
-    return view.depth_margin <= most_margin;
+    return view.depth_margin <= max_margin;
 }
 
 // A triangle as a face sees it.
@@ -133,7 +133,7 @@ class Outline {
             nearest_ = c == 0 ? t_[c].depth : std::min(nearest_, t_[c].depth);
             farthest_ = c == 0 ? t_[c].depth : std::max(farthest_, t_[c].depth);
         }
-        skin_ = (lattice.skin >> coarser) + 1;
+        skin_ = (lattice.ray_epsilon >> coarser) + 1;
     }
 
     struct Cells {
@@ -321,10 +321,10 @@ void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &sh
     if (!make_view(light.view, light.light, light.lattice, still, buffer.edge)) return;
     light.state = BufferLight::ready;
     const auto for_each_entry = [&](auto &&visit) {
-        for (uint32_t i = 0; i < scene.still_count; ++i) {
+        for (uint32_t i = 0; i < scene.static_count; ++i) {
             const Triangle &triangle = scene.triangles[i];
             const Vec3 corner[3] = {vec_of(triangle.corner[0]), vec_of(triangle.corner[1]), vec_of(triangle.corner[2])};
-            if (order_of(scene.materials[triangle.material].transmission) > 0 ||
+            if (total_order_key(scene.materials[triangle.material].transmission) > 0 ||
                 !has_area(corner[0], corner[1], corner[2]))
                 continue;
             const LatticePoint points[3] = {lattice_point(corner[0], light.lattice.exponent),
@@ -348,7 +348,7 @@ void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &sh
     uint32_t used = 0;
     for (BufferCell *cell = light.cells; cell != end; ++cell) {
         cell->first = used;
-        if (cell->count > most_listed || cell->count > buffer.entry_count - used) {
+        if (cell->count > max_listed || cell->count > buffer.entry_count - used) {
             cell->count = BufferCell::traced;
         } else {
             used += cell->count;
@@ -368,9 +368,9 @@ void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &sh
 }
 
 uint32_t entries_for(const Scene &scene) {
-    const uint64_t fair = most_entries / max(scene.light_count, 1u);
+    const uint64_t fair = max_entries / max(scene.light_count, 1u);
     return static_cast<uint32_t>(
-        std::min(fair, 16 * uint64_t{scene.still_count} + 2 * cells_of_cube(cube_edge(scene.still_count))));
+        std::min(fair, 16 * uint64_t{scene.static_count} + 2 * cells_of_cube(cube_edge(scene.static_count))));
 }
 
 // The cell of a point, and its depth; nullptr: none.
@@ -402,7 +402,7 @@ const BufferCell *find_cell(const BufferLight &light, const TriangleTree &still,
 
 uint64_t light_buffer_bytes(const Scene &scene) {
     return Arena::bytes<LightBuffer>(1) + Arena::bytes<BufferLight>(scene.light_count) +
-           scene.light_count * (Arena::bytes<BufferCell>(cells_of_cube(cube_edge(scene.still_count))) +
+           scene.light_count * (Arena::bytes<BufferCell>(cells_of_cube(cube_edge(scene.static_count))) +
                                 Arena::bytes<BufferEntry>(entries_for(scene)));
 }
 
@@ -410,7 +410,7 @@ LightBuffer *make_light_buffer(const Scene &scene, Arena &arena) {
     LightBuffer *buffer = arena.make<LightBuffer>(1);
     BufferLight *lights = arena.make<BufferLight>(scene.light_count);
     if (!buffer || !lights) return nullptr;
-    *buffer = {scene.light_count, cube_edge(scene.still_count), entries_for(scene), lights};
+    *buffer = {scene.light_count, cube_edge(scene.static_count), entries_for(scene), lights};
     for (uint32_t l = 0; l < scene.light_count; ++l) {
         lights[l] = {};
         lights[l].cells = arena.make<BufferCell>(cells_of_cube(buffer->edge));
@@ -449,7 +449,7 @@ bool is_shadowed(LightBuffer &buffer, Shadows &shadows, const ShadowQuery &query
         if (entry->triangle == query.triangle) continue;
         asked = true;
         ++statistics.shadow.extra_tests;
-        if (is_met(*shadows.scene, entry->triangle, ray, surfaces.skin, query.end)) return true;
+        if (intersects(*shadows.scene, entry->triangle, ray, surfaces.ray_epsilon, query.end)) return true;
     }
     return asked ? is_blocked_by_moving(shadows, query) : is_shadowed_by_moving_alone(shadows, query);
 }

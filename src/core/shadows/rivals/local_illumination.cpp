@@ -6,10 +6,10 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr uint32_t most_blockers = 8;    // of a cell, or it is cut
-constexpr uint32_t most_depth = 9;       // of the octrees
-constexpr uint32_t most_cells = 1 << 20; // beside the roots
-constexpr uint32_t most_words = 1 << 21; // of lists
+constexpr uint32_t max_blockers = 8;    // of a cell, or it is cut
+constexpr uint32_t max_depth = 9;       // of the octrees
+constexpr uint32_t max_cells = 1 << 20; // beside the roots
+constexpr uint32_t max_words = 1 << 21; // of lists
 constexpr int64_t rim = 1 << 9;          // steps around the bounds, for points that are rounded
 
 LocalCell cell_of(LocalCell::Kind kind, uint32_t place = 0) { return {static_cast<uint32_t>(kind) << 29 | place}; }
@@ -24,19 +24,19 @@ void forget(LocalShadows &local) {
 // What is known of a cell after a ray from it has been traced; `occluder` stopped it, if anything did.
 LocalCell look(LocalShadows &local, const Shadows &shadows, const ShaftLight &light, const LatticeBounds &box,
                bool may_cut, bool blocked, uint32_t occluder) {
-    const Shaft shaft(light.lattice, box, light.light);
+    const BoxShaft shaft(light.lattice, box, light.light);
     if (blocked && is_cut_by(shadows, light.lattice, shaft, occluder)) return cell_of(LocalCell::full);
-    uint32_t blocker[most_blockers], count;
-    if (find_blockers(shadows, light.lattice, shaft, most_blockers, blocker, count)) {
+    uint32_t blocker[max_blockers], count;
+    if (find_blockers(shadows, light.lattice, shaft, max_blockers, blocker, count)) {
         if (count == 0) return cell_of(LocalCell::null);
-        if (most_words - local.list_words > count) {
+        if (max_words - local.list_words > count) {
             const uint32_t place = local.list_words;
             local.lists[place] = count;
             std::copy(blocker, blocker + count, local.lists + place + 1);
             local.list_words += count + 1;
             return cell_of(LocalCell::list, place);
         }
-    } else if (may_cut && local.light_count + most_cells - local.cell_count >= 8) {
+    } else if (may_cut && local.light_count + max_cells - local.cell_count >= 8) {
         const uint32_t first = local.cell_count;
         std::fill(local.cells + first, local.cells + first + 8, cell_of(LocalCell::unknown));
         local.cell_count += 8;
@@ -49,14 +49,14 @@ LocalCell look(LocalShadows &local, const Shadows &shadows, const ShaftLight &li
 
 uint64_t local_shadow_bytes(const Scene &scene) {
     return Arena::bytes<LocalShadows>(1) + Arena::bytes<ShaftLight>(scene.light_count) +
-           Arena::bytes<LocalCell>(uint64_t{scene.light_count} + most_cells) + Arena::bytes<uint32_t>(most_words);
+           Arena::bytes<LocalCell>(uint64_t{scene.light_count} + max_cells) + Arena::bytes<uint32_t>(max_words);
 }
 
 LocalShadows *make_local_shadows(const Scene &scene, Arena &arena) {
     LocalShadows *local = arena.make<LocalShadows>(1);
     ShaftLight *lights = arena.make<ShaftLight>(scene.light_count);
-    LocalCell *cells = arena.make<LocalCell>(size_t{scene.light_count} + most_cells);
-    uint32_t *lists = arena.make<uint32_t>(most_words);
+    LocalCell *cells = arena.make<LocalCell>(size_t{scene.light_count} + max_cells);
+    uint32_t *lists = arena.make<uint32_t>(max_words);
     if (!local || !lights || !cells || !lists) return nullptr;
     *local = {};
     local->light_count = scene.light_count;
@@ -71,10 +71,10 @@ void begin_frame(LocalShadows &local, const Shadows &shadows) {
     if (still.triangle_count == 0) return;
     const bool first = local.edge == 0;
     if (first) {
-        local.exponent = still_exponent(still);
+        local.exponent = static_exponent(still);
         const LatticePoint high = lattice_point(still.bounds.high, local.exponent);
         local.low = lattice_point(still.bounds.low, local.exponent);
-        local.edge = int64_t{1} << most_depth;
+        local.edge = int64_t{1} << max_depth;
         for (int a = 0; a < 3; ++a) {
             local.low.x[a] -= rim;
             while (local.low.x[a] + local.edge <= high.x[a] + rim) local.edge *= 2;
@@ -86,7 +86,7 @@ void begin_frame(LocalShadows &local, const Shadows &shadows) {
         local.wasteful = local.wasteful || local.cells[l].kind() == LocalCell::cut;
         local.cells[l] = cell_of(LocalCell::unknown);
     }
-    const bool scarce = local.cell_count - local.light_count > most_cells / 2 || local.list_words > most_words / 2;
+    const bool scarce = local.cell_count - local.light_count > max_cells / 2 || local.list_words > max_words / 2;
     if (scarce && local.wasteful) forget(local);
 }
 
@@ -125,7 +125,7 @@ bool is_shadowed(LocalShadows &local, Shadows &shadows, const ShadowQuery &query
             if (list[i] == query.triangle) continue;
             asked = true;
             ++statistics.shadow.extra_tests;
-            if (!is_met(*shadows.scene, list[i], ray, surfaces.skin, query.end)) continue;
+            if (!intersects(*shadows.scene, list[i], ray, surfaces.ray_epsilon, query.end)) continue;
             std::swap(list[0], list[i]); // it will stop others, too
             return true;
         }
@@ -134,7 +134,7 @@ bool is_shadowed(LocalShadows &local, Shadows &shadows, const ShadowQuery &query
     default: break;
     }
     uint32_t occluder;
-    const bool blocked = is_blocked_by_still(shadows, query, occluder);
+    const bool blocked = is_blocked_by_static(shadows, query, occluder);
     if (cell->kind() == LocalCell::unknown) {
         LatticeBounds box;
         const int shift = light.lattice.exponent - local.exponent; // to longer steps
@@ -142,7 +142,7 @@ bool is_shadowed(LocalShadows &local, Shadows &shadows, const ShadowQuery &query
             box.low.x[a] = low.x[a] >> shift;
             box.high.x[a] = ((low.x[a] + edge) >> shift) + 1;
         }
-        *cell = look(local, shadows, light, box, depth < most_depth, blocked, occluder);
+        *cell = look(local, shadows, light, box, depth < max_depth, blocked, occluder);
     }
     return blocked || is_blocked_by_moving(shadows, query);
 }

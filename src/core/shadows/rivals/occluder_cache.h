@@ -11,7 +11,7 @@
 namespace wisp::WISP_ARITH {
 
 struct ShadowCache {
-    uint32_t still_count, light_count;
+    uint32_t static_count, light_count;
     uint32_t *occluder; // [still triangle, and one more][light], or no_triangle
 };
 

@@ -6,7 +6,7 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr uint64_t most_voxels = 1u << 18;
+constexpr uint64_t max_voxels = 1u << 18;
 constexpr int64_t rim = 1 << 9; // steps around the bounds, for points that are rounded
 // States that are no triangle, nor no_triangle, as which points of space ask.
 enum : uint32_t { unknown = 0xfffffffe, complicated = 0xfffffffd, full = 0xfffffffc, null = 0xfffffffb };
@@ -17,7 +17,7 @@ uint64_t voxel_count(const VoxelShadows &voxels) {
 
 // The cubes that cover the still triangles with the most voxels that there may be.
 void lay_out(VoxelShadows &voxels, const TriangleTree &still) {
-    voxels.exponent = still_exponent(still);
+    voxels.exponent = static_exponent(still);
     voxels.low = lattice_point(still.bounds.low, voxels.exponent);
     LatticePoint high = lattice_point(still.bounds.high, voxels.exponent);
     for (int a = 0; a < 3; ++a) {
@@ -30,7 +30,7 @@ void lay_out(VoxelShadows &voxels, const TriangleTree &still) {
             voxels.count[a] = static_cast<uint32_t>((high.x[a] - voxels.low.x[a]) / voxels.edge + 1);
         uint64_t count = 1;
         for (int a = 0; a < 3; ++a) count = std::min(count * voxels.count[a], uint64_t{1} << 32);
-        if (count <= most_voxels) return;
+        if (count <= max_voxels) return;
         voxels.edge += (voxels.edge + 15) / 16;
     }
 }
@@ -39,7 +39,7 @@ void lay_out(VoxelShadows &voxels, const TriangleTree &still) {
 
 uint64_t voxel_bytes(const Scene &scene) {
     return Arena::bytes<VoxelShadows>(1) + Arena::bytes<VoxelLight>(scene.light_count) +
-           scene.light_count * Arena::bytes<uint32_t>(most_voxels);
+           scene.light_count * Arena::bytes<uint32_t>(max_voxels);
 }
 
 VoxelShadows *make_voxel_shadows(const Scene &scene, Arena &arena) {
@@ -50,7 +50,7 @@ VoxelShadows *make_voxel_shadows(const Scene &scene, Arena &arena) {
     voxels->light_count = scene.light_count;
     voxels->lights = lights;
     for (uint32_t l = 0; l < scene.light_count; ++l) {
-        lights[l].state = arena.make<uint32_t>(most_voxels);
+        lights[l].state = arena.make<uint32_t>(max_voxels);
         if (!lights[l].state) return nullptr;
     }
     return voxels;
@@ -94,9 +94,9 @@ bool is_shadowed(VoxelShadows &voxels, Shadows &shadows, const ShadowQuery &quer
     }
     if (state == null || state == query.triangle) return is_shadowed_by_moving_alone(shadows, query);
     uint32_t occluder;
-    const bool blocked = is_blocked_by_still(shadows, query, occluder);
+    const bool blocked = is_blocked_by_static(shadows, query, occluder);
     if (state == unknown) {
-        const Shaft shaft(light.lattice, box, light.light);
+        const BoxShaft shaft(light.lattice, box, light.light);
         uint32_t count;
         if (blocked)
             state = is_cut_by(shadows, light.lattice, shaft, occluder) ? full : complicated;

@@ -58,7 +58,7 @@ TEST_CASE(WISP_ARITH_NAME ": pictures are those of tracing, in every frame, with
                 plain_block(static_cast<size_t>(plan(room.scene, plain).bytes.arena));
             const bool lit = room.scene.light_count > 0; // there is nothing to keep without
             CHECK((block.size() > plain_block.size()) == lit);
-            Kept kept = {}, plain_kept = {};
+            FrameCache kept = {}, plain_kept = {};
             Statistics statistics, plain_statistics;
             for (int frame = 0; frame < 3; ++frame) {
                 CHECK(picture(room.scene, room.settings, block, statistics, kept) ==
@@ -70,7 +70,7 @@ TEST_CASE(WISP_ARITH_NAME ": pictures are those of tracing, in every frame, with
             CHECK(plain_statistics.bytes.mode_words == 0);
             const std::vector<float> right = picture(room.scene, plain, plain_block, plain_statistics, plain_kept);
             for (size_t eighths = 0; eighths < 8; ++eighths) { // too little is said, or it suffices
-                Kept none = {};
+                FrameCache none = {};
                 Arena small(block.data(), block.size() * eighths / 8);
                 std::vector<float> rgb(right.size());
                 const Status status =
@@ -87,7 +87,7 @@ TEST_CASE(WISP_ARITH_NAME ": the number of lights may change from frame to frame
         Settings plain = room.settings;
         plain.shadows = ShadowMethod::trace;
         std::vector<unsigned char> block(static_cast<size_t>(plan(room.scene, room.settings).bytes.arena));
-        Kept kept = {}, plain_kept = {};
+        FrameCache kept = {}, plain_kept = {};
         Statistics statistics;
         for (const uint32_t count : {4u, 16u, 1u, 0u, 15u}) {
             room.scene.light_count = count;
@@ -117,7 +117,7 @@ TEST_CASE(WISP_ARITH_NAME ": the cache tries the last occluder of a triangle and
         const Vec3 from = vec_of({x, 0, 0.5}), way = room.tracer.lights[light].position - from;
         const Real far = length(way);
         return is_shadowed(room.shadows,
-                           {{from, way / far}, far - room.surfaces.skin, light, triangle, still, Real(0), Real(0), 0});
+                           {{from, way / far}, far - room.surfaces.ray_epsilon, light, triangle, still, Real(0), Real(0), 0});
     };
     const uint64_t &extra = room.statistics.shadow.extra_tests, &visits = room.statistics.shadow.traced.node_visits;
     CHECK(ask(0, 0, 0, true)); // nothing is known
@@ -160,11 +160,11 @@ struct AskedRoom : Room {
     }
     void ask(const Vec3 &from, uint32_t light, uint32_t triangle) {
         const Illumination way = illuminate(tracer.lights[light], from, from, from);
-        const bool still = triangle < scene.still_count;
+        const bool still = triangle < scene.static_count;
         const ShadowQuery query = {
-            {from, -way.direction}, way.distance - surfaces.skin, light, triangle, still, {}, {}, 0};
+            {from, -way.direction}, way.distance - surfaces.ray_epsilon, light, triangle, still, {}, {}, 0};
         TreeCounts unused = {};
-        const bool right = is_blocked(surfaces, query.ray, surfaces.skin, query.end, triangle, unused);
+        const bool right = is_blocked(surfaces, query.ray, surfaces.ray_epsilon, query.end, triangle, unused);
         ++asked;
         shadowed += right;
         wrong += is_shadowed(shadows, query) != right;
@@ -172,13 +172,13 @@ struct AskedRoom : Room {
     // Points of every triangle, and everywhere, and of and about the lights.
     void ask_everywhere(uint64_t seed, double size) {
         Sequence next{seed};
-        const uint32_t other = scene.still_count; // a triangle that moves
+        const uint32_t other = scene.static_count; // a triangle that moves
         const auto somewhere = [&](double part) {
             const double x = 2 * next() - 1, y = 2 * next() - 1, z = 2 * next() - 1;
             return Double3{x, y, z} * (part * size);
         };
         for (uint32_t l = 0; l < scene.light_count; ++l) {
-            for (uint32_t i = 0; i < scene.still_count; ++i) {
+            for (uint32_t i = 0; i < scene.static_count; ++i) {
                 const Double3 *c = triangles[i].corner;
                 for (const double u : {0.0, 0.5, 1.0, next()})
                     for (const double v : {0.0, 0.5, next()})
@@ -205,7 +205,7 @@ void fill_awkwardly(AskedRoom &room, uint64_t seed, double size) {
         return Double3{x, y, z} * (part * size);
     };
     const uint32_t white = room.material(matte({1, 1, 1})), clear = room.material(glass(1.5));
-    room.scene.skin = 4e-6 * size;
+    room.scene.ray_epsilon = 4e-6 * size;
     const Double3 eye = point(0.5);
     const auto light = [&](const Double3 &at, const Double3 &way) {
         const LightKind kinds[] = {LightKind::constant, LightKind::point, LightKind::spot};
@@ -293,7 +293,7 @@ TEST_CASE(WISP_ARITH_NAME ": what has no room in the light buffer is traced") {
 
 TEST_CASE(WISP_ARITH_NAME ": the light buffer asks what a light sees through a cell, as far as the point") {
     AskedRoom room;
-    room.scene.skin = 0.01;
+    room.scene.ray_epsilon = 0.01;
     const uint32_t white = room.material(matte({1, 1, 1}));
     add_floor(room, -1, 2, white);                                                           // 0, 1
     room.add({-0.3, 0.5, 0.3}, {0.3, 0.5, 0.3}, {0.3, 0.5, -0.3}, {-0.3, 0.5, -0.3}, white); // 2, 3

@@ -6,25 +6,25 @@
 
 namespace wisp::WISP_ARITH {
 
-struct BuiltBricks {
-    BuiltBricks(const std::vector<SmokeSource> &sources_, double lengths) : sources(sources_) {
+struct BuiltSparseGrid {
+    BuiltSparseGrid(const std::vector<SmokeDescription> &sources_, double lengths) : sources(sources_) {
         scene.smokes = sources.data();
         scene.smoke_count = static_cast<uint32_t>(sources.size());
-        plan = plan_bricks(scene, lengths);
+        plan = plan_sparse_grid(scene, lengths);
         memory.resize(plan.bytes);
         Arena arena(memory.data(), memory.size());
-        bricks = make_bricks(scene, lengths, arena);
+        bricks = make_sparse_grid(scene, lengths, arena);
         REQUIRE(bricks.ready);
     }
-    std::vector<SmokeSource> sources;
+    std::vector<SmokeDescription> sources;
     Scene scene = {};
-    BrickPlan plan;
+    SparseGridPlan plan;
     std::vector<unsigned char> memory;
-    Bricks bricks;
+    SparseGrid bricks;
 };
 
 struct Resampled {
-    Resampled(const std::vector<SmokeSource> &sources_, double density_step) : sources(sources_) {
+    Resampled(const std::vector<SmokeDescription> &sources_, double density_step) : sources(sources_) {
         scene.smokes = sources.data();
         scene.smoke_count = static_cast<uint32_t>(sources.size());
         memory.resize(medium_bytes(scene, density_step));
@@ -33,54 +33,54 @@ struct Resampled {
         REQUIRE(medium.ready);
         REQUIRE(medium.bricks);
     }
-    const Bricks &bricks() const { return *medium.bricks; }
-    const BrickField &field(uint32_t smoke = 0) const { return medium.smokes[smoke].field.bricks; }
-    std::vector<SmokeSource> sources;
+    const SparseGrid &bricks() const { return *medium.bricks; }
+    const ResampledField &field(uint32_t smoke = 0) const { return medium.smokes[smoke].field.bricks; }
+    std::vector<SmokeDescription> sources;
     Scene scene = {};
     std::vector<unsigned char> memory;
     Medium medium;
 };
 
 // The photons of a scene, traced through resampled smoke: nodes every `stride` cells.
-struct TracedBricks {
-    TracedBricks(const Scene &scene, const Settings &settings, int32_t stride = 1)
-        : count(plan_bricks(scene, settings.density_step).count),
-          plan(plan_brick_photons(scene, settings, count, stride)),
-          memory(medium_bytes(scene, settings.density_step) + light_depth_bytes(count, scene.light_count, 1) +
+struct TracedFluence {
+    TracedFluence(const Scene &scene, const Settings &settings, int32_t stride = 1)
+        : count(plan_sparse_grid(scene, settings.density_step).count),
+          plan(plan_fluence(scene, settings, count, stride)),
+          memory(medium_bytes(scene, settings.density_step) + optical_depth_grid_bytes(count, scene.light_count, 1) +
                  plan.bytes),
           arena(memory.data(), memory.size()), medium(make_medium(scene, settings.density_step, arena)) {
         REQUIRE(medium.ready);
         for (uint32_t i = 0; i < scene.light_count; ++i) lights.push_back(make_light(scene.lights[i]));
-        REQUIRE(make_light_depths(medium, lights.data(), scene.light_count, *medium.bricks, 1, arena,
+        REQUIRE(make_optical_depth_grid(medium, lights.data(), scene.light_count, *medium.bricks, 1, arena,
                                   &statistics.rays.shadow, depths));
         sums = {arena.make<int64_t>(plan.sums), plan.sums, 0};
-        REQUIRE(make_photon_starts(scene, medium, depths, arena, starts));
-        REQUIRE(trace_brick_photons(medium, depths, starts, settings, plan.needs, stride, all_batches(settings),
+        REQUIRE(make_emission_distribution(scene, medium, depths, arena, starts));
+        REQUIRE(trace_fluence(medium, depths, starts, settings, plan.needs, stride, all_batches(settings),
                                     Observer{}, arena, sums, statistics, deposits) == Status::done);
     }
     uint64_t count;
-    BrickPhotonPlan plan;
+    FluencePlan plan;
     std::vector<unsigned char> memory;
     Arena arena;
     Medium medium;
     std::vector<Light> lights;
-    LightDepths depths;
-    PhotonStarts starts;
-    MapSums sums;
+    OpticalDepthGrid depths;
+    EmissionDistribution starts;
+    PhotonSums sums;
     Statistics statistics;
-    BrickDeposits deposits;
+    FluenceSums deposits;
 };
 
 // A node's place in the lattice of all nodes, which has no bricks.
-inline Cell place_of_node(const Bricks &bricks, uint32_t brick, uint32_t node, int32_t stride = 1) {
+inline Cell place_of_node(const SparseGrid &bricks, uint32_t brick, uint32_t node, int32_t stride = 1) {
     const Cell in = cell_of_index(nodes_along(stride), node), &at = bricks.place[brick];
     const int32_t cells = brick_cells / stride;
     return {at.x * cells + in.x, at.y * cells + in.y, at.z * cells + in.z};
 }
 
 // A box from -half to half, of `cells` cells of `density_step` 1 along its shortest edge.
-inline SmokeSource box_smoke(const Double3 &half, double sigma, double cells) {
-    SmokeSource box = grid_smoke_of({1, 1, 1, nullptr, sigma, {0, 0, 0}, half, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}});
+inline SmokeDescription box_smoke(const Double3 &half, double sigma, double cells) {
+    SmokeDescription box = grid_smoke_of({1, 1, 1, nullptr, sigma, {0, 0, 0}, half, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}});
     // As many fit, and a little: the plan takes the next smaller cell.
     box.smallest_h = box.largest_h = 2 * std::min({half.x, half.y, half.z}) / (cells - 0.5);
     return box;
