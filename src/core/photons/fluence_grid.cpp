@@ -468,7 +468,7 @@ FluenceAndFlux light_at_node(const FluenceSums &deposits, uint32_t brick, const 
     Real share = Real(0); // of the node's tent: where there are bricks
     for_each_holder(bricks, bricks.place[brick], node, nodes_along(stride), [&](uint32_t other, uint32_t there) {
         const Vec3 low = low_of(bricks, other), high = low + bricks.lattice.edge;
-        share += volume_share({highest(low, bricks.bounds.low), lowest(high, bricks.bounds.high)}, x, cell);
+        share += volume_share({max(low, bricks.bounds.low), min(high, bricks.bounds.high)}, x, cell);
         const size_t k = size_t{other} * nodes_of(stride) + there;
         for (uint32_t c = 0; c < deposits.channels; ++c) power[c] += deposits.power[k * deposits.channels + c];
         for (uint32_t c = 0; deposits.flux && c < 3; ++c) flux[c] += deposits.flux[k * 3 + c];

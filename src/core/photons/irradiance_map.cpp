@@ -107,7 +107,7 @@ bool sharpen(Points &points, double share_, Arena &arena) {
         const Color &here = points.radiance[i];
         Color wanted(Real(0));
         for_each_neighbour(points, i, [&](uint64_t other) {
-            wanted += highest(points.radiance[other] - here, Color(Real(0))) * share;
+            wanted += max(points.radiance[other] - here, Color(Real(0))) * share;
         });
         for (int32_t c = 0; c < 3; ++c)
             if (wanted[c] > here[c]) given[i][c] = here[c] / wanted[c];
@@ -120,7 +120,7 @@ bool sharpen(Points &points, double share_, Arena &arena) {
             for (int32_t c = 0; c < 3; ++c)
                 sharp[i][c] -= less[c] * (less[c] > Real(0) ? given[i][c] : given[other][c]);
         });
-        sharp[i] = highest(sharp[i], Color(Real(0))); // rounding
+        sharp[i] = max(sharp[i], Color(Real(0))); // rounding
     }
     points.radiance = sharp;
     return true;

@@ -150,8 +150,8 @@ struct GridSpacing {
 };
 int32_t spacing_within(double cell, double step) {
     int32_t stride = 1;
-    for (double wider = product(cell, 2); stride < brick_cells && total_order_key(wider) <= total_order_key(step);
-         wider = product(wider, 2))
+    for (double wider = rounded_product(cell, 2); stride < brick_cells && total_order_key(wider) <= total_order_key(step);
+         wider = rounded_product(wider, 2))
         stride *= 2;
     return stride;
 }
