@@ -1,6 +1,6 @@
 // What sends photons (S2): the lights, and the smokes that glow.
 #pragma once
-#include "core/geometry/sphere.h"
+#include "core/geometry/ray.h"
 #include "core/lights/light.h"
 #include "core/smoke/medium.h"
 

@@ -1,6 +1,6 @@
 // The smoke of a scene: what the march, the shadows and the photons ask of it.
 #pragma once
-#include "core/geometry/sphere.h"
+#include "core/geometry/ray.h"
 #include "core/smoke/density_field.h"
 #include "core/smoke/phase.h"
 
