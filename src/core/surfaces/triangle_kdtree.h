@@ -18,6 +18,7 @@
 #pragma once
 #include "core/geometry/triangle.h"
 #include "wisp/arena.h"
+#include "wisp/scene.h"
 #include "wisp/statistics.h"
 
 namespace wisp {

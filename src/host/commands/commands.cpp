@@ -15,6 +15,8 @@
 #include "host/results/picture_record.h"
 #include "host/results/statistics_json.h"
 #include "host/results/stitch.h"
+#include "wisp/photon_sums.h"
+#include "wisp/settings.h"
 #include <cstdio>
 #include <memory>
 #include <new>

@@ -2,6 +2,8 @@
 // right.
 #include "core/photons/particle_map.h"
 #include "support/mixture.h"
+#include "wisp/photon_sums.h"
+#include "wisp/settings.h"
 #include <cstring>
 #include <doctest/doctest.h>
 

@@ -2,6 +2,7 @@
 // and goes. All exact methods against tracing, with so many rays that proofs are made.
 #include "support/animated_room.h"
 #include "support/shadow_queries.h"
+#include "wisp/settings.h"
 #include <cstdlib>
 
 namespace wisp::WISP_ARITH {

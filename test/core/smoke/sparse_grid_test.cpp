@@ -2,6 +2,7 @@
 #include "support/built_sparse_grid.h"
 #include "support/compared_pictures.h"
 #include "support/mixture.h"
+#include "wisp/settings.h"
 #include <array>
 #include <cstring>
 #include <map>

@@ -1,6 +1,7 @@
 // Ways to find shadows whose results are those of tracing: every shadow and every picture.
 #include "support/animated_room.h"
 #include "support/shadow_queries.h"
+#include "wisp/settings.h"
 #include <memory>
 
 namespace wisp::WISP_ARITH {
