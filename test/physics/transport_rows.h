@@ -1,6 +1,8 @@
 // Published values of light transport (reference/transport.csv beside the data), and how measured ones are held
 // against them.
 #pragma once
+#include "support/built.h"
+#include "support/data.h"
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -18,11 +20,12 @@ struct Row {
     double value;
 };
 
-// Rows `id, quantity, parameters, value, ...`; fields may be quoted. Empty when there is no such file.
+constexpr char transport_file[] = "../reference/transport.csv"; // of the data
+
+// Rows `id, quantity, parameters, value, ...` of that file; fields may be quoted.
 inline std::vector<Row> transport_rows() {
-    const char *data = std::getenv("WISP_DATA");
     std::vector<Row> rows;
-    std::ifstream file(std::string(data ? data : DATA) + "/../reference/transport.csv");
+    std::ifstream file(data_path(transport_file));
     for (std::string line; std::getline(file, line);) {
         std::vector<std::string> fields(1);
         bool quoted = false;
@@ -53,11 +56,11 @@ template <class Sample> Score score(int samples, Sample sample) {
     return {mean, std::sqrt(std::max(square / samples - mean * mean, 0.0) / samples)};
 }
 
-// Checks scored rows one by one and all together, and leaves them as a table in build/.
+// Checks scored rows one by one and all together, and leaves them as a table beside the test program.
 class TransportTable {
   public:
     explicit TransportTable(const std::string &method)
-        : name_(std::string("build/transport_") + method + "_" + WISP_ARITH_NAME + ".csv") {}
+        : name_(built("transport_" + method + "_" + WISP_ARITH_NAME + ".csv")) {}
     void add(const std::string &id, double value, const Score &score) {
         const double deviation = (score.mean - value) / score.error;
         CAPTURE(id);

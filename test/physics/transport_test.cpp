@@ -131,11 +131,8 @@ bool measure(const Row &row, uint64_t seed, Score &result) {
 } // namespace
 
 TEST_CASE(WISP_ARITH_NAME ": walks reproduce published transport values") {
+    WISP_NEEDS_DATA(transport_file);
     const std::vector<Row> rows = transport_rows();
-    if (rows.empty()) {
-        MESSAGE("no reference/transport.csv beside the data: skipped");
-        return;
-    }
     TransportTable table("photons");
     for (const Row &row : rows) {
         Score result;

@@ -311,11 +311,8 @@ TEST_CASE(WISP_ARITH_NAME ": passes add up to the same sums however they are div
 }
 
 TEST_CASE(WISP_ARITH_NAME ": the reference reproduces published transport values") {
+    WISP_NEEDS_DATA(transport_file);
     const std::vector<Row> rows = transport_rows();
-    if (rows.empty()) {
-        MESSAGE("no reference/transport.csv beside the data: skipped");
-        return;
-    }
     TransportTable table("reference");
     for (const Row &row : rows) {
         double expected;
