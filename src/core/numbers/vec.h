@@ -33,8 +33,4 @@ inline Vec3 scale_pow2(const Vec3 &v, int k) {
     return Vec3(scale_pow2(v.x, k), scale_pow2(v.y, k), scale_pow2(v.z, k));
 }
 
-struct Box {
-    Vec3 low, high; // empty when low > high
-};
-
 } // namespace wisp::WISP_ARITH
