@@ -139,7 +139,7 @@ template <class M> Segment march_of(M &marcher, const Ray &ray, Real end) {
             const Color arriving = source * (exp(-depth.value) * mean_transmittance(s) * dx);
             if constexpr (is_heard<M>) {
                 const Color emission = emitted(medium, marcher.extinctions);
-                if (!marcher.irradiance) multiple = highest(sent - emission, Color(Real(0))); // by the sources
+                if (!marcher.irradiance) multiple = max(sent - emission, Color(Real(0))); // by the sources
                 tell_step(marcher, first + i, begin + from + Real(0.5) * dx, dx, sigma, depth.value, single, multiple,
                           emission, arriving);
             }

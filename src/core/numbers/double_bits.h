@@ -28,8 +28,8 @@ constexpr DoubleParts parts_of(double x) {
 }
 } // namespace detail
 
-// a b, rounded to the nearest double; a product of 0 is +0.
-constexpr double product(double a, double b) {
+// a b, rounded to the nearest double; a product of 0 is +0, whatever the signs.
+constexpr double rounded_product(double a, double b) {
     using namespace detail;
     const DoubleParts x = parts_of(a), y = parts_of(b);
     const Wide exact = detail::product<Wide>(x.mantissa, y.mantissa);

@@ -20,8 +20,10 @@ inline Real length(const Vec3 &v) { return sqrt(dot(v, v)); }
 // v / |v|; v must not be zero.
 inline Vec3 normalize(const Vec3 &v) { return v / length(v); }
 
-inline Vec3 lowest(const Vec3 &a, const Vec3 &b) { return Vec3(min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)); }
-inline Vec3 highest(const Vec3 &a, const Vec3 &b) { return Vec3(max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)); }
+using wisp::max;
+using wisp::min;
+inline Vec3 min(const Vec3 &a, const Vec3 &b) { return Vec3(min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)); }
+inline Vec3 max(const Vec3 &a, const Vec3 &b) { return Vec3(max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)); }
 inline Real largest(const Color &c) { return max(c.x, max(c.y, c.z)); }
 
 inline Real mix(Real a, Real b, Real t) { return a + t * (b - a); } // exact where a = b
@@ -30,9 +32,5 @@ using wisp::scale_pow2;
 inline Vec3 scale_pow2(const Vec3 &v, int k) {
     return Vec3(scale_pow2(v.x, k), scale_pow2(v.y, k), scale_pow2(v.z, k));
 }
-
-struct Box {
-    Vec3 low, high; // empty when low > high
-};
 
 } // namespace wisp::WISP_ARITH

@@ -195,7 +195,7 @@ template <class Pass> Arrival fly(const Tracer &tracer, const Ray &ray, Pcg32 &g
     uint32_t tentative = 0;
     for_each_brick(bricks, ray, begin, end, [&](uint32_t brick, Real from, Real to) {
         const Real rate = tracer.starts.rate[brick], inverse_rate = Real(1) / rate;
-        const Vec3 start = place_in(bricks, brick, ray.origin), way = ray.direction * bricks.inverse_cell;
+        const Vec3 start = position_in(bricks, brick, ray.origin), way = ray.direction * bricks.inverse_cell;
         for (Real t = from;;) {
             const Real depth = rate * (to - t);
             if (!(rest < depth)) {
@@ -470,7 +470,7 @@ FluenceAndFlux light_at_node(const FluenceSums &deposits, uint32_t brick, const 
     Real share = Real(0); // of the node's tent: where there are bricks
     for_each_holder(bricks, bricks.place[brick], node, nodes_along(stride), [&](uint32_t other, uint32_t there) {
         const Vec3 low = low_of(bricks, other), high = low + bricks.lattice.edge;
-        share += volume_share({highest(low, bricks.bounds.low), lowest(high, bricks.bounds.high)}, x, cell);
+        share += volume_share({max(low, bricks.bounds.low), min(high, bricks.bounds.high)}, x, cell);
         const size_t k = size_t{other} * nodes_of(stride) + there;
         for (uint32_t c = 0; c < deposits.channels; ++c) power[c] += deposits.power[k * deposits.channels + c];
         for (uint32_t c = 0; deposits.flux && c < 3; ++c) flux[c] += deposits.flux[k * 3 + c];

@@ -24,7 +24,7 @@ uint32_t direction_of(const Deposits &deposits, const Color &photon_color, uint3
     if (power <= 0) return 0;
     const Vec3 sum_of_directions(photons_of(flux[0]), photons_of(flux[1]), photons_of(flux[2]));
     if (deposits.kept == Direction::mean) {
-        const Real most = largest(highest(sum_of_directions, -sum_of_directions));
+        const Real most = largest(max(sum_of_directions, -sum_of_directions));
         if (!(most > photons_of(power) * Real(0x1p-16))) return 0; // a direction out of rounding (D7)
         return pack_flux(normalize(sum_of_directions / most));
     }

@@ -103,7 +103,7 @@ PhotonNeeds photon_needs(const Scene &scene, const Settings &settings) {
         if (!color) color = &c;
         const double first = largest_of(*color); // compared without dividing
         const auto same_hue = [&](double mine, double other) {
-            return same(product(mine, first), product(other, brightest));
+            return same(rounded_product(mine, first), rounded_product(other, brightest));
         };
         if (!same_hue(c.x, color->x) || !same_hue(c.y, color->y) || !same_hue(c.z, color->z) ||
             scene.lights[i].kind == LightKind::constant)

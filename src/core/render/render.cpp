@@ -1,5 +1,6 @@
 // The stages of the papers, in order: trees, photons, picture.
 #include "core/geometry/camera.h"
+#include "core/geometry/sample_pattern.h"
 #include "core/march/grid_march.h"
 #include "core/march/particle_march.h"
 #include "core/numbers/double_bits.h"
@@ -75,7 +76,7 @@ Status fill(const Frame &frame, Radiance &&radiance, HeardRadiance &&heard_radia
     const View view(scene.camera);
     const Crop &crop = settings.crop;
     const uint32_t samples = settings.samples;
-    const Pattern pattern(samples);
+    const SamplePattern pattern(samples);
     for (int32_t y = crop.y0; y < crop.y1; ++y) {
         const uint64_t row = static_cast<uint64_t>(y - crop.y0);
         if (!observer(Stage::render, row, static_cast<uint64_t>(crop.y1 - crop.y0))) return Status::stopped;
@@ -155,8 +156,8 @@ struct GridSpacing {
 };
 int32_t spacing_within(double cell, double step) {
     int32_t stride = 1;
-    for (double wider = product(cell, 2); stride < brick_cells && total_order_key(wider) <= total_order_key(step);
-         wider = product(wider, 2))
+    for (double wider = rounded_product(cell, 2); stride < brick_cells && total_order_key(wider) <= total_order_key(step);
+         wider = rounded_product(wider, 2))
         stride *= 2;
     return stride;
 }
@@ -620,7 +621,7 @@ Status render_reference(const Scene &scene, const Settings &settings, Arena &are
         return sample_radiance(paths, ray, infinite_distance, behind, sampler.generator);
     };
     const View view(scene.camera);
-    const Pattern pattern(settings.samples);
+    const SamplePattern pattern(settings.samples);
     const Crop &crop = settings.crop;
     const uint64_t rows = static_cast<uint64_t>(crop.y1 - crop.y0);
     const uint32_t passes = settings.last_pass - settings.first_pass;

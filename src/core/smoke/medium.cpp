@@ -90,8 +90,8 @@ Medium make_medium(const Scene &scene, double density_step, Arena &arena) {
         if (!source.empty()) {
             const bool first = medium.empty();
             const Box &bounds = smoke.field.bounds();
-            medium.bounds.low = first ? bounds.low : lowest(medium.bounds.low, bounds.low);
-            medium.bounds.high = first ? bounds.high : highest(medium.bounds.high, bounds.high);
+            medium.bounds.low = first ? bounds.low : min(medium.bounds.low, bounds.low);
+            medium.bounds.high = first ? bounds.high : max(medium.bounds.high, bounds.high);
         }
         dimensions += dimensions_of(source);
         smokes[i] = smoke;

@@ -1,4 +1,5 @@
 // Photons through resampled smoke, and the irradiance map made of what they leave.
+#include "wisp/wisp.h"
 #include "support/built_sparse_grid.h"
 #include "support/compared_pictures.h"
 #include "wisp/photon_sums.h"
