@@ -2,7 +2,10 @@
 #pragma once
 #include "core/photons/photon_walk.h"
 #include "core/surfaces/surfaces.h"
-#include "wisp/wisp.h"
+#include "wisp/photon_sums.h"
+#include "wisp/progress.h"
+#include "wisp/settings.h"
+#include "wisp/statistics.h"
 
 namespace wisp::WISP_ARITH {
 
