@@ -1,5 +1,7 @@
 // Which bricks exist: those that touch a particle's support, or the tent of a grid's sample that is not 0.
 #include "core/smoke/sparse_grid.h"
+#include "core/numbers/double_bits.h"
+#include "core/smoke/resampling.h"
 
 namespace wisp::WISP_ARITH {
 
