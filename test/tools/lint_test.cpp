@@ -88,12 +88,3 @@ TEST_CASE("the lint finds a room that includes what it may not, and each cycle o
     write(folder, "src/core/smoke/b.h", "#include \"core/smoke/a.h\"");
     CHECK(lint("--rooms " + folder.file("")) != 0);
 }
-
-TEST_CASE("the core asks for no memory but the arena's, throws nothing and reads no clock") {
-    // Undefined symbols of every release object of the core.
-    CHECK(std::system("ls build/core/f32/render/render.o build/core/fixed/render/render.o > /dev/null") == 0);
-    const int found =
-        std::system("nm --undefined-only $(find build/core -name '*.o') | grep -E ' U .*(malloc|calloc|realloc|free$|_Zn[wa]|_Zd[la]|"
-                    "__cxa|__gxx|_Unwind|printf|fopen|write$|clock|time$|expf?$|logf?$|powf?$|sinf?$|cosf?$)' >&2");
-    CHECK(found != 0); // grep found nothing
-}
