@@ -4,6 +4,8 @@
 #include "host/images/picture.h"
 #include "support/built_smoke.h"
 #include "support/prepared_smoke.h"
+#include "wisp/photon_sums.h"
+#include "wisp/settings.h"
 #include <algorithm>
 #include <cmath>
 #include <cstring>

@@ -1,6 +1,8 @@
 // Published values of light transport (transport.csv, see README.md here), and how measured values are compared with
 // them.
 #pragma once
+#include "support/built.h"
+#include "support/built.h"
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -55,10 +57,10 @@ template <class Sample> Score score(int samples, Sample sample) {
     return {mean, std::sqrt(std::max(square / samples - mean * mean, 0.0) / samples)};
 }
 
-// Checks each measured row, then the chi-square of all of them, and writes them to build/transport_NAME.csv.
+// Checks each measured row, then the chi-square of all of them, and writes them to transport_NAME.csv beside the test program.
 class TransportTable {
   public:
-    explicit TransportTable(const std::string &name) : name_("build/transport_" + name + ".csv") {}
+    explicit TransportTable(const std::string &name) : name_(built("transport_" + name + ".csv")) {}
     void add(const std::string &id, double value, const Score &score) {
         const double deviation = (score.mean - value) / score.error;
         CAPTURE(id);

@@ -1,5 +1,6 @@
 // What the release objects of the core leave to be linked: no heap, no exceptions, no files, no clock, no mathematical
 // functions of the C library.
+#include "support/built.h"
 #include "support/temporary_folder.h"
 #include <algorithm>
 #include <cstdlib>
@@ -35,7 +36,7 @@ bool is_forbidden(const std::string &symbol) {
 
 TEST_CASE("the core asks for no memory but the arena's, throws nothing and reads no clock") {
     for (const char *arithmetic : {"f32", "f64", "fixed"}) {
-        const std::vector<std::string> symbols = undefined_symbols(std::string("build/core/") + arithmetic);
+        const std::vector<std::string> symbols = undefined_symbols(wisp::built("core/") + arithmetic);
         CHECK(symbols.size() > 100); // its units call each other
         for (const std::string &symbol : symbols) {
             CAPTURE(symbol);
@@ -45,7 +46,7 @@ TEST_CASE("the core asks for no memory but the arena's, throws nothing and reads
 }
 
 TEST_CASE("symbols of the heap, exceptions, files and clocks are found where they are used") {
-    const std::vector<std::string> host = undefined_symbols("build/host");
+    const std::vector<std::string> host = undefined_symbols(wisp::built("host"));
     for (const char *start : {"_Zn", "_Zd", "__cxa", "__gxx", "_Unwind"}) { // new, delete, exceptions
         CAPTURE(std::string(start));
         CHECK(std::any_of(host.begin(), host.end(), [&](const std::string &symbol) {

@@ -3,7 +3,7 @@
 #define GLM_FORCE_PURE
 #define GLM_FORCE_XYZW_ONLY
 #include "core/numbers/real.h"
-#include "wisp/scene.h"
+#include "wisp/double3.h"
 #include <glm/vec3.hpp>
 #include <glm/geometric.hpp>
 

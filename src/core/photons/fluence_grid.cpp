@@ -1,5 +1,7 @@
 // Where light first meets smoke, and the photons from there (S2).
 #include "core/photons/fluence_grid.h"
+#include "wisp/photon_sums.h"
+#include "wisp/settings.h"
 
 namespace wisp::WISP_ARITH {
 

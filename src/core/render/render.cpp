@@ -3,9 +3,15 @@
 #include "core/geometry/sample_pattern.h"
 #include "core/march/grid_march.h"
 #include "core/march/particle_march.h"
+#include "core/numbers/double_bits.h"
+#include "core/numbers/sample_sums.h"
 #include "core/render/path_tracer.h"
 #include "core/render/whitted.h"
 #include "core/shadows/shadows.h"
+#include "wisp/wisp.h"
+#include "core/smoke/resampling.h"
+#include "wisp/photon_sums.h"
+#include "wisp/settings.h"
 
 namespace wisp::WISP_ARITH {
 
