@@ -3,6 +3,7 @@
 #include "host/commands/request.h"
 #include "host/prepare/particle_report.h"
 #include "host/results/fingerprint.h"
+#include "wisp/settings.h"
 #include <cstdio>
 
 namespace wisp {

@@ -3,6 +3,7 @@
 #pragma once
 #include "host/base/option_table.h"
 #include "wisp/scene.h"
+#include "wisp/settings.h"
 #include <cstdint>
 #include <optional>
 #include <string>
