@@ -6,6 +6,7 @@
 // gives to the core.
 #include "host/base/error.h"
 #include "host/commands/request.h"
+#include "wisp/settings.h"
 #include <cstdio>
 
 namespace wisp {
@@ -113,7 +114,7 @@ void print_scene(const std::string &name, const std::string &title, int64_t fram
 
 int run(const std::vector<std::string> &words) {
     if (words.size() < 2) throw Error(exit_usage, "expected scene_source NAME SCENE [options of wisp render]");
-    const Request request = read_request(parse_arguments({words.begin() + 1, words.end()}));
+    const Request request = read_request(parse_arguments("scene_source", scene_options(), {words.begin() + 1, words.end()}));
     PreparedScene prepared;
     prepare_scene(request.name, request.file, request.options, request.frames.first, prepared);
     const Settings settings = settings_of(request.options, prepared);

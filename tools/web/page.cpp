@@ -6,6 +6,7 @@
 #include "host/commands/inspection.h"
 #include "portability/compiled_scene.h"
 #include "wisp/self_test.h"
+#include "wisp/settings.h"
 #include <new>
 
 namespace wisp {

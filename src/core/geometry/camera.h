@@ -2,6 +2,7 @@
 #pragma once
 #include "core/geometry/ray.h"
 #include "wisp/scene.h"
+#include "wisp/settings.h"
 
 namespace wisp::WISP_ARITH {
 

@@ -5,6 +5,7 @@
 // 1, 2, 4 or 8: (8 / stride + 1)^3 nodes a brick, x fastest.
 #pragma once
 #include "core/geometry/lattice.h"
+#include "core/numbers/double_bits.h"
 #include "wisp/arena.h"
 #include "wisp/scene.h"
 

@@ -19,6 +19,7 @@
 #include "core/geometry/ray.h"
 #include "core/geometry/triangle.h"
 #include "wisp/arena.h"
+#include "wisp/scene.h"
 #include "wisp/statistics.h"
 
 namespace wisp {

@@ -3,6 +3,7 @@
 #include "host/commands/request.h"
 #include "host/prepare/particle_report.h"
 #include "host/results/fingerprint.h"
+#include "wisp/settings.h"
 #include <cstdio>
 
 namespace wisp {
@@ -72,7 +73,7 @@ void print_notes(const Options &options, const PreparedScene &prepared) {
 } // namespace
 
 int plan_command(const std::vector<std::string> &arguments) {
-    const Request request = read_request(parse_arguments(arguments));
+    const Request request = read_request(parse_arguments("plan", scene_options(), arguments));
     check_options(request);
     PreparedScene prepared;
     prepare_scene(request.name, request.file, request.options, request.frames.first, prepared);

@@ -8,6 +8,8 @@
 #include "host/commands/request.h"
 #include "host/results/fingerprint.h"
 #include "host/results/statistics_json.h"
+#include "wisp/photon_sums.h"
+#include "wisp/settings.h"
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -196,7 +198,7 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
 } // namespace
 
 int render_command(const std::vector<std::string> &arguments) {
-    const Request request = read_request(parse_arguments(arguments));
+    const Request request = read_request(parse_arguments("render", scene_options(), arguments));
     const Options &options = request.options;
     check_options(request);
     Sequence sequence;

@@ -1,9 +1,10 @@
-#include "host/base/error.h"
 #include "host/base/files.h"
 #include "host/base/interrupt.h"
 #include "host/commands/defaults.h"
 #include "host/commands/request.h"
+#include "wisp/photon_sums.h"
 #include "wisp/pixel_sums.h"
+#include "wisp/settings.h"
 #include <new>
 #include <unistd.h>
 
@@ -34,7 +35,7 @@ Request read_request(const CommandLine &line) {
         throw Error(exit_usage,
                     "found " + std::to_string(line.files.size()) + " scene files, expected one; see 'wisp help'");
     Request request;
-    for (const auto &[name, value] : line.options) set_option(request.options, name, value, ""); // usage before input
+    for (const auto &[name, value] : line.options) set_option(request.options, name, value); // usage before input
     request.name = line.files[0];
     request.file = read_scene(request.name);
     request.options = Options();
@@ -47,7 +48,7 @@ Request read_request(const CommandLine &line) {
         } catch (const Error &error) {
             throw InputError(error.what());
         }
-    for (const auto &[name, value] : line.options) set_option(request.options, name, value, "");
+    for (const auto &[name, value] : line.options) set_option(request.options, name, value);
     request.frames = frames_of(request);
     return request;
 }

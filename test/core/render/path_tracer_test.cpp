@@ -2,6 +2,7 @@
 #include "core/render/path_tracer.h"
 #include "physics/transport_rows.h"
 #include "support/built_smoke.h"
+#include "wisp/settings.h"
 #include <cstring>
 
 using namespace wisp;

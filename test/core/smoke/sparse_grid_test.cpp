@@ -1,7 +1,9 @@
 // Where bricks are, what resampled smoke is held against, and marching through it.
+#include "wisp/wisp.h"
 #include "support/built_sparse_grid.h"
 #include "support/compared_pictures.h"
 #include "support/mixture.h"
+#include "wisp/settings.h"
 #include <array>
 #include <cstring>
 #include <map>
