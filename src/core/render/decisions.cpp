@@ -11,10 +11,10 @@ bool has_smoke(const Scene &scene) {
     return false;
 }
 
-uint32_t lights_in_smoke(const Scene &scene) {
+bool has_scattering_smoke(const Scene &scene) {
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
-        if (!scene.smokes[i].empty() && any_above_zero(scene.smokes[i].albedo)) return scene.light_count;
-    return 0;
+        if (!scene.smokes[i].empty() && any_above_zero(scene.smokes[i].albedo)) return true;
+    return false;
 }
 
 // Whether the smoke is a density grid along the axes. The cells of the sparse grid are then the samples of the density
@@ -55,7 +55,8 @@ void decide_smoke(const Scene &scene, const Settings &settings, Decisions &d) {
     const bool nearest_elements = map && settings.estimate == Estimate::knn;
     d.resampled = total_order_key(settings.density_step) > 0 && can_resample(scene);
     d.spacing = grid_spacing(scene, settings);
-    d.lights_in_smoke = lights_in_smoke(scene);
+    d.scatters = has_scattering_smoke(scene);
+    d.lights_in_smoke = d.scatters ? scene.light_count : 0;
     d.photon_needs = photon_needs(scene, settings);
     d.particle_map = map;
     if (d.photon_needs.traced)

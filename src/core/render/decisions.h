@@ -38,6 +38,7 @@ struct Decisions {
     bool resampled;  // densities are those of the sparse grid's nodes, not exact
     bool march_grid; // densities are exact, and there is a sparse grid for the fields over it
     GridSpacing spacing;
+    bool scatters;            // some smoke is not black
     uint32_t lights_in_smoke; // lights that smoke scatters: none where it is black
     bool light_depths;
 

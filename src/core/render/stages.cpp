@@ -103,7 +103,7 @@ uint64_t light_depth_bytes(const Scene &, const Settings &, const Decisions &d, 
 Need need_photons(const Scene &, const Settings &settings, const Decisions &d) {
     return need_unless({{!d.smoke, no_smoke},
                         {d.goal == Goal::reference, by_paths},
-                        {d.scatters == false, "the albedo is 0: nothing scatters"},
+                        {!d.scatters, "the albedo is 0: nothing scatters"},
                         {settings.photons == 0, "--photons 0"},
                         {d.photons == PhotonStore::none, "nothing lights the smoke"}},
                        "light is scattered more than once");
