@@ -97,7 +97,7 @@ Photon emit_from_smoke(const SmokeVolume &smoke, const Color &photon_color, Even
     const bool spline = smoke.source->kernel == Kernel::spline;
     const Real share = unit_open<Real>(draw(event, dimension_radius));
     const Real radius =
-        (spline ? Spline::radius_of_share(share) : Real(2) * Poly6::radius_of_share(share)) * to_real<Real>(particle.h);
+        (spline ? Spline::radius_of_fraction(share) : Real(2) * Poly6::radius_of_fraction(share)) * to_real<Real>(particle.h);
     const Vec3 outward = deflect(up, uniform.sample(unit_open<Real>(draw(event, dimension_position_2))),
                                  unit_half_open<Real>(draw(event, dimension_azimuth)));
     return {{vec_of(particle.position) + outward * radius, direction}, photon_color, true};

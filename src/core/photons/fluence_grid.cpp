@@ -16,7 +16,7 @@ constexpr Real least_per_brick = Real(0.5);
 template <class Density> Real sum_of_smokes(const Medium &medium, Density &&density) {
     Real sum = Real(0);
     for (uint32_t i = 0; i < medium.count; ++i)
-        if (medium.smokes[i].field.is_bricks) sum += density(medium.smokes[i].field.bricks);
+        if (medium.smokes[i].field.is_resampled) sum += density(medium.smokes[i].field.resampled);
     return sum;
 }
 
@@ -72,7 +72,7 @@ Real brightness_at(const Lit &lit, const PhotonSource &source, uint32_t brick, c
     const size_t at = static_cast<size_t>(index_of(count, node));
     const Medium &medium = lit.medium;
     const Real sigma = source.light >= lit.depths.light_count
-                           ? medium.smokes[source.smoke].field.bricks.nodes(brick)[at]
+                           ? medium.smokes[source.smoke].field.resampled.nodes(brick)[at]
                            : sum_of_smokes(medium, [&](const ResampledField &field) { return field.nodes(brick)[at]; });
     if (!(sigma > Real(0))) return Real(0);
     const Vec3 x = node_of(lit.bricks, brick, node), &cell = lit.bricks.cell;
@@ -80,7 +80,7 @@ Real brightness_at(const Lit &lit, const PhotonSource &source, uint32_t brick, c
     if (!depth) return here * source.brightest;
     const Vec3 p(Real(node.x), Real(node.y), Real(node.z));
     const Real tau =
-        between_nodes(place_of(p, lit.depths.stride), lit.depths.stride, [depth](uint32_t n) { return depth[n]; });
+        between_nodes(find_cell(p, lit.depths.stride), lit.depths.stride, [depth](uint32_t n) { return depth[n]; });
     return here * irradiance_at(lit.depths.lights[source.light], source.brightest, x, largest(cell)) *
            exp(-max(Real(0), tau));
 }
@@ -92,7 +92,7 @@ template <class Visit> void for_each_source_node(const Lit &lit, uint32_t s, uin
     const Real *depth = source.light < depths.light_count
                             ? depths_of_brick(depths, brick) + size_t{source.light} * nodes_of(depths.stride)
                             : nullptr;
-    const Cell &at = lit.bricks.place[brick], &count = lit.bricks.lattice.count;
+    const Cell &at = lit.bricks.position[brick], &count = lit.bricks.lattice.count;
     const auto last = [](int32_t i, int32_t n) { return i + 1 < n ? brick_cells : along; };
     for (int32_t z = 0; z < last(at.z, count.z); ++z)
         for (int32_t y = 0; y < last(at.y, count.y); ++y)
@@ -166,9 +166,9 @@ template <class Density> uint32_t smoke_at(const Medium &medium, Pcg32 &generato
     Real rest = unit_half_open<Real>(generator()) * sum_of_smokes(medium, density);
     uint32_t chosen = 0;
     for (uint32_t i = 0; i < medium.count; ++i) {
-        if (!medium.smokes[i].field.is_bricks) continue;
+        if (!medium.smokes[i].field.is_resampled) continue;
         chosen = i;
-        rest -= density(medium.smokes[i].field.bricks);
+        rest -= density(medium.smokes[i].field.resampled);
         if (rest < Real(0)) break;
     }
     return chosen;
@@ -249,7 +249,7 @@ void deposit(const FluenceSums &deposits, uint32_t brick, const Vec3 &p, const C
              const SphericalHarmonics &halves) {
     const int32_t stride = deposits.stride;
     const uint32_t n = static_cast<uint32_t>(nodes_along(stride));
-    const GridPlace at = place_of(p, stride);
+    const CellPosition at = find_cell(p, stride);
     const size_t first = size_t{brick} * nodes_of(stride) + at.node;
     Real share[8];
     for (uint32_t corner = 0; corner < 8; ++corner)
@@ -378,13 +378,13 @@ bool make_emission_distribution(const Scene &scene, const Medium &medium, const 
     };
     for (uint32_t l = 0; l < depths.light_count; ++l) add(l, 0, depths.lights[l].color);
     for (uint32_t i = 0; i < medium.count; ++i)
-        if (medium.smokes[i].field.is_bricks) add(depths.light_count, i, glow_of(medium.smokes[i]));
+        if (medium.smokes[i].field.is_resampled) add(depths.light_count, i, glow_of(medium.smokes[i]));
 
     const Vec3 &edge = bricks.lattice.edge;
     const Real least = max(least_per_brick / largest(edge), Real(1.0 / 32));
     Real densest = Real(0);
     for (uint32_t b = 0; b < bricks.count; ++b) {
-        const Real greatest = sum_of_smokes(medium, [b](const ResampledField &field) { return field.greatest[b]; });
+        const Real greatest = sum_of_smokes(medium, [b](const ResampledField &field) { return field.majorants[b]; });
         rate[b] = max(greatest, least);
         densest = max(densest, greatest);
     }
@@ -471,7 +471,7 @@ FluenceAndFlux light_at_node(const FluenceSums &deposits, uint32_t brick, const 
     const Vec3 cell = bricks.cell * Real(stride);
     int64_t power[3] = {0, 0, 0}, flux[3] = {0, 0, 0};
     Real share = Real(0); // of the node's tent: where there are bricks
-    for_each_holder(bricks, bricks.place[brick], node, nodes_along(stride), [&](uint32_t other, uint32_t there) {
+    for_each_holder(bricks, bricks.position[brick], node, nodes_along(stride), [&](uint32_t other, uint32_t there) {
         const Vec3 low = low_of(bricks, other), high = low + bricks.lattice.edge;
         share += volume_share({max(low, bricks.bounds.low), min(high, bricks.bounds.high)}, x, cell);
         const size_t k = size_t{other} * nodes_of(stride) + there;
@@ -495,7 +495,7 @@ FluenceAndFlux light_at_node(const FluenceSums &deposits, uint32_t brick, const 
 SphericalHarmonics harmonics_at_node(const FluenceSums &deposits, uint32_t brick, const Cell &node) {
     const int32_t stride = harmonic_spacing(deposits.stride);
     int64_t sum[harmonic_numbers] = {};
-    for_each_holder(*deposits.bricks, deposits.bricks->place[brick], node, nodes_along(stride),
+    for_each_holder(*deposits.bricks, deposits.bricks->position[brick], node, nodes_along(stride),
                     [&](uint32_t other, uint32_t there) {
                         const size_t k = size_t{other} * nodes_of(stride) + there;
                         for (uint32_t i = 0; i < harmonic_numbers; ++i)

@@ -135,10 +135,10 @@ MediumCollision first_collision(const Medium &medium, const Ray &ray, Real end, 
     return nearest;
 }
 
-bool meets_smoke(const Medium &medium, const SparseGrid &bricks, uint32_t brick, const Cell &node, int32_t stride) {
-    const Cell low = {max(node.x - stride, 0), max(node.y - stride, 0), max(node.z - stride, 0)};
-    const Cell high = {min(node.x + stride, brick_cells), min(node.y + stride, brick_cells),
-                       min(node.z + stride, brick_cells)};
+bool meets_smoke(const Medium &medium, const SparseGrid &bricks, uint32_t brick, const Cell &node, int32_t spacing) {
+    const Cell low = {max(node.x - spacing, 0), max(node.y - spacing, 0), max(node.z - spacing, 0)};
+    const Cell high = {min(node.x + spacing, brick_cells), min(node.y + spacing, brick_cells),
+                       min(node.z + spacing, brick_cells)};
     if (!medium.bricks) {
         const Box box = {node_of(bricks, brick, low), node_of(bricks, brick, high)};
         for (uint32_t i = 0; i < medium.count; ++i)
@@ -147,8 +147,8 @@ bool meets_smoke(const Medium &medium, const SparseGrid &bricks, uint32_t brick,
     }
     const Cell count = {nodes_along(1), nodes_along(1), nodes_along(1)};
     for (uint32_t i = 0; i < medium.count; ++i) {
-        if (!medium.smokes[i].field.is_bricks) continue;
-        const Real *sigma = medium.smokes[i].field.bricks.nodes(brick);
+        if (!medium.smokes[i].field.is_resampled) continue;
+        const Real *sigma = medium.smokes[i].field.resampled.nodes(brick);
         for (int32_t z = low.z; z <= high.z; ++z)
             for (int32_t y = low.y; y <= high.y; ++y)
                 for (int32_t x = low.x; x <= high.x; ++x)
