@@ -154,8 +154,7 @@ Real max_cosine(const SeenBox &box, const Vec3 &axis) {
 // by coordinate, makes a cosine (divided by the least distance, or the largest if it is below 0) outside every cone.
 bool is_outside(const SeenBox &box, const LightNode &node) {
     const Box &d = node.directions;
-    const Vec3 farther =
-        max(max(-box.low * d.low, -box.low * d.high), max(-box.high * d.low, -box.high * d.high));
+    const Vec3 farther = max(max(-box.low * d.low, -box.low * d.high), max(-box.high * d.low, -box.high * d.high));
     const Real along = farther.x + farther.y + farther.z + box.slack;
     const Real distance = along > Real(0) ? box.nearest : length(box.middle) + box.radius;
     return along / distance + bound_slack < Real(1) - node.widest;
