@@ -67,7 +67,7 @@ void find_by_rays(const Finder &finder, uint32_t brick) {
         Real &depth = finder.of_brick(brick)[k];
         if (!(depth < unknown)) continue;
         const Real *known = nullptr;
-        for_each_holder(bricks, bricks.place[brick], finder.place[k], n, [&](uint32_t other, uint32_t there) {
+        for_each_holder(bricks, bricks.position[brick], finder.place[k], n, [&](uint32_t other, uint32_t there) {
             const Real *depth_there = finder.of_brick(other) + there;
             if (!(*depth_there < Real(0))) known = depth_there;
         });
@@ -126,7 +126,7 @@ bool find_by_deep_shadow_map(const Finder &finder, uint32_t face, Arena &arena) 
 // The depth of a node in any brick that holds it. `node` may lie one node outside of the brick.
 Real depth_of_neighbour(const Finder &finder, uint32_t brick, const Cell &node) {
     Real depth = unknown;
-    for_each_holder(finder.bricks(), finder.bricks().place[brick], node, nodes_along(finder.depths.spacing),
+    for_each_holder(finder.bricks(), finder.bricks().position[brick], node, nodes_along(finder.depths.spacing),
                     [&](uint32_t other, uint32_t there) { depth = max(depth, finder.of_brick(other)[there]); });
     return depth;
 }
@@ -196,7 +196,7 @@ Real optical_depth_to_light(const OpticalDepthGrid &depths, uint32_t l, const Ve
     const uint32_t brick = brick_at(bricks, cell_at(bricks.lattice, x));
     if (brick == no_brick) return Real(0);
     const Real *depth = depths_of_brick(depths, brick) + size_t{l} * nodes_of(depths.spacing);
-    return max(Real(0), between_nodes(place_of(position_in(bricks, brick, x), depths.spacing), depths.spacing,
+    return max(Real(0), between_nodes(find_cell(position_in(bricks, brick, x), depths.spacing), depths.spacing,
                                       [depth](uint32_t node) { return depth[node]; }));
 }
 

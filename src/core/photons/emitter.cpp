@@ -81,7 +81,7 @@ Photon emit_from_smoke(const SmokeVolume &smoke, const Color &photon_color, Even
     uint32_t low = 0, high = elements_of(*smoke.source);
     while (high - low > 1) {
         const uint32_t middle = low + (high - low) / 2;
-        (smoke.area_before[middle] <= target ? low : high) = middle;
+        (smoke.area_fraction_before[middle] <= target ? low : high) = middle;
     }
     const Phase uniform = Phase(Real(0));
     const Vec3 up(Real(0), Real(0), Real(1));
@@ -96,7 +96,7 @@ Photon emit_from_smoke(const SmokeVolume &smoke, const Color &photon_color, Even
     const bool spline = smoke.source->kernel == Kernel::spline;
     const Real xi = unit_open<Real>(draw(event, dimension_radius));
     const Real radius =
-        (spline ? Spline::radius_of_share(xi) : Real(2) * Poly6::radius_of_share(xi)) * to_real<Real>(particle.h);
+        (spline ? Spline::radius_of_fraction(xi) : Real(2) * Poly6::radius_of_fraction(xi)) * to_real<Real>(particle.h);
     const Vec3 outward = deflect(up, uniform.sample(unit_open<Real>(draw(event, dimension_position_2))),
                                  unit_half_open<Real>(draw(event, dimension_azimuth)));
     return {{vec_of(particle.position) + outward * radius, direction}, photon_color, true};

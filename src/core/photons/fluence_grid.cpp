@@ -16,7 +16,7 @@ constexpr Real min_collisions_per_brick = Real(0.5);
 template <class Density> Real sum_of_smokes(const Medium &medium, Density &&density) {
     Real sum = Real(0);
     for (uint32_t i = 0; i < medium.count; ++i)
-        if (medium.smokes[i].field.is_bricks) sum += density(medium.smokes[i].field.bricks);
+        if (medium.smokes[i].field.is_resampled) sum += density(medium.smokes[i].field.resampled);
     return sum;
 }
 
@@ -73,7 +73,7 @@ Real brightness_at(const Sources &in, const PhotonSource &source, uint32_t brick
     const size_t at = static_cast<size_t>(index_of(count, node));
     const Medium &medium = in.medium;
     const Real sigma = source.light >= in.depths.light_count
-                           ? medium.smokes[source.smoke].field.bricks.nodes(brick)[at]
+                           ? medium.smokes[source.smoke].field.resampled.nodes(brick)[at]
                            : sum_of_smokes(medium, [&](const ResampledField &field) { return field.nodes(brick)[at]; });
     if (!(sigma > Real(0))) return Real(0);
     const Vec3 x = node_of(in.bricks, brick, node), &cell = in.bricks.cell;
@@ -81,7 +81,7 @@ Real brightness_at(const Sources &in, const PhotonSource &source, uint32_t brick
     if (!depth) return density * source.max_channel;
     const Vec3 p(Real(node.x), Real(node.y), Real(node.z));
     const Real tau =
-        between_nodes(place_of(p, in.depths.spacing), in.depths.spacing, [depth](uint32_t n) { return depth[n]; });
+        between_nodes(find_cell(p, in.depths.spacing), in.depths.spacing, [depth](uint32_t n) { return depth[n]; });
     return density * irradiance_at(in.depths.lights[source.light], source.max_channel, x, largest(cell)) *
            exp(-max(Real(0), tau));
 }
@@ -93,7 +93,7 @@ template <class Visit> void for_each_source_node(const Sources &in, uint32_t s, 
     const Real *depth = source.light < depths.light_count
                             ? depths_of_brick(depths, brick) + size_t{source.light} * nodes_of(depths.spacing)
                             : nullptr;
-    const Cell &at = in.bricks.place[brick], &count = in.bricks.lattice.count;
+    const Cell &at = in.bricks.position[brick], &count = in.bricks.lattice.count;
     const auto last = [](int32_t i, int32_t n) { return i + 1 < n ? brick_cells : brick_nodes; };
     for (int32_t z = 0; z < last(at.z, count.z); ++z)
         for (int32_t y = 0; y < last(at.y, count.y); ++y)
@@ -170,9 +170,9 @@ template <class Density> uint32_t smoke_at(const Medium &medium, Pcg32 &generato
     Real rest = unit_half_open<Real>(generator()) * sum_of_smokes(medium, density);
     uint32_t chosen = 0;
     for (uint32_t i = 0; i < medium.count; ++i) {
-        if (!medium.smokes[i].field.is_bricks) continue;
+        if (!medium.smokes[i].field.is_resampled) continue;
         chosen = i;
-        rest -= density(medium.smokes[i].field.bricks);
+        rest -= density(medium.smokes[i].field.resampled);
         if (rest < Real(0)) break;
     }
     return chosen;
@@ -254,7 +254,7 @@ void deposit(const FluenceSums &fluence, uint32_t brick, const Vec3 &p, const Co
              const SphericalHarmonics &halves) {
     const int32_t spacing = fluence.spacing;
     const uint32_t n = static_cast<uint32_t>(nodes_along(spacing));
-    const GridPlace at = place_of(p, spacing);
+    const CellPosition at = find_cell(p, spacing);
     const size_t first = size_t{brick} * nodes_of(spacing) + at.node;
     Real weight[8];
     for (uint32_t corner = 0; corner < 8; ++corner)
@@ -383,13 +383,13 @@ bool make_emission_distribution(const Scene &scene, const Medium &medium, const 
     };
     for (uint32_t l = 0; l < depths.light_count; ++l) add(l, 0, depths.lights[l].color);
     for (uint32_t i = 0; i < medium.count; ++i)
-        if (medium.smokes[i].field.is_bricks) add(depths.light_count, i, emission_of(medium.smokes[i]));
+        if (medium.smokes[i].field.is_resampled) add(depths.light_count, i, emission_of(medium.smokes[i]));
 
     const Vec3 &edge = bricks.lattice.edge;
     const Real min_rate = max(min_collisions_per_brick / largest(edge), Real(1.0 / 32));
     Real densest = Real(0);
     for (uint32_t b = 0; b < bricks.count; ++b) {
-        const Real greatest = sum_of_smokes(medium, [b](const ResampledField &field) { return field.greatest[b]; });
+        const Real greatest = sum_of_smokes(medium, [b](const ResampledField &field) { return field.majorants[b]; });
         rate[b] = max(greatest, min_rate);
         densest = max(densest, greatest);
     }
@@ -478,7 +478,7 @@ FluenceAndFlux light_at_node(const FluenceSums &fluence, uint32_t brick, const C
     const Vec3 cell = bricks.cell * Real(spacing);
     int64_t power[3] = {0, 0, 0}, flux[3] = {0, 0, 0};
     Real tent = Real(0); // the fraction of the node's tent that lies in bricks
-    for_each_holder(bricks, bricks.place[brick], node, nodes_along(spacing), [&](uint32_t other, uint32_t there) {
+    for_each_holder(bricks, bricks.position[brick], node, nodes_along(spacing), [&](uint32_t other, uint32_t there) {
         const Vec3 low = low_of(bricks, other), high = low + bricks.lattice.edge;
         tent += tent_volume({max(low, bricks.bounds.low), min(high, bricks.bounds.high)}, x, cell);
         const size_t k = size_t{other} * nodes_of(spacing) + there;
@@ -502,7 +502,7 @@ FluenceAndFlux light_at_node(const FluenceSums &fluence, uint32_t brick, const C
 SphericalHarmonics harmonics_at_node(const FluenceSums &fluence, uint32_t brick, const Cell &node) {
     const int32_t spacing = harmonic_spacing(fluence.spacing);
     int64_t sum[harmonic_numbers] = {};
-    for_each_holder(*fluence.bricks, fluence.bricks->place[brick], node, nodes_along(spacing),
+    for_each_holder(*fluence.bricks, fluence.bricks->position[brick], node, nodes_along(spacing),
                     [&](uint32_t other, uint32_t there) {
                         const size_t k = size_t{other} * nodes_of(spacing) + there;
                         for (uint32_t i = 0; i < harmonic_numbers; ++i)
