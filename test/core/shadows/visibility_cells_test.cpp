@@ -136,7 +136,7 @@ struct ExactMemory {
     ProvedShadows *exact;
 };
 
-TriangleTree tree_of(const Room &room) { return room.surfaces.still; }
+TriangleTree tree_of(const Room &room) { return room.surfaces.static_tree; }
 
 constexpr double room_sizes[] = {1, 16, 1024};
 
@@ -152,13 +152,13 @@ TEST_CASE(WISP_ARITH_NAME ": whatever is proved of a cell is so for every ray fr
         TreeCounts counts = {};
         const TriangleShaft shaft =
             make_triangle_shaft(tree_of(room), receiver, room.cell, room.tracer.lights[0], room.surfaces.ray_epsilon);
-        const bool is_free = is_shaft_free(tree_of(room), shaft, 0, counts);
+        const bool is_free = is_shaft_lit(tree_of(room), shaft, 0, counts);
         uint32_t blocker = no_triangle;
         for (uint32_t t = 1; t < room.triangles.size(); ++t) {
             Vec3 occluder[3];
             for (int i = 0; i < 3; ++i) occluder[i] = vec_of(room.triangles[t].corner[i]);
             if (room.triangles[t].material == 0 && has_area(occluder[0], occluder[1], occluder[2]) &&
-                is_shaft_blocked(shaft, occluder))
+                is_shaft_shadowed(shaft, occluder))
                 blocker = t;
         }
         free += is_free;
