@@ -6,6 +6,7 @@
 // gives to the core.
 #include "host/base/error.h"
 #include "host/commands/request.h"
+#include "wisp/settings.h"
 #include <cstdio>
 
 namespace wisp {

@@ -2,6 +2,7 @@
 #include "core/numbers/packed_light.h"
 #include "support/built_map.h"
 #include "support/mixture.h"
+#include "wisp/settings.h"
 #include <cmath>
 #include <doctest/doctest.h>
 

@@ -1,6 +1,8 @@
 // Small smokes for tests, and the core's structures over memory of the test's own.
 #pragma once
+#include "wisp/wisp.h"
 #include "core/photons/photon_map.h"
+#include "wisp/settings.h"
 #include <algorithm>
 #include <cmath>
 #include <tuple>

@@ -2,6 +2,8 @@
 #pragma once
 #include "core/photons/irradiance_map.h"
 #include "support/built_smoke.h"
+#include "wisp/photon_sums.h"
+#include "wisp/settings.h"
 #include <doctest/doctest.h>
 
 namespace wisp::WISP_ARITH {

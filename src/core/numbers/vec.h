@@ -3,7 +3,7 @@
 #define GLM_FORCE_PURE
 #define GLM_FORCE_XYZW_ONLY
 #include "core/numbers/real.h"
-#include "wisp/scene.h"
+#include "wisp/double3.h"
 #include <glm/vec3.hpp>
 #include <glm/geometric.hpp>
 
@@ -32,9 +32,5 @@ using wisp::scale_pow2;
 inline Vec3 scale_pow2(const Vec3 &v, int k) {
     return Vec3(scale_pow2(v.x, k), scale_pow2(v.y, k), scale_pow2(v.z, k));
 }
-
-struct Box {
-    Vec3 low, high; // empty when low > high
-};
 
 } // namespace wisp::WISP_ARITH

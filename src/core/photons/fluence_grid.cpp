@@ -1,5 +1,7 @@
 // Where light first meets smoke, and the photons from there (S2).
 #include "core/photons/fluence_grid.h"
+#include "wisp/photon_sums.h"
+#include "wisp/settings.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -193,7 +195,7 @@ template <class Pass> Arrival fly(const Tracer &tracer, const Ray &ray, Pcg32 &g
     uint32_t tentative = 0;
     for_each_brick(bricks, ray, begin, end, [&](uint32_t brick, Real from, Real to) {
         const Real rate = tracer.starts.rate[brick], inverse_rate = Real(1) / rate;
-        const Vec3 start = place_in(bricks, brick, ray.origin), way = ray.direction * bricks.inverse_cell;
+        const Vec3 start = position_in(bricks, brick, ray.origin), way = ray.direction * bricks.inverse_cell;
         for (Real t = from;;) {
             const Real depth = rate * (to - t);
             if (!(rest < depth)) {

@@ -8,6 +8,7 @@
 #include "core/lights/optical_depth_grid.h"
 #include "core/photons/particle_map.h"
 #include "core/photons/spherical_harmonics.h"
+#include "wisp/settings.h"
 
 namespace wisp::WISP_ARITH {
 

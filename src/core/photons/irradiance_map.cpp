@@ -365,7 +365,7 @@ Color scattered_light(const Irradiance &irradiance, const Medium &medium, const 
     const SparseGrid &bricks = *irradiance.bricks;
     const uint32_t brick = brick_at(bricks, cell_at(bricks.lattice, x));
     if (brick == no_brick) return sum;
-    const FluenceAndFlux light = light_at(irradiance, brick, place_in(bricks, brick, x));
+    const FluenceAndFlux light = light_at(irradiance, brick, position_in(bricks, brick, x));
     Color weight(Real(0)), uneven(Real(0)); // sum of sigma_s, and of sigma_s p 4 pi
     for (uint32_t i = 0; i < medium.count; ++i) {
         if (!(extinctions[i] > Real(0))) continue;

@@ -1,4 +1,5 @@
 // Sums of deposits as entries of 4 or 8 bytes, and the source functions that they make (S4-3).
+#include "core/numbers/double_bits.h"
 #include "core/numbers/packed_light.h"
 #include "core/photons/packed_particle_map.h"
 

@@ -1,5 +1,7 @@
 // Deposits on particles (S4-3).
+#include "core/numbers/double_bits.h"
 #include "core/photons/particle_map.h"
+#include "wisp/settings.h"
 
 namespace wisp::WISP_ARITH {
 

@@ -6,6 +6,7 @@
 // Deposit::kernel.
 #pragma once
 #include "core/photons/photon_tracing.h"
+#include "wisp/settings.h"
 
 namespace wisp::WISP_ARITH {
 

@@ -1,5 +1,7 @@
 // Photons: the store, the map, and the radiance estimate (S2).
 #include "core/photons/photon_map.h"
+#include "wisp/photon_sums.h"
+#include "wisp/settings.h"
 
 namespace wisp::WISP_ARITH {
 

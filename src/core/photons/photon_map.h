@@ -2,6 +2,7 @@
 // in-scattered radiance from the nearest of them.
 #pragma once
 #include "core/photons/photon_tracing.h"
+#include "wisp/settings.h"
 
 namespace wisp::WISP_ARITH {
 

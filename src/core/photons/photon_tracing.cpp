@@ -1,6 +1,8 @@
 // Where photons come from, and whether any are needed (S2).
+#include "core/numbers/double_bits.h"
 #include "core/photons/photon_tracing.h"
 #include "core/photons/spherical_harmonics.h"
+#include "wisp/settings.h"
 
 namespace wisp::WISP_ARITH {
 

@@ -2,7 +2,11 @@
 #pragma once
 #include "core/photons/photon_walk.h"
 #include "core/smoke/medium.h"
-#include "wisp/wisp.h"
+#include "wisp/photon_sums.h"
+#include "wisp/progress.h"
+#include "wisp/scene.h"
+#include "wisp/settings.h"
+#include "wisp/statistics.h"
 
 namespace wisp::WISP_ARITH {
 

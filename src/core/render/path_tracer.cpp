@@ -1,5 +1,6 @@
 // Unbiased volumetric path tracing (S1).
 #include "core/render/path_tracer.h"
+#include "wisp/settings.h"
 
 namespace wisp::WISP_ARITH {
 

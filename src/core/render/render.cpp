@@ -1,10 +1,17 @@
 // The stages of the papers, in order: trees, photons, picture.
 #include "core/geometry/camera.h"
+#include "core/geometry/sample_pattern.h"
 #include "core/march/grid_march.h"
 #include "core/march/particle_march.h"
+#include "core/numbers/double_bits.h"
+#include "core/numbers/sample_sums.h"
 #include "core/render/path_tracer.h"
 #include "core/render/whitted.h"
 #include "core/shadows/shadows.h"
+#include "wisp/wisp.h"
+#include "core/smoke/resampling.h"
+#include "wisp/photon_sums.h"
+#include "wisp/settings.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -69,7 +76,7 @@ Status fill(const Frame &frame, Radiance &&radiance, HeardRadiance &&heard_radia
     const View view(scene.camera);
     const Crop &crop = settings.crop;
     const uint32_t samples = settings.samples;
-    const Pattern pattern(samples);
+    const SamplePattern pattern(samples);
     for (int32_t y = crop.y0; y < crop.y1; ++y) {
         const uint64_t row = static_cast<uint64_t>(y - crop.y0);
         if (!observer(Stage::render, row, static_cast<uint64_t>(crop.y1 - crop.y0))) return Status::stopped;
@@ -612,7 +619,7 @@ Status render_reference(const Scene &scene, const Settings &settings, Arena &are
         return sample_radiance(paths, ray, infinite_distance, behind, sampler.generator);
     };
     const View view(scene.camera);
-    const Pattern pattern(settings.samples);
+    const SamplePattern pattern(settings.samples);
     const Crop &crop = settings.crop;
     const uint64_t rows = static_cast<uint64_t>(crop.y1 - crop.y0);
     const uint32_t passes = settings.last_pass - settings.first_pass;

@@ -2,7 +2,7 @@
 #pragma once
 #include "core/lights/light.h"
 #include "core/surfaces/surfaces.h"
-#include "wisp/shadow_methods.h"
+#include "wisp/settings.h"
 
 namespace wisp::WISP_ARITH {
 

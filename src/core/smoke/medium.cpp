@@ -1,5 +1,7 @@
 // The smoke of a scene, block by block.
+#include "core/numbers/double_bits.h"
 #include "core/smoke/medium.h"
+#include "core/smoke/resampling.h"
 
 namespace wisp::WISP_ARITH {
 

@@ -1,4 +1,6 @@
 // Where bricks are: around every particle's support, and around the samples of a grid that are not 0.
+#include "core/numbers/double_bits.h"
+#include "core/smoke/resampling.h"
 #include "core/smoke/sparse_grid.h"
 
 namespace wisp::WISP_ARITH {

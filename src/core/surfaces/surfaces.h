@@ -5,6 +5,7 @@
 #pragma once
 #include "core/geometry/ray.h"
 #include "core/surfaces/triangle_kdtree.h"
+#include "wisp/scene.h"
 
 namespace wisp::WISP_ARITH {
 

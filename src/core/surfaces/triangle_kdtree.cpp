@@ -1,5 +1,6 @@
 // The kd-tree over triangles: building by the surface area heuristic, and rays through it.
 #include "core/geometry/point_kdtree.h" // WISP_NO_UNROLL, WISP_INLINE
+#include "core/numbers/double_bits.h"
 #include "core/surfaces/triangle_kdtree.h"
 #include <algorithm>
 

@@ -19,8 +19,10 @@
 // raised to that. This moves the ray by e M at most, which is in the margin. So there is no division by 0, and a ray in a
 // plane, with a component of +0 or of -0, continues into both children.
 #pragma once
+#include "core/geometry/ray.h"
 #include "core/geometry/triangle.h"
 #include "wisp/arena.h"
+#include "wisp/scene.h"
 #include "wisp/statistics.h"
 
 namespace wisp {

@@ -1,6 +1,7 @@
 #include "host/base/files.h"
 #include "host/base/sha256.h"
 #include "host/commands/output.h"
+#include "wisp/settings.h"
 #include <cstdio>
 
 namespace wisp {

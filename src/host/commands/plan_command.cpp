@@ -3,6 +3,7 @@
 #include "host/commands/request.h"
 #include "host/prepare/particle_report.h"
 #include "host/results/fingerprint.h"
+#include "wisp/settings.h"
 #include <cstdio>
 
 namespace wisp {
@@ -12,19 +13,6 @@ namespace {
 void print_stage(const char *name, bool needed, uint64_t bytes, const std::string &why) {
     std::printf("%-14s %-4s %14llu bytes  %s\n", name, needed ? "yes" : "no", static_cast<unsigned long long>(bytes),
                 why.c_str());
-}
-
-std::string how_shadows(ShadowMethod method) {
-    switch (method) {
-    case ShadowMethod::trace: return "a ray for each";
-    case ShadowMethod::cache: return "the last occluder first, then a ray";
-    case ShadowMethod::paper: return "by what rays met before, else a ray";
-    case ShadowMethod::exact: return "no ray where proved for a cell of a still triangle";
-    case ShadowMethod::voxel: return "no ray where proved for a voxel";
-    case ShadowMethod::lightbuffer: return "lists of what each light sees";
-    case ShadowMethod::lie: return "lists for the cells of an octree";
-    }
-    return "";
 }
 
 // What a scene of triangles needs.
@@ -51,7 +39,7 @@ void print_surface_stages(const Request &request, const Scene &scene, const Plan
     print_stage("textures", scene.texture_count > 0, 0,
                 scene.texture_count ? number(scene.texture_count) + " of " + number(texels) + " texels" : "none");
     print_stage("shadows", scene.light_count > 0, plan.bytes.shadows,
-                scene.light_count ? how_shadows(request.options.shadows) + ", " + number(scene.light_count) + " lights"
+                scene.light_count ? std::string(shadow_methods[static_cast<size_t>(request.options.shadows)].how) + ", " + number(scene.light_count) + " lights"
                                   : "there is no light");
     if (request.options.lights == LightChoice::cuts)
         print_stage("light cuts", scene.light_count > 1, plan.bytes.light_cuts,

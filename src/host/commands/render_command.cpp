@@ -8,6 +8,8 @@
 #include "host/commands/request.h"
 #include "host/results/fingerprint.h"
 #include "host/results/statistics_json.h"
+#include "wisp/photon_sums.h"
+#include "wisp/settings.h"
 #include <cstdio>
 #include <memory>
 #include <optional>

@@ -1,5 +1,6 @@
 #include "host/base/error.h"
 #include "host/scene/options.h"
+#include "wisp/settings.h"
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -225,8 +226,9 @@ const std::vector<Entry> &table() {
          "how shadows of surfaces are found: by rays; the last occluder first; by what was met before; without rays "
          "where proved, of cells, of voxels; by lists of what a light sees, of what may be in the way (exact)",
          [](Options &o, const std::string &v) {
-             o.shadows = static_cast<ShadowMethod>(
-                 one_of(v, {"trace", "cache", "paper", "exact", "voxel", "lightbuffer", "lie"}, 7));
+             std::vector<std::string> names;
+             for (const ShadowMethodWords &method : shadow_methods) names.push_back(method.name);
+             o.shadows = static_cast<ShadowMethod>(one_of(v, names, names.size()));
          }},
         {"frame-count", "N", "divide the animation's time into N frames instead of the scene's own number",
          [](Options &o, const std::string &v) { o.frame_count = integer_in(v, 1, 1000000000); }},

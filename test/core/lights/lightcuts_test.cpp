@@ -1,5 +1,6 @@
 // Lightcuts: trees of lights, bounds of what their nodes give, cuts, and pictures by them.
 #include "support/animated_room.h"
+#include "wisp/settings.h"
 #include "wisp/wisp.h"
 #include <memory>
 

@@ -3,6 +3,7 @@
 #include "support/built_map.h"
 #include "support/compared_pictures.h"
 #include "support/mixture.h"
+#include "wisp/settings.h"
 #include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>

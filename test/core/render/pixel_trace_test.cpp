@@ -1,5 +1,6 @@
 // What is told of a pixel: its sums are the picture's bits, its parts are sums of theirs, and closed forms hold.
 #include "support/built_surfaces.h"
+#include "wisp/settings.h"
 #include "wisp/wisp.h"
 #include <cmath>
 #include <cstring>

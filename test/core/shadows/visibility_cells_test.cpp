@@ -3,6 +3,7 @@
 #include "core/shadows/proved_shadows.h"
 #include "support/random_rooms.h"
 #include "support/shadow_queries.h"
+#include "wisp/settings.h"
 #include "wisp/wisp.h"
 #include <cstring>
 
@@ -120,17 +121,17 @@ struct Narrow : Room {
 };
 
 struct ExactMemory {
-    explicit ExactMemory(const Scene &scene) : kept(proved_shadow_bytes(scene)), frame(proved_shadow_bytes(scene)) {
+    explicit ExactMemory(const Scene &scene) : kept(exact_technique.bytes(scene, {})), frame(kept.size()) {
         Arena arena(kept.data(), kept.size());
-        exact = make_proved_shadows(scene, arena);
+        exact = static_cast<ProvedShadows *>(exact_technique.make(scene, arena));
         REQUIRE(exact);
     }
     // The room's shadows ask it from now on, in a new frame.
     void begin(Room &room) {
-        room.shadows.method = ShadowMethod::exact;
+        room.shadows.technique = &exact_technique;
         room.shadows.memory = exact;
         Arena arena(frame.data(), frame.size());
-        REQUIRE(begin_frame(*exact, room.shadows, arena));
+        REQUIRE(begin_frame(room.shadows, {}, arena));
     }
     std::vector<unsigned char> kept, frame;
     ProvedShadows *exact;
@@ -204,9 +205,9 @@ TEST_CASE(WISP_ARITH_NAME ": shadows are those of rays, frame after frame, while
                     Real u, v;
                     random_weights(cell, next, u, v);
                     const ShadowQuery query = query_at(room, triangle, light, u, v);
-                    room.shadows.method = ShadowMethod::trace;
+                    room.shadows.technique = &trace_technique;
                     const bool shadowed = is_shadowed(room.shadows, query);
-                    room.shadows.method = ShadowMethod::exact;
+                    room.shadows.technique = &exact_technique;
                     wrong += is_shadowed(room.shadows, query) != shadowed;
                 }
             }

@@ -31,6 +31,7 @@
 // changes a sign of intersect() (triangle.h): of volumes (light, q, corner, corner) with coordinates below R. Each of
 // those points is off by `margin` at most, with the light at 0 the three by twice that, which changes the volume by less
 // than 3 * 3 * 2 R^2 * 2 margin = 36 R^2 margin.
+#include "core/numbers/double_bits.h"
 #include "core/shadows/box_shaft.h"
 #include <algorithm>
 
