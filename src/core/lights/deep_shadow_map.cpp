@@ -1,5 +1,4 @@
 // Depths along columns of light, row by row.
-#include "core/geometry/triangle.h"
 #include "core/lights/deep_shadow_map.h"
 #include "core/numbers/double_bits.h"
 #include "core/smoke/sparse_grid_lanes.h"
@@ -12,12 +11,12 @@ namespace {
 WISP_MULTIVERSIONED void add_extinctions(const Medium &medium, const GridRay &ray, const Lanes &t, Lanes &sum) {
     LanePoints points;
     find_points(*medium.bricks, ray, t, points);
-    LanePlaces at;
-    find_places(points, 1, 1, at);
+    LaneCells at;
+    find_cells(points, 1, 1, at);
     for (uint32_t i = 0; i < medium.count; ++i) {
-        if (!medium.smokes[i].field.is_bricks) continue; // it is empty
+        if (!medium.smokes[i].field.is_resampled) continue; // it is empty
         Lanes sigma;
-        interpolate(at, medium.smokes[i].field.bricks.extinction, sigma);
+        interpolate(at, medium.smokes[i].field.resampled.extinction, sigma);
         for (uint32_t l = 0; l < lanes; ++l) sum[l] += points.inside[l] ? sigma[l] : Real(0);
     }
 }

@@ -67,7 +67,7 @@ void find_by_rays(const Finder &finder, uint32_t brick) {
         Real &depth = finder.of_brick(brick)[k];
         if (!(depth < unknown)) continue;
         const Real *known = nullptr;
-        for_each_holder(bricks, bricks.place[brick], finder.place[k], n, [&](uint32_t other, uint32_t there) {
+        for_each_holder(bricks, bricks.position[brick], finder.place[k], n, [&](uint32_t other, uint32_t there) {
             const Real *its = finder.of_brick(other) + there;
             if (!(*its < Real(0))) known = its;
         });
@@ -125,7 +125,7 @@ bool find_by_columns(const Finder &finder, uint32_t face, Arena &arena) {
 // A node's depth, as any brick that holds it found it. `node` may lie a node outside of the brick.
 Real depth_beside(const Finder &finder, uint32_t brick, const Cell &node) {
     Real depth = unknown;
-    for_each_holder(finder.bricks(), finder.bricks().place[brick], node, nodes_along(finder.depths.stride),
+    for_each_holder(finder.bricks(), finder.bricks().position[brick], node, nodes_along(finder.depths.stride),
                     [&](uint32_t other, uint32_t there) { depth = max(depth, finder.of_brick(other)[there]); });
     return depth;
 }
@@ -194,7 +194,7 @@ Real optical_depth_to_light(const OpticalDepthGrid &depths, uint32_t l, const Ve
     const uint32_t brick = brick_at(bricks, cell_at(bricks.lattice, x));
     if (brick == no_brick) return Real(0);
     const Real *depth = depths_of_brick(depths, brick) + size_t{l} * nodes_of(depths.stride);
-    return max(Real(0), between_nodes(place_of(position_in(bricks, brick, x), depths.stride), depths.stride,
+    return max(Real(0), between_nodes(find_cell(position_in(bricks, brick, x), depths.stride), depths.stride,
                                       [depth](uint32_t node) { return depth[node]; }));
 }
 

@@ -16,7 +16,7 @@ constexpr Real least_per_brick = Real(0.5);
 template <class Density> Real sum_of_smokes(const Medium &medium, Density &&density) {
     Real sum = Real(0);
     for (uint32_t i = 0; i < medium.count; ++i)
-        if (medium.smokes[i].field.is_bricks) sum += density(medium.smokes[i].field.bricks);
+        if (medium.smokes[i].field.is_resampled) sum += density(medium.smokes[i].field.resampled);
     return sum;
 }
 
@@ -48,8 +48,7 @@ Real irradiance_at(const Light &light, Real brightness, const Vec3 &x, Real cell
     const Real distance = length(way);
     if (distance < cell) return brightness * (Real(3) / (cell * cell));
     if (light.kind == LightKind::spot) {
-        const Vec3 chord = way / distance - light.direction;
-        if (dot(chord, chord) > Real(2) * light.one_minus_cosine) return Real(0);
+        if (!in_cone(way / distance, light.direction, light.one_minus_cosine)) return Real(0);
     }
     return brightness / distance / distance;
 }
@@ -63,6 +62,7 @@ struct Lit {
 };
 // All that tracing needs.
 struct Tracer : Lit {
+    const Surfaces *surfaces; // nullptr: there are none
     Statistics &statistics;
 };
 
@@ -72,7 +72,7 @@ Real brightness_at(const Lit &lit, const PhotonSource &source, uint32_t brick, c
     const size_t at = static_cast<size_t>(index_of(count, node));
     const Medium &medium = lit.medium;
     const Real sigma = source.light >= lit.depths.light_count
-                           ? medium.smokes[source.smoke].field.bricks.nodes(brick)[at]
+                           ? medium.smokes[source.smoke].field.resampled.nodes(brick)[at]
                            : sum_of_smokes(medium, [&](const ResampledField &field) { return field.nodes(brick)[at]; });
     if (!(sigma > Real(0))) return Real(0);
     const Vec3 x = node_of(lit.bricks, brick, node), &cell = lit.bricks.cell;
@@ -80,7 +80,7 @@ Real brightness_at(const Lit &lit, const PhotonSource &source, uint32_t brick, c
     if (!depth) return here * source.brightest;
     const Vec3 p(Real(node.x), Real(node.y), Real(node.z));
     const Real tau =
-        between_nodes(place_of(p, lit.depths.stride), lit.depths.stride, [depth](uint32_t n) { return depth[n]; });
+        between_nodes(find_cell(p, lit.depths.stride), lit.depths.stride, [depth](uint32_t n) { return depth[n]; });
     return here * irradiance_at(lit.depths.lights[source.light], source.brightest, x, largest(cell)) *
            exp(-max(Real(0), tau));
 }
@@ -92,7 +92,7 @@ template <class Visit> void for_each_source_node(const Lit &lit, uint32_t s, uin
     const Real *depth = source.light < depths.light_count
                             ? depths_of_brick(depths, brick) + size_t{source.light} * nodes_of(depths.stride)
                             : nullptr;
-    const Cell &at = lit.bricks.place[brick], &count = lit.bricks.lattice.count;
+    const Cell &at = lit.bricks.position[brick], &count = lit.bricks.lattice.count;
     const auto last = [](int32_t i, int32_t n) { return i + 1 < n ? brick_cells : along; };
     for (int32_t z = 0; z < last(at.z, count.z); ++z)
         for (int32_t y = 0; y < last(at.y, count.y); ++y)
@@ -166,20 +166,20 @@ template <class Density> uint32_t smoke_at(const Medium &medium, Pcg32 &generato
     Real rest = unit_half_open<Real>(generator()) * sum_of_smokes(medium, density);
     uint32_t chosen = 0;
     for (uint32_t i = 0; i < medium.count; ++i) {
-        if (!medium.smokes[i].field.is_bricks) continue;
+        if (!medium.smokes[i].field.is_resampled) continue;
         chosen = i;
-        rest -= density(medium.smokes[i].field.bricks);
+        rest -= density(medium.smokes[i].field.resampled);
         if (rest < Real(0)) break;
     }
     return chosen;
 }
 
 // Whether a surface stands between a point and the light that it would have.
-bool is_out_of_light(const Medium &medium, const Vec3 &x, const Illumination &from) {
-    if (!medium.surfaces) return false;
-    const Real ray_epsilon = medium.surfaces->ray_epsilon;
+bool is_out_of_light(const Surfaces *surfaces, const Vec3 &x, const Illumination &from) {
+    if (!surfaces) return false;
+    const Real ray_epsilon = surfaces->ray_epsilon;
     TreeCounts unused = {};
-    return is_blocked(*medium.surfaces, {x, -from.direction}, ray_epsilon, from.distance - ray_epsilon, no_triangle, unused);
+    return is_blocked(*surfaces, {x, -from.direction}, ray_epsilon, from.distance - ray_epsilon, no_triangle, unused);
 }
 
 // One flight: pass(brick, place in it, 1 / rate) at every tentative collision.
@@ -188,7 +188,7 @@ template <class Pass> Arrival fly(const Tracer &tracer, const Ray &ray, Pcg32 &g
     const SparseGrid &bricks = tracer.bricks;
     const Medium &medium = tracer.medium;
     Real begin = Real(0), end = infinite_distance;
-    end = distance_to_surface(medium, ray, Real(0));
+    end = distance_to_surface(tracer.surfaces, ray, Real(0));
     arrival.stopped = end < infinite_distance;
     if (!clip(bricks.bounds, ray, begin, end)) return arrival;
     Real rest = exponential(generator);
@@ -224,12 +224,14 @@ template <class Pass> Arrival fly(const Tracer &tracer, const Ray &ray, Pcg32 &g
 int64_t units_of(Real share, Real units) { return truncate(share * units + Real(0.5)); }
 
 // At the nearest node alone: they vary little from one to the next, and twelve numbers at eight corners take long.
-void deposit_harmonics(const FluenceSums &deposits, uint32_t brick, const Vec3 &p, Real power, const SphericalHarmonics &halves) {
+void deposit_harmonics(const FluenceSums &deposits, uint32_t brick, const Vec3 &p, Real power,
+                       const SphericalHarmonics &halves) {
     const int32_t stride = harmonic_spacing(deposits.stride), n = nodes_along(stride);
     const Vec3 q = p * (Real(n - 1) * Real(1.0 / brick_cells)) + Vec3(Real(0.5));
     const auto nearest = [n](Real x) { return min(truncate(max(x, Real(0))), n - 1); };
     const int32_t node = (nearest(q.z) * n + nearest(q.y)) * n + nearest(q.x);
-    int64_t *sum = deposits.harmonics + (size_t{brick} * nodes_of(stride) + static_cast<uint32_t>(node)) * harmonic_numbers;
+    int64_t *sum =
+        deposits.harmonics + (size_t{brick} * nodes_of(stride) + static_cast<uint32_t>(node)) * harmonic_numbers;
     const Real units = scale_pow2(power, deposit_bits); // below 2^31: 1 / rate is at most 32
     sum[0] += truncate(units);
     for (uint32_t i = 0; i < harmonic_count; ++i) sum[1 + i] += truncate(halves.of[i] * units);
@@ -247,7 +249,7 @@ void deposit(const FluenceSums &deposits, uint32_t brick, const Vec3 &p, const C
              const SphericalHarmonics &halves) {
     const int32_t stride = deposits.stride;
     const uint32_t n = static_cast<uint32_t>(nodes_along(stride));
-    const GridPlace at = place_of(p, stride);
+    const CellPosition at = find_cell(p, stride);
     const size_t first = size_t{brick} * nodes_of(stride) + at.node;
     Real share[8];
     for (uint32_t corner = 0; corner < 8; ++corner)
@@ -295,12 +297,13 @@ void trace_photon(const Tracer &tracer, const FluenceSums &deposits, uint64_t ta
         ray.direction = deflect(Vec3(Real(0), Real(0), Real(1)), angle, turns);
     } else {
         const Illumination from = illuminate(tracer.depths.lights[source.light], ray.origin, ray.origin, ray.origin);
-        if (is_out_of_light(medium, ray.origin, from)) {
+        if (is_out_of_light(tracer.surfaces, ray.origin, from)) {
             ++counts.blocked;
             return;
         }
         ray.direction = from.direction;
-        at.smoke = smoke_at(medium, generator, [&](const ResampledField &field) { return extinction(field, ray.origin); });
+        at.smoke =
+            smoke_at(medium, generator, [&](const ResampledField &field) { return extinction(field, ray.origin); });
         ++counts.collisions;
     }
     for (uint32_t number = 0;; ++number) {
@@ -362,7 +365,7 @@ FluencePlan plan_fluence(const Scene &scene, const Settings &settings, uint64_t 
 }
 
 bool make_emission_distribution(const Scene &scene, const Medium &medium, const OpticalDepthGrid &depths, Arena &arena,
-                        EmissionDistribution &starts) {
+                                EmissionDistribution &starts) {
     const SparseGrid &bricks = *medium.bricks;
     starts = {};
     PhotonSource *sources = arena.make<PhotonSource>(source_limit(scene));
@@ -375,13 +378,13 @@ bool make_emission_distribution(const Scene &scene, const Medium &medium, const 
     };
     for (uint32_t l = 0; l < depths.light_count; ++l) add(l, 0, depths.lights[l].color);
     for (uint32_t i = 0; i < medium.count; ++i)
-        if (medium.smokes[i].field.is_bricks) add(depths.light_count, i, glow_of(medium.smokes[i]));
+        if (medium.smokes[i].field.is_resampled) add(depths.light_count, i, glow_of(medium.smokes[i]));
 
     const Vec3 &edge = bricks.lattice.edge;
     const Real least = max(least_per_brick / largest(edge), Real(1.0 / 32));
     Real densest = Real(0);
     for (uint32_t b = 0; b < bricks.count; ++b) {
-        const Real greatest = sum_of_smokes(medium, [b](const ResampledField &field) { return field.greatest[b]; });
+        const Real greatest = sum_of_smokes(medium, [b](const ResampledField &field) { return field.majorants[b]; });
         rate[b] = max(greatest, least);
         densest = max(densest, greatest);
     }
@@ -406,10 +409,10 @@ bool make_emission_distribution(const Scene &scene, const Medium &medium, const 
     return true;
 }
 
-Status trace_fluence(const Medium &medium, const OpticalDepthGrid &depths, const EmissionDistribution &starts,
-                           const Settings &settings, const PhotonNeeds &needs, int32_t stride, const Batches &batches,
-                           const Observer &observer, Arena &arena, PhotonSums &sums, Statistics &statistics,
-                           FluenceSums &deposits) {
+Status trace_fluence(const Medium &medium, const Surfaces *surfaces, const OpticalDepthGrid &depths,
+                     const EmissionDistribution &starts, const Settings &settings, const PhotonNeeds &needs,
+                     int32_t stride, const Batches &batches, const Observer &observer, Arena &arena, PhotonSums &sums,
+                     Statistics &statistics, FluenceSums &deposits) {
     const SparseGrid &bricks = *medium.bricks;
     const uint64_t nodes = uint64_t{bricks.count} * nodes_of(stride);
     deposits = {&bricks, stride, sums.values, nullptr, nullptr, needs.powers ? 3u : 1u, Color(Real(1)), {Real(1), 0}};
@@ -435,7 +438,7 @@ Status trace_fluence(const Medium &medium, const OpticalDepthGrid &depths, const
     const size_t mark = arena.mark();
     Cursor *cursor = arena.make<Cursor>(1);
     if (!cursor) return Status::out_of_memory;
-    const Tracer tracer = {{medium, bricks, depths, starts}, statistics};
+    const Tracer tracer = {{medium, bricks, depths, starts}, surfaces, statistics};
     cursor->entry = UINT64_MAX;
     const auto share = [&](uint64_t photon) {
         return detail::divide(whole_product(photon, total), settings.photons).quotient;
@@ -468,7 +471,7 @@ FluenceAndFlux light_at_node(const FluenceSums &deposits, uint32_t brick, const 
     const Vec3 cell = bricks.cell * Real(stride);
     int64_t power[3] = {0, 0, 0}, flux[3] = {0, 0, 0};
     Real share = Real(0); // of the node's tent: where there are bricks
-    for_each_holder(bricks, bricks.place[brick], node, nodes_along(stride), [&](uint32_t other, uint32_t there) {
+    for_each_holder(bricks, bricks.position[brick], node, nodes_along(stride), [&](uint32_t other, uint32_t there) {
         const Vec3 low = low_of(bricks, other), high = low + bricks.lattice.edge;
         share += volume_share({max(low, bricks.bounds.low), min(high, bricks.bounds.high)}, x, cell);
         const size_t k = size_t{other} * nodes_of(stride) + there;
@@ -492,7 +495,7 @@ FluenceAndFlux light_at_node(const FluenceSums &deposits, uint32_t brick, const 
 SphericalHarmonics harmonics_at_node(const FluenceSums &deposits, uint32_t brick, const Cell &node) {
     const int32_t stride = harmonic_spacing(deposits.stride);
     int64_t sum[harmonic_numbers] = {};
-    for_each_holder(*deposits.bricks, deposits.bricks->place[brick], node, nodes_along(stride),
+    for_each_holder(*deposits.bricks, deposits.bricks->position[brick], node, nodes_along(stride),
                     [&](uint32_t other, uint32_t there) {
                         const size_t k = size_t{other} * nodes_of(stride) + there;
                         for (uint32_t i = 0; i < harmonic_numbers; ++i)

@@ -12,7 +12,7 @@ bool suffices(const Color *light, int32_t fine, int32_t coarse, Real most) {
         for (int32_t y = 0; y < n; ++y)
             for (int32_t x = 0; x < n; ++x) {
                 const Color &here = light[(z * n + y) * n + x];
-                const GridPlace at = place_of(Vec3(Real(x * fine), Real(y * fine), Real(z * fine)), coarse);
+                const CellPosition at = find_cell(Vec3(Real(x * fine), Real(y * fine), Real(z * fine)), coarse);
                 const int32_t m = nodes_along(coarse);
                 for (int32_t c = 0; c < 3; ++c) {
                     const Real between = between_nodes(at, coarse, [&](uint32_t node) {
@@ -74,7 +74,7 @@ bool tells(const SparseGrid &bricks, uint32_t brick, const Cell &node, int32_t s
 // go on as it comes.
 template <class Visit> void for_each_neighbour(const Points &points, uint64_t i, Visit &&visit) {
     const SparseGrid &bricks = *points.bricks;
-    const Cell &place = bricks.place[i / points.nodes];
+    const Cell &place = bricks.position[i / points.nodes];
     const Cell node = cell_of_index(points.along, static_cast<uint32_t>(i % points.nodes));
     const auto beside = [&](int32_t axis, int32_t step) {
         const Cell at = {node.x + (axis == 0 ? step : 0), node.y + (axis == 1 ? step : 0),
@@ -239,7 +239,7 @@ Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Es
             if (points.flux) points.flux[here] = 0;
             if (!seen || !meets_smoke(*request.medium, bricks, b, node, stride)) continue;
             uint64_t before = here;
-            for_each_holder(bricks, bricks.place[b], at, points.along, [&](uint32_t other, uint32_t there) {
+            for_each_holder(bricks, bricks.position[b], at, points.along, [&](uint32_t other, uint32_t there) {
                 const uint64_t its = uint64_t{other} * points.nodes + there;
                 if (other < b && points.known[its]) before = its;
             });
@@ -340,7 +340,7 @@ Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &pa
 FluenceAndFlux light_at(const Irradiance &irradiance, uint32_t brick, const Vec3 &p) {
     const int32_t stride = irradiance.stride[brick], first = irradiance.first[brick];
     const int32_t exponent = irradiance.exponent[brick];
-    const GridPlace at = place_of(p, stride);
+    const CellPosition at = find_cell(p, stride);
     const uint32_t *value = irradiance.value + first;
     FluenceAndFlux light = {Color(Real(0)), Vec3(Real(0))};
     if (irradiance.single_channel) {

@@ -168,9 +168,10 @@ MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 
 Color sample_radiance(const PathTracer &tracer, Ray ray, Real end, Color radiance, Pcg32 &generator) {
     const Medium &medium = *tracer.medium;
     if (medium.empty()) return radiance;
+    const Surfaces *surfaces = tracer.shadows ? tracer.shadows->surfaces : nullptr;
     Color throughput(Real(1));
     for (uint32_t number = 0; number < longest_path; ++number) {
-        if (number > 0) end = distance_to_surface(medium, ray, Real(0));
+        if (number > 0) end = distance_to_surface(surfaces, ray, Real(0));
         Real begin = Real(0);
         if (!clip(medium.bounds, ray, begin, end)) return radiance;
         ray.origin += ray.direction * begin;
@@ -201,7 +202,7 @@ bool make_path_tracer(const Scene &scene, const Medium &medium, const Light *lig
                       Statistics &statistics, PathTracer &tracer) {
     tracer = {&medium, lights, scene.light_count, {}, &statistics, shadows};
     if (medium.empty()) return true;
-    tracer.majorants = make_majorants(medium, finest_length(scene), arena);
+    tracer.majorants = make_majorants(medium, smallest_smoothing_length(scene), arena);
     return tracer.majorants.sigma != nullptr;
 }
 

@@ -20,7 +20,7 @@ namespace {
 uint64_t march_bytes(const Scene &scene) { return 2 * Arena::bytes<Real>(scene.smoke_count); }
 
 // So many smoothing lengths of the finest smoke.
-Real step_length(const Scene &scene, double lengths) { return finest_length(scene) * to_real<Real>(lengths); }
+Real step_length(const Scene &scene, double lengths) { return smallest_smoothing_length(scene) * to_real<Real>(lengths); }
 
 // So many lights are seen in smoke: none where it is black.
 uint32_t lights_in_smoke(const Scene &scene) {
@@ -33,6 +33,7 @@ uint32_t lights_in_smoke(const Scene &scene) {
 // Smoke, and what is kept over it for the march: it depends on nothing but the smoke and the lights.
 struct SmokeStructures {
     Medium medium;
+    const Surfaces *surfaces; // that stop photons; nullptr: there are none
     SparseGrid march_grid;    // for what is kept, where the smoke is not resampled
     const SparseGrid *bricks; // those, or the medium's; nullptr: none are needed
     OpticalDepthGrid depths;
@@ -173,7 +174,7 @@ GridSpacing grid_spacing(const Scene &scene, const Settings &settings) {
     const bool irradiance = settings.irradiance != IrradianceMap::none;
     double cell = density;
     if (total_order_key(density) > 0) {
-        if (keeps_samples(scene)) cell = parts_within(density) == 1 ? 1 : 0.5;
+        if (keeps_samples(scene)) cell = subdivision_for(density) == 1 ? 1 : 0.5;
     } else {
         cell = settings.light_step;
         if (irradiance && !(total_order_key(cell) > 0 && total_order_key(cell) < total_order_key(settings.irradiance_step)))
@@ -228,7 +229,7 @@ Status render_direct(const Frame &frame) {
     if (!make_marcher(frame, marcher)) return Status::out_of_memory;
     const PhotonPlan photons = plan_photons(scene, settings);
     if (photons.traced && !make_gather(settings.gather, frame.arena, marcher.gather)) return Status::out_of_memory;
-    const PhotonMaps maps = trace_photons(frame.medium, frame.lights, scene.light_count, settings, photons,
+    const PhotonMaps maps = trace_photons(frame.medium, frame.smoke.surfaces, frame.lights, scene.light_count, settings, photons,
                                           frame.observer, frame.arena, frame.statistics);
     if (maps.status != Status::done) return maps.status;
     marcher.photon_maps = maps.per_smoke;
@@ -264,7 +265,7 @@ Status render_map(const Frame &frame, PhotonSums &sums) {
     frame.statistics.bytes.particle_map = bytes_of(packed);
     const Batches batches = sums.count == 0 ? all_batches(frame.settings) : Batches{0, 0};
     ParticleMap map;
-    const Status status = trace_particle_map(scene, frame.medium, frame.lights, frame.settings, plan.needs, batches,
+    const Status status = trace_particle_map(scene, frame.medium, frame.smoke.surfaces, frame.lights, frame.settings, plan.needs, batches,
                                              frame.observer, frame.arena, sums, frame.statistics, map);
     if (status != Status::done) return status;
     pack_map(map, packed);
@@ -297,7 +298,7 @@ Status trace_bricks(const Scene &scene, const SmokeStructures &smoke, const Sett
                     FluenceSums &deposits) {
     const PhotonNeeds needs = photon_needs(scene, settings);
     if (!needs.traced) return sums.count == 0 ? Status::done : Status::size_mismatch;
-    return trace_fluence(smoke.medium, smoke.depths, smoke.starts, settings, needs,
+    return trace_fluence(smoke.medium, smoke.surfaces, smoke.depths, smoke.starts, settings, needs,
                                grid_spacing(scene, settings).irradiance, batches, observer, arena, sums, statistics,
                                deposits);
 }
@@ -379,7 +380,7 @@ bool update_smoke(const Scene &scene, const Settings &settings, bool marched, Fr
         kept.smoke_end = arena.mark();
     }
     arena.rewind(kept.smoke_end);
-    smoke->medium.surfaces = world.surfaces;
+    smoke->surfaces = world.surfaces;
     smoke->depths.lights = world.lights;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) smoke->medium.smokes[i].source = &scene.smokes[i];
     for (uint32_t i = 0; i < scene.smoke_count; ++i) statistics.smoke.particles += scene.smokes[i].count;
@@ -575,7 +576,7 @@ Status trace_map(const Scene &scene, const Settings &settings, const Batches &ba
         status = trace_bricks(scene, *world.smoke, settings, batches, observer, arena, sums, statistics, deposits);
     } else {
         ParticleMap map;
-        status = trace_particle_map(scene, medium, world.lights, settings, photon_needs(scene, settings), batches,
+        status = trace_particle_map(scene, medium, world.surfaces, world.lights, settings, photon_needs(scene, settings), batches,
                                     observer, arena, sums, statistics, map);
     }
     statistics.bytes.arena_peak = arena.peak();

@@ -57,6 +57,14 @@ struct Hit {
 Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle, TreeCounts &counts);
 Hit nearest_opaque_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, TreeCounts &counts);
 
+// The distance beyond `begin` at which an opaque triangle blocks the ray; infinite_distance where none does, or where
+// `surfaces` is nullptr. These rays are not counted.
+inline Real distance_to_surface(const Surfaces *surfaces, const Ray &ray, Real begin) {
+    if (!surfaces) return infinite_distance;
+    TreeCounts unused = {};
+    return nearest_opaque_hit(*surfaces, ray, begin, infinite_distance, unused).distance;
+}
+
 // Whether an opaque triangle is at a distance in (begin, end): a static one, and which; a deforming one; one of an
 // instance; a moving one, that is, one of those two; any.
 bool is_blocked_by_static(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,

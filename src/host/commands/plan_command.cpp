@@ -39,7 +39,7 @@ void print_surface_stages(const Request &request, const Scene &scene, const Plan
     print_stage("textures", scene.texture_count > 0, 0,
                 scene.texture_count ? number(scene.texture_count) + " of " + number(texels) + " texels" : "none");
     print_stage("shadows", scene.light_count > 0, plan.bytes.shadows,
-                scene.light_count ? std::string(shadow_methods[static_cast<size_t>(request.options.shadows)].how) + ", " + number(scene.light_count) + " lights"
+                scene.light_count ? std::string(shadow_method_descriptions[static_cast<size_t>(request.options.shadows)]) + ", " + number(scene.light_count) + " lights"
                                   : "there is no light");
     if (request.options.lights == LightChoice::cuts)
         print_stage("light cuts", scene.light_count > 1, plan.bytes.light_cuts,
@@ -60,7 +60,7 @@ void print_notes(const Options &options, const PreparedScene &prepared) {
 } // namespace
 
 int plan_command(const std::vector<std::string> &arguments) {
-    const Request request = read_request(parse_arguments(arguments));
+    const Request request = read_request(parse_arguments("plan", scene_options(), arguments));
     check_options(request);
     PreparedScene prepared;
     prepare_scene(request.name, request.file, request.options, request.frames.first, prepared);

@@ -151,7 +151,7 @@ TEST_CASE(WISP_ARITH_NAME ": photons leave lengths that make up their collisions
         for (uint32_t b = 0; b < traced.deposits.bricks->count; ++b)
             for (uint32_t k = 0; k < nodes_of(1); ++k)
                 expected += static_cast<double>(traced.deposits.power[b * nodes_of(1) + k]) * 0x1p-24 *
-                            at(traced.medium.smokes[0].field.bricks.nodes(b)[k]);
+                            at(traced.medium.smokes[0].field.resampled.nodes(b)[k]);
         CHECK(std::fabs(expected - double(counts.stored)) < 4 * std::sqrt(double(counts.stored)));
     }
 }
@@ -507,7 +507,7 @@ struct Given {
         };
         for (uint32_t b = 0; b < bricks.count; ++b)
             for (uint32_t k = 0; k < nodes_of(s); ++k) {
-                const Cell at_ = place_of_node(bricks, b, k, s), &in = bricks.place[b];
+                const Cell at_ = place_of_node(bricks, b, k, s), &in = bricks.position[b];
                 const int32_t place[3] = {at_.x * s, at_.y * s, at_.z * s}, from[3] = {in.x * 8, in.y * 8, in.z * 8};
                 double volume = 1; // of the node's tent, in the brick and the box
                 for (int c = 0; c < 3; ++c) {
