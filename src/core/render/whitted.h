@@ -32,11 +32,11 @@ struct Whitted {
     // Smoke, where there is any: what lights shine through, and what a ray sees of it up to a distance.
     const Medium *medium = nullptr;
     void *marcher = nullptr;
-    Segment (*through)(void *marcher, const Ray &ray, Real end) = nullptr;
+    Segment (*march)(void *marcher, const Ray &ray, Real end, PixelRecorder *recorder) = nullptr;
+    PixelRecorder *recorder = nullptr; // of the pixel that is traced, or nullptr
 };
 
 // Radiance along a camera ray.
 Color trace(const Whitted &tracer, const Ray &ray);
-Color trace(const Heard<Whitted> &tracer, const Ray &ray);
 
 } // namespace wisp::WISP_ARITH

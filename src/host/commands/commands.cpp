@@ -221,7 +221,7 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
         }
         status = core(options.arithmetic)
                      .render(prepared.scene, settings, arena, watch.observer(), picture.rgb.data(), report.statistics,
-                             mapped ? &sums : nullptr, &sequence.kept, nullptr);
+                             mapped ? &sums : nullptr, &sequence.kept);
     }
     watch.finish();
     if (status == Status::stopped) stop(request, frame);

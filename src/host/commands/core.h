@@ -10,7 +10,9 @@ struct Core {
     const char *name;
     Plan (*plan)(const Scene &, const Settings &);
     Status (*render)(const Scene &, const Settings &, Arena &, const Observer &, float *, Statistics &, PhotonSums *,
-                     FrameCache *, const PixelTrace *);
+                     FrameCache *);
+    Status (*inspect)(const Scene &, const Settings &, Arena &, const Observer &, float *, Statistics &, PhotonSums *,
+                      const PixelTrace &);
     Status (*trace_map)(const Scene &, const Settings &, const Batches &, Arena &, const Observer &, PhotonSums &,
                         Statistics &);
     Status (*render_reference)(const Scene &, const Settings &, Arena &, const Observer &, PixelSums *, Statistics &);
@@ -21,8 +23,8 @@ struct Core {
 inline const Core &core(Arithmetic arithmetic) {
 #define WISP_CORE(arithmetic)                                                                                          \
     {                                                                                                                  \
-#arithmetic, arithmetic::plan, arithmetic::render, arithmetic::trace_map, arithmetic::render_reference,        \
-            arithmetic::neighbourhood_bytes, arithmetic::find_neighbourhoods                                           \
+#arithmetic, arithmetic::plan, arithmetic::render, arithmetic::inspect, arithmetic::trace_map,                 \
+            arithmetic::render_reference, arithmetic::neighbourhood_bytes, arithmetic::find_neighbourhoods             \
     }
     static constexpr Core cores[] = {WISP_CORE(f32), WISP_CORE(f64), WISP_CORE(fixed)};
 #undef WISP_CORE

@@ -122,15 +122,15 @@ int inspect_command(const std::vector<std::string> &arguments) {
     Statistics statistics;
     install_signal_handlers();
     Progress watch(options, frame);
-    const PixelTrace journal = inspection.journal();
-    const Status status = core(options.arithmetic)
-                              .render(prepared.scene, settings, arena, watch.observer(), rgb.data(), statistics,
-                                      uses_map(settings) ? &sums : nullptr, nullptr, &journal);
+    const Status status =
+        core(options.arithmetic)
+            .inspect(prepared.scene, settings, arena, watch.observer(), rgb.data(), statistics,
+                     uses_map(settings) ? &sums : nullptr, inspection.trace());
     watch.finish();
     if (status == Status::stopped) stop(request, frame);
     if (status != Status::done) fail(request, plan, frame, status);
-    const std::string told = question.json ? inspection_json(inspection) : inspection_text(inspection);
-    std::fwrite(told.data(), 1, told.size(), stdout);
+    const std::string text = question.json ? inspection_json(inspection) : inspection_text(inspection);
+    std::fwrite(text.data(), 1, text.size(), stdout);
     return exit_done;
 }
 

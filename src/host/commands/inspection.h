@@ -20,7 +20,7 @@ struct Inspection {
         TraceEvent::MarchEnd march_end;
         std::optional<TraceEvent::Hit> hit; // none: it sees the background
         std::vector<TraceEvent::Light> lights;
-        TraceEvent::Lit lit;
+        TraceEvent::DirectLight direct_light;
         std::vector<std::unique_ptr<Ray>> rays;
         std::vector<TraceEvent::Unsent> unsent;
         TraceEvent::RayEnd end;
@@ -43,12 +43,12 @@ struct Inspection {
     std::vector<Sample> samples;
     TraceEvent::Pixel pixel;
 
-    // Of the pixel x, y, to be heard by this.
-    PixelTrace journal();
+    // Of the pixel x, y: its events are added to this.
+    PixelTrace trace();
 
   private:
-    void hear(const TraceEvent &entry);
-    void keep(const TraceEvent::Light &light);
+    void record(const TraceEvent &event);
+    void add_light(const TraceEvent::Light &light);
 
     std::vector<Ray *> open_;                  // rays in one another that have not ended
     std::vector<TraceEvent::Light> waiting_; // lights of steps that are not told yet
