@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Writes include/wisp/elementary_coefficients.h: the polynomials and split constants of elementary.h.
+"""Writes src/core/numbers/elementary_coefficients.h: the polynomials and split constants of elementary.h.
 
-    python3 tools/coefficients.py > include/wisp/elementary_coefficients.h
+    python3 tools/coefficients.py > src/core/numbers/elementary_coefficients.h
 
 Run by hand only, when a fit changes; the header is kept in the repository, so builds need neither Python nor mpmath
 (Debian: python3-mpmath). Each polynomial is a minimax fit by Remez exchange in 60 digits. Floating coefficients are

@@ -1,6 +1,8 @@
 // One frame of a scene as `scene_source` compiles it into a program that has no files, and the digest of its picture.
 #pragma once
+#include "core/numbers/elementary.h"
 #include "host/base/sha256.h"
+#include "wisp/settings.h"
 #include "wisp/wisp.h"
 
 namespace wisp {

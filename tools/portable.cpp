@@ -5,8 +5,10 @@
 // prints `SHA-256  arithmetic  scene  options` of each as fixtures/goldens.txt has them. Where there is no command
 // line, as in WebAssembly, portable_fault() is asked once and portable_line() for one line after the other.
 #include "compiled_scene.h"
+#include "core/numbers/sample_sums.h"
 #include "host/commands/core.h"
 #include "wisp/self_test.h"
+#include "wisp/settings.h"
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>

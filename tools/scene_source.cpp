@@ -6,6 +6,7 @@
 // gives to the core.
 #include "host/base/error.h"
 #include "host/commands/request.h"
+#include "wisp/settings.h"
 #include <cstdio>
 
 namespace wisp {
@@ -89,9 +90,9 @@ void print_scene(const std::string &name, const std::string &title, int64_t fram
             braces(t.width, t.height, t.levels, array("uint16_t", "texels_" + std::to_string(i), t.texels, texels)));
     }
     const std::string lights = array("LightSource", "lights", scene.lights, scene.light_count);
-    const std::string smoke = array("SmokeSource", "smokes", smokes.data(), smokes.size());
+    const std::string smoke = array("SmokeDescription", "smokes", smokes.data(), smokes.size());
     const std::string triangles = array("Triangle", "triangles", scene.triangles, scene.triangle_count());
-    const std::string instances = array("Body", "bodies", scene.instances, scene.instance_count);
+    const std::string instances = array("Instance", "instances", scene.instances, scene.instance_count);
     const std::string materials = array("Material", "materials", scene.materials, scene.material_count);
     const std::string pictures = array("Texture", "textures", textures.data(), textures.size());
     const std::string all =

@@ -9,14 +9,10 @@
 //   file gives the same picture.
 // Coordinates must lie within +-coordinate_limit; the caller refuses a scene that does not.
 #pragma once
-#include "core/numbers/double_bits.h"
+#include "wisp/double3.h"
+#include <cstdint>
 
 namespace wisp {
-
-struct Double3 {
-    double x, y, z;
-};
-inline bool any_above_zero(const Double3 &v) { return total_order_key(v.x) > 0 || total_order_key(v.y) > 0 || total_order_key(v.z) > 0; }
 
 constexpr double coordinate_limit = 8192; // squares of distances stay below 2^31, the range of Fixed
 
@@ -129,79 +125,6 @@ struct Scene {
     double ray_epsilon; // rays that leave a surface meet nothing that is nearer than this (1e-6 of the still scene's diagonal)
 
     uint32_t triangle_count() const { return static_count + instance_triangle_count + deforming_count; }
-};
-
-// Whether all smoke is a single grid whose edges are those of space.
-inline bool is_aligned_grid(const Scene &scene) {
-    uint32_t smokes = 0;
-    const GridDescription *grid = nullptr;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        if (scene.smokes[i].empty()) continue;
-        ++smokes;
-        if (scene.smokes[i].is_grid()) grid = &scene.smokes[i].grid;
-    }
-    return smokes == 1 && grid && total_order_key(grid->axis[0].x) == total_order_key(1.0) &&
-           total_order_key(grid->axis[1].y) == total_order_key(1.0) && total_order_key(grid->axis[2].z) == total_order_key(1.0);
-}
-
-// Whether the scene's smoke can be resampled to a lattice along the axes (S4-1): particles, or such a grid.
-inline bool can_resample(const Scene &scene) {
-    bool particles = true, any = false;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        any = any || !scene.smokes[i].empty();
-        particles = particles && !scene.smokes[i].is_grid();
-    }
-    return any && (particles || is_aligned_grid(scene));
-}
-
-enum class Method : uint8_t { direct, map, volume }; // S4; `volume` is `direct` with a density_step
-
-enum class IrradianceMap : uint8_t { none, uniform, adaptive }; // S4-4
-
-// What a photon leaves on the particle map: all of it on the particle that it collides with, or on every particle of a
-// flight its expected collisions with that, or on all particles around the collision by their shares in the density.
-enum class Deposit : uint8_t { exact, path, kernel };
-
-// What the map keeps of where light goes: the flux, or the mean of the photons' directions whatever they carry.
-enum class Direction : uint8_t { flux, mean };
-
-// Of the particle map: every particle by its own kernel, or the nearest of them over their ball's volume, as of
-// photons.
-enum class Estimate : uint8_t { kernel, knn };
-
-// Which lights a point of a surface asks: all, or clusters of them.
-enum class LightChoice : uint8_t { all, cuts };
-
-// How hard shadows of surfaces are found (C): by a ray to every light; by the last occluder first; by the paper's
-// method; without a ray where that is proved; by others' methods.
-enum class ShadowMethod : uint8_t { trace, cache, paper, exact, voxel, lightbuffer, lie };
-
-struct Crop {
-    int32_t x0, y0, x1, y1; // pixels, half-open, from the top left
-};
-
-struct Settings {
-    Crop crop;
-    uint32_t samples; // rays a pixel
-    uint32_t depth;   // of the longest chain of rays behind a camera ray: reflected, refracted
-    ShadowMethod shadows;
-    bool check_shadows; // counts the pixels that the paper's method gets wrong
-    uint64_t photons;   // to emit
-    uint64_t seed;
-    uint32_t gather;      // K, most photons in an estimate, or particles
-    double gather_radius; // the largest radius of an estimate, in units of H
-    double step;          // of the march, in units of H
-    Deposit deposit;
-    Direction direction;
-    Estimate estimate;   // of the particle map
-    double density_step; // size of the cells to which smoke is resampled, in units of H; 0: exact densities
-    double light_step;   // distance of the points whose depth to the lights is kept, in units of H; 0: none
-    IrradianceMap irradiance;
-    double irradiance_step;         // distance of its points at most, in units of H
-    Method method;                  // how smoke is rendered
-    LightChoice lights;             // of surfaces
-    bool reference;                 // path tracing, ...
-    uint32_t first_pass, last_pass; // ... passes first_pass <= i < last_pass <= 2^31 of `samples` rays a pixel each
 };
 
 } // namespace wisp

@@ -1,48 +1,15 @@
 // The core's door: what a scene needs, and its picture, in any of the three arithmetics.
 #pragma once
-#include "core/numbers/random.h"
 #include "wisp/arena.h"
+#include "wisp/photon_sums.h"
 #include "wisp/pixel_sums.h"
+#include "wisp/progress.h"
 #include "wisp/pixel_trace.h"
 #include "wisp/scene.h"
+#include "wisp/settings.h"
 #include "wisp/statistics.h"
 
 namespace wisp {
-
-enum class Stage : uint8_t { trees, photons, irradiance, render };
-
-enum class Status : uint8_t {
-    done,
-    stopped,
-    out_of_memory,
-    overflow,  // more photons than the sums of a particle map are sure to hold
-    size_mismatch // of another number than this scene's particle map has
-};
-
-// Hears of the work as it goes: once as a stage begins (done = 0), then as parts of it are done. Returning false
-// stops the work. It may look at a clock; the core does not.
-struct Observer {
-    void *context;
-    bool (*heard)(void *context, Stage stage, uint64_t done, uint64_t total);
-
-    bool operator()(Stage stage, uint64_t done, uint64_t total) const {
-        return !heard || heard(context, stage, done, total);
-    }
-};
-
-// Batches first <= i < last of `batch_photons` photons each, the last of all perhaps fewer.
-struct Batches {
-    uint64_t first, last;
-};
-inline Batches all_batches(const Settings &settings) { return {0, batch_count(settings.photons)}; }
-
-// What photons leave on a particle map: integers, so that batches traced apart add up to the bits of one run. They do
-// not depend on the view. The memory is the caller's, who gives room for plan().map_sums; `count` of them are in use, 0
-// where nothing has been traced yet.
-struct PhotonSums {
-    int64_t *values;
-    uint64_t capacity, count;
-};
 
 // The stages that a scene needs, and upper bounds of their bytes.
 struct Plan {

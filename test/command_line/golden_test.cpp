@@ -2,6 +2,7 @@
 // arithmetics agree within a thousandth.
 #include "host/images/compare.h"
 #include "host/images/picture.h"
+#include "support/built.h"
 #include "support/temporary_folder.h"
 #include <doctest/doctest.h>
 #include <fstream>
@@ -34,7 +35,7 @@ struct Studio : TemporaryFolder {
     Picture render(const std::string &scene, const std::string &arithmetic, std::string *digest = nullptr) const {
         const std::string pfm = file("a.pfm"), out = file("out");
         const std::string command =
-            "build/wisp render fixtures/" + scene + " --arith " + arithmetic + " --digest -o " + pfm + " > " + out;
+            built("wisp") + " render fixtures/" + scene + " --arith " + arithmetic + " --digest -o " + pfm + " > " + out;
         REQUIRE(std::system(command.c_str()) == 0);
         if (digest) std::ifstream(out) >> *digest;
         return read_pfm(pfm);

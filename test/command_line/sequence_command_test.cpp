@@ -1,6 +1,7 @@
 // Runs that go on where others were stopped: what is kept and what is not, kills at any moment, signals.
 #include "host/base/sha256.h"
 #include "host/results/picture_record.h"
+#include "support/built.h"
 #include "support/command_line.h"
 #include <csignal>
 #include <cstdio>
@@ -60,7 +61,7 @@ class Process {
   public:
     Process(const CommandLineTest &desk, const std::string &arguments) {
         const std::string command =
-            "exec build/wisp " + arguments + " > " + desk.file("out") + " 2> " + desk.file("err");
+            "exec " + built("wisp") + " " + arguments + " > " + desk.file("out") + " 2> " + desk.file("err");
         id_ = fork();
         if (id_ == 0) {
             for (int number : {SIGINT, SIGTERM}) std::signal(number, SIG_DFL); // a background job ignores them

@@ -1,6 +1,7 @@
 // Pictures in parts that are rendered apart, together again, bit by bit what one run makes; and every refusal.
 #include "host/results/picture_record.h"
 #include "support/command_line.h"
+#include "wisp/settings.h"
 
 using namespace wisp;
 

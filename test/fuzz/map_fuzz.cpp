@@ -4,6 +4,7 @@
 #include "host/base/error.h"
 #include "host/base/sha256.h"
 #include "host/results/map_file.h"
+#include "wisp/photon_sums.h"
 #include <cstdlib>
 #include <cstring>
 

@@ -3,6 +3,7 @@
 #include "host/base/error.h"
 #include "host/base/sha256.h"
 #include "host/results/picture_record.h"
+#include "wisp/settings.h"
 #include <cstdlib>
 #include <cstring>
 

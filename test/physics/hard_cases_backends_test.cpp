@@ -5,6 +5,8 @@
 #include "host/images/picture.h"
 #include "support/built_smoke.h"
 #include "support/prepared_smoke.h"
+#include "wisp/photon_sums.h"
+#include "wisp/settings.h"
 #include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>

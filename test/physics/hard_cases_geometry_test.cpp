@@ -1,9 +1,10 @@
 // Hard cases E: rays and boxes, the camera, the march, lights near it.
 #include "core/lights/light.h"
 #include "host/base/error.h"
-#include "support/refusal.h"
 #include "support/built_smoke.h"
 #include "support/prepared_smoke.h"
+#include "support/refusal.h"
+#include "wisp/settings.h"
 #include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>

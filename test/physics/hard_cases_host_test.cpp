@@ -1,5 +1,6 @@
 // Hard cases F that know no arithmetic, or one: what the process must be like, the ends of fixed point, strange pixels.
 #include "host/images/picture.h"
+#include "support/built.h"
 #include "support/random_input.h"
 #include "support/temporary_folder.h"
 #include "wisp/self_test.h"
@@ -44,7 +45,7 @@ Ran wisp_beside(const std::string &set_up, const TemporaryFolder &folder, const 
     const Ran compiled =
         run("gcc -shared -fPIC " + flags + " -o " + folder.file("a.so") + " " + folder.file("a.c") + " -lm", folder);
     REQUIRE(compiled.status == 0);
-    return run("LD_PRELOAD=" + folder.file("a.so") + " build/wisp plan fixtures/small.aff", folder);
+    return run("LD_PRELOAD=" + folder.file("a.so") + " " + built("wisp") + " plan fixtures/small.aff", folder);
 }
 std::string refusal(const std::string &fault) {
     return "this process does not compute as wisp needs it: " + fault +

@@ -2,6 +2,7 @@
 #include "core/photons/photon_walk.h"
 #include "support/built_smoke.h"
 #include "support/chosen_draws.h"
+#include "wisp/settings.h"
 #include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>

@@ -4,10 +4,11 @@
 #include "host/formats/particles.h"
 #include "host/images/picture.h"
 #include "host/prepare/prepare.h"
-#include "support/refusal.h"
 #include "host/scene/options.h"
-#include "support/temporary_folder.h"
 #include "support/built_smoke.h"
+#include "support/refusal.h"
+#include "support/temporary_folder.h"
+#include "wisp/settings.h"
 #include <cmath>
 #include <cstdio>
 #include <cstring>

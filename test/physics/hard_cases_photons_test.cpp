@@ -4,6 +4,8 @@
 #include "host/results/statistics_json.h"
 #include "host/scene/options.h"
 #include "support/built_smoke.h"
+#include "wisp/photon_sums.h"
+#include "wisp/settings.h"
 #include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>

@@ -1,9 +1,10 @@
 // Hard cases A: sampling at the ends of its ranges.
 #include "core/photons/photon_walk.h"
-#include "support/refusal.h"
 #include "host/scene/scene_file.h"
 #include "support/built_smoke.h"
 #include "support/chosen_draws.h"
+#include "support/refusal.h"
+#include "wisp/settings.h"
 #include <cmath>
 #include <doctest/doctest.h>
 #include <initializer_list>

@@ -1,6 +1,7 @@
-// Published values of light transport (reference/transport.csv beside the data), and how measured ones are held
-// against them.
+// Published values of light transport (transport.csv, see README.md here), and how measured values are compared with
+// them.
 #pragma once
+#include "support/built.h"
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -11,18 +12,18 @@
 #include <string>
 #include <vector>
 
-namespace wisp::WISP_ARITH {
+namespace wisp {
 
 struct Row {
     std::string id;
     double value;
 };
 
-// Rows `id, quantity, parameters, value, ...`; fields may be quoted. Empty when there is no such file.
+// The rows `id,quantity,parameters,value,...` of the table, its head included, in the file's order: tests seed each
+// row's samples with the row's place. A field may be quoted.
 inline std::vector<Row> transport_rows() {
-    const char *data = std::getenv("WISP_DATA");
     std::vector<Row> rows;
-    std::ifstream file(std::string(data ? data : DATA) + "/../reference/transport.csv");
+    std::ifstream file("test/physics/transport.csv");
     for (std::string line; std::getline(file, line);) {
         std::vector<std::string> fields(1);
         bool quoted = false;
@@ -33,12 +34,14 @@ inline std::vector<Row> transport_rows() {
                 fields.emplace_back();
             else
                 fields.back() += c;
-        if (fields.size() > 3) rows.push_back({fields[0], std::atof(fields[3].c_str())});
+        REQUIRE(fields.size() > 3);
+        rows.push_back({fields[0], std::atof(fields[3].c_str())});
     }
+    REQUIRE(rows.size() == 204);
     return rows;
 }
 
-// Mean of a score over many samples, and its standard error.
+// The mean of sample(0), ..., sample(samples - 1), and the standard error of that mean.
 struct Score {
     double mean, error;
 };
@@ -53,11 +56,10 @@ template <class Sample> Score score(int samples, Sample sample) {
     return {mean, std::sqrt(std::max(square / samples - mean * mean, 0.0) / samples)};
 }
 
-// Checks scored rows one by one and all together, and leaves them as a table in build/.
+// Checks each measured row, then the chi-square of all of them, and writes them to transport_NAME.csv beside the test program.
 class TransportTable {
   public:
-    explicit TransportTable(const std::string &method)
-        : name_(std::string("build/transport_") + method + "_" + WISP_ARITH_NAME + ".csv") {}
+    explicit TransportTable(const std::string &name) : name_(built("transport_" + name + ".csv")) {}
     void add(const std::string &id, double value, const Score &score) {
         const double deviation = (score.mean - value) / score.error;
         CAPTURE(id);
@@ -71,7 +73,7 @@ class TransportTable {
                       deviation);
         text_ += line;
     }
-    // Neither too large nor suspiciously small: within four standard deviations.
+    // A chi-square of n rows has mean n and standard deviation sqrt(2 n). A value that is too small is an error, too.
     void finish(int expected_rows) {
         MESSAGE(name_, ": chi-square ", chi_square_, " of ", rows_, " rows");
         CHECK(rows_ >= expected_rows);
@@ -85,4 +87,4 @@ class TransportTable {
     int rows_ = 0;
 };
 
-} // namespace wisp::WISP_ARITH
+} // namespace wisp

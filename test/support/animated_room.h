@@ -2,6 +2,7 @@
 #pragma once
 #include "core/geometry/camera.h"
 #include "support/random_rooms.h"
+#include "wisp/settings.h"
 #include <functional>
 
 namespace wisp::WISP_ARITH {

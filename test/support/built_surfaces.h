@@ -1,5 +1,6 @@
 // Small rooms of triangles for tests, and rays through them.
 #pragma once
+#include "wisp/wisp.h"
 #include "core/render/whitted.h"
 #include "support/built_smoke.h"
 #include <doctest/doctest.h>

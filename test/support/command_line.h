@@ -1,6 +1,7 @@
 // build/wisp as a user meets it, in a folder with a small scene.
 #pragma once
 #include "host/base/files.h"
+#include "support/built.h"
 #include "support/temporary_folder.h"
 #include <algorithm>
 #include <cstdlib>
@@ -49,7 +50,7 @@ struct CommandLineTest : TemporaryFolder {
                more;
     }
     Ran wisp(const std::string &arguments) const {
-        const std::string command = "build/wisp " + arguments + " > " + file("out") + " 2> " + file("err");
+        const std::string command = built("wisp") + " " + arguments + " > " + file("out") + " 2> " + file("err");
         const int status = std::system(command.c_str());
         return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(file("out")), text_of(file("err"))};
     }

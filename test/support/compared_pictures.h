@@ -1,6 +1,7 @@
 // How pictures differ, and the truth to hold them against.
 #pragma once
 #include "support/built_smoke.h"
+#include "wisp/settings.h"
 #include <doctest/doctest.h>
 
 namespace wisp::WISP_ARITH {

@@ -3,6 +3,7 @@
 #include "core/shadows/visibility_cells.h"
 #include "host/base/double3.h"
 #include "support/built_surfaces.h"
+#include "wisp/settings.h"
 #include "wisp/wisp.h"
 
 namespace wisp::WISP_ARITH {

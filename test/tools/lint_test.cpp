@@ -1,4 +1,5 @@
 // The determinism lint passes on the sources, and each of its rules finds what it is for.
+#include "support/built.h"
 #include "support/temporary_folder.h"
 #include <cstdlib>
 #include <doctest/doctest.h>
@@ -6,7 +7,12 @@
 
 namespace {
 
-int lint(const std::string &folder) { return std::system(("tools/lint " + folder + " > /dev/null 2>&1").c_str()); }
+int lint(const std::string &words) { return std::system(("tools/lint " + words + " > /dev/null 2>&1").c_str()); }
+
+void write(const wisp::TemporaryFolder &folder, const std::string &file, const std::string &text) {
+    std::filesystem::create_directories(std::filesystem::path(folder.file(file)).parent_path());
+    std::ofstream(folder.file(file)) << text << "\n";
+}
 
 } // namespace
 
@@ -31,24 +37,66 @@ TEST_CASE("the lint finds one violation of each rule, and none in a comment") {
         {"Makefile", "FLAGS = -ffp-contract=off -Ofast"},
         {"Makefile", "FLAGS = -O3"},
         {"src/core/a.cpp", "return pair(generator(), generator());"},
+        {"src/core/shadows/rivals/a.cpp", "#include <thread>"}, // at any depth
+        {"src/host/base/a.cpp", "std::shuffle(a, b, c);"},
+        {"tools/plume/a.cpp", "double x = std::sin(y);"},
     };
     for (const auto &violation : violations) {
         const wisp::TemporaryFolder folder;
-        const std::filesystem::path path = folder.file(violation.file);
-        std::filesystem::create_directories(path.parent_path());
         CAPTURE(std::string(violation.line));
-        std::ofstream(path) << "// " << violation.line << " in a comment -ffp-contract=off\n";
-        if (path.filename() != "Makefile") CHECK(lint(folder.file("")) == 0);
-        std::ofstream(path) << violation.line << "\n";
+        write(folder, violation.file, std::string("// ") + violation.line + " in a comment -ffp-contract=off");
+        if (violation.file != std::string("Makefile")) CHECK(lint(folder.file("")) == 0);
+        write(folder, violation.file, violation.line);
         CHECK(lint(folder.file("")) != 0);
     }
 }
 
+TEST_CASE("the lint finds a room that includes what it may not, and each cycle of includes") {
+    const struct {
+        const char *file, *included;
+        bool wrong;
+    } includes[] = {
+        {"src/core/smoke/a.h", "core/numbers/b.h", false},
+        {"src/core/smoke/a.h", "core/smoke/b.h", false},
+        {"src/core/smoke/a.h", "core/lights/b.h", true},
+        {"src/core/shadows/rivals/a.cpp", "core/photons/b.h", true},
+        {"src/core/smoke/a.h", "wisp/scene.h", false},
+        {"src/core/march/a.h", "wisp/wisp.h", true},
+        {"src/core/render/a.h", "wisp/wisp.h", false},
+        {"src/core/render/a.cpp", "host/base/b.h", true},
+        {"src/host/scene/a.cpp", "core/render/b.h", false},
+        {"src/host/scene/a.cpp", "host/formats/b.h", false},
+        {"src/host/scene/a.cpp", "host/results/b.h", true},
+        {"include/wisp/a.h", "wisp/b.h", false},
+        {"include/wisp/a.h", "core/numbers/b.h", true},
+        {"src/core/fog/a.h", "core/numbers/b.h", true}, // no such room
+    };
+    for (const auto &include : includes) {
+        const wisp::TemporaryFolder folder;
+        const bool door = std::string(include.included).rfind("wisp/", 0) == 0;
+        CAPTURE(std::string(include.file));
+        CAPTURE(std::string(include.included));
+        write(folder, std::string(door ? "include/" : "src/") + include.included, "");
+        write(folder, include.file, std::string("#include \"") + include.included + "\"");
+        CHECK((lint("--rooms " + folder.file("")) != 0) == include.wrong);
+    }
+    // a.h alone includes nothing of b, but a.cpp does: a unit is both.
+    const wisp::TemporaryFolder folder;
+    write(folder, "src/core/smoke/a.h", "");
+    write(folder, "src/core/smoke/a.cpp", "#include \"core/smoke/a.h\"\n#include \"core/smoke/b.h\"");
+    write(folder, "src/core/smoke/b.h", "// #include \"core/smoke/a.h\"");
+    CHECK(lint("--rooms " + folder.file("")) == 0);
+    write(folder, "src/core/smoke/b.h", "#include \"core/smoke/a.h\"");
+    CHECK(lint("--rooms " + folder.file("")) != 0);
+}
+
 TEST_CASE("the core asks for no memory but the arena's, throws nothing and reads no clock") {
     // Undefined symbols of every release object of the core.
-    CHECK(std::system("ls build/core/f32/render/render.o build/core/fixed/render/render.o > /dev/null") == 0);
-    const int found =
-        std::system("nm --undefined-only $(find build/core -name '*.o') | grep -E ' U .*(malloc|calloc|realloc|free$|_Zn[wa]|_Zd[la]|"
-                    "__cxa|__gxx|_Unwind|printf|fopen|write$|clock|time$|expf?$|logf?$|powf?$|sinf?$|cosf?$)' >&2");
-    CHECK(found != 0); // grep found nothing
+    const wisp::TemporaryFolder folder;
+    const std::string core = wisp::built("core"), symbols = folder.file("symbols");
+    REQUIRE(std::system(("ls " + core + "/f32/render/render.o " + core + "/fixed/render/render.o > /dev/null").c_str()) == 0);
+    REQUIRE(std::system(("nm --undefined-only $(find " + core + " -name '*.o') > " + symbols).c_str()) == 0);
+    const std::string forbidden = "' U .*(malloc|calloc|realloc|free$|_Zn[wa]|_Zd[la]|__cxa|__gxx|_Unwind|printf|fopen|write$|"
+                                  "clock|time$|expf?$|logf?$|powf?$|sinf?$|cosf?$)'";
+    CHECK(std::system(("! grep -E " + forbidden + " " + symbols + " >&2").c_str()) == 0);
 }

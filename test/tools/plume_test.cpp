@@ -3,6 +3,7 @@
 #include "host/base/error.h"
 #include "host/base/files.h"
 #include "host/formats/particles.h"
+#include "support/built.h"
 #include "support/temporary_folder.h"
 #include <algorithm>
 #include <cmath>
@@ -17,7 +18,7 @@ namespace {
 
 // The exit status of build/plume; what it says on standard error goes to the file `errors`.
 int run_plume(const std::string &arguments, const std::string &errors = "/dev/null") {
-    const int status = std::system(("build/plume " + arguments + " 2> " + errors).c_str());
+    const int status = std::system((built("plume") + " " + arguments + " 2> " + errors).c_str());
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
@@ -92,7 +93,7 @@ TEST_CASE("plume: makes its fixture again, byte for byte") {
 
 TEST_CASE("wake: makes its fixtures again, byte for byte") {
     TemporaryFolder folder;
-    REQUIRE(std::system(("build/wake fixtures/wake.aff -o " + folder.file("%d.vtk")).c_str()) == 0);
+    REQUIRE(std::system((built("wake") + " fixtures/wake.aff -o " + folder.file("%d.vtk")).c_str()) == 0);
     CHECK(folder.entries() == 5);
     for (int frame = 0; frame < 5; ++frame)
         CHECK(read_file(folder.file(std::to_string(frame) + ".vtk")) ==

@@ -4,7 +4,7 @@
 //   two
 //                             made-up plumes and a cube filled evenly
 //
-// Compile it once per arithmetic, together with src/core/point_tree.cpp, everything with the flags of the core and one
+// Compile it once per arithmetic, together with src/core/geometry/point_kdtree.cpp, everything with the flags of the core and one
 // -march (-O3 -march=x86-64-v3). nanoflann gets float coordinates in f32 and double ones otherwise, the
 // points in the order of our tree, and result sets written for it here, so that it neither allocates nor sorts. Times
 // are medians of alternating runs, in ns a query (ms for build); `ratio` is a rival's time over ours, and in our own

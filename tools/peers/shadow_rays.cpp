@@ -9,6 +9,7 @@
 // machine, and with isa=sse2.
 #include "core/render/whitted.h"
 #include "embree.h"
+#include "wisp/settings.h"
 
 namespace wisp::WISP_ARITH {
 namespace {

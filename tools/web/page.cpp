@@ -6,6 +6,7 @@
 #include "host/commands/core.h"
 #include "host/commands/inspection.h"
 #include "wisp/self_test.h"
+#include "wisp/settings.h"
 #include <new>
 
 namespace wisp {

@@ -1,7 +1,8 @@
-// Camera rays: where they pass through the picture is the same in every pixel, whatever renders it.
+// The camera's rays, and the pyramid that holds the rays of a crop.
 #pragma once
 #include "core/geometry/ray.h"
 #include "wisp/scene.h"
+#include "wisp/settings.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -9,14 +10,16 @@ struct View {
     explicit View(const Camera &camera)
         : origin(vec_of(camera.origin)), corner(vec_of(camera.corner)), right(vec_of(camera.right)),
           down(vec_of(camera.down)) {}
+    // The ray through a position of the picture, in pixels from the top left corner.
     Ray ray_through(Real column, Real row) const { return {origin, normalize(corner + right * column + down * row)}; }
 
     Vec3 origin, corner, right, down;
 };
 
-// What the rays of a crop may pass: the four planes through the eye and its sides.
+// The pyramid of a crop's rays: four planes through the eye and the sides of the crop.
 struct ViewBounds {
-    ViewBounds() : origin(Real(0)) { // all that there is
+    // Without bounds: may_see() is true for every box.
+    ViewBounds() : origin(Real(0)) {
         for (Vec3 &n : normal) n = Vec3(Real(0));
     }
     ViewBounds(const View &view, const Crop &crop) : origin(view.origin) {
@@ -31,7 +34,7 @@ struct ViewBounds {
             if (dot(normal[i], middle) < Real(0)) normal[i] = -normal[i];
         }
     }
-    // False: no ray passes the box, whatever is rounded.
+    // False: no ray of the crop crosses the box. The test is conservative: `slack` covers the rounding.
     bool may_see(const Box &box) const {
         const Vec3 middle = (box.low + box.high) * Real(0.5) - origin, half = (box.high - box.low) * Real(0.5);
         for (const Vec3 &n : normal) {
@@ -42,26 +45,7 @@ struct ViewBounds {
         return true;
     }
 
-    Vec3 origin, normal[4]; // inwards
-};
-
-// Where the rays of a pixel pass: the centres of a k x k grid when their number is k^2, else the first points of the R2
-// sequence (multiples of 1/p and 1/p^2 modulo 1, p^3 = p + 1).
-struct Pattern {
-    explicit Pattern(uint32_t samples) {
-        while (root * root < samples) ++root;
-        square = root * root == samples;
-    }
-    Real u(uint32_t i) const { return square ? center(i % root) : unit_half_open<Real>(half + i * first); }
-    Real v(uint32_t i) const { return square ? center(i / root) : unit_half_open<Real>(half + i * second); }
-
-  private:
-    Real center(uint32_t k) const {
-        return (Real(static_cast<int32_t>(k)) + Real(0.5)) / Real(static_cast<int32_t>(root));
-    }
-    static constexpr uint32_t half = 0x80000000u, first = 3242174889u, second = 2447445414u; // 2^32 / 2, / p, / p^2
-    uint32_t root = 1;
-    bool square;
+    Vec3 origin, normal[4]; // the normals point into the pyramid
 };
 
 } // namespace wisp::WISP_ARITH

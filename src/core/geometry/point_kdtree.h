@@ -21,17 +21,8 @@
 // Ranges: in Fixed the squared distance of any two points or queries must stay below 2^31, as it does within +-13,000,
 // and radii below 2^15. The floating arithmetics take coordinates up to 2^40.
 #pragma once
-#include "core/numbers/vec.h"
+#include "core/geometry/ray.h"
 #include "wisp/arena.h"
-
-// Before a loop over lanes: g++ would unroll it where it should become one vector.
-#if defined(__GNUC__) && !defined(__clang__)
-#define WISP_NO_UNROLL _Pragma("GCC unroll 1")
-#else
-#define WISP_NO_UNROLL
-#endif
-// Visitors become part of the function that calls them, and so are compiled for the vectors of that function.
-#define WISP_INLINE __attribute__((always_inline)) inline
 
 namespace wisp {
 

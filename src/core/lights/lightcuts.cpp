@@ -1,5 +1,6 @@
 // Lightcuts: the trees of lights, and how much a node of them may give.
 #include "core/lights/lightcuts.h"
+#include "core/numbers/random.h"
 #include <algorithm>
 #include <type_traits>
 
@@ -25,7 +26,7 @@ LightNode node_of(const Light &light, uint32_t index) {
     return {{place, place}, {direction, direction}, widest, light.color, 1, index, 0};
 }
 
-Box joined(const Box &a, const Box &b) { return {lowest(a.low, b.low), highest(a.high, b.high)}; }
+Box joined(const Box &a, const Box &b) { return {min(a.low, b.low), max(a.high, b.high)}; }
 
 // The representative is one of the children's, each as likely as it is bright, by a hash of the first child's number.
 LightNode joined(const LightNode &a, const LightNode &b, uint32_t children) {
@@ -130,7 +131,7 @@ SeenBox seen_from(const Vec3 &point, const Box &box) {
     seen.high = box.high - point;
     const Vec3 half = (seen.high - seen.low) * Real(0.5);
     seen.middle = seen.low + half;
-    seen.nearest = length(highest(Vec3(Real(0)), highest(seen.low, -seen.high)));
+    seen.nearest = length(max(Vec3(Real(0)), max(seen.low, -seen.high)));
     seen.radius = length(half);
     seen.slack = (length(seen.middle) + seen.radius) * vector_slack;
     seen.radius += seen.slack;
@@ -142,7 +143,7 @@ SeenBox seen_from(const Vec3 &point, const Box &box) {
 // corners, Z, and if that is not above 0 no cosine is. No r is smaller than R, the middle's less the radius. For z > 0
 // the cosine grows with z and falls with r, so it is at most Z / sqrt(Z^2 + R^2); and at most Z / the nearest |v|.
 Real max_cosine(const SeenBox &box, const Vec3 &axis) {
-    const Vec3 farther = highest(axis * box.low, axis * box.high);
+    const Vec3 farther = max(axis * box.low, axis * box.high);
     const Real along = farther.x + farther.y + farther.z + box.slack;
     if (!(along > Real(0))) return Real(0);
     const Real across = max(Real(0), length(box.middle - axis * dot(axis, box.middle)) - box.radius);
@@ -154,7 +155,7 @@ Real max_cosine(const SeenBox &box, const Vec3 &axis) {
 bool is_outside(const SeenBox &box, const LightNode &node) {
     const Box &d = node.directions;
     const Vec3 farther =
-        highest(highest(-box.low * d.low, -box.low * d.high), highest(-box.high * d.low, -box.high * d.high));
+        max(max(-box.low * d.low, -box.low * d.high), max(-box.high * d.low, -box.high * d.high));
     const Real along = farther.x + farther.y + farther.z + box.slack;
     const Real distance = along > Real(0) ? box.nearest : length(box.middle) + box.radius;
     return along / distance + bound_slack < Real(1) - node.widest;

@@ -194,7 +194,7 @@ Real optical_depth_to_light(const OpticalDepthGrid &depths, uint32_t l, const Ve
     const uint32_t brick = brick_at(bricks, cell_at(bricks.lattice, x));
     if (brick == no_brick) return Real(0);
     const Real *depth = depths_of_brick(depths, brick) + size_t{l} * nodes_of(depths.stride);
-    return max(Real(0), between_nodes(place_of(place_in(bricks, brick, x), depths.stride), depths.stride,
+    return max(Real(0), between_nodes(place_of(position_in(bricks, brick, x), depths.stride), depths.stride,
                                       [depth](uint32_t node) { return depth[node]; }));
 }
 

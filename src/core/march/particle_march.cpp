@@ -147,7 +147,7 @@ Segment march(ParticleMarcher &marcher, const Ray &ray, Real end, PixelRecorder 
             const Color arriving = source * (exp(-depth.value) * mean_transmittance(s) * dx);
             if (recorder) {
                 const Color emission = emitted_radiance(medium, marcher.extinctions);
-                if (!marcher.irradiance) multiple = highest(sent - emission, Color(Real(0))); // in the sources
+                if (!marcher.irradiance) multiple = max(sent - emission, Color(Real(0))); // in the sources
                 recorder->step(*recorder, {first + i, begin + from + Real(0.5) * dx, dx, sigma, depth.value, single,
                                            multiple, emission, arriving});
             }

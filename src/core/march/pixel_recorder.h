@@ -4,6 +4,7 @@
 // The functions of a recorder are reached through its pointers alone. make_recorder() names them, in a unit of its own:
 // a program that does not inspect pixels does not link them.
 #pragma once
+#include "core/geometry/ray.h"
 #include "core/lights/light.h"
 #include "wisp/pixel_trace.h"
 #include "wisp/statistics.h"

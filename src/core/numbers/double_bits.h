@@ -2,6 +2,7 @@
 // fixed-point programs have no floating-point code at all. No NaN, no infinity.
 #pragma once
 #include "core/numbers/fixed.h"
+#include "wisp/double3.h"
 
 namespace wisp {
 
@@ -27,14 +28,18 @@ constexpr DoubleParts parts_of(double x) {
 }
 } // namespace detail
 
-// a b, rounded to the nearest double; a product of 0 is +0.
-constexpr double product(double a, double b) {
+// a b, rounded to the nearest double; a product of 0 is +0, whatever the signs.
+constexpr double rounded_product(double a, double b) {
     using namespace detail;
     const DoubleParts x = parts_of(a), y = parts_of(b);
     const Wide exact = detail::product<Wide>(x.mantissa, y.mantissa);
     // Of 60 bits or more, the last says whether anything is behind them.
     const uint64_t magnitude = static_cast<uint64_t>(high_word(exact)) | (low_word(exact) != 0);
     return nearest_float<double>((to_bits(a) ^ to_bits(b)) >> 63 != 0, magnitude, x.exponent + y.exponent + 64);
+}
+
+inline bool any_above_zero(const Double3 &v) {
+    return total_order_key(v.x) > 0 || total_order_key(v.y) > 0 || total_order_key(v.z) > 0;
 }
 
 } // namespace wisp

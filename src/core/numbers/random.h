@@ -124,7 +124,4 @@ enum Dimension : uint32_t {
     dimension_azimuth,
 };
 
-constexpr uint32_t batch_photons = 4096;
-constexpr uint64_t batch_count(uint64_t photons) { return photons / batch_photons + (photons % batch_photons != 0); }
-
 } // namespace wisp

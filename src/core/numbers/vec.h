@@ -3,7 +3,7 @@
 #define GLM_FORCE_PURE
 #define GLM_FORCE_XYZW_ONLY
 #include "core/numbers/real.h"
-#include "wisp/scene.h"
+#include "wisp/double3.h"
 #include <glm/vec3.hpp>
 #include <glm/geometric.hpp>
 
@@ -20,8 +20,10 @@ inline Real length(const Vec3 &v) { return sqrt(dot(v, v)); }
 // v / |v|; v must not be zero.
 inline Vec3 normalize(const Vec3 &v) { return v / length(v); }
 
-inline Vec3 lowest(const Vec3 &a, const Vec3 &b) { return Vec3(min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)); }
-inline Vec3 highest(const Vec3 &a, const Vec3 &b) { return Vec3(max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)); }
+using wisp::max;
+using wisp::min;
+inline Vec3 min(const Vec3 &a, const Vec3 &b) { return Vec3(min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)); }
+inline Vec3 max(const Vec3 &a, const Vec3 &b) { return Vec3(max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)); }
 inline Real largest(const Color &c) { return max(c.x, max(c.y, c.z)); }
 
 inline Real mix(Real a, Real b, Real t) { return a + t * (b - a); } // exact where a = b
@@ -31,8 +33,10 @@ inline Vec3 scale_pow2(const Vec3 &v, int k) {
     return Vec3(scale_pow2(v.x, k), scale_pow2(v.y, k), scale_pow2(v.z, k));
 }
 
-struct Box {
-    Vec3 low, high; // empty when low > high
-};
+// The axis of the component that is largest in magnitude; of equal ones, the last.
+inline uint32_t largest_axis(const Vec3 &v) {
+    const Real x = abs(v.x), y = abs(v.y), z = abs(v.z);
+    return x > y ? (x > z ? 0 : 2) : (y > z ? 1 : 2);
+}
 
 } // namespace wisp::WISP_ARITH

@@ -107,7 +107,7 @@ bool sharpen(Points &points, double share_, Arena &arena) {
         const Color &here = points.radiance[i];
         Color wanted(Real(0));
         for_each_neighbour(points, i, [&](uint64_t other) {
-            wanted += highest(points.radiance[other] - here, Color(Real(0))) * share;
+            wanted += max(points.radiance[other] - here, Color(Real(0))) * share;
         });
         for (int32_t c = 0; c < 3; ++c)
             if (wanted[c] > here[c]) given[i][c] = here[c] / wanted[c];
@@ -120,7 +120,7 @@ bool sharpen(Points &points, double share_, Arena &arena) {
             for (int32_t c = 0; c < 3; ++c)
                 sharp[i][c] -= less[c] * (less[c] > Real(0) ? given[i][c] : given[other][c]);
         });
-        sharp[i] = highest(sharp[i], Color(Real(0))); // rounding
+        sharp[i] = max(sharp[i], Color(Real(0))); // rounding
     }
     points.radiance = sharp;
     return true;
@@ -365,7 +365,7 @@ Color scattered_light(const Irradiance &irradiance, const Medium &medium, const 
     const SparseGrid &bricks = *irradiance.bricks;
     const uint32_t brick = brick_at(bricks, cell_at(bricks.lattice, x));
     if (brick == no_brick) return sum;
-    const FluenceAndFlux light = light_at(irradiance, brick, place_in(bricks, brick, x));
+    const FluenceAndFlux light = light_at(irradiance, brick, position_in(bricks, brick, x));
     Color weight(Real(0)), uneven(Real(0)); // sum of sigma_s, and of sigma_s p 4 pi
     for (uint32_t i = 0; i < medium.count; ++i) {
         if (!(extinctions[i] > Real(0))) continue;

@@ -1,5 +1,6 @@
 // Sums of deposits as entries of 4 or 8 bytes, and the source functions that they make (S4-3).
-#include "core/numbers/packed_light.h"
+#include "core/numbers/double_bits.h"
+#include "core/photons/packed_light.h"
 #include "core/photons/packed_particle_map.h"
 
 namespace wisp::WISP_ARITH {
@@ -23,7 +24,7 @@ uint32_t direction_of(const Deposits &deposits, const Color &photon_color, uint3
     if (power <= 0) return 0;
     const Vec3 sum_of_directions(photons_of(flux[0]), photons_of(flux[1]), photons_of(flux[2]));
     if (deposits.kept == Direction::mean) {
-        const Real most = largest(highest(sum_of_directions, -sum_of_directions));
+        const Real most = largest(max(sum_of_directions, -sum_of_directions));
         if (!(most > photons_of(power) * Real(0x1p-16))) return 0; // a direction out of rounding (D7)
         return pack_flux(normalize(sum_of_directions / most));
     }
@@ -82,8 +83,8 @@ Color per_cross_section(const Color &power, Real cross_section, const PhotonUnit
 }
 
 // Sum of p times the light that was scattered before, towards the eye, at an element.
-Color multiple_scattering(const PackedMap &map, const SmokeVolume &smoke, uint32_t index, uint32_t i, const Element &element,
-                          const Vec3 &eye) {
+Color multiple_scattering(const PackedMap &map, const SmokeVolume &smoke, uint32_t index, uint32_t i,
+                          const Element &element, const Vec3 &eye) {
     if (!map.per_smoke) return Color(Real(0));
     const MapEntries &entries = map.per_smoke[index];
     const Color power = power_of(map, entries, i, 0);
@@ -164,8 +165,8 @@ uint64_t packed_map_bytes(const Scene &scene, const PhotonNeeds &needs) {
     if (!needs.traced) return 0;
     uint64_t bytes = Arena::bytes<MapEntries>(scene.smoke_count);
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
-        bytes +=
-            Arena::bytes<uint32_t>(elements_of(scene.smokes[i])) * (total_order_key(scene.smokes[i].asymmetry) != 0 ? 2 : 1);
+        bytes += Arena::bytes<uint32_t>(elements_of(scene.smokes[i])) *
+                 (total_order_key(scene.smokes[i].asymmetry) != 0 ? 2 : 1);
     return bytes;
 }
 

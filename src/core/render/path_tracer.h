@@ -7,7 +7,11 @@
 #include "core/march/ray_march.h"
 #include "core/numbers/random.h"
 #include "wisp/arena.h"
-#include "wisp/wisp.h"
+#include "wisp/photon_sums.h"
+#include "wisp/progress.h"
+#include "wisp/scene.h"
+#include "wisp/settings.h"
+#include "wisp/statistics.h"
 
 namespace wisp::WISP_ARITH {
 

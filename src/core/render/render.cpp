@@ -1,11 +1,18 @@
 // The stages of the papers, in order: trees, photons, picture.
 #include "core/geometry/camera.h"
+#include "core/geometry/sample_pattern.h"
 #include "core/march/grid_march.h"
 #include "core/march/particle_march.h"
+#include "core/numbers/double_bits.h"
+#include "core/numbers/sample_sums.h"
 #include "core/render/path_tracer.h"
 #include "core/render/traced_render.h"
 #include "core/render/whitted.h"
 #include "core/shadows/shadows.h"
+#include "wisp/wisp.h"
+#include "core/smoke/resampling.h"
+#include "wisp/photon_sums.h"
+#include "wisp/settings.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -27,6 +34,7 @@ uint32_t lights_in_smoke(const Scene &scene) {
 // Smoke, and what is kept over it for the march: it depends on nothing but the smoke and the lights.
 struct SmokeStructures {
     Medium medium;
+    const Surfaces *surfaces; // that stop photons; nullptr: there are none
     SparseGrid march_grid;    // for what is kept, where the smoke is not resampled
     const SparseGrid *bricks; // those, or the medium's; nullptr: none are needed
     OpticalDepthGrid depths;
@@ -69,7 +77,7 @@ template <class Radiance> Status fill(const Frame &frame, Radiance &&radiance) {
     const View view(scene.camera);
     const Crop &crop = settings.crop;
     const uint32_t samples = settings.samples;
-    const Pattern pattern(samples);
+    const SamplePattern pattern(samples);
     for (int32_t y = crop.y0; y < crop.y1; ++y) {
         const uint64_t row = static_cast<uint64_t>(y - crop.y0);
         if (!observer(Stage::render, row, static_cast<uint64_t>(crop.y1 - crop.y0))) return Status::stopped;
@@ -135,8 +143,8 @@ struct GridSpacing {
 };
 int32_t spacing_within(double cell, double step) {
     int32_t stride = 1;
-    for (double wider = product(cell, 2); stride < brick_cells && total_order_key(wider) <= total_order_key(step);
-         wider = product(wider, 2))
+    for (double wider = rounded_product(cell, 2); stride < brick_cells && total_order_key(wider) <= total_order_key(step);
+         wider = rounded_product(wider, 2))
         stride *= 2;
     return stride;
 }
@@ -207,7 +215,7 @@ Status render_direct(const Frame &frame) {
     if (!make_marcher(frame, marcher)) return Status::out_of_memory;
     const PhotonPlan photons = plan_photons(scene, settings);
     if (photons.traced && !make_gather(settings.gather, frame.arena, marcher.gather)) return Status::out_of_memory;
-    const PhotonMaps maps = trace_photons(frame.medium, frame.lights, scene.light_count, settings, photons,
+    const PhotonMaps maps = trace_photons(frame.medium, frame.smoke.surfaces, frame.lights, scene.light_count, settings, photons,
                                           frame.observer, frame.arena, frame.statistics);
     if (maps.status != Status::done) return maps.status;
     marcher.photon_maps = maps.per_smoke;
@@ -243,7 +251,7 @@ Status render_map(const Frame &frame, PhotonSums &sums) {
     frame.statistics.bytes.particle_map = bytes_of(packed);
     const Batches batches = sums.count == 0 ? all_batches(frame.settings) : Batches{0, 0};
     ParticleMap map;
-    const Status status = trace_particle_map(scene, frame.medium, frame.lights, frame.settings, plan.needs, batches,
+    const Status status = trace_particle_map(scene, frame.medium, frame.smoke.surfaces, frame.lights, frame.settings, plan.needs, batches,
                                              frame.observer, frame.arena, sums, frame.statistics, map);
     if (status != Status::done) return status;
     pack_map(map, packed);
@@ -276,7 +284,7 @@ Status trace_bricks(const Scene &scene, const SmokeStructures &smoke, const Sett
                     FluenceSums &deposits) {
     const PhotonNeeds needs = photon_needs(scene, settings);
     if (!needs.traced) return sums.count == 0 ? Status::done : Status::size_mismatch;
-    return trace_fluence(smoke.medium, smoke.depths, smoke.starts, settings, needs,
+    return trace_fluence(smoke.medium, smoke.surfaces, smoke.depths, smoke.starts, settings, needs,
                                grid_spacing(scene, settings).irradiance, batches, observer, arena, sums, statistics,
                                deposits);
 }
@@ -358,7 +366,7 @@ bool update_smoke(const Scene &scene, const Settings &settings, bool marched, Fr
         kept.smoke_end = arena.mark();
     }
     arena.rewind(kept.smoke_end);
-    smoke->medium.surfaces = world.surfaces;
+    smoke->surfaces = world.surfaces;
     smoke->depths.lights = world.lights;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) smoke->medium.smokes[i].source = &scene.smokes[i];
     for (uint32_t i = 0; i < scene.smoke_count; ++i) statistics.smoke.particles += scene.smokes[i].count;
@@ -561,7 +569,7 @@ Status trace_map(const Scene &scene, const Settings &settings, const Batches &ba
         status = trace_bricks(scene, *world.smoke, settings, batches, observer, arena, sums, statistics, deposits);
     } else {
         ParticleMap map;
-        status = trace_particle_map(scene, medium, world.lights, settings, photon_needs(scene, settings), batches,
+        status = trace_particle_map(scene, medium, world.surfaces, world.lights, settings, photon_needs(scene, settings), batches,
                                     observer, arena, sums, statistics, map);
     }
     statistics.bytes.arena_peak = arena.peak();
@@ -605,7 +613,7 @@ Status render_reference(const Scene &scene, const Settings &settings, Arena &are
         return sample_radiance(paths, ray, infinite_distance, behind, sampler.generator);
     };
     const View view(scene.camera);
-    const Pattern pattern(settings.samples);
+    const SamplePattern pattern(settings.samples);
     const Crop &crop = settings.crop;
     const uint64_t rows = static_cast<uint64_t>(crop.y1 - crop.y0);
     const uint32_t passes = settings.last_pass - settings.first_pass;

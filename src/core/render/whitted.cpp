@@ -1,4 +1,5 @@
 // Whitted's recursive ray tracing.
+#include "core/numbers/double_bits.h"
 #include "core/render/whitted.h"
 #include "core/surfaces/texture.h"
 

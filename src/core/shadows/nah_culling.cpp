@@ -1,5 +1,6 @@
 // The paper's shadow culling.
 #include "core/shadows/nah_culling.h"
+#include "wisp/settings.h"
 #include <algorithm>
 
 namespace wisp::WISP_ARITH {

@@ -15,6 +15,7 @@
 #pragma once
 #include "core/shadows/mode_word.h"
 #include "core/shadows/shadows.h"
+#include "wisp/settings.h"
 
 namespace wisp::WISP_ARITH {
 

@@ -5,6 +5,7 @@
 #include "core/shadows/rivals/local_illumination.h"
 #include "core/shadows/rivals/occluder_cache.h"
 #include "core/shadows/rivals/voxel_occlusion.h"
+#include "wisp/settings.h"
 
 namespace wisp::WISP_ARITH {
 

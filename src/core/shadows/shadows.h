@@ -3,6 +3,7 @@
 #pragma once
 #include "core/lights/light.h"
 #include "core/surfaces/surfaces.h"
+#include "wisp/settings.h"
 
 namespace wisp::WISP_ARITH {
 

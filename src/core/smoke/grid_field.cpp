@@ -1,6 +1,6 @@
 // Density grids: trilinear extinction and its exact line integrals, cell by cell.
 #include "core/smoke/grid_field.h"
-#include "core/smoke/kernel.h"
+#include "core/numbers/increasing_root.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -19,7 +19,7 @@ int64_t sample_beside(const GridField &field, const Cell &cell, int32_t dx, int3
 
 // The trilinear value at p, a point of the frame in or next to the cell `between` samples.
 Real value_in_cell(const GridField &field, const Cell &cell, const Vec3 &p) {
-    return max(Real(0), trilinear(place_in(field.between, cell, p), [&](int32_t dx, int32_t dy, int32_t dz) {
+    return max(Real(0), trilinear(position_in(field.between, cell, p), [&](int32_t dx, int32_t dy, int32_t dz) {
                    return field.extinction[sample_beside(field, cell, dx, dy, dz)];
                }));
 }
@@ -64,7 +64,7 @@ Vec3 place_of(const GridField &field, const Cell &cell, const Vec3 &offset) {
 } // namespace
 
 void find_corners(const GridField &field, const Cell &cell, const Vec3 &p, Corners &corners) {
-    const Vec3 t = place_in(field.between, cell, p);
+    const Vec3 t = position_in(field.between, cell, p);
     for (int i = 0; i < 8; ++i) {
         const int dx = i & 1, dy = i >> 1 & 1, dz = i >> 2;
         corners.sample[i] = static_cast<uint32_t>(sample_beside(field, cell, dx, dy, dz));

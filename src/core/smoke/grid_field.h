@@ -4,8 +4,9 @@
 // Along a ray a trilinear cell is a cubic polynomial, which two points of Gauss and Legendre integrate exactly: optical
 // depths and collisions have no step.
 #pragma once
-#include "core/geometry/ray.h"
+#include "core/geometry/lattice.h"
 #include "core/numbers/random.h"
+#include "core/smoke/collision.h"
 #include "wisp/arena.h"
 #include "wisp/scene.h"
 

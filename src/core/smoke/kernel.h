@@ -4,29 +4,10 @@
 // kernel's own h is its support, so the same support 2 H is written h = H for the spline and h = 2 H for poly6.
 // Line integrals: a line passes a particle at distance b; t is measured along it from the closest approach; both in h.
 #pragma once
-#include "core/numbers/real.h"
+#include "core/numbers/increasing_root.h"
 #include <type_traits>
 
 namespace wisp::WISP_ARITH {
-
-// The root of an increasing function in [low, high]: Newton's step, or bisection where that would leave the bracket.
-// `function(x, slope)` returns the value and sets the slope; a root outside gives the nearer end.
-template <class Function> Real increasing_root(Real low, Real high, Function function) {
-    Real x = Real(0.5) * (low + high);
-    for (int i = 0; i < 60 && low < high; ++i) {
-        Real slope;
-        const Real value = function(x, slope);
-        if (value == Real(0)) break;
-        (value < Real(0) ? low : high) = x;
-        // The step is taken only where it stays inside, compared without dividing: slopes may be next to 0.
-        const Real room = value < Real(0) ? high - low : low - high;
-        const bool newton = abs(value) < slope * abs(room);
-        const Real next = newton ? x - value / slope : Real(0.5) * (low + high);
-        if (next == x) break;
-        x = next;
-    }
-    return x;
-}
 
 // Desbrun
 struct Spline {

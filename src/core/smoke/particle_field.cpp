@@ -212,8 +212,8 @@ ParticleField make_particle_field(const SmokeDescription &source, uint32_t first
 
     for (uint32_t i = 0; i < source.count; ++i) {
         points[i] = vec_of(source.particles[i].position);
-        field.bounds.low = i == 0 ? points[i] : lowest(field.bounds.low, points[i]);
-        field.bounds.high = i == 0 ? points[i] : highest(field.bounds.high, points[i]);
+        field.bounds.low = i == 0 ? points[i] : min(field.bounds.low, points[i]);
+        field.bounds.high = i == 0 ? points[i] : max(field.bounds.high, points[i]);
     }
     field.bounds.low -= Vec3(field.support);
     field.bounds.high += Vec3(field.support);

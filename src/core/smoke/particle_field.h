@@ -2,8 +2,8 @@
 // (numerics L), and a photon's next collision (numerics X).
 #pragma once
 #include "core/geometry/point_kdtree.h"
-#include "core/geometry/ray.h"
 #include "core/numbers/random.h"
+#include "core/smoke/collision.h"
 #include "core/smoke/kernel.h"
 #include "wisp/scene.h"
 
@@ -114,12 +114,6 @@ template <class Visit> void for_each_extinction(const ParticleField &field, cons
         for_each_extinction_of<Spline>(field, x, visit);
     else
         for_each_extinction_of<Poly6>(field, x, visit);
-}
-
-// A sum of lanes in the one order that every arithmetic and every width of hardware uses.
-inline Real sum_of_lanes(const Real (&sum)[lanes]) {
-    static_assert(lanes == 8, "the tree of sums below is for eight");
-    return ((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7]));
 }
 
 } // namespace wisp::WISP_ARITH

@@ -135,7 +135,7 @@ Real extinction(const ResampledField &field, const Vec3 &x) {
         x.y > box.high.y || x.z > box.high.z)
         return Real(0);
     const uint32_t brick = brick_at(bricks, cell_at(bricks.lattice, x));
-    return brick == no_brick ? Real(0) : extinction(field, brick, place_in(bricks, brick, x));
+    return brick == no_brick ? Real(0) : extinction(field, brick, position_in(bricks, brick, x));
 }
 
 WISP_MULTIVERSIONED void add_depths(const ResampledField &field, const GridRay &ray, const Lanes &t, const Lanes &length,
@@ -213,7 +213,7 @@ Collision first_collision(const ResampledField &field, const Ray &ray, Real end,
             if (++tentative == max_tentative) return false;
             t += rest / bound;
             rest = exponential();
-            const Vec3 p = place_in(*field.bricks, brick, inside.origin + inside.direction * t);
+            const Vec3 p = position_in(*field.bricks, brick, inside.origin + inside.direction * t);
             if (!(unit_half_open<Real>(generator()) * bound < extinction(field, brick, p))) continue;
             collision = {true, entry + t, brick};
             return false;

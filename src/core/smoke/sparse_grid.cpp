@@ -1,4 +1,6 @@
 // Where bricks are: around every particle's support, and around the samples of a grid that are not 0.
+#include "core/numbers/double_bits.h"
+#include "core/smoke/resampling.h"
 #include "core/smoke/sparse_grid.h"
 
 namespace wisp::WISP_ARITH {
@@ -26,8 +28,8 @@ Layout layout_of(const Vec3 &low, const Vec3 &cell, const Box &bounds) {
 // Half the edges of the box, along x, y and z, around a grid that may be turned.
 Vec3 reach_of(const GridDescription &grid) {
     const auto along = [&grid](double x, double y, double z) {
-        return abs(to_real<Real>(product(x, grid.half.x))) + abs(to_real<Real>(product(y, grid.half.y))) +
-               abs(to_real<Real>(product(z, grid.half.z)));
+        return abs(to_real<Real>(rounded_product(x, grid.half.x))) + abs(to_real<Real>(rounded_product(y, grid.half.y))) +
+               abs(to_real<Real>(rounded_product(z, grid.half.z)));
     };
     const Double3 *axis = grid.axis;
     return Vec3(along(axis[0].x, axis[1].x, axis[2].x), along(axis[0].y, axis[1].y, axis[2].y),
@@ -38,8 +40,8 @@ Layout around_all(const Scene &scene, Real cell) {
     Box bounds = {Vec3(Real(0)), Vec3(Real(0))};
     bool any = false;
     const auto add = [&](const Vec3 &x, const Vec3 &reach) {
-        bounds.low = any ? lowest(bounds.low, x - reach) : x - reach;
-        bounds.high = any ? highest(bounds.high, x + reach) : x + reach;
+        bounds.low = any ? min(bounds.low, x - reach) : x - reach;
+        bounds.high = any ? max(bounds.high, x + reach) : x + reach;
         any = true;
     };
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {

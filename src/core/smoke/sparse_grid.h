@@ -4,7 +4,8 @@
 // held by every brick that it belongs to, with the same value. A field over the bricks has a node every `stride` cells,
 // 1, 2, 4 or 8: (8 / stride + 1)^3 nodes a brick, x fastest.
 #pragma once
-#include "core/geometry/ray.h"
+#include "core/geometry/lattice.h"
+#include "core/numbers/double_bits.h"
 #include "wisp/arena.h"
 #include "wisp/scene.h"
 
@@ -59,7 +60,7 @@ inline Vec3 low_of(const SparseGrid &bricks, uint32_t brick) {
     const Cell &at = bricks.place[brick];
     return bricks.lattice.low + Vec3(Real(at.x), Real(at.y), Real(at.z)) * bricks.lattice.edge;
 }
-inline Vec3 place_in(const SparseGrid &bricks, uint32_t brick, const Vec3 &x) {
+inline Vec3 position_in(const SparseGrid &bricks, uint32_t brick, const Vec3 &x) {
     return (x - low_of(bricks, brick)) * bricks.inverse_cell;
 }
 // A node, by its place in cells from the brick's beginning. Every brick that holds it gives the same point.

@@ -1,6 +1,5 @@
 // Bricks for eight points of a ray at a time: loops over lanes without branches, so that each is a vector loop.
 #pragma once
-#include "core/geometry/point_kdtree.h"
 #include "core/smoke/sparse_grid.h"
 
 namespace wisp::WISP_ARITH {

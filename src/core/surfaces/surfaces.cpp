@@ -16,8 +16,8 @@ Box box_of(const Triangle *triangles, uint32_t count) {
     Box box = {vec_of(triangles[0].corner[0]), vec_of(triangles[0].corner[0])};
     for (uint32_t i = 0; i < count; ++i)
         for (const Double3 &corner : triangles[i].corner) {
-            box.low = lowest(box.low, vec_of(corner));
-            box.high = highest(box.high, vec_of(corner));
+            box.low = min(box.low, vec_of(corner));
+            box.high = max(box.high, vec_of(corner));
         }
     return box;
 }
@@ -47,9 +47,9 @@ uint32_t make_groups(const Surfaces &surfaces, const Box *boxes, uint32_t *order
     Vec3 low = boxes[order[0]].low + boxes[order[0]].high, high = low;
     for (uint32_t i = 1; i < count; ++i) {
         const Box &box = boxes[order[i]];
-        group.box = {lowest(group.box.low, box.low), highest(group.box.high, box.high)};
-        low = lowest(low, box.low + box.high);
-        high = highest(high, box.low + box.high);
+        group.box = {min(group.box.low, box.low), max(group.box.high, box.high)};
+        low = min(low, box.low + box.high);
+        high = max(high, box.low + box.high);
     }
     const Vec3 width = high - low;
     const int axis = width.x >= width.y && width.x >= width.z ? 0 : width.y >= width.z ? 1 : 2;

@@ -1,6 +1,7 @@
 // Textures: the mean colour of a footprint, between the two levels whose texels are about its size.
 #pragma once
 #include "core/numbers/vec.h"
+#include "wisp/scene.h"
 
 namespace wisp::WISP_ARITH {
 

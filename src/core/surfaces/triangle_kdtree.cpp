@@ -1,5 +1,6 @@
 // The kd-tree over triangles: building by the surface area heuristic, and rays through it.
 #include "core/geometry/point_kdtree.h" // WISP_NO_UNROLL, WISP_INLINE
+#include "core/numbers/double_bits.h"
 #include "core/surfaces/triangle_kdtree.h"
 #include <algorithm>
 
@@ -184,10 +185,10 @@ class TriangleTreeBuilder {
             const Vec3 a = corner_of(triangles_[i], 0), b = corner_of(triangles_[i], 1),
                        c = corner_of(triangles_[i], 2);
             if (!has_area(a, b, c)) continue;
-            const Vec3 low = lowest(a, lowest(b, c)), high = highest(a, highest(b, c));
+            const Vec3 low = min(a, min(b, c)), high = max(a, max(b, c));
             Box &bounds = tree_.bounds;
             bounds =
-                tree_.triangle_count == 0 ? Box{low, high} : Box{lowest(bounds.low, low), highest(bounds.high, high)};
+                tree_.triangle_count == 0 ? Box{low, high} : Box{min(bounds.low, low), max(bounds.high, high)};
             items_[tree_.triangle_count++].triangle = i;
             for (int axis = 0; axis < 3; ++axis) largest = max(largest, max(abs(low[axis]), abs(high[axis])));
         }
@@ -197,7 +198,7 @@ class TriangleTreeBuilder {
         for (uint32_t i = 0; i < tree_.triangle_count; ++i) {
             const Triangle &triangle = triangles_[items_[i].triangle];
             const Vec3 a = corner_of(triangle, 0), b = corner_of(triangle, 1), c = corner_of(triangle, 2);
-            items_[i].box = around({lowest(a, lowest(b, c)), highest(a, highest(b, c))});
+            items_[i].box = around({min(a, min(b, c)), max(a, max(b, c))});
         }
     }
 

@@ -16,8 +16,10 @@
 // raised to that, which moves the ray by e M at most, and is in the margin; so there is no division by 0, and a ray in
 // a plane, of +0 or of -0, goes on into both children.
 #pragma once
+#include "core/geometry/ray.h"
 #include "core/geometry/triangle.h"
 #include "wisp/arena.h"
+#include "wisp/scene.h"
 #include "wisp/statistics.h"
 
 namespace wisp {

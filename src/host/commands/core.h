@@ -2,6 +2,7 @@
 #pragma once
 #include "core/smoke/density_statistics.h"
 #include "host/scene/options.h"
+#include "wisp/settings.h"
 #include "wisp/wisp.h"
 
 namespace wisp {

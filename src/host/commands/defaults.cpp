@@ -1,5 +1,7 @@
+#include "core/smoke/resampling.h"
 #include "host/base/error.h"
 #include "host/commands/defaults.h"
+#include "wisp/settings.h"
 #include <algorithm>
 #include <vector>
 

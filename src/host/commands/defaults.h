@@ -2,6 +2,7 @@
 #pragma once
 #include "host/scene/options.h"
 #include "wisp/scene.h"
+#include "wisp/settings.h"
 
 namespace wisp {
 

@@ -5,6 +5,7 @@
 #include "host/commands/progress.h"
 #include "host/commands/request.h"
 #include "host/results/fingerprint.h"
+#include "wisp/settings.h"
 
 namespace wisp {
 

@@ -3,7 +3,9 @@
 #include "host/base/interrupt.h"
 #include "host/commands/defaults.h"
 #include "host/commands/request.h"
+#include "wisp/photon_sums.h"
 #include "wisp/pixel_sums.h"
+#include "wisp/settings.h"
 #include <new>
 #include <unistd.h>
 

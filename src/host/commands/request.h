@@ -3,6 +3,7 @@
 #include "host/commands/core.h"
 #include "host/prepare/prepare.h"
 #include "host/results/map_file.h"
+#include "wisp/settings.h"
 #include <memory>
 
 namespace wisp {

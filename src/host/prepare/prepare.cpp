@@ -10,6 +10,7 @@
 #include "host/prepare/motion.h"
 #include "host/prepare/placement.h"
 #include "host/prepare/prepare.h"
+#include "wisp/settings.h"
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,6 +1,7 @@
 #include "host/base/sha256.h"
 #include "host/base/version.h"
 #include "host/results/fingerprint.h"
+#include "wisp/settings.h"
 
 namespace wisp {
 

@@ -1,6 +1,7 @@
 // What a picture is a picture of: files that a later run goes on from are bound to it.
 #pragma once
 #include "wisp/scene.h"
+#include "wisp/settings.h"
 #include <string>
 
 namespace wisp {

@@ -1,5 +1,6 @@
 #include "core/numbers/random.h"
 #include "host/results/map_file.h"
+#include "wisp/photon_sums.h"
 
 namespace wisp {
 

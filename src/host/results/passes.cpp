@@ -1,3 +1,4 @@
+#include "core/numbers/sample_sums.h"
 #include "host/results/passes.h"
 #include <cmath>
 

@@ -4,6 +4,7 @@
 #pragma once
 #include "host/base/files.h"
 #include "wisp/scene.h"
+#include "wisp/settings.h"
 #include <optional>
 #include <string>
 

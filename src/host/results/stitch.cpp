@@ -2,6 +2,7 @@
 #include "host/base/sha256.h"
 #include "host/results/picture_record.h"
 #include "host/results/stitch.h"
+#include "wisp/settings.h"
 #include <algorithm>
 
 namespace wisp {

@@ -1,5 +1,6 @@
 #include "host/base/error.h"
 #include "host/scene/options.h"
+#include "wisp/settings.h"
 #include <charconv>
 #include <cmath>
 #include <cstdlib>

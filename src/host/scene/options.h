@@ -2,6 +2,7 @@
 // statements both go through it.
 #pragma once
 #include "wisp/scene.h"
+#include "wisp/settings.h"
 #include <cstdint>
 #include <optional>
 #include <string>

@@ -1,5 +1,6 @@
 // Lightcuts: trees of lights, bounds of what their nodes give, cuts, and pictures by them.
 #include "support/animated_room.h"
+#include "wisp/settings.h"
 #include "wisp/wisp.h"
 #include <memory>
 
@@ -116,7 +117,7 @@ bool is_visible(uint64_t seed, uint32_t light) { return draw(photon_event(seed, 
 double most(const Double3 &c) { return std::max({c.x, c.y, c.z}); }
 Double3 added(const Double3 &sum, const Color &c) { return sum + Double3{at(c.x), at(c.y), at(c.z)}; }
 
-bool contains(const Box &a, const Box &b) { return lowest(a.low, b.low) == a.low && highest(a.high, b.high) == a.high; }
+bool contains(const Box &a, const Box &b) { return min(a.low, b.low) == a.low && max(a.high, b.high) == a.high; }
 
 std::vector<float> picture(const Scene &scene, const Settings &settings, Statistics &statistics) {
     std::vector<float> rgb(static_cast<size_t>(settings.crop.x1 - settings.crop.x0) *

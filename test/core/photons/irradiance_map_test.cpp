@@ -1,6 +1,9 @@
 // Photons through resampled smoke, and the irradiance map made of what they leave.
+#include "wisp/wisp.h"
 #include "support/built_sparse_grid.h"
 #include "support/compared_pictures.h"
+#include "wisp/photon_sums.h"
+#include "wisp/settings.h"
 #include <array>
 #include <cstring>
 #include <map>

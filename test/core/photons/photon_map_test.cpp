@@ -2,6 +2,8 @@
 #include "core/photons/photon_map.h"
 #include "core/photons/photon_walk.h"
 #include "support/built_smoke.h"
+#include "wisp/photon_sums.h"
+#include "wisp/settings.h"
 #include <cmath>
 #include <doctest/doctest.h>
 #include <initializer_list>

@@ -1,7 +1,10 @@
 // The sums of a particle map at the core's door: traced in parts, kept for other views, and refused when they cannot be
 // right.
+#include "wisp/wisp.h"
 #include "core/photons/particle_map.h"
 #include "support/mixture.h"
+#include "wisp/photon_sums.h"
+#include "wisp/settings.h"
 #include <cstring>
 #include <doctest/doctest.h>
 

@@ -1,5 +1,6 @@
 // The record of a pixel: its sums are the picture's bits, each part is the sum of its own parts, and closed forms hold.
 #include "support/built_surfaces.h"
+#include "wisp/settings.h"
 #include "wisp/wisp.h"
 #include <cmath>
 #include <cstring>

@@ -1,5 +1,7 @@
 // Whole pictures against closed forms and an independent marcher; crops, permutations, memory.
 #include "support/built_smoke.h"
+#include "wisp/photon_sums.h"
+#include "wisp/settings.h"
 #include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>

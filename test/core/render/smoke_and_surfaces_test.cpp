@@ -2,6 +2,8 @@
 #include "support/animated_room.h"
 #include "support/built_sparse_grid.h"
 #include "support/compared_pictures.h"
+#include "wisp/photon_sums.h"
+#include "wisp/settings.h"
 #include "wisp/wisp.h"
 #include <cstring>
 

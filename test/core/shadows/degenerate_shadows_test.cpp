@@ -1,7 +1,9 @@
 // Shadows where it is hard to prove any: what is tiny, what touches, what lies in a plane with the light, what comes
 // and goes. All exact methods against tracing, with so many rays that proofs are made.
+#include "wisp/wisp.h"
 #include "support/animated_room.h"
 #include "support/shadow_queries.h"
+#include "wisp/settings.h"
 #include <cstdlib>
 
 namespace wisp::WISP_ARITH {

@@ -2,6 +2,7 @@
 #include "core/shadows/mode_word.h"
 #include "core/shadows/nah_culling.h"
 #include "support/animated_room.h"
+#include "wisp/settings.h"
 #include "wisp/wisp.h"
 
 namespace wisp::WISP_ARITH {

@@ -3,6 +3,7 @@
 #include "core/shadows/proved_shadows.h"
 #include "support/random_rooms.h"
 #include "support/shadow_queries.h"
+#include "wisp/settings.h"
 #include "wisp/wisp.h"
 #include <cstring>
 

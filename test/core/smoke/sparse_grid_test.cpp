@@ -1,7 +1,9 @@
 // Where bricks are, what resampled smoke is held against, and marching through it.
+#include "wisp/wisp.h"
 #include "support/built_sparse_grid.h"
 #include "support/compared_pictures.h"
 #include "support/mixture.h"
+#include "wisp/settings.h"
 #include <array>
 #include <cstring>
 #include <map>
@@ -70,7 +72,7 @@ TEST_CASE(WISP_ARITH_NAME ": there is a brick wherever there is smoke") {
                 const Cell cell = cell_at(bricks.lattice, x);
                 const uint32_t brick = brick_at(bricks, cell);
                 if (holds(bricks.bounds, x) && brick != no_brick) {
-                    const Vec3 p = place_in(bricks, brick, x);
+                    const Vec3 p = position_in(bricks, brick, x);
                     const double past = 1e4 * unit_error;
                     CHECK(holds({vec(-past, -past, -past), vec(8 + past, 8 + past, 8 + past)}, p));
                     continue;

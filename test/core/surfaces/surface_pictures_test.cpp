@@ -2,6 +2,7 @@
 // cases E6 and E15 of surfaces.
 #include "core/geometry/camera.h"
 #include "support/random_rooms.h"
+#include "wisp/settings.h"
 #include "wisp/wisp.h"
 #include <cstring>
 

@@ -1,6 +1,7 @@
 // Files are read whole, and written whole or not at all.
 #include "host/base/error.h"
 #include "host/base/files.h"
+#include "support/data.h"
 #include "support/temporary_folder.h"
 #include <cerrno>
 #include <csignal>
@@ -97,10 +98,7 @@ TEST_CASE("files: a device is written to, not replaced") {
     std::filesystem::create_symlink("/dev/null", null); // links: a mistake shall not cost the machine its devices
     write_file(null, Bytes{1, 2, 3});
     CHECK(std::filesystem::is_symlink(null));
-    if (!std::filesystem::is_character_file("/dev/full")) {
-        MESSAGE("skipped: there is no /dev/full here");
-        return;
-    }
+    if (!std::filesystem::is_character_file("/dev/full")) return skip_case("there is no /dev/full");
     std::filesystem::create_symlink("/dev/full", full);
     const Error error = error_of([&] { write_file(full, Bytes{1, 2, 3}); });
     CHECK(error.status == exit_output);

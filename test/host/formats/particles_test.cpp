@@ -2,6 +2,7 @@
 #include "host/base/error.h"
 #include "host/base/gzip.h"
 #include "host/formats/particles.h"
+#include "support/data.h"
 #include "support/refusal.h"
 #include <algorithm>
 #include <array>
@@ -364,10 +365,7 @@ void check_bytes(const std::string &content) {
 
 // --- files of others -----------------------------------------------------------------------------------------------
 
-std::filesystem::path data_folder() {
-    const char *variable = std::getenv("WISP_DATA");
-    return std::filesystem::path(variable ? variable : "../shared/data") / "particles";
-}
+std::string real_file(const std::string &name) { return data_path("particles/" + name); }
 
 using Point = std::array<double, 3>;
 
@@ -450,13 +448,10 @@ const Known known_files[] = {
 // --- what is read --------------------------------------------------------------------------------------------------
 
 TEST_CASE("particles: real files give the known counts, boxes and points") {
-    if (!std::filesystem::exists(data_folder())) {
-        MESSAGE("skipped: no folder ", data_folder().string());
-        return;
-    }
+    WISP_NEEDS_DATA("particles");
     for (const Known &known : known_files) {
         CAPTURE(known.file);
-        const std::string path = (data_folder() / known.file).string();
+        const std::string path = real_file(known.file);
         const Particles particles = read_particles(path);
         REQUIRE(particles.position.size() == known.count);
         Point least = particles.position[0], greatest = least;
@@ -478,12 +473,9 @@ TEST_CASE("particles: real files give the known counts, boxes and points") {
 }
 
 TEST_CASE("particles: the density in a SPlisHSPlasH file is read") {
-    if (!std::filesystem::exists(data_folder())) {
-        MESSAGE("skipped: no folder ", data_folder().string());
-        return;
-    }
+    WISP_NEEDS_DATA("particles");
     const Particles particles =
-        read_particles((data_folder() / "splashsurf/dam_break_frame_9_6859_particles.bgeo").string());
+        read_particles(real_file("splashsurf/dam_break_frame_9_6859_particles.bgeo"));
     REQUIRE(particles.density.size() == 6859);
     double sum = 0;
     for (double density : particles.density) sum += density;
@@ -493,12 +485,9 @@ TEST_CASE("particles: the density in a SPlisHSPlasH file is read") {
 }
 
 TEST_CASE("particles: real files of other formats are refused by name") {
-    if (!std::filesystem::exists(data_folder())) {
-        MESSAGE("skipped: no folder ", data_folder().string());
-        return;
-    }
-    const std::string xml = (data_folder() / "splashsurf/fluid_250_particles.vtu").string();
-    const std::string geo = (data_folder() / "partio/test.geo").string();
+    WISP_NEEDS_DATA("particles");
+    const std::string xml = real_file("splashsurf/fluid_250_particles.vtu");
+    const std::string geo = real_file("partio/test.geo");
     CHECK_THROWS_WITH_AS(read_particles(xml),
                          (xml + ": byte 0: an XML file, expected legacy VTK: save as .vtk").c_str(), InputError);
     CHECK_THROWS_WITH_AS(read_particles(geo),

@@ -1,6 +1,7 @@
 // Density grids: every field of a VOL file is read, and each that is wrong gives one clear line.
 #include "host/base/files.h"
 #include "host/formats/volume.h"
+#include "support/data.h"
 #include "support/refusal.h"
 #include <algorithm>
 #include <cstdlib>
@@ -231,12 +232,8 @@ TEST_CASE("volume: random changes of bytes are an error or the grid that they sp
 }
 
 TEST_CASE("volume: a real file gives the known grid") {
-    const char *data = std::getenv("WISP_DATA");
-    const std::string path = std::string(data ? data : DATA) + "/volumes/plume.vol";
-    if (!std::filesystem::exists(path)) {
-        MESSAGE("skipped: no file ", path);
-        return;
-    }
+    WISP_NEEDS_DATA("volumes/plume.vol");
+    const std::string path = data_path("volumes/plume.vol");
     const Bytes bytes = read_file(path);
     CHECK(is_volume(bytes.data(), bytes.size()));
     const Volume volume = parse_volume(path, bytes.data(), bytes.size());

@@ -2,6 +2,7 @@
 // before it, and what is no such PPM gives one clear line.
 #include "host/images/picture.h"
 #include "host/images/texture.h"
+#include "support/data.h"
 #include "support/random_input.h"
 #include "support/refusal.h"
 #include <algorithm>
@@ -228,12 +229,8 @@ TEST_CASE("texture: a damaged file gives one line or a texture") {
 }
 
 TEST_CASE("texture: real pictures") {
-    const char *data = std::getenv("WISP_DATA");
-    const std::string folder = std::string(data ? data : DATA) + "/bart";
-    if (!std::filesystem::exists(folder)) {
-        MESSAGE("skipped: no folder ", folder);
-        return;
-    }
+    WISP_NEEDS_DATA("bart");
+    const std::string folder = data_path("bart");
     size_t pictures = 0;
     for (const auto &entry : std::filesystem::recursive_directory_iterator(folder)) {
         if (entry.path().extension() != ".ppm") continue;

@@ -1,6 +1,7 @@
 // What is left out as noise changes rays and pixels by no more than was asked.
 #include "host/prepare/decimate.h"
 #include "support/built_smoke.h"
+#include "wisp/settings.h"
 #include <doctest/doctest.h>
 
 using namespace wisp;

@@ -1,6 +1,7 @@
 // Key frames against published samples, closed forms, and a second implementation written out differently.
 #include "host/base/double3.h"
 #include "host/prepare/motion.h"
+#include "support/data.h"
 #include "support/random_input.h"
 #include <complex>
 #include <cstdlib>
@@ -159,11 +160,6 @@ Matrix second_rotation(const Track &track, double time) {
 
 // ---- Files of others
 
-std::filesystem::path data_folder() {
-    const char *variable = std::getenv("WISP_DATA");
-    return variable ? variable : DATA;
-}
-
 // All `k NAME { ... }` in the files of a folder. The samples were made from angles of nine digits: of 10,000 degrees in
 // the file the last one or two are lost.
 std::map<std::string, Motion> motions_in(const std::filesystem::path &folder) {
@@ -204,12 +200,9 @@ std::map<std::string, Motion> motions_in(const std::filesystem::path &folder) {
 } // namespace
 
 TEST_CASE("motion: every published sample of a real scene's key frames") {
-    const std::filesystem::path samples = data_folder() / "../reference/keyframes_kitchen.txt",
-                                scene = data_folder() / "bart/kitchen";
-    if (!std::filesystem::exists(samples) || !std::filesystem::exists(scene)) {
-        MESSAGE("skipped: no ", samples.string(), " or no ", scene.string());
-        return;
-    }
+    WISP_NEEDS_DATA("../reference/keyframes_kitchen.txt");
+    WISP_NEEDS_DATA("bart/kitchen");
+    const std::filesystem::path samples = data_path("../reference/keyframes_kitchen.txt"), scene = data_path("bart/kitchen");
     std::map<std::string, Motion> motions = motions_in(scene);
     std::ifstream file(samples);
     size_t count = 0;
@@ -242,11 +235,8 @@ TEST_CASE("motion: every published sample of a real scene's key frames") {
 }
 
 TEST_CASE("motion: a real scene's traps of time, by both implementations") {
-    const std::filesystem::path scene = data_folder() / "bart/robots";
-    if (!std::filesystem::exists(scene)) {
-        MESSAGE("skipped: no ", scene.string());
-        return;
-    }
+    WISP_NEEDS_DATA("bart/robots");
+    const std::filesystem::path scene = data_path("bart/robots");
     size_t tracks = 0;
     double value_error = 0, rotation_error = 0;
     for (const auto &[name, motion] : motions_in(scene)) {

@@ -1,6 +1,7 @@
 // The names of a picture, of its samples, and of a particle map, change with everything that they depend on, and with
 // nothing else.
 #include "host/results/fingerprint.h"
+#include "wisp/settings.h"
 #include <doctest/doctest.h>
 #include <functional>
 #include <set>

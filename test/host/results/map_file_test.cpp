@@ -3,6 +3,7 @@
 #include "host/base/sha256.h"
 #include "host/results/map_file.h"
 #include "support/refusal.h"
+#include "wisp/photon_sums.h"
 #include <algorithm>
 #include <doctest/doctest.h>
 #include <functional>

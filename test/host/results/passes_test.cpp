@@ -1,5 +1,6 @@
 // Passes of --reference: sums that add up alike in any order, pictures of them, and files that are read only as
 // written.
+#include "core/numbers/sample_sums.h"
 #include "host/base/sha256.h"
 #include "host/results/passes.h"
 #include "support/refusal.h"

@@ -3,6 +3,7 @@
 #include "host/prepare/prepare.h"
 #include "host/scene/options.h"
 #include "host/scene/scene_file.h"
+#include "support/data.h"
 #include "support/refusal.h"
 #include <cmath>
 #include <cstdlib>
@@ -372,8 +373,6 @@ TEST_CASE("scene: errors name the file, the line, what is wrong and what was exp
 }
 
 TEST_CASE("scene: real scenes have the counts that are known of them") {
-    const char *variable = std::getenv("WISP_DATA");
-    const std::string data = variable ? variable : DATA;
     const struct {
         const char *file;
         size_t lights, textures, nodes, shapes, triangles, moving; // 0 triangles: as many as curves are given
@@ -381,20 +380,17 @@ TEST_CASE("scene: real scenes have the counts that are known of them") {
         int64_t frames;
     } scenes[] = {
         // Nodes and shapes (statements s c p pp m) counted by an independent script.
-        {"/bart/kitchen/kitchen.aff", 6, 8, 423, 393, 110561, 7218, 2.5, 800},
-        {"/bart/robots/Robot.aff", 1, 44, 711, 1849, 71708, 62490, 1, 800},
-        {"/nff/balls.nff", 3, 0, 0, 7382, 0, 0, std::sqrt(3.0) / 6, 0},
-        {"/nff/gears.nff", 5, 0, 0, 9345, 0, 0, std::sqrt(5.0) / 10, 0},
-        {"/nff/rings.nff", 3, 0, 0, 8401, 0, 0, std::sqrt(3.0) / 6, 0},
-        {"/nff/teapot.nff", 2, 0, 0, 2292, 0, 0, std::sqrt(2.0) / 4, 0},
-        {"/nff/tetra.nff", 1, 0, 0, 4096, 4096, 0, 0.5, 0},
+        {"bart/kitchen/kitchen.aff", 6, 8, 423, 393, 110561, 7218, 2.5, 800},
+        {"bart/robots/Robot.aff", 1, 44, 711, 1849, 71708, 62490, 1, 800},
+        {"nff/balls.nff", 3, 0, 0, 7382, 0, 0, std::sqrt(3.0) / 6, 0},
+        {"nff/gears.nff", 5, 0, 0, 9345, 0, 0, std::sqrt(5.0) / 10, 0},
+        {"nff/rings.nff", 3, 0, 0, 8401, 0, 0, std::sqrt(3.0) / 6, 0},
+        {"nff/teapot.nff", 2, 0, 0, 2292, 0, 0, std::sqrt(2.0) / 4, 0},
+        {"nff/tetra.nff", 1, 0, 0, 4096, 4096, 0, 0.5, 0},
     };
     for (const auto &known : scenes) {
-        const std::string path = data + known.file;
-        if (!std::filesystem::exists(path)) {
-            MESSAGE("skipped: no file ", path);
-            continue;
-        }
+        WISP_NEEDS_DATA(known.file);
+        const std::string path = data_path(known.file);
         CAPTURE(path);
         const SceneFile s = read_scene(path);
         const SceneGraph &g = s.graph;

@@ -2,6 +2,7 @@
 // of a polygon are the polygon, whatever its outline does.
 #include "host/base/double3.h"
 #include "host/scene/tessellate.h"
+#include "support/data.h"
 #include "support/random_input.h"
 #include <algorithm>
 #include <cstdlib>
@@ -485,13 +486,8 @@ TEST_CASE("many points are cut in bounded work, too many are refused") {
 }
 
 TEST_CASE("real polygons: the gears of SPD") {
-    const char *data = std::getenv("WISP_DATA");
-    const std::string path = std::string(data ? data : DATA) + "/nff/gears.nff";
-    if (!std::filesystem::exists(path)) {
-        MESSAGE("skipped: no file ", path);
-        return;
-    }
-    std::ifstream file(path);
+    WISP_NEEDS_DATA("nff/gears.nff");
+    std::ifstream file(data_path("nff/gears.nff"));
     std::string word;
     size_t faces = 0;
     Random random;

@@ -1,4 +1,5 @@
 // The light buffer.
+#include "core/numbers/double_bits.h"
 #include "core/shadows/rivals/light_buffer.h"
 #include <algorithm>
 

@@ -1,6 +1,8 @@
 // Ways to find shadows whose results are those of tracing: every shadow and every picture.
+#include "wisp/wisp.h"
 #include "support/animated_room.h"
 #include "support/shadow_queries.h"
+#include "wisp/settings.h"
 #include <memory>
 
 namespace wisp::WISP_ARITH {

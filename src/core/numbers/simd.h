@@ -1,0 +1,34 @@
+// Loops over lanes: values that are computed side by side, whatever the width of the hardware's vectors.
+#pragma once
+#include <cstdint>
+
+// Functions whose loops run over `lanes` values. g++ compiles them for AVX2 too, and the program takes the version that
+// the CPU has. (clang 14 has target_clones, but not together with flatten.) The bits are the same in every version:
+// the number of lanes and the order of their sums are fixed, and contraction is off.
+#if defined(__x86_64__) && defined(__linux__) && defined(WISP_MULTIVERSION) && !defined(__clang__)
+#define WISP_MULTIVERSIONED __attribute__((target_clones("avx2", "default"), flatten))
+#else
+#define WISP_MULTIVERSIONED
+#endif
+
+// Before a loop over lanes: keeps g++ from unrolling a loop that should become one vector instruction.
+#if defined(__GNUC__) && !defined(__clang__)
+#define WISP_NO_UNROLL _Pragma("GCC unroll 1")
+#else
+#define WISP_NO_UNROLL
+#endif
+
+// Functions that must be inlined into a WISP_MULTIVERSIONED caller, to be compiled for its vectors.
+#define WISP_INLINE __attribute__((always_inline)) inline
+
+namespace wisp {
+
+constexpr uint32_t lanes = 8;
+
+// The sum of all lanes, in one order for every arithmetic and every width of hardware.
+template <class T> constexpr T sum_of_lanes(const T (&sum)[lanes]) {
+    static_assert(lanes == 8, "the order of additions below is for eight");
+    return ((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7]));
+}
+
+} // namespace wisp

@@ -1,0 +1,31 @@
+// Which smoke can be resampled to a lattice along the axes (S4-1).
+#pragma once
+#include "core/numbers/double_bits.h"
+#include "wisp/scene.h"
+
+namespace wisp {
+
+// Whether all smoke is a single grid whose edges are those of space.
+inline bool is_aligned_grid(const Scene &scene) {
+    uint32_t smokes = 0;
+    const GridDescription *grid = nullptr;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        if (scene.smokes[i].empty()) continue;
+        ++smokes;
+        if (scene.smokes[i].is_grid()) grid = &scene.smokes[i].grid;
+    }
+    return smokes == 1 && grid && total_order_key(grid->axis[0].x) == total_order_key(1.0) &&
+           total_order_key(grid->axis[1].y) == total_order_key(1.0) && total_order_key(grid->axis[2].z) == total_order_key(1.0);
+}
+
+// Whether the scene's smoke can be resampled to a lattice along the axes (S4-1): particles, or such a grid.
+inline bool can_resample(const Scene &scene) {
+    bool particles = true, any = false;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        any = any || !scene.smokes[i].empty();
+        particles = particles && !scene.smokes[i].is_grid();
+    }
+    return any && (particles || is_aligned_grid(scene));
+}
+
+} // namespace wisp

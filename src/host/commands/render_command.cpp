@@ -1,0 +1,222 @@
+#include "host/base/files.h"
+#include "host/base/interrupt.h"
+#include "host/base/sha256.h"
+#include "host/base/version.h"
+#include "host/commands/commands.h"
+#include "host/commands/output.h"
+#include "host/commands/progress.h"
+#include "host/commands/request.h"
+#include "host/results/fingerprint.h"
+#include "host/results/statistics_json.h"
+#include "wisp/photon_sums.h"
+#include "wisp/settings.h"
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+namespace wisp {
+
+namespace {
+
+// Whether all that is asked for of a frame can be had from files of an earlier run. Only a .pfm tells the digest.
+bool can_keep(const Options &options) {
+    if (options.outputs.empty() || !options.error_out.empty() || !options.map_out.empty()) return false;
+    bool exact = false;
+    for (const std::string &output : options.outputs) {
+        if (!carries_record(options, output)) return false;
+        exact = exact || ends_in(output, ".pfm");
+    }
+    return exact || (!options.digest && options.stats.empty());
+}
+
+// The sums of `--reference`, empty as yet.
+Passes make_passes(const Request &request, const PreparedScene &prepared, const Settings &settings) {
+    Passes passes;
+    passes.scene = fingerprint_of_samples(prepared.scene, settings, core(request.options.arithmetic).name);
+    passes.width = settings.crop.x1 - settings.crop.x0;
+    passes.height = settings.crop.y1 - settings.crop.y0;
+    passes.samples = settings.samples;
+    passes.exponent = prepared.scene.radiance_exponent;
+    passes.ranges = {{settings.first_pass, settings.last_pass}};
+    passes.pixels.resize(static_cast<size_t>(passes.width) * static_cast<size_t>(passes.height));
+    return passes;
+}
+
+Batches batches_of(const Options &options, const Settings &settings) {
+    return options.batches ? Batches{options.batches->first, options.batches->last} : all_batches(settings);
+}
+
+// Makes `map`, which holds that of the frame before, this frame's: from the file of --map-in, the same where nothing
+// has changed, or an empty one. True when it is still to be traced.
+bool load_or_reset_map(const Request &request, int64_t frame, const PreparedScene &prepared, const Settings &settings,
+              const Plan &plan, MapFile &map) {
+    const Options &options = request.options;
+    std::string scene; // hashing all particles takes a while: not for a map that nobody else will see
+    if (!options.map_in.empty() || !options.map_out.empty() || several_frames(request))
+        scene = fingerprint_of_map(prepared.scene, settings, core(options.arithmetic).name);
+    if (!options.map_in.empty()) {
+        map = saved_map(request, frame, scene, plan);
+        return false;
+    }
+    if (!options.remap && !scene.empty() && map.scene == scene) return false;
+    map = {};
+    map.scene = scene;
+    map.photons = settings.photons;
+    const Batches batches = batches_of(options, settings);
+    if (batches.first < batches.last)
+        map.batches = {{static_cast<uint32_t>(batches.first), static_cast<uint32_t>(batches.last)}};
+    map.sums.resize(plan.map_sums);
+    return true;
+}
+
+// What lives from frame to frame.
+struct Sequence {
+    PreparedScene prepared;
+    std::string shapes; // fingerprint_of_shapes(), where it was asked for
+    std::unique_ptr<unsigned char[]> block;
+    uint64_t bytes = 0; // of the block
+    FrameCache kept = {};     // in it
+    std::string smoke;  // fingerprint_of_smoke() of what is kept
+    MapFile map;        // the particle map of the frame before
+    Sha256 digest;
+};
+
+std::optional<PictureRecord> find_record(const Options &options, const Settings &settings, Sequence &sequence) {
+    bool asked = false;
+    for (const std::string &output : options.outputs) asked = asked || carries_record(options, output);
+    if (!asked) return std::nullopt;
+    const PreparedScene &prepared = sequence.prepared;
+    if (sequence.shapes.empty()) sequence.shapes = fingerprint_of_shapes(prepared.scene);
+    const std::string scene = fingerprint_of_picture(prepared.scene, sequence.shapes, settings, prepared.width,
+                                                  prepared.height, core(options.arithmetic).name);
+    return PictureRecord{scene, prepared.width, prepared.height, settings.crop};
+}
+
+// True when every output of the frame is there already, as it would be made; then its digest is told.
+bool keep_frame(const Options &options, const PictureRecord &proof, int64_t frame, Sequence &sequence) {
+    Bytes pfm;
+    for (const std::string &output : options.outputs) {
+        auto bytes = recorded_bytes(numbered(output, frame), record_of(options, output, proof));
+        if (!bytes) return false;
+        if (ends_in(output, ".pfm")) pfm = std::move(*bytes);
+    }
+    sequence.digest.update(pfm.data(), pfm.size());
+    if (options.digest) print_digest(options, pfm, frame);
+    for (const std::string &output : options.outputs) {
+        const std::string path = numbered(output, frame);
+        for (const std::string &file : {path, record_path(path)}) tidy_up(file);
+        if (options.verbose) std::fprintf(stderr, "kept %s\n", path.c_str());
+    }
+    return true;
+}
+
+FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequence) {
+    FrameReport report = {};
+    report.frame = frame;
+    const double start = now();
+    const Options &options = request.options;
+    PreparedScene &prepared = sequence.prepared;
+    MapFile &map = sequence.map;
+    prepare_scene(request.name, request.file, options, frame, prepared);
+    if (options.verbose)
+        for (const std::string &note : prepared.notes) std::fprintf(stderr, "%s\n", note.c_str());
+    const Settings settings = settings_of(options, prepared);
+    const std::optional<PictureRecord> proof = find_record(options, settings, sequence);
+    report.kept = can_keep(options) && keep_frame(options, *proof, frame, sequence);
+    if (report.kept) return report;
+    const Plan plan = checked_plan(request, prepared.scene, settings);
+    check_picture(request, settings, plan);
+    const bool mapped = uses_map(settings);
+    const bool traced = mapped && load_or_reset_map(request, frame, prepared, settings, plan, map);
+    if (sequence.bytes < plan.bytes.arena) {
+        sequence.block = make_block(request.name, plan.bytes.arena);
+        sequence.bytes = plan.bytes.arena;
+        sequence.kept = {};
+    }
+    report.seconds.read = now() - start;
+
+    Picture picture;
+    Passes passes;
+    Arena arena(sequence.block.get(), plan.bytes.arena);
+    Progress watch(options, frame);
+    Status status = Status::done;
+    PhotonSums sums = {map.sums.data(), map.sums.size(), traced ? 0 : map.sums.size()};
+    if (options.batches) {
+        if (traced)
+            status = core(options.arithmetic)
+                         .trace_map(prepared.scene, settings, batches_of(options, settings), arena, watch.observer(),
+                                    sums, report.statistics);
+    } else if (settings.reference) {
+        passes = make_passes(request, prepared, settings);
+        status = core(options.arithmetic)
+                     .render_reference(prepared.scene, settings, arena, watch.observer(), passes.pixels.data(),
+                                       report.statistics);
+        picture = mean_picture(passes);
+    } else {
+        picture.width = settings.crop.x1 - settings.crop.x0;
+        picture.height = settings.crop.y1 - settings.crop.y0;
+        picture.rgb.resize(static_cast<size_t>(picture.width) * static_cast<size_t>(picture.height) * 3);
+        if (plan.smoke && several_frames(request)) {
+            const std::string smoke = fingerprint_of_smoke(prepared.scene, settings, core(options.arithmetic).name);
+            sequence.kept.same_smoke = smoke == sequence.smoke;
+            sequence.smoke = smoke;
+        }
+        status = core(options.arithmetic)
+                     .render(prepared.scene, settings, arena, watch.observer(), picture.rgb.data(), report.statistics,
+                             mapped ? &sums : nullptr, &sequence.kept);
+    }
+    watch.finish();
+    if (status == Status::stopped) stop(request, frame);
+    if (status != Status::done) fail(request, plan, frame, status);
+    if (report.statistics.photons.store_full && !options.quiet)
+        std::fprintf(stderr, "%s: the photon store was full after %llu of %llu photons; power is divided by those\n",
+                     request.name.c_str(), static_cast<unsigned long long>(report.statistics.photons.emitted),
+                     static_cast<unsigned long long>(settings.photons));
+
+    if (traced) {
+        map.sums.resize(sums.count);
+        map.counts = report.statistics.photons;
+    } else if (mapped) {
+        report.statistics.photons = map.counts;
+        if (options.verbose && options.map_in.empty())
+            std::fprintf(stderr, "the particle map is that of the frame before\n");
+    }
+    if (!options.map_out.empty()) write_output(options, numbered(options.map_out, frame), map_bytes(map));
+    if (!options.batches) {
+        const Bytes pfm = pfm_bytes(picture);
+        write_outputs(options, picture, pfm, settings.reference ? &passes : nullptr, frame, proof);
+        sequence.digest.update(pfm.data(), pfm.size());
+    }
+    report.seconds.trees = watch.seconds(Stage::trees);
+    report.seconds.photons = watch.seconds(Stage::photons);
+    report.seconds.irradiance = watch.seconds(Stage::irradiance);
+    report.seconds.render = watch.seconds(Stage::render);
+    report.seconds.total = now() - start;
+    return report;
+}
+
+} // namespace
+
+int render_command(const std::vector<std::string> &arguments) {
+    const Request request = read_request(parse_arguments(arguments));
+    const Options &options = request.options;
+    check_options(request);
+    Sequence sequence;
+    RunReport report;
+    report.version = version;
+    report.arithmetic = core(options.arithmetic).name;
+    install_signal_handlers();
+    size_t kept = 0;
+    for (int64_t frame = request.frames.first; frame <= request.frames.last; frame += request.frames.step) {
+        if (received_signal()) stop(request, frame);
+        report.frames.push_back(render_frame(request, frame, sequence));
+        kept += report.frames.back().kept;
+    }
+    if (kept > 0 && !options.quiet)
+        std::fprintf(stderr, "kept %zu of %zu frames, which were there already\n", kept, report.frames.size());
+    report.digest = sequence.digest.finish().text;
+    if (!options.stats.empty()) write_file(options.stats, statistics_json(report));
+    return exit_done;
+}
+
+} // namespace wisp

@@ -1,0 +1,31 @@
+#include "host/base/error.h"
+#include "host/commands/commands.h"
+#include "host/commands/output.h"
+#include "host/results/stitch.h"
+
+namespace wisp {
+
+int stitch_command(const std::vector<std::string> &arguments) {
+    const CommandLine line = parse_arguments(arguments);
+    Options options;
+    for (const auto &[name, value] : line.options) {
+        if (name != "output" && name != "exposure" && name != "digest" && name != "quiet" && name != "verbose")
+            throw Error(exit_usage,
+                        "option '--" + name + "' is none of stitch, expected --output, --exposure or --digest");
+        set_option(options, name, value, "");
+    }
+    if (line.files.empty()) throw Error(exit_usage, "found no part to stitch, expected .pfm files of --crop");
+    for (const std::string &part : line.files)
+        if (!ends_in(part, ".pfm"))
+            throw Error(exit_usage, "found '" + part + "' to stitch, expected a .pfm file of --crop");
+    for (const std::string &output : options.outputs)
+        if (!ends_in(output, ".pfm") && !ends_in(output, ".png"))
+            throw Error(exit_usage, "option 'output': found '" + output + "', expected .pfm or .png of stitch");
+    if (options.outputs.empty() && !options.digest)
+        throw Error(exit_usage, "found nothing to make of the parts, expected --output or --digest");
+    const Picture picture = stitch(line.files);
+    write_outputs(options, picture, pfm_bytes(picture), nullptr, 0);
+    return exit_done;
+}
+
+} // namespace wisp
