@@ -20,13 +20,13 @@
 namespace wisp {
 
 // To which of the seconds in --stats the time of a stage belongs.
-enum class Phase : uint8_t { trees, photons, irradiance, render };
+enum class StageGroup : uint8_t { trees, photons, irradiance, render };
 
 // What is known of a stage before anything runs.
 struct PlanRow {
     const char *name; // as `wisp plan`, --stats and the progress print it
     const char *room; // folder below src/core that has the stage's code
-    Phase phase;
+    StageGroup group;
     bool needed;
     const char *reason; // why it is needed, or why not
     uint64_t bytes;     // of the arena, at most; 0 where the stage is not needed

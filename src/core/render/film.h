@@ -13,7 +13,7 @@ template <class Radiance> Status expose_film(const Frame &frame, Radiance &&radi
     const Crop &crop = frame.settings.crop;
     const uint32_t samples = frame.settings.samples;
     const View view(scene.camera);
-    const Pattern pattern(samples);
+    const SamplePattern pattern(samples);
     float *rgb = frame.job.rgb;
     for (int32_t y = crop.y0; y < crop.y1; ++y) {
         const uint64_t row = static_cast<uint64_t>(y - crop.y0);

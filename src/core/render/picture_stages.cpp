@@ -73,7 +73,7 @@ Status trace_paths(Frame &frame) {
         return sample_radiance(frame.paths, ray, infinite_distance, behind, sampler.generator);
     };
     const View view(scene.camera);
-    const Pattern pattern(settings.samples);
+    const SamplePattern pattern(settings.samples);
     const Crop &crop = settings.crop;
     const uint64_t rows = static_cast<uint64_t>(crop.y1 - crop.y0);
     const uint32_t passes = settings.last_pass - settings.first_pass;
@@ -117,7 +117,7 @@ Status make_march(Frame &frame) {
     const Decisions &decisions = frame.decisions;
     const Medium &medium = frame.medium();
     const Irradiance *irradiance = frame.has_irradiance ? &frame.irradiance : nullptr;
-    const Real step = finest_length(frame.scene) * to_real<Real>(frame.settings.step);
+    const Real step = smallest_smoothing_length(frame.scene) * to_real<Real>(frame.settings.step);
     if (decisions.march == MarchKind::grid) {
         frame.grid_marcher = {&medium,
                               &frame.state.smoke.depths,

@@ -164,36 +164,36 @@ Need need_camera_rays(const Scene &, const Settings &, const Decisions &d) {
 // the smoke is the same, for one frame
 const StageRow stage_rows[stage_count] = {
     // What all frames share
-    {Stage::frame_cache, "frame cache", "render", Phase::trees, need_frame_cache, frame_cache_bytes, {}},
+    {Stage::frame_cache, "frame cache", "render", StageGroup::trees, need_frame_cache, frame_cache_bytes, {}},
     // Surfaces (C): trees, shadows, shading
-    {Stage::triangle_trees, "triangle trees", "surfaces", Phase::trees, need_triangle_trees, triangle_tree_bytes,
+    {Stage::triangle_trees, "triangle trees", "surfaces", StageGroup::trees, need_triangle_trees, triangle_tree_bytes,
      {build_triangle_trees, nullptr, place_triangle_trees}},
-    {Stage::lights, "lights", "lights", Phase::trees, need_lights, light_bytes, {make_lights, nullptr, nullptr}},
-    {Stage::shadows, "shadows", "shadows", Phase::trees, need_shadows, shadow_technique_bytes,
+    {Stage::lights, "lights", "lights", StageGroup::trees, need_lights, light_bytes, {make_lights, nullptr, nullptr}},
+    {Stage::shadows, "shadows", "shadows", StageGroup::trees, need_shadows, shadow_technique_bytes,
      {make_shadow_memory, nullptr, begin_shadows}},
-    {Stage::light_cuts, "light cuts", "lights", Phase::trees, need_light_cuts, light_cut_bytes,
+    {Stage::light_cuts, "light cuts", "lights", StageGroup::trees, need_light_cuts, light_cut_bytes,
      {nullptr, nullptr, build_light_cuts}},
-    {Stage::shading, "shading", "render", Phase::trees, need_shading, shading_bytes, {nullptr, nullptr, make_shading}},
+    {Stage::shading, "shading", "render", StageGroup::trees, need_shading, shading_bytes, {nullptr, nullptr, make_shading}},
     // Density of the smoke (S3, S4-1)
-    {Stage::particle_tree, "particle tree", "smoke", Phase::trees, need_particle_tree, exact_density_bytes,
+    {Stage::particle_tree, "particle tree", "smoke", StageGroup::trees, need_particle_tree, exact_density_bytes,
      {nullptr, build_exact_density, nullptr}},
-    {Stage::bricks, "bricks", "smoke", Phase::trees, need_bricks, brick_bytes, {nullptr, build_sparse_grid, nullptr}},
-    {Stage::light_depths, "light depths", "lights", Phase::trees, need_light_depths, light_depth_bytes,
+    {Stage::bricks, "bricks", "smoke", StageGroup::trees, need_bricks, brick_bytes, {nullptr, build_sparse_grid, nullptr}},
+    {Stage::light_depths, "light depths", "lights", StageGroup::trees, need_light_depths, light_depth_bytes,
      {nullptr, find_light_depths, nullptr}},
     // Photons (S2, S4-2, S4-3), and how they are read
-    {Stage::photons, "photons", "photons", Phase::photons, need_photons, photon_bytes,
+    {Stage::photons, "photons", "photons", StageGroup::photons, need_photons, photon_bytes,
      {nullptr, distribute_emission, trace_photons}},
-    {Stage::gather, "gather", "photons", Phase::render, need_gather, stages::gather_bytes,
+    {Stage::gather, "gather", "photons", StageGroup::render, need_gather, stages::gather_bytes,
      {nullptr, nullptr, stages::make_gather}},
-    {Stage::irradiance, "irradiance", "photons", Phase::irradiance, need_irradiance, irradiance_map_bytes,
+    {Stage::irradiance, "irradiance", "photons", StageGroup::irradiance, need_irradiance, irradiance_map_bytes,
      {nullptr, nullptr, stages::make_irradiance}},
-    {Stage::sources, "sources", "photons", Phase::render, need_sources, source_bytes,
+    {Stage::sources, "sources", "photons", StageGroup::render, need_sources, source_bytes,
      {nullptr, nullptr, stages::make_sources}},
     // The picture (S1)
-    {Stage::majorants, "majorants", "render", Phase::trees, need_majorants, majorant_bytes,
+    {Stage::majorants, "majorants", "render", StageGroup::trees, need_majorants, majorant_bytes,
      {nullptr, nullptr, find_majorants}},
-    {Stage::march, "march", "march", Phase::render, need_march, march_bytes, {nullptr, nullptr, make_march}},
-    {Stage::camera_rays, "camera rays", "render", Phase::render, need_camera_rays, nullptr,
+    {Stage::march, "march", "march", StageGroup::render, need_march, march_bytes, {nullptr, nullptr, make_march}},
+    {Stage::camera_rays, "camera rays", "render", StageGroup::render, need_camera_rays, nullptr,
      {nullptr, nullptr, trace_camera_rays}},
 };
 
@@ -208,7 +208,7 @@ Sizes find_sizes(const Scene &scene, const Decisions &d) {
 PlanRow plan_row(const StageRow &row, const Scene &scene, const Settings &settings, const Decisions &d,
                  const Sizes &sizes) {
     const Need need = row.need(scene, settings, d);
-    return {row.name,    row.room,    row.phase,
+    return {row.name,    row.room,    row.group,
             need.needed, need.reason, need.needed && row.bytes ? row.bytes(scene, settings, d, sizes) : 0};
 }
 

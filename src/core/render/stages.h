@@ -18,7 +18,7 @@ struct Sizes {
 struct StageRow {
     Stage stage;
     const char *name, *room;
-    Phase phase;
+    StageGroup group;
     Need (*need)(const Scene &, const Settings &, const Decisions &);
     uint64_t (*bytes)(const Scene &, const Settings &, const Decisions &, const Sizes &); // nullptr: none
     // What the stage makes, by its lifetime; nullptr: nothing.

@@ -20,7 +20,7 @@ struct Inspection {
         TraceEvent::MarchEnd march_end;
         std::optional<TraceEvent::Hit> hit; // none: the ray leaves the scene
         std::vector<TraceEvent::Light> lights;
-        TraceEvent::Lit lit;
+        TraceEvent::DirectLight direct_light;
         std::vector<std::unique_ptr<Ray>> rays;
         std::vector<TraceEvent::Unsent> unsent;
         TraceEvent::RayEnd end;
