@@ -20,7 +20,7 @@ namespace {
 uint64_t march_bytes(const Scene &scene) { return 2 * Arena::bytes<Real>(scene.smoke_count); }
 
 // So many smoothing lengths of the finest smoke.
-Real step_length(const Scene &scene, double lengths) { return finest_length(scene) * to_real<Real>(lengths); }
+Real step_length(const Scene &scene, double lengths) { return smallest_smoothing_length(scene) * to_real<Real>(lengths); }
 
 // So many lights are seen in smoke: none where it is black.
 uint32_t lights_in_smoke(const Scene &scene) {
@@ -174,7 +174,7 @@ GridSpacing grid_spacing(const Scene &scene, const Settings &settings) {
     const bool irradiance = settings.irradiance != IrradianceMap::none;
     double cell = density;
     if (total_order_key(density) > 0) {
-        if (keeps_samples(scene)) cell = parts_within(density) == 1 ? 1 : 0.5;
+        if (keeps_samples(scene)) cell = subdivision_for(density) == 1 ? 1 : 0.5;
     } else {
         cell = settings.light_step;
         if (irradiance && !(total_order_key(cell) > 0 && total_order_key(cell) < total_order_key(settings.irradiance_step)))

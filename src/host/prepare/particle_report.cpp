@@ -41,10 +41,10 @@ std::string multiple(double error, double wanted) {
     return formatted(factor < 9.95 ? "%.1f" : "%.0f", factor);
 }
 
-std::string resampling_line(size_t number, const SmokeDescription &smoke, const std::vector<Neighbourhood> &neighbourhoods) {
+std::string resampling_line(size_t number, const SmokeDescription &smoke, const std::vector<DensityStatistics> &statistics) {
     std::vector<uint32_t> counts;
     uint64_t sum = 0;
-    for (const Neighbourhood &n : neighbourhoods) {
+    for (const DensityStatistics &n : statistics) {
         counts.push_back(n.neighbours);
         sum += n.neighbours;
     }
@@ -53,7 +53,7 @@ std::string resampling_line(size_t number, const SmokeDescription &smoke, const 
                              formatted("%.1f", static_cast<double>(sum) / static_cast<double>(counts.size())) +
                              " neighbours, one in twenty no more than " + std::to_string(counts[counts.size() / 20]) +
                              "; ";
-    const double error = density_error(smoke, neighbourhoods);
+    const double error = density_error(smoke, statistics);
     if (!(error < 10)) return line + "they are too few for a density";
     return line + "the density errs by " + formatted("%.1f", 100 * error) + " %; for 5 % it takes " +
            multiple(error, 0.05) + " times as many, for 1 % " + multiple(error, 0.01) + " times";
@@ -61,12 +61,12 @@ std::string resampling_line(size_t number, const SmokeDescription &smoke, const 
 
 } // namespace
 
-double density_error(const SmokeDescription &smoke, const std::vector<Neighbourhood> &neighbourhoods) {
+double density_error(const SmokeDescription &smoke, const std::vector<DensityStatistics> &statistics) {
     double variance = 0, square = 0;
-    for (size_t i = 0; i < neighbourhoods.size(); ++i) {
+    for (size_t i = 0; i < statistics.size(); ++i) {
         const Particle &p = smoke.particles[i];
         variance += p.area * p.area / (p.h * p.h * p.h) * square_integral(smoke.kernel);
-        square += p.area * neighbourhoods[i].density;
+        square += p.area * statistics[i].density;
     }
     return square > 0 ? std::sqrt(variance / square) : std::numeric_limits<double>::infinity();
 }
@@ -81,11 +81,11 @@ std::vector<std::string> particle_report(const PreparedScene &prepared, const Co
     for (size_t i = 0; i < prepared.smokes.size(); ++i) {
         const SmokeDescription &smoke = prepared.smokes[i];
         if (smoke.count == 0) continue;
-        std::vector<Neighbourhood> neighbourhoods(smoke.count);
-        std::vector<unsigned char> memory(core.neighbourhood_bytes(smoke.count));
+        std::vector<DensityStatistics> statistics(smoke.count);
+        std::vector<unsigned char> memory(core.density_statistics_bytes(smoke.count));
         Arena arena(memory.data(), memory.size());
-        core.find_neighbourhoods(smoke, arena, neighbourhoods.data());
-        lines.push_back(resampling_line(i + 1, smoke, neighbourhoods));
+        core.find_density_statistics(smoke, arena, statistics.data());
+        lines.push_back(resampling_line(i + 1, smoke, statistics));
         std::string line = "smoke " + std::to_string(i + 1) + ": no ray would miss";
         for (int e = 0; e < 3; ++e)
             line += (e ? ", " : " ") + std::to_string(noise[e][i].size()) + " of them (--thin " +

@@ -7,9 +7,9 @@
 
 namespace wisp {
 
-// The relative error (root of the mean square) of the density that independent particles give, from the neighbourhoods
+// The relative error (root of the mean square) of the density that independent particles give, from the statistics
 // of all of them; infinite where there is no neighbour.
-double density_error(const SmokeDescription &smoke, const std::vector<Neighbourhood> &neighbourhoods);
+double density_error(const SmokeDescription &smoke, const std::vector<DensityStatistics> &statistics);
 
 // Two lines for each smoke of particles: whether they suffice, and how many of them are noise.
 std::vector<std::string> particle_report(const PreparedScene &prepared, const Core &core);
