@@ -36,7 +36,7 @@ struct Resampled {
         REQUIRE(medium.bricks);
     }
     const SparseGrid &bricks() const { return *medium.bricks; }
-    const ResampledField &field(uint32_t smoke = 0) const { return medium.smokes[smoke].field.bricks; }
+    const ResampledField &field(uint32_t smoke = 0) const { return medium.smokes[smoke].field.resampled; }
     std::vector<SmokeDescription> sources;
     Scene scene = {};
     std::vector<unsigned char> memory;
@@ -75,7 +75,7 @@ struct TracedFluence {
 
 // A node's place in the lattice of all nodes, which has no bricks.
 inline Cell place_of_node(const SparseGrid &bricks, uint32_t brick, uint32_t node, int32_t stride = 1) {
-    const Cell in = cell_of_index(nodes_along(stride), node), &at = bricks.place[brick];
+    const Cell in = cell_of_index(nodes_along(stride), node), &at = bricks.position[brick];
     const int32_t cells = brick_cells / stride;
     return {at.x * cells + in.x, at.y * cells + in.y, at.z * cells + in.z};
 }

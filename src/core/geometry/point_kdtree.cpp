@@ -230,7 +230,7 @@ void cut(Record *from, Record *to, uint32_t count, uint32_t wanted, int axis) {
 }
 
 // place[i]: how many of a leaf's ids are smaller than id[i].
-WISP_MULTIVERSIONED void find_places(const uint32_t *id, uint32_t *place) {
+WISP_MULTIVERSIONED void find_cells(const uint32_t *id, uint32_t *place) {
     for (size_t first = 0; first < leaf_points; first += lanes) {
         uint32_t smaller[lanes] = {};
         for (size_t j = 0; j < leaf_points; ++j) {
@@ -279,7 +279,7 @@ class Builder {
 
         uint32_t id[leaf_points], place[leaf_points];
         for (uint32_t i = 0; i < leaf_points; ++i) id[i] = i < count ? records[i].id() : no_point;
-        find_places(id, place);
+        find_cells(id, place);
         for (uint32_t i = 0; i < count; ++i) {
             const uint32_t slot = first + place[i];
             x_[slot] = records[i].coordinate(0);

@@ -125,9 +125,9 @@ WISP_INLINE void gather_lights(const M &marcher, const SmokeVolume &smoke, const
     const OpticalDepthGrid &depths = *marcher.depths;
     const Vec3 out = -ray.direction;
     if (depths.light_count > 0) {
-        LanePlaces at;
-        find_places(group.points, depths.stride, static_cast<int32_t>(depths.light_count), at);
-        const int32_t nodes = static_cast<int32_t>(nodes_of(depths.stride));
+        LaneCells at;
+        find_cells(group.points, depths.spacing, static_cast<int32_t>(depths.light_count), at);
+        const int32_t nodes = static_cast<int32_t>(nodes_of(depths.spacing));
         for (uint32_t light = 0; light < depths.light_count; ++light) {
             LaneLight lit;
             const Light &from = depths.lights[light];
@@ -160,14 +160,14 @@ WISP_INLINE void gather_lights(const M &marcher, const SmokeVolume &smoke, const
 // What moments beyond the flux send towards `out`: those of a node are summed up before they are interpolated.
 WISP_INLINE void gather_harmonics(const Irradiance &map, const Phase &phase, const Group &group, const Vec3 &out,
                                  Lanes &sent) {
-    LanePlaces at;
-    find_places(group.points, map.harmonic_spacing, 1, at);
-    const SphericalHarmonics seen = seen_harmonics(phase, out);
+    LaneCells at;
+    find_cells(group.points, map.harmonic_spacing, 1, at);
+    const SphericalHarmonics seen = phase_harmonics(phase, out);
     const auto sum = [&](int32_t node) {
         const uint32_t *packed = map.harmonics + node * static_cast<int32_t>(harmonic_words);
         Real total = Real(0);
         for (uint32_t i = 0; i < harmonic_count; ++i)
-            total += seen.of[i] * Real(flux_units(packed[i / 3], static_cast<int32_t>(i % 3)));
+            total += seen.value[i] * Real(flux_units(packed[i / 3], static_cast<int32_t>(i % 3)));
         return total;
     };
     interpolate(at, sum, sent);
@@ -183,11 +183,11 @@ WISP_INLINE void gather_scattered(const GridMarcher &marcher, const SmokeVolume 
     int32_t first[lanes], stride[lanes], exponent[lanes];
     for (uint32_t l = 0; l < lanes; ++l) {
         first[l] = map.first[group.points.brick[l]];
-        stride[l] = map.stride[group.points.brick[l]];
+        stride[l] = map.spacing[group.points.brick[l]];
         exponent[l] = map.exponent[group.points.brick[l]];
     }
-    LanePlaces at;
-    find_places(group.points, first, stride, at);
+    LaneCells at;
+    find_cells(group.points, first, stride, at);
     Lanes p;
     for (uint32_t l = 0; l < lanes; ++l) p[l] = Real(1);
     if (map.flux && !smoke.phase.isotropic()) {
@@ -197,7 +197,7 @@ WISP_INLINE void gather_scattered(const GridMarcher &marcher, const SmokeVolume 
                 at, [&map, c](int32_t node) { return unpack_flux(map.flux[node])[c]; }, flux[c]);
         for (uint32_t l = 0; l < lanes; ++l)
             p[l] = phase_of_flux(smoke.phase, Vec3(flux[0][l], flux[1][l], flux[2][l]), out) * four_pi<Real>;
-        if (map.harmonics && takes_harmonics(smoke.phase.asymmetry())) {
+        if (map.harmonics && uses_harmonics(smoke.phase.asymmetry())) {
             Lanes more;
             gather_harmonics(map, smoke.phase, group, out, more);
             for (uint32_t l = 0; l < lanes; ++l) {
@@ -261,8 +261,8 @@ WISP_INLINE void march_lanes(const M &marcher, const Ray &ray, const GridRay &in
     }
     find_points(bricks, in_bricks, group.t, group.points);
     for (uint32_t l = 0; l < lanes; ++l) group.dx[l] = group.points.inside[l] ? group.dx[l] : Real(0);
-    LanePlaces at;
-    find_places(group.points, 1, 1, at);
+    LaneCells at;
+    find_cells(group.points, 1, 1, at);
     Lanes sigma;
     LaneColor source;
     for (uint32_t l = 0; l < lanes; ++l) sigma[l] = Real(0);
@@ -275,9 +275,9 @@ WISP_INLINE void march_lanes(const M &marcher, const Ray &ray, const GridRay &in
     }
     for (uint32_t s = 0; s < medium.count; ++s) {
         const SmokeVolume &smoke = medium.smokes[s];
-        if (!smoke.field.is_bricks) continue;
+        if (!smoke.field.is_resampled) continue;
         Lanes here;
-        interpolate(at, smoke.field.bricks.extinction, here);
+        interpolate(at, smoke.field.resampled.extinction, here);
         Real any = Real(0);
         for (uint32_t l = 0; l < lanes; ++l) {
             here[l] = group.dx[l] > Real(0) ? here[l] : Real(0);

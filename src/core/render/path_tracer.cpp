@@ -202,7 +202,7 @@ bool make_path_tracer(const Scene &scene, const Medium &medium, const Light *lig
                       Statistics &statistics, PathTracer &tracer) {
     tracer = {&medium, lights, scene.light_count, {}, &statistics, shadows};
     if (medium.empty()) return true;
-    tracer.majorants = make_majorants(medium, finest_length(scene), arena);
+    tracer.majorants = make_majorants(medium, smallest_smoothing_length(scene), arena);
     return tracer.majorants.sigma != nullptr;
 }
 

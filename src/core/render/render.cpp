@@ -20,7 +20,7 @@ namespace {
 uint64_t march_bytes(const Scene &scene) { return 2 * Arena::bytes<Real>(scene.smoke_count); }
 
 // So many smoothing lengths of the finest smoke.
-Real step_length(const Scene &scene, double lengths) { return finest_length(scene) * to_real<Real>(lengths); }
+Real step_length(const Scene &scene, double lengths) { return smallest_smoothing_length(scene) * to_real<Real>(lengths); }
 
 // So many lights are seen in smoke: none where it is black.
 uint32_t lights_in_smoke(const Scene &scene) {
@@ -174,7 +174,7 @@ GridSpacing grid_spacing(const Scene &scene, const Settings &settings) {
     const bool irradiance = settings.irradiance != IrradianceMap::none;
     double cell = density;
     if (total_order_key(density) > 0) {
-        if (keeps_samples(scene)) cell = parts_within(density) == 1 ? 1 : 0.5;
+        if (keeps_samples(scene)) cell = subdivision_for(density) == 1 ? 1 : 0.5;
     } else {
         cell = settings.light_step;
         if (irradiance && !(total_order_key(cell) > 0 && total_order_key(cell) < total_order_key(settings.irradiance_step)))
@@ -436,12 +436,10 @@ bool make_shading(const Scene &scene, const Settings &settings, const FrameScene
     const SurfaceMaterial *materials = make_surface_materials(scene, arena);
     const bool cut = settings.lights == LightChoice::cuts;
     if (!materials || (cut && !make_light_cuts(world.lights, scene.light_count, arena, shading.cuts))) return false;
-    shading.shadows = {&scene, world.surfaces, world.lights, &statistics, shadow_method(scene, settings), kept.shadows};
+    shading.shadows = {&scene, world.surfaces, world.lights, &statistics, shadow_technique(scene, settings), kept.shadows};
     statistics.bytes.mode_words = shadow_bytes(scene, settings);
     if (!begin_frame(shading.shadows, settings, arena)) return false;
-    shading.in_smoke = shading.shadows;
-    // The paper's method knows triangles alone.
-    if (shading.in_smoke.method == ShadowMethod::paper) shading.in_smoke.method = ShadowMethod::trace;
+    shading.in_smoke = shadows_in_space(shading.shadows);
     shading.tracer = {&scene,           world.surfaces,
                       materials,        world.lights,
                       &shading.shadows, vec_of(scene.background),

@@ -5,7 +5,7 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-template <class K> Neighbourhood neighbourhood_of(const ParticleField &field, uint32_t slot) {
+template <class K> DensityStatistics statistics_of(const ParticleField &field, uint32_t slot) {
     const PointTree &tree = field.tree;
     const Vec3 x(tree.x[slot], tree.y[slot], tree.z[slot]);
     Real sum[lanes] = {};
@@ -27,19 +27,18 @@ template <class K> Neighbourhood neighbourhood_of(const ParticleField &field, ui
     return {neighbours, to_double(sum_of_lanes(sum))};
 }
 
-WISP_MULTIVERSIONED Neighbourhood neighbourhood(const ParticleField &field, uint32_t slot) {
-    return field.kernel == Kernel::spline ? neighbourhood_of<Spline>(field, slot)
-                                          : neighbourhood_of<Poly6>(field, slot);
+WISP_MULTIVERSIONED DensityStatistics statistics_at(const ParticleField &field, uint32_t slot) {
+    return field.kernel == Kernel::spline ? statistics_of<Spline>(field, slot) : statistics_of<Poly6>(field, slot);
 }
 
 } // namespace
 
-uint64_t neighbourhood_bytes(uint32_t particles) { return particle_field_bytes(particles); }
+uint64_t density_statistics_bytes(uint32_t particles) { return particle_field_bytes(particles); }
 
-bool find_neighbourhoods(const SmokeDescription &source, Arena &arena, Neighbourhood *of_particle) {
+bool find_density_statistics(const SmokeDescription &source, Arena &arena, DensityStatistics *per_particle) {
     const ParticleField field = make_particle_field(source, 0, arena);
     if (!field.ready) return false;
-    for (uint32_t slot = 0; slot < source.count; ++slot) of_particle[field.tree.id[slot]] = neighbourhood(field, slot);
+    for (uint32_t slot = 0; slot < source.count; ++slot) per_particle[field.tree.id[slot]] = statistics_at(field, slot);
     return true;
 }
 

@@ -1,25 +1,28 @@
-// How densely particles stand about each other: whether their number suffices for the density that they stand for.
+// How densely a smoke's particles are sampled: the neighbours of each particle, and the density they give there. The
+// host judges with it whether a cloud has enough particles (S7, tools).
 #pragma once
 #include "wisp/arena.h"
 #include "wisp/scene.h"
 
 namespace wisp {
 
-// What the others give at a particle: the particle itself is left out, since nothing but itself put it there.
-struct Neighbourhood {
-    uint32_t neighbours; // whose supports hold it
-    double density;      // their sigma_t, per unit of length
+// The contribution of the other particles at one particle's position. The particle itself is left out: its own kernel
+// is always centred there, so it would bias the estimate.
+struct DensityStatistics {
+    uint32_t neighbours; // number of other particles whose supports hold the position
+    double density;      // the sum of their sigma_t there, per unit of length
 };
 
-// Of every particle of `source`, in canonical order. False: the arena has less than neighbourhood_bytes.
-#define WISP_DECLARE_NEIGHBOURHOODS(arithmetic)                                                                        \
+// find_density_statistics writes one entry for each particle of `source`, in canonical order. It returns false if the
+// arena has less than density_statistics_bytes.
+#define WISP_DECLARE_DENSITY_STATISTICS(arithmetic)                                                                    \
     namespace arithmetic {                                                                                             \
-    uint64_t neighbourhood_bytes(uint32_t particles);                                                                  \
-    bool find_neighbourhoods(const SmokeDescription &source, Arena &arena, Neighbourhood *of_particle);                     \
+    uint64_t density_statistics_bytes(uint32_t particles);                                                             \
+    bool find_density_statistics(const SmokeDescription &source, Arena &arena, DensityStatistics *per_particle);       \
     }
-WISP_DECLARE_NEIGHBOURHOODS(f32)
-WISP_DECLARE_NEIGHBOURHOODS(f64)
-WISP_DECLARE_NEIGHBOURHOODS(fixed)
-#undef WISP_DECLARE_NEIGHBOURHOODS
+WISP_DECLARE_DENSITY_STATISTICS(f32)
+WISP_DECLARE_DENSITY_STATISTICS(f64)
+WISP_DECLARE_DENSITY_STATISTICS(fixed)
+#undef WISP_DECLARE_DENSITY_STATISTICS
 
 } // namespace wisp

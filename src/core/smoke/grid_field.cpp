@@ -1,4 +1,4 @@
-// Density grids: trilinear extinction and its exact line integrals, cell by cell.
+// Density grids: trilinear extinction, and its exact line integrals cell by cell.
 #include "core/smoke/grid_field.h"
 #include "core/numbers/increasing_root.h"
 
@@ -10,21 +10,21 @@ Vec3 to_frame(const GridField &field, const Vec3 &d) {
     return Vec3(dot(field.axis[0], d), dot(field.axis[1], d), dot(field.axis[2], d));
 }
 
-// The sample at a corner of a cell `between` samples; the outermost stand for what lies behind them.
+// The index of the sample at a corner of a cell of GridField::between. Beyond the border the outermost sample repeats.
 int64_t sample_beside(const GridField &field, const Cell &cell, int32_t dx, int32_t dy, int32_t dz) {
     const Cell &n = field.samples;
     return index_of(n, {min(max(cell.x - 1 + dx, 0), n.x - 1), min(max(cell.y - 1 + dy, 0), n.y - 1),
                         min(max(cell.z - 1 + dz, 0), n.z - 1)});
 }
 
-// The trilinear value at p, a point of the frame in or next to the cell `between` samples.
+// sigma_t at p, a point of the frame in or next to a cell of GridField::between.
 Real value_in_cell(const GridField &field, const Cell &cell, const Vec3 &p) {
     return max(Real(0), trilinear(position_in(field.between, cell, p), [&](int32_t dx, int32_t dy, int32_t dz) {
                    return field.extinction[sample_beside(field, cell, dx, dy, dz)];
                }));
 }
 
-// int sigma_t over the distances from `from` to `to`, inside one cell: exact for the cubic polynomial.
+// The integral of sigma_t over the distances [from, to] inside one cell. Gauss-Legendre is exact for this cubic.
 Real depth_in_cell(const GridField &field, const Cell &cell, const Ray &ray, Real from, Real to) {
     const Real half = (to - from) * Real(0.5), middle = from + half;
     const Real a = value_in_cell(field, cell, ray.origin + ray.direction * (middle - gauss_node * half));
@@ -39,10 +39,11 @@ bool contains(const Box &box, const Vec3 &p) {
 
 Vec3 absolute(const Vec3 &v) { return Vec3(abs(v.x), abs(v.y), abs(v.z)); }
 
-// An offset from a sample in units of a cell's edge, drawn from its tent; the border cells' outer halves are flat.
+// A random offset from sample i along one axis, in cell edges, distributed as the sample's tent. The tents of border
+// samples are constant over the outer half of the border cell.
 Real tent_offset(int32_t i, int32_t count, Real u) {
     const bool below = u < Real(0.5);
-    const Real v = below ? Real(2) * u : Real(2) * u - Real(1); // of that side
+    const Real v = below ? Real(2) * u : Real(2) * u - Real(1); // uniform again, for one side of the tent
     if (below ? i == 0 : i == count - 1) return below ? -v * Real(0.5) : v * Real(0.5);
     const Real inward = Real(1) - sqrt(v);
     return below ? -inward : inward;
@@ -54,10 +55,10 @@ Cell cell_of_sample(const GridField &field, uint32_t sample) {
             static_cast<int32_t>(sample / nx / ny)};
 }
 
-// The point of the scene that lies `offset` edges beside the middle of a cell.
-Vec3 place_of(const GridField &field, const Cell &cell, const Vec3 &offset) {
-    const Vec3 place = Vec3(Real(cell.x), Real(cell.y), Real(cell.z)) + offset + Vec3(Real(0.5));
-    const Vec3 p = field.box.low + place * field.between.edge;
+// The point of the scene at the centre of a cell plus `offset` cell edges.
+Vec3 point_near_sample(const GridField &field, const Cell &cell, const Vec3 &offset) {
+    const Vec3 in_cells = Vec3(Real(cell.x), Real(cell.y), Real(cell.z)) + offset + Vec3(Real(0.5));
+    const Vec3 p = field.box.low + in_cells * field.between.edge;
     return field.center + field.axis[0] * p.x + field.axis[1] * p.y + field.axis[2] * p.z;
 }
 
@@ -127,7 +128,7 @@ Real majorant(const GridField &field, const Box &box) {
     if (high.x < field.box.low.x || high.y < field.box.low.y || high.z < field.box.low.z || low.x > field.box.high.x ||
         low.y > field.box.high.y || low.z > field.box.high.z)
         return Real(0);
-    // The samples on both sides of every cell between them that the box touches.
+    // The samples at the corners of all cells of `between` that the box touches.
     const Cell first = cell_at(field.between, low), last = cell_at(field.between, high), &n = field.samples;
     Real greatest = Real(0);
     for (int32_t z = max(first.z - 1, 0); z <= min(last.z, n.z - 1); ++z)
@@ -142,7 +143,7 @@ Collision first_collision(const GridField &field, const Ray &ray, Real end, Even
     Ray inside;
     Real entry;
     if (!enter(field, ray, inside, entry, end)) return collision;
-    Real rest = -log1p(-unit_open<Real>(draw(event, field.dimension))); // of the optical depth
+    Real rest = -log1p(-unit_open<Real>(draw(event, field.dimension))); // the optical depth that is left
     if (field.constant()) {
         const Real sigma = field.extinction[0];
         if (rest < end * sigma) collision = {true, entry + rest / sigma, 0};
@@ -176,12 +177,12 @@ Collision first_collision(const GridField &field, const Ray &ray, Real end, Even
 }
 
 Vec3 position_of_sample(const GridField &field, uint32_t sample) {
-    return place_of(field, cell_of_sample(field, sample), Vec3(Real(0)));
+    return point_near_sample(field, cell_of_sample(field, sample), Vec3(Real(0)));
 }
 
 Vec3 point_of_sample(const GridField &field, uint32_t sample, const Vec3 &uniform) {
     const Cell &n = field.samples, at = cell_of_sample(field, sample);
-    return place_of(
+    return point_near_sample(
         field, at,
         Vec3(tent_offset(at.x, n.x, uniform.x), tent_offset(at.y, n.y, uniform.y), tent_offset(at.z, n.z, uniform.z)));
 }

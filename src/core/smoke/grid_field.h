@@ -1,8 +1,8 @@
-// Smoke as a density grid: trilinear between samples at the centres of the cells of a box, constant over the outer half
-// of the border cells, zero outside. With a single sample it is a box of constant density.
+// Smoke as a density grid. Samples lie at the centres of a box's cells. sigma_t is trilinear between them, constant over
+// the outer half of the border cells, and zero outside the box. A single sample gives a box of constant density.
 //
-// Along a ray a trilinear cell is a cubic polynomial, which two points of Gauss and Legendre integrate exactly: optical
-// depths and collisions have no step.
+// Along a ray, trilinear interpolation in one cell is a cubic polynomial. Two-point Gauss-Legendre quadrature integrates
+// it exactly, so optical depths and collisions have no step error.
 #pragma once
 #include "core/geometry/lattice.h"
 #include "core/numbers/random.h"
@@ -15,44 +15,53 @@ namespace wisp::WISP_ARITH {
 struct GridField {
     const Real *extinction; // sigma_t of sample (x, y, z) at [(z * samples.y + y) * samples.x + x]
     Cell samples;
-    // The grid's own frame: p is at (dot(axis[0], p - center), ...), lengths are the scene's.
+    // The grid's frame: a point p of the scene has the coordinates dot(axis[i], p - center). Lengths are the scene's.
     Vec3 center, axis[3];
-    Box box;            // in that frame
-    Lattice between;    // in that frame: cell (x, y, z) lies between the samples x - 1 and x, y - 1 and y, z - 1 and z
-    Box bounds;         // of the turned box, in the scene
-    uint32_t dimension; // of a photon's draws: free path, sample
+    Box box;            // in the frame
+    Lattice between;    // in the frame: cell (x, y, z) lies between the samples x - 1 and x, y - 1 and y, z - 1 and z
+    Box bounds;         // of the rotated box, in the scene
+    uint32_t dimension; // the first of a photon's two draws (random.h): free path, sample
     bool ready;         // false: the arena was too small
 
     bool constant() const { return samples.x == 1 && samples.y == 1 && samples.z == 1; }
 };
 
-GridField grid_frame(const GridDescription &source); // all but the samples: not ready
+// The field without its samples: not ready.
+GridField grid_frame(const GridDescription &source);
+// The field with its samples, which are made from the arena.
 GridField make_grid_field(const GridDescription &source, uint32_t dimension, Arena &arena);
 uint64_t grid_field_bytes(const GridDescription &source);
 
-// As for particles: sigma_t at x; its integral over the ray's distances 0 to `end`; an upper bound in a box.
+// sigma_t at x, per unit of length.
 Real extinction(const GridField &field, const Vec3 &x);
+
+// The integral of sigma_t over the ray's distances 0 to `end`.
 Real optical_depth(const GridField &field, const Ray &ray, Real end);
+
+// An upper bound of sigma_t in the box: the largest sample that can contribute.
 Real majorant(const GridField &field, const Box &box);
 
-// Where a photon that starts along the ray collides, if before `end`: where the optical depth has grown to -ln xi. The
-// sample is drawn with its tent's share of the density there.
+// The first collision of a photon that flies along the ray, if there is one before `end` (regular tracking, N-E3): the
+// optical depth has grown to -ln(1 - xi). The sample is drawn with probability tent value * sample / sigma_t.
 Collision first_collision(const GridField &field, const Ray &ray, Real end, Event event);
 
-// The samples around a point of a cell of the field's frame, and the tents' values there.
+// The eight samples around a point, and their trilinear weights (the values of their tents).
 struct Corners {
     uint32_t sample[8];
     Real weight[8];
 };
+// p: a point of the frame in `cell` of GridField::between.
 void find_corners(const GridField &field, const Cell &cell, const Vec3 &p, Corners &corners);
-bool find_corners(const GridField &field, const Vec3 &x, Corners &corners); // of a point of the scene; false: outside
+// x: a point of the scene. Returns false if it is outside the box.
+bool find_corners(const GridField &field, const Vec3 &x, Corners &corners);
 
-// The ray in the field's frame from where it enters the box, as for particles: `entry` was skipped, `end` is left.
+// The ray in the field's frame, with its origin moved to its entry into the box. `entry` is the distance skipped, `end`
+// becomes the distance left. Returns false if the ray misses the box.
 bool enter(const GridField &field, const Ray &ray, Ray &inside, Real &entry, Real &end);
 
-constexpr Real gauss_node = Real(0.57735026918962576451); // 1 / sqrt(3): two such points integrate a cubic
+constexpr Real gauss_node = Real(0.57735026918962576451); // 1 / sqrt(3): the nodes of two-point Gauss-Legendre
 
-// The optical depth sample by sample: visit(sample, its part of it), a sample more than once.
+// The optical depth by sample: visit(sample, its contribution). A sample may be visited more than once.
 template <class Visit> void for_each_depth(const GridField &field, const Ray &ray, Real end, Visit &&visit) {
     Ray inside;
     Real entry;
@@ -64,30 +73,30 @@ template <class Visit> void for_each_depth(const GridField &field, const Ray &ra
             Corners corners;
             find_corners(field, cell, inside.origin + inside.direction * t, corners);
             for (int i = 0; i < 8; ++i) {
-                const Real part = corners.weight[i] * field.extinction[corners.sample[i]] * half;
-                if (part > Real(0)) visit(corners.sample[i], part);
+                const Real depth = corners.weight[i] * field.extinction[corners.sample[i]] * half;
+                if (depth > Real(0)) visit(corners.sample[i], depth);
             }
         }
         return true;
     });
 }
 
-// sigma_t at x sample by sample: visit(sample, its part of it) where that is not 0, a sample more than once.
+// sigma_t at x by sample: visit(sample, its contribution), unless that is 0. A sample may be visited more than once.
 template <class Visit> void for_each_extinction(const GridField &field, const Vec3 &x, Visit &&visit) {
     Corners corners;
     if (!find_corners(field, x, corners)) return;
     for (int i = 0; i < 8; ++i) {
-        const Real part = corners.weight[i] * field.extinction[corners.sample[i]];
-        if (part > Real(0)) visit(corners.sample[i], part);
+        const Real sigma = corners.weight[i] * field.extinction[corners.sample[i]];
+        if (sigma > Real(0)) visit(corners.sample[i], sigma);
     }
 }
 
-// sigma_t at x, and the sum of what each sample has in it times the sample's source function.
+// Sets sigma to sigma_t at x. Returns the sum over samples of their contribution to it times their source function.
 Color radiated(const GridField &field, const Vec3 &x, const Color *source, Real &sigma);
 
 Vec3 position_of_sample(const GridField &field, uint32_t sample);
 
-// A point of the density around a sample: uniform draws become an offset with the density of the sample's tent.
+// A random point around a sample, distributed as the sample's tent; `uniform` holds three numbers from (0, 1).
 Vec3 point_of_sample(const GridField &field, uint32_t sample, const Vec3 &uniform);
 
 } // namespace wisp::WISP_ARITH

@@ -1,29 +1,31 @@
-// The two SPH kernels (S3) and their closed line integrals (numerics L), as functions of normalised lengths.
+// The two SPH kernels (S3) and their line integrals in closed form (N-L), as functions of lengths in units of h.
 //
-// A particle's density is C h^-3 f(q^2), q = r / h, with the constants C below; h^9 is never formed. For poly6 the
-// kernel's own h is its support, so the same support 2 H is written h = H for the spline and h = 2 H for poly6.
-// Line integrals: a line passes a particle at distance b; t is measured along it from the closest approach; both in h.
+// A kernel is W = C h^-3 f(q^2) with q = r / h and `constant` = C; h^9 is never formed. The h of poly6 is its support,
+// so that a particle of smoothing length H and support 2 H has h = H with the spline, and h = 2 H with poly6.
+// Line integrals: b is the distance of the line from the particle, t the position along the line measured from the
+// point of closest approach. Both are in units of h.
 #pragma once
 #include "core/numbers/increasing_root.h"
 #include <type_traits>
 
 namespace wisp::WISP_ARITH {
 
-// Desbrun
+// The cubic spline of Desbrun and Gascuel (1996).
 struct Spline {
     static constexpr Real constant = Real(15 / (64 * 3.14159265358979323846)); // 15 / (pi (4h)^3) = C h^-3
     static constexpr Real support = Real(2);
     static constexpr Real support_squared = Real(4);
-    static constexpr Real line_maximum = Real(8); // the whole line through the middle
-    static constexpr double variance = 2.0 / 7;   // int x^2 W, along one axis
+    static constexpr Real line_maximum = Real(8); // chord(0): the line through the centre
+    static constexpr double variance = 2.0 / 7;   // the integral of x^2 W, x along one axis, in h^2
 
-    // (2 - q)^3 where q < 2, else 0. Never negative: rounding may give q = 2 for q^2 < 4, hence the maximum (C7).
+    // (2 - q)^3 where q < 2, else 0; never negative. Rounding may give q = 2 for q^2 < 4, and the value is then 0 (hard
+    // case C7).
     static Real value(Real q_squared) {
         const Real u = max(Real(0), Real(2) - sqrt(q_squared));
         return q_squared < support_squared ? u * u * u : Real(0);
     }
 
-    // int_0^t (2 - q)^3 dt', odd in t; 0 <= b < 2, |t| <= sqrt(4 - b^2). (numerics L, F)
+    // F(b, t) of N-L: the integral of (2 - q)^3 from 0 to t; odd in t. 0 <= b < 2, |t| <= sqrt(4 - b^2).
     static Real line(Real b_squared, Real t) {
         const Real b2 = max(b_squared, axis_squared), b = sqrt(b2);
         const Real q2 = b2 + t * t, q = sqrt(q2), u = abs(t);
@@ -34,17 +36,17 @@ struct Spline {
         return t < Real(0) ? -integral : integral;
     }
 
-    // The whole chord, 2 line(b, sqrt(4 - b^2)); 0 <= b^2. No branches, so that a leaf is one vector loop.
-    // (numerics L, K)
+    // K(b) of N-L: the integral over the whole chord, 2 F(b, sqrt(4 - b^2)); 0 <= b^2. It has no branches, so that
+    // eight particles are one vector loop.
     static Real chord(Real b_squared) {
         const Real b2 = min(max(b_squared, axis_squared), support_squared), half = sqrt(support_squared - b2);
         const Real k = half * (Real(4) + Real(6.5) * b2) -
                        b2 * (Real(12) + Real(0.75) * b2) * log_positive((Real(2) + half) / sqrt(b2));
-        return max(Real(0), k); // beyond the support the logarithm is that of 1: 0
+        return max(Real(0), k); // beyond the support k is 0: half is 0 and the logarithm is that of 1
     }
 
-    // The radius within which a share xi in [0, 1] of the kernel's volume integral lies.
-    static Real radius_of_share(Real xi) {
+    // The radius of the ball that holds a fraction xi in [0, 1] of the kernel's volume integral.
+    static Real radius_of_fraction(Real xi) {
         return increasing_root(Real(0), Real(2), [xi](Real q, Real &slope) {
             const Real u = Real(2) - q, q2 = q * q;
             slope = Real(15.0 / 16) * q2 * (u * u * u);
@@ -54,11 +56,12 @@ struct Spline {
     }
 
   private:
-    // Nearer to the axis than this, b^2 asinh(t / b) is below the resolution, and its quotient must not overflow.
+    // The smallest b^2 in the logarithms. For smaller b, b^2 asinh(t / b) is below the resolution, and the quotient t / b
+    // could overflow.
     static constexpr Real axis_squared = std::is_same_v<Real, double> ? Real(0x1p-80) : Real(0x1p-32);
 };
 
-// Mueller
+// The polynomial kernel of Mueller, Charypar and Gross (2003).
 struct Poly6 {
     static constexpr Real constant = Real(315 / (64 * 3.14159265358979323846)); // 315 / (64 pi h^9) h^6 = C h^-3
     static constexpr Real support = Real(1);
@@ -72,19 +75,20 @@ struct Poly6 {
         return u * u * u;
     }
 
-    // int_0^t (1 - b^2 - t'^2)^3 dt', odd in t; |t| <= sqrt(1 - b^2). (numerics L, G)
+    // G(b, t) of N-L: the integral of (1 - q^2)^3 from 0 to t; odd in t. |t| <= sqrt(1 - b^2).
     static Real line(Real b_squared, Real t) {
         const Real c = Real(1) - b_squared, u = t * t;
         return t * (c * c * c - u * (c * c - u * (Real(0.6) * c - u * Real(1.0 / 7))));
     }
 
-    // The whole chord: 32/35 (1 - b^2)^(7/2).
+    // The integral over the whole chord: 32/35 (1 - b^2)^(7/2).
     static Real chord(Real b_squared) {
         const Real c = max(Real(0), Real(1) - b_squared);
         return line_maximum * (c * c * c) * sqrt(c);
     }
 
-    static Real radius_of_share(Real xi) {
+    // As Spline::radius_of_fraction.
+    static Real radius_of_fraction(Real xi) {
         return increasing_root(Real(0), Real(1), [xi](Real q, Real &slope) {
             const Real q2 = q * q, u = Real(1) - q2;
             slope = Real(315.0 / 16) * q2 * (u * u * u);
@@ -95,8 +99,7 @@ struct Poly6 {
     }
 };
 
-// An upper bound of a kernel's chord(b^2) that costs no root and no logarithm: its maximum times (1 - b^2 /
-// support^2)^3.
+// An upper bound of Kernel::chord(b^2) without root or logarithm: line_maximum (1 - b^2 / support^2)^3.
 template <class Kernel> Real chord_bound(Real b_squared) {
     constexpr Real inverse = Kernel::support == Real(1) ? Real(1) : Real(0.25);
     const Real u = max(Real(0), Real(1) - b_squared * inverse);

@@ -9,10 +9,10 @@ namespace {
 
 bool any(const Color &c) { return largest(c) > Real(0); }
 
-// For each particle the share of the whole cross-section that lies before it, as a fraction of 2^32; for the samples of
-// a grid, whose tents all have the same volume, the share of the density. Summed in integers, so that the choice is the
-// same in every arithmetic.
-const uint32_t *shares_of_area(const SmokeDescription &source, Arena &arena) {
+// For each particle, the fraction of the whole cross-section that lies before it, in units of 2^-32. The samples of a grid
+// have tents of equal volume: for these it is the fraction of the density. The sums are integers, so the choice of a
+// particle is the same in every arithmetic.
+const uint32_t *area_fractions_before(const SmokeDescription &source, Arena &arena) {
     const uint32_t count = elements_of(source);
     uint32_t *before = arena.make<uint32_t>(count);
     if (!before) return nullptr;
@@ -25,13 +25,13 @@ const uint32_t *shares_of_area(const SmokeDescription &source, Arena &arena) {
     Real greatest = Real(0);
     for (uint32_t i = 0; i < count; ++i) greatest = max(greatest, area(i));
     uint64_t total = 0;
-    const auto units = [&](uint32_t i) { // an area in 1 / 65536 of the greatest
+    const auto units = [&](uint32_t i) { // an area, in units of 2^-16 of the largest
         return static_cast<uint64_t>(floor_to_int(scale_pow2(area(i) / greatest, 16)));
     };
     for (uint32_t i = 0; i < count; ++i) total += units(i);
     // sum / total as a fraction of 2^32, by long division in two halves of 16 bits: total < 2^47.
     uint64_t sum = 0;
-    if (total == 0) total = 1; // all too small for the arithmetic: all shares are 0
+    if (total == 0) total = 1; // all areas are too small for the arithmetic: all fractions are 0
     for (uint32_t i = 0; i < count; ++i) {
         const uint64_t high = (sum << 16) / total, rest = (sum << 16) % total;
         before[i] = static_cast<uint32_t>(high << 16 | (rest << 16) / total);
@@ -84,8 +84,8 @@ Medium make_medium(const Scene &scene, double density_step, Arena &arena) {
             smoke.emitted_power =
                 smoke.emission * (Color(Real(1)) - smoke.albedo) * (four_pi<Real> * to_real<Real>(source.total_area));
             if (any(smoke.emitted_power)) {
-                smoke.area_before = shares_of_area(source, arena);
-                if (!smoke.area_before) return medium;
+                smoke.area_fraction_before = area_fractions_before(source, arena);
+                if (!smoke.area_fraction_before) return medium;
             }
         }
         if (!source.empty()) {
@@ -135,10 +135,10 @@ MediumCollision first_collision(const Medium &medium, const Ray &ray, Real end, 
     return nearest;
 }
 
-bool meets_smoke(const Medium &medium, const SparseGrid &bricks, uint32_t brick, const Cell &node, int32_t stride) {
-    const Cell low = {max(node.x - stride, 0), max(node.y - stride, 0), max(node.z - stride, 0)};
-    const Cell high = {min(node.x + stride, brick_cells), min(node.y + stride, brick_cells),
-                       min(node.z + stride, brick_cells)};
+bool meets_smoke(const Medium &medium, const SparseGrid &bricks, uint32_t brick, const Cell &node, int32_t spacing) {
+    const Cell low = {max(node.x - spacing, 0), max(node.y - spacing, 0), max(node.z - spacing, 0)};
+    const Cell high = {min(node.x + spacing, brick_cells), min(node.y + spacing, brick_cells),
+                       min(node.z + spacing, brick_cells)};
     if (!medium.bricks) {
         const Box box = {node_of(bricks, brick, low), node_of(bricks, brick, high)};
         for (uint32_t i = 0; i < medium.count; ++i)
@@ -147,8 +147,8 @@ bool meets_smoke(const Medium &medium, const SparseGrid &bricks, uint32_t brick,
     }
     const Cell count = {nodes_along(1), nodes_along(1), nodes_along(1)};
     for (uint32_t i = 0; i < medium.count; ++i) {
-        if (!medium.smokes[i].field.is_bricks) continue;
-        const Real *sigma = medium.smokes[i].field.bricks.nodes(brick);
+        if (!medium.smokes[i].field.is_resampled) continue;
+        const Real *sigma = medium.smokes[i].field.resampled.nodes(brick);
         for (int32_t z = low.z; z <= high.z; ++z)
             for (int32_t y = low.y; y <= high.y; ++y)
                 for (int32_t x = low.x; x <= high.x; ++x)

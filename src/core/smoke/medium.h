@@ -1,4 +1,4 @@
-// The smoke of a scene: what the march, the shadows and the photons ask of it.
+// The smoke of a scene: all of its volumes together.
 #pragma once
 #include "core/geometry/ray.h"
 #include "core/smoke/density_field.h"
@@ -12,8 +12,10 @@ struct SmokeVolume {
     Color albedo;
     Phase phase = Phase(Real(0));
     Color emission;              // L_e
-    Color emitted_power;         // of all its photons: 4 pi (1 - albedo) L_e times the integral of sigma_t
-    const uint32_t *area_before; // per particle or sample, where it glows: the share of 2^32 of those before
+    Color emitted_power; // of the whole smoke: 4 pi (1 - albedo) L_e times the integral of sigma_t
+    // Where the smoke emits: for each particle or sample, the fraction of the integral of sigma_t that lies before it, in
+    // units of 2^-32; or else nullptr.
+    const uint32_t *area_fraction_before;
     const SmokeDescription *source;
 };
 
@@ -21,31 +23,31 @@ struct SmokeVolume {
 struct Medium {
     SmokeVolume *smokes;
     uint32_t count;
-    const SparseGrid *bricks; // to which the densities are resampled; nullptr where they are exact
-    Box bounds;               // of all supports; empty without particles
-    Sphere sphere;            // around them
+    const SparseGrid *bricks; // to which the densities are resampled; nullptr: they are exact
+    Box bounds;               // of all supports; empty without smoke
+    Sphere sphere;            // around all supports
     bool ready;               // false: the arena was too small
 
     bool empty() const { return !(bounds.low.x < bounds.high.x); }
 };
 
-// `density_step`: the size of the bricks' cells in smoothing lengths of the finest smoke; 0: exact densities, as of any
-// smoke that cannot be resampled.
+// `density_step` is the edge of the sparse grid's cells in units of the smallest smoothing length; 0 means exact
+// densities. Smoke that cannot be resampled has exact densities in any case.
 Medium make_medium(const Scene &scene, double density_step, Arena &arena);
 uint64_t medium_bytes(const Scene &scene, double density_step);
 
-// int sigma_t of all smokes over the ray's distances 0 to `end`.
+// The integral of sigma_t of all smokes over the ray's distances 0 to `end`.
 Real optical_depth(const Medium &medium, const Ray &ray, Real end);
 
-// Whether there is smoke in the cells of the brick around a node of a field, given in cells. `bricks` are the medium's
-// own where it has been resampled.
-bool meets_smoke(const Medium &medium, const SparseGrid &bricks, uint32_t brick, const Cell &node, int32_t stride);
+// Whether there is smoke within `spacing` cells of a node, inside the brick. `node` is given in cells from the brick's low
+// corner. If the medium is resampled, `bricks` must be its own grid.
+bool meets_smoke(const Medium &medium, const SparseGrid &bricks, uint32_t brick, const Cell &node, int32_t spacing);
 
 struct MediumCollision {
     bool found;
     Real distance;
     uint32_t smoke;   // index of the smoke that the photon collided with
-    uint32_t element; // which of its particles (slot) or samples, drawn with its share of the density
+    uint32_t element; // the particle (slot) or sample, drawn in proportion to its density there
 };
 
 MediumCollision first_collision(const Medium &medium, const Ray &ray, Real end, Event event);

@@ -1,8 +1,8 @@
-// Density from particles (S3) and what follows from it in closed form.
+// Density from particles (S3), its line integrals (N-L), and exact collisions (N-X).
 //
-// Every function visits leaves in ascending order and adds lane l of each leaf to lane l of the sum, then the lanes in
-// one fixed tree: a leaf that is visited though it is too far away adds zeros, so the bits do not depend on how
-// tightly the visitor culls.
+// Every function visits leaves in ascending order and adds lane l of each leaf to lane l of the sum. At the end the lanes
+// are added in one order (sum_of_lanes). A leaf that is visited although it is too far away adds zeros. So the bits do
+// not depend on how tightly the kd-tree culls.
 #include "core/smoke/particle_field.h"
 
 namespace wisp::WISP_ARITH {
@@ -42,25 +42,25 @@ template <class K> Real majorant_of(const ParticleField &field, const Box &box) 
     return sum_of_lanes(sum);
 }
 
-// All lanes do the same, so that each loop is a vector loop: a particle that the line misses adds 0. Whole chords are
-// cheaper than the difference of two line integrals, which only particles near an end of the segment need.
+// All lanes do the same work, so that each loop is a vector loop: a particle that the line misses adds 0. A whole chord
+// is cheaper than the difference of two line integrals, which only particles near an end of the segment need.
 template <class K> Real optical_depth_of(const ParticleField &field, const Ray &ray, Real end) {
     Real sum[lanes] = {};
     for_each_leaf_on_segment(field.tree, ray.origin, ray.direction, Real(0), end, field.support, [&](uint32_t leaf) {
         for (uint32_t first = leaf * leaf_points; first < (leaf + 1) * leaf_points; first += lanes) {
             Real b_squared[lanes], middle[lanes];
-            uint32_t met = 0, cut = 0;
+            uint32_t any_hit = 0, any_cut = 0; // particles that the line crosses; of those, near an end of the segment
             for (uint32_t l = 0; l < lanes; ++l) {
                 const Passage passed = passage(field, first + l, ray);
                 b_squared[l] = passed.b_squared;
                 middle[l] = passed.along;
                 const uint32_t hit = b_squared[l] < K::support_squared ? 1u : 0u;
-                met |= hit;
-                cut |= middle[l] < field.support ? hit : 0u;
-                cut |= end - middle[l] < field.support ? hit : 0u;
+                any_hit |= hit;
+                any_cut |= middle[l] < field.support ? hit : 0u;
+                any_cut |= end - middle[l] < field.support ? hit : 0u;
             }
-            if (!met) continue;
-            if (!cut) {
+            if (!any_hit) continue;
+            if (!any_cut) {
                 for (uint32_t l = 0; l < lanes; ++l) sum[l] += field.scale[first + l] * K::chord(b_squared[l]);
                 continue;
             }
@@ -76,10 +76,10 @@ template <class K> Real optical_depth_of(const ParticleField &field, const Ray &
 }
 
 struct Chord {
-    Real b_squared, from, to; // in units of h
+    Real b_squared, from, to; // in units of h^2 and h
 };
 
-// Along a chord from `from` to `to`: where the integral of the kernel since `from` has grown to `goal`.
+// The position t on a chord where the kernel's integral from `from` to t equals `goal`.
 template <class K> Real distance_of_depth(const Chord &chord, Real goal) {
     const Real start = K::line(chord.b_squared, chord.from);
     return increasing_root(chord.from, chord.to, [&](Real t, Real &slope) {
@@ -88,7 +88,8 @@ template <class K> Real distance_of_depth(const Chord &chord, Real goal) {
     });
 }
 
-// Where photon `xi` of the exponential clock of particle `slot` collides with it, if it does before `nearest`.
+// Replaces `nearest` if the photon collides with particle `slot` before it. xi is the photon's draw for the particle: the
+// optical depth to the collision is -ln(1 - xi) (N-X).
 template <class K>
 void collide(const ParticleField &field, const Ray &ray, uint32_t slot, Real xi, Collision &nearest) {
     const PointTree &tree = field.tree;
@@ -98,8 +99,7 @@ void collide(const ParticleField &field, const Ray &ray, uint32_t slot, Real xi,
     const Real b_squared = dot(across, across) * (inverse_h * inverse_h);
     if (!(b_squared < K::support_squared) || scale == Real(0)) return;
 
-    // The part of the chord that the ray covers so far, in units of h from the closest approach. The particle is met
-    // where the chord's depth has grown to -ln(1 - xi), if it is that deep.
+    // The interval of the chord between the ray's origin and `nearest`, in units of h from the closest approach.
     const Real middle = dot(to_particle, ray.direction), half = sqrt(K::support_squared - b_squared);
     const Real from = max(-half, -middle * inverse_h), to = min(half, (nearest.distance - middle) * inverse_h);
     if (!(from < to)) return;
@@ -116,12 +116,12 @@ template <class K> Collision first_collision_of(const ParticleField &field, cons
     Collision nearest = {false, end, 0};
     for_each_leaf_on_segment(tree, ray.origin, ray.direction, Real(0), end, field.support, [&](uint32_t leaf) {
         for (uint32_t first = leaf * leaf_points; first < (leaf + 1) * leaf_points; first += lanes) {
-            // Two sieves for whole vectors, as 1 - e^-x <= x: draws beyond the depth of any line through the particle,
-            // then draws beyond that of a line that passes as far from its middle as this one.
+            // A collision needs xi <= 1 - e^-depth <= depth. Two tests on whole vectors bound the depth: first by that
+            // of the line through the particle's centre, then by an upper bound of this line's chord.
             uint32_t bits[lanes], candidates = 0;
             for (uint32_t l = 0; l < lanes; ++l) {
                 bits[l] = draw(event, field.first_dimension + tree.id[first + l]);
-                candidates |= bits[l] <= field.reach[first + l] ? 1u : 0u;
+                candidates |= bits[l] <= field.max_draw[first + l] ? 1u : 0u;
             }
             if (!candidates) continue;
             Real xi[lanes], bound[lanes];
@@ -139,7 +139,7 @@ template <class K> Collision first_collision_of(const ParticleField &field, cons
     return nearest;
 }
 
-// A depth as a fraction of 2^32, rounded up. A clock that has rung within the depth x drew at most 1 - e^-x <= x.
+// An optical depth as a fraction of 2^32, rounded up. A draw that collides within depth x is at most 1 - e^-x <= x.
 template <class T> uint32_t fraction_above(T x) {
     if (x == T(0)) return 0; // no density: no draw is below
     if (!(x < T(1))) return 0xffffffffu;
@@ -206,9 +206,9 @@ ParticleField make_particle_field(const SmokeDescription &source, uint32_t first
 
     const uint32_t slots = point_tree_slots(source.count);
     Real *inverse_h = arena.make<Real>(slots), *scale = arena.make<Real>(slots);
-    uint32_t *reach = arena.make<uint32_t>(slots);
+    uint32_t *max_draw = arena.make<uint32_t>(slots);
     Vec3 *points = arena.make<Vec3>(source.count);
-    if (!inverse_h || !scale || !reach || !points) return field;
+    if (!inverse_h || !scale || !max_draw || !points) return field;
 
     for (uint32_t i = 0; i < source.count; ++i) {
         points[i] = vec_of(source.particles[i].position);
@@ -221,20 +221,20 @@ ParticleField make_particle_field(const SmokeDescription &source, uint32_t first
     if (!field.tree.ready) return field;
 
     for (uint32_t slot = 0; slot < slots; ++slot) {
-        if (slot >= source.count) { // behind the last point: weightless
+        if (slot >= source.count) { // an empty slot
             inverse_h[slot] = scale[slot] = Real(0);
-            reach[slot] = 0;
+            max_draw[slot] = 0;
             continue;
         }
         const Particle &particle = source.particles[field.tree.id[slot]];
         const Real h = to_real<Real>(particle.h) * (spline ? Real(1) : Real(2)); // poly6's own h is its support
         inverse_h[slot] = Real(1) / h;
         scale[slot] = to_real<Real>(particle.area) * constant * inverse_h[slot] * inverse_h[slot];
-        reach[slot] = fraction_above(scale[slot] * line_maximum);
+        max_draw[slot] = fraction_above(scale[slot] * line_maximum);
     }
     field.inverse_h = inverse_h;
     field.scale = scale;
-    field.reach = reach;
+    field.max_draw = max_draw;
     field.ready = true;
     return field;
 }

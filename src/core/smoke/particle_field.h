@@ -1,5 +1,5 @@
-// Smoke as a density field of particles (S3): extinction at a point, optical depth of a segment in closed form
-// (numerics L), and a photon's next collision (numerics X).
+// Smoke as a density field of particles (S3): extinction at a point, optical depth of a segment in closed form (N-L), and
+// a photon's next collision (N-X).
 #pragma once
 #include "core/geometry/point_kdtree.h"
 #include "core/numbers/random.h"
@@ -9,24 +9,24 @@
 
 namespace wisp::WISP_ARITH {
 
-// sigma_t(x) = sum_i scale_i / h_i f(|x - x_i|^2 / h_i^2). All arrays are indexed by the slots of the tree; the empty
-// slots of the last leaf weigh nothing.
+// sigma_t(x) = sum_i scale_i / h_i f(|x - x_i|^2 / h_i^2). All arrays are indexed by the slots of the tree. In the empty
+// slots of the last leaf, inverse_h and scale are 0.
 struct ParticleField {
     PointTree tree;
     Kernel kernel;
-    const Real *inverse_h; // 1 / h_i, the kernel's own h
-    const Real *scale;     // area_i C h_i^-2: the optical depth of a line is this times the kernel's line integral
-    // The optical depth of the line through the particle's middle as a fraction of 2^32: a photon whose draw for the
-    // particle lies above it cannot collide there, wherever it passes.
-    const uint32_t *reach;
-    uint32_t first_dimension; // of its draws: the particles of all smokes share one photon's dimensions
-    Real support;             // the largest
+    const Real *inverse_h; // 1 / h_i, where h_i is the h of the kernel (kernel.h)
+    const Real *scale;     // area_i C h_i^-2: times the kernel's line integral, it is the optical depth of a line
+    // The optical depth of the line through the particle's centre, as a fraction of 2^32. A photon whose draw for the
+    // particle is larger cannot collide with it, wherever its ray runs.
+    const uint32_t *max_draw;
+    uint32_t first_dimension; // particle i uses dimension first_dimension + i of a photon's draws (random.h)
+    Real support;             // the largest support radius
     Box bounds;               // of all supports
     bool ready;               // false: the arena was too small
 };
 
-// How the ray's line passes the particle in a slot: its squared distance from the middle in units of h, and how far
-// along the ray that is.
+// The point of closest approach of a ray's line to a particle: its squared distance from the centre in units of h^2, and
+// its distance along the ray.
 struct Passage {
     Real b_squared, along;
 };
@@ -38,32 +38,32 @@ WISP_INLINE Passage passage(const ParticleField &field, uint32_t slot, const Ray
     return {sum_of_products(cx, cx, cy, cy, cz, cz) * (h * h), sum_of_products(px, d.x, py, d.y, pz, d.z)};
 }
 
-// The field of `source`; everything is made from the arena.
+// The field of `source`. All arrays are made from the arena.
 ParticleField make_particle_field(const SmokeDescription &source, uint32_t first_dimension, Arena &arena);
 uint64_t particle_field_bytes(uint32_t particles);
 
 // sigma_t at x, per unit of length.
 Real extinction(const ParticleField &field, const Vec3 &x);
 
-// int sigma_t over the ray's distances 0 to `end`. It has no step, hence no step error.
+// The integral of sigma_t over the ray's distances 0 to `end`, in closed form: there is no step error.
 Real optical_depth(const ParticleField &field, const Ray &ray, Real end);
 
-// The same particle by particle, in a fixed order: visit(slot, its part of the integral) where the ray meets it.
+// The same by particle, in a fixed order: visit(slot, its contribution) for each particle that the ray crosses.
 template <class Visit> void for_each_depth(const ParticleField &field, const Ray &ray, Real end, Visit &&visit);
 
-// sigma_t at x particle by particle, in a fixed order: visit(slot, its part of it) where that is not 0.
+// sigma_t at x by particle, in a fixed order: visit(slot, its contribution), unless that is 0.
 template <class Visit> void for_each_extinction(const ParticleField &field, const Vec3 &x, Visit &&visit);
 
-// An upper bound of sigma_t in the box: the sum of what each particle has at its nearest point.
+// An upper bound of sigma_t in the box: the sum of each particle's density at the nearest point of the box.
 Real majorant(const ParticleField &field, const Box &box);
 
-// Where a photon that starts along the ray collides first, if before `end`: each particle on the way is an
-// independent Poisson process with the rate of its own density, so draw each one's depth, invert its line integral,
-// and take the nearest. No majorant, no null collisions, no step. (numerics X)
+// The first collision of a photon that flies along the ray, if there is one before `end` (N-X). Each particle is an
+// independent Poisson process with the rate of its own density. So a depth is drawn for each particle, its line integral
+// is inverted, and the nearest collision is taken. There are no majorant, no null collisions and no step.
 Collision first_collision(const ParticleField &field, const Ray &ray, Real end, Event event);
 
-// The ray from where it enters the field's bounds: kernels are measured from its origin, so that should be near.
-// `entry` is the distance that was skipped; `end` becomes the distance left. False when the ray misses.
+// Moves the ray's origin to its entry into the field's bounds. Distances from the origin then stay small, which keeps
+// their resolution. `entry` is the distance skipped, `end` becomes the distance left. Returns false if the ray misses.
 bool enter(const ParticleField &field, Ray &ray, Real &entry, Real &end);
 
 template <class K, class Visit>
@@ -101,9 +101,9 @@ template <class K, class Visit> void for_each_extinction_of(const ParticleField 
         for (uint32_t slot = leaf * leaf_points; slot < (leaf + 1) * leaf_points; ++slot) {
             const Real dx = tree.x[slot] - x.x, dy = tree.y[slot] - x.y, dz = tree.z[slot] - x.z;
             const Real h = field.inverse_h[slot];
-            const Real part =
+            const Real sigma =
                 (field.scale[slot] * h) * K::value(sum_of_products(dx, dx, dy, dy, dz, dz) * (h * h)); // S3
-            if (part > Real(0)) visit(slot, part);
+            if (sigma > Real(0)) visit(slot, sigma);
         }
     });
 }

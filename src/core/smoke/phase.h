@@ -1,4 +1,4 @@
-// Henyey and Greenstein's phase function (S2) in the cancellation-free form of numerics E1, for every -1 < g < 1.
+// The phase function of Henyey and Greenstein (1941) in a form without cancellation, for every -1 < g < 1 (N-E1).
 #pragma once
 #include "core/numbers/vec.h"
 
@@ -9,26 +9,27 @@ class Phase {
     explicit Phase(Real g)
         : g_(g), a_(Real(1) - g), b_(Real(1) + g), peak_(inv_four_pi<Real> * ((Real(1) - g) * (Real(1) + g))) {}
 
-    // The same function with g times `share`.
-    Phase with_share(Real share) const { return Phase(g_ * share); }
+    // The same function with g times `factor`.
+    Phase with_factor(Real factor) const { return Phase(g_ * factor); }
 
     Real asymmetry() const { return g_; }
     bool isotropic() const { return g_ == Real(0); }
 
-    // p, per steradian, for light that travels along `in` and leaves along `out` (unit vectors): integral 1 over out.
+    // p per steradian, for light that travels along `in` and leaves along `out` (unit vectors). The integral over `out`
+    // is 1.
     Real operator()(const Vec3 &in, const Vec3 &out) const {
         if (isotropic()) return inv_four_pi<Real>;
-        // 1 + g^2 - 2 g cos = (1 - |g|)^2 + 2 |g| (1 -+ cos), with 1 -+ cos = |out -+ in|^2 / 2
+        // 1 + g^2 - 2 g cos = (1 - |g|)^2 + 2 |g| (1 -+ cos), with 1 -+ cos = |out -+ in|^2 / 2 (N-E1)
         const Vec3 chord = g_ > Real(0) ? out - in : out + in;
-        const Real least = g_ > Real(0) ? a_ : b_;
-        const Real d = least * least + abs(g_) * dot(chord, chord);
+        const Real one_minus_abs_g = g_ > Real(0) ? a_ : b_;
+        const Real d = one_minus_abs_g * one_minus_abs_g + abs(g_) * dot(chord, chord);
         return peak_ / d / sqrt(d);
     }
 
     struct Cosine {
         Real cosine, sine;
     };
-    // The angle between the old and the new direction, for xi in [0, 1].
+    // The angle between the old and the new direction, from a uniform xi in [0, 1].
     Cosine sample(Real xi) const {
         const Real e = Real(1) - xi, d = a_ * e + b_ * xi;
         const Real ratio_a = a_ / d, ratio_b = b_ / d;
@@ -42,17 +43,17 @@ class Phase {
     Real g_, a_, b_, peak_;
 };
 
-// p towards `out` of light that arrives with a flux, relative to its power: Henyey and Greenstein's about the flux's
-// direction, with g times the share of the power that flows that way. Positive, exact for even light, right in its
-// first moment.
+// The mean of p towards `out` over light of which only the flux relative to the fluence, F / phi, is known. It is
+// approximated by Henyey and Greenstein's function about the direction of F, with g |F| / phi in place of g. That is
+// positive, exact for isotropic light, and has the right first moment.
 inline Real phase_of_flux(const Phase &phase, const Vec3 &flux, const Vec3 &out) {
-    const Real share = length(flux);
-    if (!(share > Real(0))) return inv_four_pi<Real>;
-    return phase.with_share(min(share, Real(1)))(flux / share, out);
+    const Real anisotropy = length(flux);
+    if (!(anisotropy > Real(0))) return inv_four_pi<Real>;
+    return phase.with_factor(min(anisotropy, Real(1)))(flux / anisotropy, out);
 }
 
-// A unit vector at the given angle to the unit vector d, turned about it by `turns` in [0, 1[.
-// The frame is Duff et al.'s: no division by zero for any d (hard case A8).
+// A unit vector at the given angle to the unit vector d, rotated about d by `turns` in [0, 1) of a full turn. The
+// orthonormal frame is that of Duff et al. (2017), which divides by zero for no d (hard case A8).
 inline Vec3 deflect(const Vec3 &d, Phase::Cosine angle, Real turns) {
     const Real sign = d.z < Real(0) ? Real(-1) : Real(1);
     const Real p = Real(-1) / (sign + d.z), q = d.x * d.y * p;

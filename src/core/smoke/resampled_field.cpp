@@ -1,4 +1,4 @@
-// Resampling, and what the march and photons ask of the result.
+// Resampling smoke to a sparse grid, and queries of the result.
 #include "core/smoke/resampled_field.h"
 #include "core/smoke/sparse_grid_lanes.h"
 
@@ -7,30 +7,31 @@ namespace wisp::WISP_ARITH {
 namespace {
 
 constexpr int32_t along = nodes_along(1);
-constexpr uint32_t row = 2 * lanes; // nodes of a row while they are summed: whole vectors
+constexpr uint32_t row = 2 * lanes; // a row of nodes, padded to whole vectors while it is summed
 constexpr uint32_t rows = static_cast<uint32_t>(along * along);
 static_assert(static_cast<uint32_t>(along) <= row, "a row of a brick fits");
 
-// Particles add to the rows that they reach, leaf by leaf in ascending order: a node's sum has the same order in every
-// brick that holds it.
+// Adds the kernel sum (S3) of all particles to a brick's nodes. Particles are added leaf by leaf in ascending order, so
+// a node's sum has the same order in every brick that holds the node.
 //
-// Trilinear interpolation spreads what the nodes hold: along each axis it adds cell^2 / 6 to the variance, of which a
-// kernel has h^2 times K::variance. Kernels are taken that much narrower, so that what is interpolated has the spread
-// of the particles; column depths err by a sixth of what they would.
+// Trilinear interpolation widens the field: it adds cell^2 / 6 to the variance along each axis. A kernel's own variance
+// is K::variance h^2. The kernels are narrowed to h'^2 = h^2 - cell^2 / (6 K::variance), so that the interpolated field
+// has the particles' variance. This divides the error of column depths by about six (S4-1).
 template <class K> void sum_particles(const ParticleField &field, const SparseGrid &bricks, uint32_t brick, Real *sums) {
     const PointTree &tree = field.tree;
     const Vec3 low = low_of(bricks, brick), half = bricks.lattice.edge * Real(0.5);
-    const Real spread = bricks.cell.x * bricks.cell.x * Real(1 / (6 * K::variance));
+    const Real widening = bricks.cell.x * bricks.cell.x * Real(1 / (6 * K::variance));
     Real x[row];
     for (uint32_t l = 0; l < row; ++l) x[l] = node_of(bricks, brick, {static_cast<int32_t>(l), 0, 0}).x;
     for_each_leaf_near(tree, low + half, field.support + length(half), [&](uint32_t leaf) {
         for (uint32_t i = leaf * leaf_points; i < (leaf + 1) * leaf_points; ++i) {
-            const Real broad = field.inverse_h[i];
+            const Real inverse_h = field.inverse_h[i];
             if (field.scale[i] == Real(0)) continue;
-            // (h / h')^2 = 1 / (1 - cell^2 / (6 variance h^2)), 4 at most.
-            const Real narrower = Real(1) / max(Real(1) - spread * (broad * broad), Real(0.25)), ratio = sqrt(narrower);
-            const Real h = broad * ratio, scale = field.scale[i] * broad * (narrower * ratio);
-            // The rows whose nodes the support may hold, one more on either side for rounding.
+            // (h / h')^2 = 1 / (1 - cell^2 / (6 K::variance h^2)), limited to 4. From here on `h` is 1 / h'.
+            const Real squared = Real(1) / max(Real(1) - widening * (inverse_h * inverse_h), Real(0.25));
+            const Real ratio = sqrt(squared), h = inverse_h * ratio;
+            const Real scale = field.scale[i] * inverse_h * (squared * ratio);
+            // The rows that the support may touch, and one more on either side for rounding.
             const Real reach = K::support / h;
             const Vec3 p = (Vec3(tree.x[i], tree.y[i], tree.z[i]) - low) * bricks.inverse_cell;
             const Vec3 r = bricks.inverse_cell * reach;
@@ -42,12 +43,12 @@ template <class K> void sum_particles(const ParticleField &field, const SparseGr
             for (int32_t z = first_z; z <= last_z; ++z)
                 for (int32_t y = first_y; y <= last_y; ++y) {
                     const Vec3 node = node_of(bricks, brick, {0, y, z});
-                    const Real dy = node.y - tree.y[i], dz = node.z - tree.z[i], aside = dy * dy + dz * dz;
-                    if (!(aside * (h * h) < K::support_squared)) continue;
+                    const Real dy = node.y - tree.y[i], dz = node.z - tree.z[i], across = dy * dy + dz * dz;
+                    if (!(across * (h * h) < K::support_squared)) continue;
                     Real *sum = sums + static_cast<uint32_t>(z * along + y) * row;
                     for (uint32_t l = 0; l < row; ++l) {
                         const Real dx = x[l] - tree.x[i];
-                        sum[l] += scale * K::value((dx * dx + aside) * (h * h)); // S3
+                        sum[l] += scale * K::value((dx * dx + across) * (h * h)); // S3
                     }
                 }
         }
@@ -66,15 +67,15 @@ WISP_MULTIVERSIONED void resample_brick(const ParticleField &field, const Sparse
 }
 
 void resample_brick(const GridField &grid, const SparseGrid &bricks, uint32_t brick, Real *nodes) {
-    const Cell &at = bricks.place[brick], &n = grid.samples;
-    const int32_t parts = bricks.parts;
+    const Cell &at = bricks.position[brick], &n = grid.samples;
+    const int32_t subdivision = bricks.subdivision;
     const auto sample = [](int32_t i, int32_t count) { return min(max(i, 0), count - 1); };
-    const Real part = Real(1) / Real(parts);
+    const Real fraction = Real(1) / Real(subdivision);
     for (uint32_t k = 0; k < nodes_of(1); ++k) {
         const Cell node = cell_of_index(along, k);
         const Cell in = {at.x * brick_cells + node.x, at.y * brick_cells + node.y, at.z * brick_cells + node.z};
-        const Cell before = {in.x / parts - 1, in.y / parts - 1, in.z / parts - 1};
-        const Vec3 t = Vec3(Real(in.x % parts), Real(in.y % parts), Real(in.z % parts)) * part;
+        const Cell before = {in.x / subdivision - 1, in.y / subdivision - 1, in.z / subdivision - 1};
+        const Vec3 t = Vec3(Real(in.x % subdivision), Real(in.y % subdivision), Real(in.z % subdivision)) * fraction;
         *nodes++ = trilinear(t, [&](int32_t dx, int32_t dy, int32_t dz) {
             return grid.extinction[index_of(
                 n, {sample(before.x + dx, n.x), sample(before.y + dy, n.y), sample(before.z + dz, n.z)})];
@@ -82,15 +83,16 @@ void resample_brick(const GridField &grid, const SparseGrid &bricks, uint32_t br
     }
 }
 
-template <class Field> void resample_all(const Field &field, const SparseGrid &bricks, Real *nodes, Real *greatest) {
+template <class Field> void resample_all(const Field &field, const SparseGrid &bricks, Real *nodes, Real *majorants) {
     for (uint32_t brick = 0; brick < bricks.count; ++brick, nodes += nodes_of(1)) {
         resample_brick(field, bricks, brick, nodes);
-        greatest[brick] = Real(0);
-        for (uint32_t i = 0; i < nodes_of(1); ++i) greatest[brick] = max(greatest[brick], nodes[i]);
+        majorants[brick] = Real(0);
+        for (uint32_t i = 0; i < nodes_of(1); ++i) majorants[brick] = max(majorants[brick], nodes[i]);
     }
 }
 
-// The ray from where it enters the smoke's bounds.
+// Moves the ray's origin to its entry into the smoke's bounds. `entry` is the distance skipped, `end` becomes the
+// distance left. Returns false if the ray misses the bounds.
 bool enter(const SparseGrid &bricks, const Ray &ray, Ray &inside, Real &entry, Real &end) {
     entry = Real(0);
     if (bricks.count == 0 || !clip(bricks.bounds, ray, entry, end)) return false;
@@ -109,21 +111,21 @@ uint64_t resampled_field_bytes(const SmokeDescription &source, uint64_t bricks) 
 ResampledField resample(const SmokeDescription &source, const SparseGrid &bricks, uint32_t dimension, Arena &arena) {
     ResampledField field = {&bricks, nullptr, nullptr, dimension, false};
     Real *nodes = arena.make<Real>(size_t{bricks.count} * nodes_of(1));
-    Real *greatest = arena.make<Real>(bricks.count);
-    if (!nodes || !greatest) return field;
+    Real *majorants = arena.make<Real>(bricks.count);
+    if (!nodes || !majorants) return field;
     const size_t mark = arena.mark();
     if (source.is_grid()) {
         const GridField grid = make_grid_field(source.grid, dimension, arena);
         if (!grid.ready) return field;
-        resample_all(grid, bricks, nodes, greatest);
+        resample_all(grid, bricks, nodes, majorants);
     } else {
         const ParticleField particles = make_particle_field(source, dimension, arena);
         if (!particles.ready) return field;
-        resample_all(particles, bricks, nodes, greatest);
+        resample_all(particles, bricks, nodes, majorants);
     }
     arena.rewind(mark);
     field.extinction = nodes;
-    field.greatest = greatest;
+    field.majorants = majorants;
     field.ready = true;
     return field;
 }
@@ -142,14 +144,14 @@ WISP_MULTIVERSIONED void add_depths(const ResampledField &field, const GridRay &
                           Lanes &sum) {
     LanePoints points;
     find_points(*field.bricks, ray, t, points);
-    LanePlaces at;
-    find_places(points, 1, 1, at);
+    LaneCells at;
+    find_cells(points, 1, 1, at);
     Lanes sigma;
     interpolate(at, field.extinction, sigma);
     for (uint32_t l = 0; l < lanes; ++l) sum[l] += points.inside[l] ? sigma[l] * length[l] : Real(0);
 }
 
-// Parts are gathered until there is one for each lane.
+// Midpoint steps are collected until there is one for each lane.
 Real optical_depth(const ResampledField &field, const Ray &ray, Real end) {
     const SparseGrid &bricks = *field.bricks;
     Ray inside;
@@ -160,12 +162,12 @@ Real optical_depth(const ResampledField &field, const Ray &ray, Real end) {
     Lanes t, length, sum = {};
     uint32_t waiting = 0;
     for_each_brick(bricks, inside, Real(0), end, [&](uint32_t brick, Real from, Real to) {
-        if (!(field.greatest[brick] > Real(0))) return true;
-        const int32_t parts = floor_to_int((to - from) * inverse_cell) + 1;
-        const Real part = (to - from) / Real(parts);
-        for (int32_t i = 0; i < parts; ++i) {
-            t[waiting] = from + (Real(i) + Real(0.5)) * part;
-            length[waiting++] = part;
+        if (!(field.majorants[brick] > Real(0))) return true;
+        const int32_t steps = floor_to_int((to - from) * inverse_cell) + 1;
+        const Real step = (to - from) / Real(steps);
+        for (int32_t i = 0; i < steps; ++i) {
+            t[waiting] = from + (Real(i) + Real(0.5)) * step;
+            length[waiting++] = step;
             if (waiting < lanes) continue;
             add_depths(field, in_bricks, t, length, sum);
             waiting = 0;
@@ -183,14 +185,14 @@ Real majorant(const ResampledField &field, const Box &box) {
     const SparseGrid &bricks = *field.bricks;
     if (bricks.count == 0) return Real(0);
     const Cell first = cell_at(bricks.lattice, box.low), last = cell_at(bricks.lattice, box.high);
-    Real greatest = Real(0);
+    Real bound = Real(0);
     for (int32_t z = first.z; z <= last.z; ++z)
         for (int32_t y = first.y; y <= last.y; ++y)
             for (int32_t x = first.x; x <= last.x; ++x) {
                 const uint32_t brick = brick_at(bricks, {x, y, z});
-                if (brick != no_brick) greatest = max(greatest, field.greatest[brick]);
+                if (brick != no_brick) bound = max(bound, field.majorants[brick]);
             }
-    return greatest;
+    return bound;
 }
 
 Collision first_collision(const ResampledField &field, const Ray &ray, Real end, Event event) {
@@ -203,7 +205,7 @@ Collision first_collision(const ResampledField &field, const Ray &ray, Real end,
     Real rest = exponential();
     uint32_t tentative = 0;
     for_each_brick(*field.bricks, inside, Real(0), end, [&](uint32_t brick, Real from, Real to) {
-        const Real bound = field.greatest[brick];
+        const Real bound = field.majorants[brick];
         for (Real t = from;;) {
             const Real depth = bound * (to - t);
             if (!(rest < depth)) {

@@ -1,13 +1,13 @@
-// Where bricks are: around every particle's support, and around the samples of a grid that are not 0.
+// Which bricks exist: those that touch a particle's support, or the tent of a grid's sample that is not 0.
+#include "core/smoke/sparse_grid.h"
 #include "core/numbers/double_bits.h"
 #include "core/smoke/resampling.h"
-#include "core/smoke/sparse_grid.h"
 
 namespace wisp::WISP_ARITH {
 
 namespace {
 
-// The largest lattice whose bricks a plan counts one by one, a bit each.
+// Up to so large a lattice a plan counts the bricks one by one, with a bit each; above it the plan assumes all of them.
 constexpr uint64_t max_counted = uint64_t{1} << 19;
 
 // The lattice before any brick exists.
@@ -25,7 +25,7 @@ Layout layout_of(const Vec3 &low, const Vec3 &cell, const Box &bounds) {
     return {make_lattice(low, edge, count), cell, bounds};
 }
 
-// Half the edges of the box, along x, y and z, around a grid that may be turned.
+// Half the edges of the axis-aligned box around a density grid that may be rotated.
 Vec3 reach_of(const GridDescription &grid) {
     const auto along = [&grid](double x, double y, double z) {
         return abs(to_real<Real>(rounded_product(x, grid.half.x))) + abs(to_real<Real>(rounded_product(y, grid.half.y))) +
@@ -53,33 +53,34 @@ Layout around_all(const Scene &scene, Real cell) {
     return layout_of(bounds.low, Vec3(cell), bounds);
 }
 
-Layout around_grid(const GridDescription &grid, Real cell, int32_t parts) {
+Layout around_grid(const GridDescription &grid, Real cell, int32_t subdivision) {
     const Vec3 center = vec_of(grid.center), half = vec_of(grid.half);
     const Box box = {center - half, center + half};
-    if (!grid.density) { // constant: whole cells
+    if (!grid.density) { // constant density: a whole number of cells
         const auto fit = [cell](Real size) { return size / Real(floor_to_int(size / cell) + 1); };
         const Vec3 size = half * Real(2);
         return layout_of(box.low, Vec3(fit(size.x), fit(size.y), fit(size.z)), box);
     }
-    // Node i parts is sample i - 1.
+    // Node `subdivision` i is sample i - 1.
     const Vec3 edge(Real(2) * half.x / Real(grid.nx), Real(2) * half.y / Real(grid.ny),
                     Real(2) * half.z / Real(grid.nz));
-    return layout_of(box.low - edge * Real(0.5), edge * (Real(1) / Real(parts)), box);
+    return layout_of(box.low - edge * Real(0.5), edge * (Real(1) / Real(subdivision)), box);
 }
 
 Layout layout_of(const Scene &scene, double lengths) {
-    const Real cell = finest_length(scene) * to_real<Real>(lengths);
+    const Real cell = smallest_smoothing_length(scene) * to_real<Real>(lengths);
     if (!is_aligned_grid(scene)) return around_all(scene, cell);
     uint32_t i = 0;
     while (!scene.smokes[i].is_grid()) ++i;
-    return around_grid(scene.smokes[i].grid, cell, parts_within(lengths));
+    return around_grid(scene.smokes[i].grid, cell, subdivision_for(lengths));
 }
 
-// How far x is from the stretch of an axis from `low` to `low` + `edge`.
+// The distance of x from the interval [low, low + edge].
 Real gap(Real x, Real low, Real edge) { return max(max(low - x, x - (low + edge)), Real(0)); }
 
-// visit(brick of the lattice) for each that may hold smoke, perhaps more than once.
-template <class Visit> void for_each_touched(const Scene &scene, const Layout &layout, int32_t parts, Visit &&visit) {
+// Calls visit(cell index in the lattice) for each brick that may hold smoke, perhaps more than once.
+template <class Visit>
+void for_each_touched(const Scene &scene, const Layout &layout, int32_t subdivision, Visit &&visit) {
     const Lattice &lattice = layout.bricks;
     const auto visit_range = [&](const Cell &first, const Cell &last, auto &&touched) {
         for (int32_t z = first.z; z <= last.z; ++z)
@@ -115,10 +116,12 @@ template <class Visit> void for_each_touched(const Scene &scene, const Layout &l
         for (int32_t z = 0; z < grid.nz; ++z)
             for (int32_t y = 0; y < grid.ny; ++y)
                 for (int32_t x = 0; x < grid.nx; ++x)
-                    if (total_order_key(*density++) > 0) { // its tent covers the cells x and x + 1, and at the border one more
-                        const auto first = [parts](int32_t at) { return max(at - 1, 0) * parts / brick_cells; };
-                        const auto last = [parts](int32_t at, int32_t most) {
-                            return min((at + 3) * parts / brick_cells, most - 1);
+                    if (total_order_key(*density++) > 0) { // its tent covers the cells x and x + 1, at the border one more
+                        const auto first = [subdivision](int32_t at) {
+                            return max(at - 1, 0) * subdivision / brick_cells;
+                        };
+                        const auto last = [subdivision](int32_t at, int32_t count) {
+                            return min((at + 3) * subdivision / brick_cells, count - 1);
                         };
                         const Cell &n = lattice.count;
                         visit_range({first(x), first(y), first(z)}, {last(x, n.x), last(y, n.y), last(z, n.z)}, always);
@@ -138,7 +141,7 @@ bool any_smoke(const Scene &scene) {
 
 } // namespace
 
-Real finest_length(const Scene &scene) {
+Real smallest_smoothing_length(const Scene &scene) {
     Real finest = Real(0);
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         if (scene.smokes[i].empty()) continue;
@@ -155,7 +158,7 @@ SparseGrid make_sparse_grid(const Scene &scene, double lengths, Arena &arena) {
         return bricks;
     }
     const Layout layout = layout_of(scene, lengths);
-    bricks.parts = parts_within(lengths);
+    bricks.subdivision = subdivision_for(lengths);
     bricks.lattice = layout.bricks;
     bricks.cell = layout.cell;
     bricks.inverse_cell = Vec3(Real(1) / layout.cell.x, Real(1) / layout.cell.y, Real(1) / layout.cell.z);
@@ -165,20 +168,20 @@ SparseGrid make_sparse_grid(const Scene &scene, double lengths, Arena &arena) {
     uint32_t *index = arena.make<uint32_t>(all);
     if (!index) return bricks;
     for (uint64_t i = 0; i < all; ++i) index[i] = no_brick;
-    for_each_touched(scene, layout, bricks.parts, [index](int64_t i) { index[i] = 0; });
+    for_each_touched(scene, layout, bricks.subdivision, [index](int64_t i) { index[i] = 0; });
     for (uint64_t i = 0; i < all; ++i)
         if (index[i] != no_brick) index[i] = bricks.count++;
-    Cell *place = arena.make<Cell>(bricks.count);
-    if (!place) return bricks;
+    Cell *position = arena.make<Cell>(bricks.count);
+    if (!position) return bricks;
     const Cell &n = layout.bricks.count;
     for (int32_t z = 0; z < n.z; ++z)
         for (int32_t y = 0; y < n.y; ++y)
             for (int32_t x = 0; x < n.x; ++x) {
                 const uint32_t brick = index[index_of(n, {x, y, z})];
-                if (brick != no_brick) place[brick] = {x, y, z};
+                if (brick != no_brick) position[brick] = {x, y, z};
             }
     bricks.index = index;
-    bricks.place = place;
+    bricks.position = position;
     bricks.ready = true;
     return bricks;
 }
@@ -192,7 +195,7 @@ SparseGridPlan plan_sparse_grid(const Scene &scene, double lengths) {
         uint8_t touched[max_counted / 8];
         for (uint64_t i = 0; i < (all + 7) / 8; ++i) touched[i] = 0;
         count = 0;
-        for_each_touched(scene, layout, parts_within(lengths), [&](int64_t i) {
+        for_each_touched(scene, layout, subdivision_for(lengths), [&](int64_t i) {
             uint8_t &byte = touched[i / 8];
             const uint8_t bit = static_cast<uint8_t>(1u << (i % 8));
             count += byte & bit ? 0 : 1;

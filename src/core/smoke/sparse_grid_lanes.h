@@ -1,4 +1,5 @@
-// Bricks for eight points of a ray at a time: loops over lanes without branches, so that each is a vector loop.
+// Look-ups in a sparse grid for eight points of a ray at a time. The loops over lanes have no branches, so that each
+// becomes a vector loop.
 #pragma once
 #include "core/smoke/sparse_grid.h"
 
@@ -6,29 +7,31 @@ namespace wisp::WISP_ARITH {
 
 using Lanes = Real[lanes];
 
-// Where points of a ray lie in the bricks.
+// The bricks of eight points.
 struct LanePoints {
-    int32_t brick[lanes]; // 0 where `inside` is not
-    bool inside[lanes];   // there is a brick
-    Lanes x, y, z;        // in the brick, in cells
+    int32_t brick[lanes]; // 0 for points in no brick
+    bool inside[lanes];   // whether there is a brick
+    Lanes x, y, z;        // the position in the brick, in cells
 };
 
-// The ray of `find_points`, in cells from the beginning of the lattice.
+// A ray in cells from the low corner of the lattice.
 struct GridRay {
-    Vec3 start, way;
+    Vec3 start, direction;
 
     GridRay(const SparseGrid &bricks, const Ray &ray)
-        : start((ray.origin - bricks.lattice.low) * bricks.inverse_cell), way(ray.direction * bricks.inverse_cell) {}
+        : start((ray.origin - bricks.lattice.low) * bricks.inverse_cell),
+          direction(ray.direction * bricks.inverse_cell) {}
 };
 
+// Finds the bricks of the points at the distances t. Points outside the lattice are moved to its nearest face.
 WISP_INLINE void find_points(const SparseGrid &bricks, const GridRay &ray, const Lanes &t, LanePoints &points) {
     const Cell count = bricks.lattice.count;
-    const Vec3 most = Vec3(Real(count.x), Real(count.y), Real(count.z)) * Real(brick_cells); // the end of the lattice
+    const Vec3 high = Vec3(Real(count.x), Real(count.y), Real(count.z)) * Real(brick_cells); // corner of the lattice
     const uint32_t *index = bricks.index;
     for (uint32_t l = 0; l < lanes; ++l) {
-        const Real x = min(max(ray.start.x + ray.way.x * t[l], Real(0)), most.x),
-                   y = min(max(ray.start.y + ray.way.y * t[l], Real(0)), most.y),
-                   z = min(max(ray.start.z + ray.way.z * t[l], Real(0)), most.z);
+        const Real x = min(max(ray.start.x + ray.direction.x * t[l], Real(0)), high.x),
+                   y = min(max(ray.start.y + ray.direction.y * t[l], Real(0)), high.y),
+                   z = min(max(ray.start.z + ray.direction.z * t[l], Real(0)), high.z);
         const int32_t bx = min(truncate(x) >> log_brick_cells, count.x - 1),
                       by = min(truncate(y) >> log_brick_cells, count.y - 1),
                       bz = min(truncate(z) >> log_brick_cells, count.z - 1);
@@ -44,18 +47,19 @@ WISP_INLINE void find_points(const SparseGrid &bricks, const GridRay &ray, const
     }
 }
 
-// Where they lie in a field over the bricks: the lowest corner of each one's cell, and the place in it.
-struct LanePlaces {
-    int32_t node[lanes];
-    int32_t row[lanes], layer[lanes]; // from a node to the next along y, and along z
-    Lanes x, y, z;
+// The cells of eight points in a field over the grid.
+struct LaneCells {
+    int32_t node[lanes];              // the lowest corner
+    int32_t row[lanes], layer[lanes]; // steps from a node to the next one along y, and along z
+    Lanes x, y, z;                    // the position in the cell, 0 to 1 along each edge
 };
 
-// Of a field whose bricks begin at the nodes `first` and have a node every `stride` cells.
-WISP_INLINE void find_places(const LanePoints &points, const int32_t (&first)[lanes], const int32_t (&stride)[lanes],
-                              LanePlaces &at) {
+// The cells in a field whose spacing may differ between bricks. In the brick of lane l the nodes begin at first[l] and
+// are spacing[l] cells apart.
+WISP_INLINE void find_cells(const LanePoints &points, const int32_t (&first)[lanes], const int32_t (&spacing)[lanes],
+                            LaneCells &at) {
     for (uint32_t l = 0; l < lanes; ++l) {
-        const int32_t cells = brick_cells / stride[l], n = cells + 1;
+        const int32_t cells = brick_cells / spacing[l], n = cells + 1;
         const Real inverse = Real(cells) * Real(1.0 / brick_cells);
         const Real qx = points.x[l] * inverse, qy = points.y[l] * inverse, qz = points.z[l] * inverse;
         const int32_t x = min(truncate(qx), cells - 1), y = min(truncate(qy), cells - 1),
@@ -69,19 +73,20 @@ WISP_INLINE void find_places(const LanePoints &points, const int32_t (&first)[la
     }
 }
 
-// Of a field that has `fields` times the nodes of one stride in each brick.
-WISP_INLINE void find_places(const LanePoints &points, int32_t stride, int32_t fields, LanePlaces &at) {
-    int32_t first[lanes], strides[lanes];
-    const int32_t nodes = static_cast<int32_t>(nodes_of(stride)) * fields;
+// The cells in a field with one spacing, which stores `fields` arrays of nodes after each other in each brick. The
+// cells are those of the first array.
+WISP_INLINE void find_cells(const LanePoints &points, int32_t spacing, int32_t fields, LaneCells &at) {
+    int32_t first[lanes], spacings[lanes];
+    const int32_t nodes = static_cast<int32_t>(nodes_of(spacing)) * fields;
     for (uint32_t l = 0; l < lanes; ++l) {
         first[l] = points.brick[l] * nodes;
-        strides[l] = stride;
+        spacings[l] = spacing;
     }
-    find_places(points, first, strides, at);
+    find_cells(points, first, spacings, at);
 }
 
-// Trilinear between the values of nodes.
-template <class Value> WISP_INLINE void interpolate(const LanePlaces &at, Value &&value, Lanes &result) {
+// Trilinear interpolation between nodes, whose values are value(node).
+template <class Value> WISP_INLINE void interpolate(const LaneCells &at, Value &&value, Lanes &result) {
     for (uint32_t l = 0; l < lanes; ++l) {
         const int32_t i = at.node[l], j = i + at.row[l], k = i + at.layer[l], m = j + at.layer[l];
         const Real x = at.x[l], y = at.y[l];
@@ -90,7 +95,7 @@ template <class Value> WISP_INLINE void interpolate(const LanePlaces &at, Value 
         result[l] = mix(low, high, at.z[l]);
     }
 }
-WISP_INLINE void interpolate(const LanePlaces &at, const Real *values, Lanes &result) {
+WISP_INLINE void interpolate(const LaneCells &at, const Real *values, Lanes &result) {
     interpolate(
         at, [values](int32_t node) { return values[node]; }, result);
 }

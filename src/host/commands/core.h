@@ -15,15 +15,15 @@ struct Core {
     Status (*trace_map)(const Scene &, const Settings &, const Batches &, Arena &, const Observer &, PhotonSums &,
                         Statistics &);
     Status (*render_reference)(const Scene &, const Settings &, Arena &, const Observer &, PixelSums *, Statistics &);
-    uint64_t (*neighbourhood_bytes)(uint32_t);
-    bool (*find_neighbourhoods)(const SmokeDescription &, Arena &, Neighbourhood *);
+    uint64_t (*density_statistics_bytes)(uint32_t);
+    bool (*find_density_statistics)(const SmokeDescription &, Arena &, DensityStatistics *);
 };
 
 inline const Core &core(Arithmetic arithmetic) {
 #define WISP_CORE(arithmetic)                                                                                          \
     {                                                                                                                  \
 #arithmetic, arithmetic::plan, arithmetic::render, arithmetic::trace_map, arithmetic::render_reference,        \
-            arithmetic::neighbourhood_bytes, arithmetic::find_neighbourhoods                                           \
+            arithmetic::density_statistics_bytes, arithmetic::find_density_statistics                                           \
     }
     static constexpr Core cores[] = {WISP_CORE(f32), WISP_CORE(f64), WISP_CORE(fixed)};
 #undef WISP_CORE

@@ -1,4 +1,4 @@
-// The error of a density that is made of particles. Take them as drawn independently of each other from the smoke that
+// The error of a density that is made of particles. Take the particles as drawn independently of each other from the smoke that
 // they stand for (a Poisson process of intensity n); then at any point (Campbell's theorem; Chiu, Stoyan, Kendall and
 // Mecke, "Stochastic Geometry and its Applications", 2013)
 //
@@ -10,9 +10,9 @@
 // - the second is sum_i a_i rho_i, rho_i the density that the *others* have at particle i: others are as independent
 //   of it as of any point (Slivnyak and Mecke), so this is unbiased, and the particle's own a_i W(0) is not in it
 //   (leave-one-out, as in cross-validation: Silverman, "Density Estimation", 1986, 3.4).
-// In even smoke this is int W^2 / (n (int W)^2), 1 / number. Two halves of the particles against each other estimate
-// the same, with the chance of the halving added. Particles that keep their distance (SPH) err less than independent
-// ones. What the kernel blurs is no part of it: more particles at the same smoothing length do not mend that.
+// In even smoke this is int W^2 / (n (int W)^2), 1 / number. The difference of two halves of the particles estimates the same error, with
+// the noise of the halving added. Particles that keep their distance (SPH) err less than independent ones. The blur of the kernel is not
+// in it: more particles with the same smoothing length do not reduce the blur.
 #include "host/prepare/decimate.h"
 #include "host/prepare/particle_report.h"
 #include <algorithm>
@@ -41,10 +41,10 @@ std::string multiple(double error, double wanted) {
     return formatted(factor < 9.95 ? "%.1f" : "%.0f", factor);
 }
 
-std::string resampling_line(size_t number, const SmokeDescription &smoke, const std::vector<Neighbourhood> &neighbourhoods) {
+std::string resampling_line(size_t number, const SmokeDescription &smoke, const std::vector<DensityStatistics> &statistics) {
     std::vector<uint32_t> counts;
     uint64_t sum = 0;
-    for (const Neighbourhood &n : neighbourhoods) {
+    for (const DensityStatistics &n : statistics) {
         counts.push_back(n.neighbours);
         sum += n.neighbours;
     }
@@ -53,7 +53,7 @@ std::string resampling_line(size_t number, const SmokeDescription &smoke, const 
                              formatted("%.1f", static_cast<double>(sum) / static_cast<double>(counts.size())) +
                              " neighbours, one in twenty no more than " + std::to_string(counts[counts.size() / 20]) +
                              "; ";
-    const double error = density_error(smoke, neighbourhoods);
+    const double error = density_error(smoke, statistics);
     if (!(error < 10)) return line + "they are too few for a density";
     return line + "the density errs by " + formatted("%.1f", 100 * error) + " %; for 5 % it takes " +
            multiple(error, 0.05) + " times as many, for 1 % " + multiple(error, 0.01) + " times";
@@ -61,12 +61,12 @@ std::string resampling_line(size_t number, const SmokeDescription &smoke, const 
 
 } // namespace
 
-double density_error(const SmokeDescription &smoke, const std::vector<Neighbourhood> &neighbourhoods) {
+double density_error(const SmokeDescription &smoke, const std::vector<DensityStatistics> &statistics) {
     double variance = 0, square = 0;
-    for (size_t i = 0; i < neighbourhoods.size(); ++i) {
+    for (size_t i = 0; i < statistics.size(); ++i) {
         const Particle &p = smoke.particles[i];
         variance += p.area * p.area / (p.h * p.h * p.h) * square_integral(smoke.kernel);
-        square += p.area * neighbourhoods[i].density;
+        square += p.area * statistics[i].density;
     }
     return square > 0 ? std::sqrt(variance / square) : std::numeric_limits<double>::infinity();
 }
@@ -74,21 +74,21 @@ double density_error(const SmokeDescription &smoke, const std::vector<Neighbourh
 std::vector<std::string> particle_report(const PreparedScene &prepared, const Core &core) {
     std::vector<std::string> lines;
     const double epsilons[] = {0.001, 0.01, 0.1};
-    std::vector<std::vector<Removal>> noise[3];
+    std::vector<std::vector<Removal>> removable[3];
     for (int e = 0; e < 3; ++e)
-        noise[e] =
+        removable[e] =
             find_negligible(prepared.particles, prepared.smokes, prepared.scene.camera.origin, prepared.lights, epsilons[e]);
     for (size_t i = 0; i < prepared.smokes.size(); ++i) {
         const SmokeDescription &smoke = prepared.smokes[i];
         if (smoke.count == 0) continue;
-        std::vector<Neighbourhood> neighbourhoods(smoke.count);
-        std::vector<unsigned char> memory(core.neighbourhood_bytes(smoke.count));
+        std::vector<DensityStatistics> statistics(smoke.count);
+        std::vector<unsigned char> memory(core.density_statistics_bytes(smoke.count));
         Arena arena(memory.data(), memory.size());
-        core.find_neighbourhoods(smoke, arena, neighbourhoods.data());
-        lines.push_back(resampling_line(i + 1, smoke, neighbourhoods));
+        core.find_density_statistics(smoke, arena, statistics.data());
+        lines.push_back(resampling_line(i + 1, smoke, statistics));
         std::string line = "smoke " + std::to_string(i + 1) + ": no ray would miss";
         for (int e = 0; e < 3; ++e)
-            line += (e ? ", " : " ") + std::to_string(noise[e][i].size()) + " of them (--thin " +
+            line += (e ? ", " : " ") + std::to_string(removable[e][i].size()) + " of them (--thin " +
                     (e == 0   ? "0.001"
                      : e == 1 ? "0.01"
                               : "0.1") +

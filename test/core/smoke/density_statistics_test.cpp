@@ -9,11 +9,11 @@ using namespace wisp::WISP_ARITH;
 
 namespace {
 
-std::vector<Neighbourhood> neighbourhoods_of(const SmokeDescription &source) {
-    std::vector<unsigned char> memory(neighbourhood_bytes(source.count));
+std::vector<DensityStatistics> neighbourhoods_of(const SmokeDescription &source) {
+    std::vector<unsigned char> memory(density_statistics_bytes(source.count));
     Arena arena(memory.data(), memory.size());
-    std::vector<Neighbourhood> found(source.count);
-    REQUIRE(find_neighbourhoods(source, arena, found.data()));
+    std::vector<DensityStatistics> found(source.count);
+    REQUIRE(find_density_statistics(source, arena, found.data()));
     return found;
 }
 
@@ -42,11 +42,11 @@ TEST_CASE(WISP_ARITH_NAME ": a particle's neighbourhood is the sum over all othe
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": neighbourhoods without memory, and without neighbours") {
+TEST_CASE(WISP_ARITH_NAME ": statistics without memory, and without neighbours") {
     const std::vector<Particle> alone = {{{0, 0, 0}, 1, 0.5}};
     Arena nothing(nullptr, 0);
-    Neighbourhood found;
-    CHECK(!find_neighbourhoods(smoke_of(alone), nothing, &found));
+    DensityStatistics found;
+    CHECK(!find_density_statistics(smoke_of(alone), nothing, &found));
     const auto of_alone = neighbourhoods_of(smoke_of(alone));
     CHECK(of_alone[0].neighbours == 0);
     CHECK(of_alone[0].density == 0);
@@ -72,7 +72,7 @@ TEST_CASE(WISP_ARITH_NAME ": the density's error is told as it is") {
 
         // Of the particles inside, where no border thins the smoke.
         std::vector<Particle> inside;
-        std::vector<Neighbourhood> of_inside;
+        std::vector<DensityStatistics> of_inside;
         for (size_t i = 0; i < particles.size(); ++i) {
             const Double3 &x = particles[i].position;
             if (std::max({std::fabs(x.x), std::fabs(x.y), std::fabs(x.z)}) > half - 2) continue;

@@ -109,10 +109,10 @@ TEST_CASE(WISP_ARITH_NAME ": line integrals equal quadrature") {
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": a share of the kernel's volume lies within radius_of_share") {
+TEST_CASE(WISP_ARITH_NAME ": a share of the kernel's volume lies within radius_of_fraction") {
     const double pi_ = 3.14159265358979323846;
     for (double share : {0.001, 0.1, 0.5, 0.9, 0.999}) {
-        const double q = at(Spline::radius_of_share(real(share))), u = at(Poly6::radius_of_share(real(share)));
+        const double q = at(Spline::radius_of_fraction(real(share))), u = at(Poly6::radius_of_fraction(real(share)));
         double spline_sum = 0, poly6_sum = 0;
         const int n = 2000;
         for (int i = 0; i < n; ++i) {
@@ -123,8 +123,8 @@ TEST_CASE(WISP_ARITH_NAME ": a share of the kernel's volume lies within radius_o
         CHECK(std::fabs(spline_sum - share) < 3e-6);
         CHECK(std::fabs(poly6_sum - share) < 3e-6);
     }
-    CHECK(at(Spline::radius_of_share(Real(0))) < 0.01);
-    CHECK(at(Spline::radius_of_share(Real(1))) <= 2);
+    CHECK(at(Spline::radius_of_fraction(Real(0))) < 0.01);
+    CHECK(at(Spline::radius_of_fraction(Real(1))) <= 2);
 }
 
 TEST_CASE(WISP_ARITH_NAME ": increasing_root brackets, and gives the nearer end without a root") {

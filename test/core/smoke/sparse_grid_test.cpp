@@ -126,7 +126,7 @@ TEST_CASE(WISP_ARITH_NAME ": bricks take what their plan says, and say so when t
             const uint32_t brick = built.bricks.index[i];
             if (brick == no_brick) continue;
             CHECK(brick == listed++);
-            CHECK(index_of(built.bricks.lattice.count, built.bricks.place[brick]) == static_cast<int64_t>(i));
+            CHECK(index_of(built.bricks.lattice.count, built.bricks.position[brick]) == static_cast<int64_t>(i));
         }
         CHECK(listed == count);
 
@@ -334,7 +334,7 @@ TEST_CASE(WISP_ARITH_NAME ": resampled particles keep their mass; depths converg
                 for (uint32_t k = 0; k < nodes_of(1); ++k) {
                     const Cell in = cell_of_index(nodes_along(1), k);
                     uint32_t holders = 0;
-                    for_each_holder(bricks, bricks.place[b], in, nodes_along(1),
+                    for_each_holder(bricks, bricks.position[b], in, nodes_along(1),
                                     [&](uint32_t, uint32_t) { ++holders; });
                     mass += at(built.field().nodes(b)[k]) / holders;
                 }
@@ -373,7 +373,7 @@ TEST_CASE(WISP_ARITH_NAME ": no resampled density lies above its brick's greates
             const ResampledField &field = built.field(s);
             for (uint32_t b = 0; b < bricks.count; ++b) {
                 const Real *nodes = field.nodes(b);
-                CHECK(field.greatest[b] == *std::max_element(nodes, nodes + nodes_of(1)));
+                CHECK(field.majorants[b] == *std::max_element(nodes, nodes + nodes_of(1)));
             }
             Sequence next{8};
             double tightest = 0;

@@ -120,7 +120,7 @@ int run(const std::vector<std::string> &words) {
     const Settings settings = settings_of(request.options, prepared);
     std::string title = request.name.substr(request.name.rfind('/') + 1);
     for (size_t i = 2; i < words.size(); ++i) title += ' ' + words[i];
-    std::puts("#include \"compiled_scene.h\"\nnamespace wisp {\nnamespace {");
+    std::puts("#include \"portability/compiled_scene.h\"\nnamespace wisp {\nnamespace {");
     print_scene(words[0], title, request.frames.first, prepared, settings);
     return exit_done;
 }
