@@ -1,4 +1,4 @@
-// Bricks, resampled smoke, and what photons leave in it, over memory of the test's own.
+// Sparse grids, resampled smoke, and the fluence in it, each with memory of its own.
 #pragma once
 #include "core/photons/irradiance_map.h"
 #include "support/built_smoke.h"
@@ -43,11 +43,11 @@ struct Resampled {
     Medium medium;
 };
 
-// The photons of a scene, traced through resampled smoke: nodes every `stride` cells.
+// The photons of a scene, traced through resampled smoke: nodes every `spacing` cells.
 struct TracedFluence {
-    TracedFluence(const Scene &scene, const Settings &settings, int32_t stride = 1)
+    TracedFluence(const Scene &scene, const Settings &settings, int32_t spacing = 1)
         : count(plan_sparse_grid(scene, settings.density_step).count),
-          plan(plan_fluence(scene, settings, count, stride)),
+          plan(plan_fluence(scene, settings, count, spacing)),
           memory(medium_bytes(scene, settings.density_step) + optical_depth_grid_bytes(count, scene.light_count, 1) +
                  plan.bytes),
           arena(memory.data(), memory.size()), medium(make_medium(scene, settings.density_step, arena)) {
@@ -56,8 +56,8 @@ struct TracedFluence {
         REQUIRE(make_optical_depth_grid(medium, lights.data(), scene.light_count, *medium.bricks, 1, arena,
                                   &statistics.rays.shadow, depths));
         sums = {arena.make<int64_t>(plan.sums), plan.sums, 0};
-        REQUIRE(make_emission_distribution(scene, medium, depths, arena, starts));
-        REQUIRE(trace_fluence(medium, nullptr, depths, starts, settings, plan.needs, stride, all_batches(settings),
+        REQUIRE(make_emission_distribution(scene, medium, depths, arena, distribution));
+        REQUIRE(trace_fluence(medium, nullptr, depths, distribution, settings, plan.needs, spacing, all_batches(settings),
                                     Observer{}, arena, sums, statistics, deposits) == Status::done);
     }
     uint64_t count;
@@ -67,16 +67,16 @@ struct TracedFluence {
     Medium medium;
     std::vector<Light> lights;
     OpticalDepthGrid depths;
-    EmissionDistribution starts;
+    EmissionDistribution distribution;
     PhotonSums sums;
     Statistics statistics;
     FluenceSums deposits;
 };
 
 // A node's place in the lattice of all nodes, which has no bricks.
-inline Cell place_of_node(const SparseGrid &bricks, uint32_t brick, uint32_t node, int32_t stride = 1) {
-    const Cell in = cell_of_index(nodes_along(stride), node), &at = bricks.position[brick];
-    const int32_t cells = brick_cells / stride;
+inline Cell place_of_node(const SparseGrid &bricks, uint32_t brick, uint32_t node, int32_t spacing = 1) {
+    const Cell in = cell_of_index(nodes_along(spacing), node), &at = bricks.position[brick];
+    const int32_t cells = brick_cells / spacing;
     return {at.x * cells + in.x, at.y * cells + in.y, at.z * cells + in.z};
 }
 
