@@ -58,7 +58,7 @@ struct TracedFluence {
         sums = {arena.make<int64_t>(plan.sums), plan.sums, 0};
         REQUIRE(make_emission_distribution(scene, medium, depths, arena, distribution));
         REQUIRE(trace_fluence(medium, nullptr, depths, distribution, settings, plan.needs, spacing, all_batches(settings),
-                                    Observer{}, arena, sums, statistics, deposits) == Status::done);
+                                    {}, arena, sums, statistics, deposits) == Status::done);
     }
     uint64_t count;
     FluencePlan plan;
