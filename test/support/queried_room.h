@@ -16,7 +16,7 @@ struct QueriedRoom : Room {
         REQUIRE(make_shadow_memory(scene, settings, arena, shadows.memory));
         shadows.technique = find_technique(method);
         statistics = {};
-        asked = shadowed = wrong = 0;
+        queries = shadowed = wrong = 0;
         REQUIRE(begin_frame(shadows, settings, arena));
     }
     void ask(const Vec3 &from, uint32_t light, uint32_t triangle) {
@@ -24,12 +24,12 @@ struct QueriedRoom : Room {
         const ShadowQuery query = make_shadow_query(surfaces, from, light, way, triangle, {}, {}, 0);
         TreeCounts unused = {};
         const bool right = is_blocked(surfaces, query.ray, surfaces.ray_epsilon, query.end, triangle, unused);
-        ++asked;
+        ++queries;
         shadowed += right;
         wrong += is_shadowed(shadows, query) != right;
     }
     // Points of every triangle, and everywhere, and of and about the lights.
-    void ask_everywhere(uint64_t seed, double size) {
+    void query_everywhere(uint64_t seed, double size) {
         Sequence next{seed};
         const uint32_t other = scene.static_count; // a triangle that moves
         const auto somewhere = [&](double part) {
@@ -53,7 +53,7 @@ struct QueriedRoom : Room {
     }
 
     std::vector<unsigned char> block;
-    uint64_t asked = 0, shadowed = 0, wrong = 0;
+    uint64_t queries = 0, shadowed = 0, wrong = 0;
 };
 
 } // namespace wisp::WISP_ARITH

@@ -14,7 +14,7 @@ constexpr double room_sizes[] = {1, 16, 1024};
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME ": shadows are those of rays, frame after frame, while bodies, morphs and lights move") {
+TEST_CASE(WISP_ARITH_NAME ": shadows are those of rays, frame after frame, while instances, deforming triangles and lights move") {
     uint64_t culled = 0, moving_alone = 0;
     int wrong = 0;
     for (uint64_t seed = 0; seed < 150; ++seed) {

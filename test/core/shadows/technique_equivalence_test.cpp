@@ -15,16 +15,16 @@ constexpr uint32_t light_counts[] = {0, 1, 3, 15, 16, 40};
 } // namespace
 
 TEST_CASE(WISP_ARITH_NAME ": every shadow is that of tracing, in every frame") {
-    for (const ShadowMethod method : exact_methods) {
+    for (const ShadowMethod method : equivalent_methods) {
         CAPTURE(static_cast<int>(method));
-        uint64_t asked = 0, wrong = 0, shadowed = 0;
+        uint64_t queries = 0, wrong = 0, shadowed = 0;
         TreeCounts traced = {};
         uint64_t extra = 0, culled = 0, moving = 0;
         for (uint64_t seed = 0; seed < 60; ++seed) {
             const double sizes[] = {1, 16, 1024};
             RoomFrames room(seed, sizes[seed % 3], light_counts[seed % 6], method);
             room.recorded.on_query = [&](const ShadowQuery &query, bool found) {
-                ++asked;
+                ++queries;
                 shadowed += found;
                 wrong += found != room.blocked(query);
             };
@@ -38,19 +38,19 @@ TEST_CASE(WISP_ARITH_NAME ": every shadow is that of tracing, in every frame") {
             moving += room.statistics.rays.shadow_dynamic_only;
         }
         CHECK(wrong == 0);
-        CHECK(asked > 100000);
-        CHECK(shadowed > asked / 10);
-        CHECK(shadowed < asked);
+        CHECK(queries > 100000);
+        CHECK(shadowed > queries / 10);
+        CHECK(shadowed < queries);
         CHECK(traced.node_visits > 0);
-        if (method != ShadowMethod::voxel) CHECK(extra > asked / 10);
+        if (method != ShadowMethod::voxel) CHECK(extra > queries / 10);
         if (method == ShadowMethod::cache) continue;
-        CHECK(culled > asked / 100);
-        CHECK(moving > asked / 2000);
+        CHECK(culled > queries / 100);
+        CHECK(moving > queries / 2000);
     }
 }
 
 TEST_CASE(WISP_ARITH_NAME ": pictures are those of tracing, in every frame, within the planned bytes") {
-    for (const ShadowMethod method : exact_methods)
+    for (const ShadowMethod method : equivalent_methods)
         for (uint64_t seed = 500; seed < 530; ++seed) {
             CAPTURE(static_cast<int>(method));
             CAPTURE(seed);
@@ -85,7 +85,7 @@ TEST_CASE(WISP_ARITH_NAME ": pictures are those of tracing, in every frame, with
 }
 
 TEST_CASE(WISP_ARITH_NAME ": the number of lights may change from frame to frame") {
-    for (const ShadowMethod method : exact_methods) {
+    for (const ShadowMethod method : equivalent_methods) {
         RoomFrames room(3, 16, 16, method);
         Settings plain = room.settings;
         plain.shadows = ShadowMethod::trace;
@@ -145,7 +145,7 @@ void fill_degenerately(QueriedRoom &room, uint64_t seed, double size) {
 } // namespace
 
 TEST_CASE(WISP_ARITH_NAME ": shadows are those of tracing where lights lie in planes, at corners, inside and far off") {
-    for (const ShadowMethod method : exact_methods) {
+    for (const ShadowMethod method : equivalent_methods) {
         CAPTURE(static_cast<int>(method));
         uint64_t tested = 0, culled = 0;
         for (uint64_t seed = 0; seed < 24; ++seed) {
@@ -154,11 +154,11 @@ TEST_CASE(WISP_ARITH_NAME ": shadows are those of tracing where lights lie in pl
             QueriedRoom room;
             fill_degenerately(room, seed, sizes[seed % 4]);
             room.use(method);
-            room.ask_everywhere(seed + 100, sizes[seed % 4]);
+            room.query_everywhere(seed + 100, sizes[seed % 4]);
             CHECK(room.wrong == 0);
-            CHECK(room.shadowed > room.asked / 10);
-            CHECK(room.shadowed < room.asked);
-            CHECK(room.statistics.rays.shadow == room.asked);
+            CHECK(room.shadowed > room.queries / 10);
+            CHECK(room.shadowed < room.queries);
+            CHECK(room.statistics.rays.shadow == room.queries);
             tested += room.statistics.shadow.extra_tests;
             culled += room.statistics.rays.shadow_culled;
         }

@@ -72,16 +72,16 @@ TEST_CASE(WISP_ARITH_NAME ": of triangles at one distance the first of the scene
     // The same triangle is static, in four instances and deforming.
     constexpr uint32_t instances = 4;
     for (uint32_t hidden = 0; hidden < 1u << instances; ++hidden)
-        for (const uint32_t still : {1u, 0u}) {
+        for (const uint32_t static_count : {1u, 0u}) {
             Room room;
             room.material(matte({1, 1, 1}));
-            for (uint32_t i = 0; i < still + instances + 1; ++i) room.add({-1, -1, 0.3}, {1, -1, 0}, {0.2, 1, -0.3}, 0);
-            room.scene.static_count = still;
+            for (uint32_t i = 0; i < static_count + instances + 1; ++i) room.add({-1, -1, 0.3}, {1, -1, 0}, {0.2, 1, -0.3}, 0);
+            room.scene.static_count = static_count;
             room.scene.instance_triangle_count = instances;
             room.scene.deforming_count = 1;
             for (uint32_t b = 0; b < instances; ++b) {
                 const bool visible = (hidden >> b & 1) == 0;
-                room.instances.push_back({still + b,
+                room.instances.push_back({static_count + b,
                                        1,
                                        {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
                                        {0, 0, 0},
@@ -89,8 +89,8 @@ TEST_CASE(WISP_ARITH_NAME ": of triangles at one distance the first of the scene
                                        visible});
             }
             room.build();
-            uint32_t first = still == 1 ? 0 : instances;
-            for (uint32_t b = instances; still == 0 && b-- > 0;)
+            uint32_t first = static_count == 1 ? 0 : instances;
+            for (uint32_t b = instances; static_count == 0 && b-- > 0;)
                 if (room.instances[b].visible) first = b;
             TreeCounts unused = {};
             for (const double z : {5.0, -5.0}) {
@@ -98,7 +98,7 @@ TEST_CASE(WISP_ARITH_NAME ": of triangles at one distance the first of the scene
                 const Hit hit = nearest_hit(room.surfaces, ray, Real(0), infinite_distance, no_triangle, unused);
                 REQUIRE(hit.found);
                 CHECK(hit.triangle == first);
-                CHECK(hit.instance == (still == 1 || first == instances ? instances : first));
+                CHECK(hit.instance == (static_count == 1 || first == instances ? instances : first));
             }
         }
 }

@@ -28,7 +28,7 @@ TEST_CASE(WISP_ARITH_NAME ": what has no room in the light buffer is traced") {
         room.light(LightKind::parallel, {0, 0, 0}, {1, 1, 1}, unit(Double3{0.4, -0.8, 0.3}));
         room.build();
         room.use(ShadowMethod::lightbuffer);
-        room.ask_everywhere(3, 1);
+        room.query_everywhere(3, 1);
         CHECK(room.wrong == 0);
         CHECK(room.statistics.shadow.traced.node_visits > 1000);
         CHECK(room.statistics.shadow.extra_tests > 1000);
