@@ -396,7 +396,7 @@ TEST_CASE("command line: merge refuses what does not belong together, and writes
     };
     refuses("", 2, "found no file to merge, expected some .passes or .map");
     refuses(a + " --spp 4", 2,
-            "option '--spp' is none of merge, expected --output, --error-out, --exposure or --digest");
+            "there is no option '--spp' of merge, expected --output, --error-out, --exposure, --digest, --quiet or --verbose");
     refuses(a + " --bogus", 2);
     refuses(a + " -o " + desk.file("x.jpg"), 2);
     refuses(a + " --error-out " + desk.file("x.png"), 2);

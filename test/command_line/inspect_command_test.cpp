@@ -1,7 +1,7 @@
 // build/wisp inspect: its pixel is the picture's, its JSON is JSON and holds what the text does, and wrong usage is
 // told.
 #include "host/images/picture.h"
-#include "host/scene/options.h"
+#include "host/base/text.h"
 #include "support/command_line.h"
 #include <cmath>
 

@@ -128,7 +128,7 @@ TEST_CASE("stitch command: parts that are no whole are refused in one line, and 
     }
     refuses("", 2, "found no part to stitch, expected .pfm files of --crop");
     refuses(a + " x.png", 2, "found 'x.png' to stitch, expected a .pfm file of --crop");
-    refuses(a + " --spp 2", 2, "option '--spp' is none of stitch, expected --output, --exposure or --digest");
+    refuses(a + " --spp 2", 2, "there is no option '--spp' of stitch, expected --output, --exposure, --digest, --quiet or --verbose");
     refuses(a + " -o x.map", 2, "option 'output': found 'x.map', expected .pfm or .png of stitch");
     desk.refuses(desk.wisp("stitch" + a), 2, "found nothing to make of the parts, expected --output or --digest");
     // A picture that is no part, one without its proof, with that of another, and damaged ones.

@@ -1,5 +1,5 @@
 // Hard cases of the particle map.
-#include "core/numbers/packed_light.h"
+#include "core/photons/packed_light.h"
 #include "support/built_map.h"
 #include "support/mixture.h"
 #include "wisp/settings.h"
@@ -28,7 +28,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C13: no power is lost on its way to the p
         int64_t expected[3] = {};
         Statistics counted;
         for_each_photon(settings.seed, 0, settings.photons, [&](uint64_t key) {
-            trace_photon(traced.medium, emitters, key, counted,
+            trace_photon(traced.medium, nullptr, emitters, key, counted,
                          [&](const MediumCollision &, const Photon &, const Color &power) {
                              expected[0] += std::llround(at(power.x) * 0x1p24);
                              expected[1] += std::llround(at(power.y) * 0x1p24);

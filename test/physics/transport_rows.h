@@ -2,6 +2,7 @@
 // them.
 #pragma once
 #include "support/built.h"
+#include "support/built.h"
 #include <algorithm>
 #include <cmath>
 #include <cstdint>

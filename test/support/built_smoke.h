@@ -163,7 +163,7 @@ struct BuiltPhotons {
         : memory(medium_bytes(scene, 0) + plan.bytes), arena(memory.data(), memory.size()),
           medium(make_medium(scene, 0, arena)) {
         for (uint32_t i = 0; i < scene.light_count; ++i) lights.push_back(make_light(scene.lights[i]));
-        maps = trace_photons(medium, lights.data(), scene.light_count, settings, plan, observer, arena, statistics);
+        maps = trace_photons(medium, nullptr, lights.data(), scene.light_count, settings, plan, observer, arena, statistics);
     }
     std::vector<unsigned char> memory;
     Arena arena;

@@ -57,7 +57,7 @@ struct TracedFluence {
                                   &statistics.rays.shadow, depths));
         sums = {arena.make<int64_t>(plan.sums), plan.sums, 0};
         REQUIRE(make_emission_distribution(scene, medium, depths, arena, starts));
-        REQUIRE(trace_fluence(medium, depths, starts, settings, plan.needs, stride, all_batches(settings),
+        REQUIRE(trace_fluence(medium, nullptr, depths, starts, settings, plan.needs, stride, all_batches(settings),
                                     Observer{}, arena, sums, statistics, deposits) == Status::done);
     }
     uint64_t count;

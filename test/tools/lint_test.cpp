@@ -1,5 +1,4 @@
 // The determinism lint passes on the sources, and each of its rules finds what it is for.
-#include "support/built.h"
 #include "support/temporary_folder.h"
 #include <cstdlib>
 #include <doctest/doctest.h>
@@ -88,15 +87,4 @@ TEST_CASE("the lint finds a room that includes what it may not, and each cycle o
     CHECK(lint("--rooms " + folder.file("")) == 0);
     write(folder, "src/core/smoke/b.h", "#include \"core/smoke/a.h\"");
     CHECK(lint("--rooms " + folder.file("")) != 0);
-}
-
-TEST_CASE("the core asks for no memory but the arena's, throws nothing and reads no clock") {
-    // Undefined symbols of every release object of the core.
-    const wisp::TemporaryFolder folder;
-    const std::string core = wisp::built("core"), symbols = folder.file("symbols");
-    REQUIRE(std::system(("ls " + core + "/f32/render/render.o " + core + "/fixed/render/render.o > /dev/null").c_str()) == 0);
-    REQUIRE(std::system(("nm --undefined-only $(find " + core + " -name '*.o') > " + symbols).c_str()) == 0);
-    const std::string forbidden = "' U .*(malloc|calloc|realloc|free$|_Zn[wa]|_Zd[la]|__cxa|__gxx|_Unwind|printf|fopen|write$|"
-                                  "clock|time$|expf?$|logf?$|powf?$|sinf?$|cosf?$)'";
-    CHECK(std::system(("! grep -E " + forbidden + " " + symbols + " >&2").c_str()) == 0);
 }

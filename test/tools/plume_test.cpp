@@ -1,5 +1,5 @@
 // The smoke simulation: what build/plume writes, and that the air it moves in has neither sources nor leaks.
-#include "../../tools/plume_flow.h"
+#include "../../tools/plume/plume_flow.h"
 #include "host/base/error.h"
 #include "host/base/files.h"
 #include "host/formats/particles.h"

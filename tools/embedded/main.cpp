@@ -3,18 +3,20 @@
 // 1. Include wisp/wisp.h; compile all sources below src/core with -DWISP_ARITH=fixed (or f32, f64) and the flags of `run` beside
 //    this file. There is nothing to link but what the compiler itself brings.
 // 2. A wisp::Scene says what is there, wisp::Settings how it is rendered: plain data. A program with a file system has
-//    src/host make them; here tools/scene_source has written them down as C++.
+//    src/host make them; here scene_source has written them down as C++.
 // 3. plan() says how many bytes of memory that takes. Give them to an Arena.
 // 4. render() fills a picture of floats, and tells an Observer how it gets on.
 #include "board.h"
-#include "compiled_scene.h"
 #include "core/numbers/real.h"
+#include "portability/compiled_scene.h"
 #include "wisp/self_test.h"
 #include <type_traits>
 
 namespace wisp {
-// Made by tools/scene_source, see `run`.
-extern const CompiledScene grid, smoke, surfaces;
+// Made by scene_source. WISP_SCENES is X(NAME) of each, see fixtures/compiled_scenes.txt.
+#define X(name) extern const CompiledScene scene_##name;
+WISP_SCENES
+#undef X
 } // namespace wisp
 
 namespace core = wisp::WISP_ARITH;
@@ -150,7 +152,9 @@ int main() {
             print_line(fault);
             return 1;
         }
-    const bool all =
-        show(wisp::grid, "grid.pfm") && show(wisp::surfaces, "surfaces.pfm") && show(wisp::smoke, "smoke.pfm");
-    return all ? 0 : 1;
+#define X(name)                                                                                                        \
+    if (!show(wisp::scene_##name, #name ".pfm")) return 1;
+    WISP_SCENES
+#undef X
+    return 0;
 }

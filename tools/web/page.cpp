@@ -1,24 +1,26 @@
 // What tools/web/page.html asks of WebAssembly: pictures of scenes that are compiled in, and what the core tells of
 // their pixels. Strings and numbers stay until the next call.
-#include "../compiled_scene.h"
 #include "host/base/double3.h"
 #include "host/base/json_object.h"
 #include "host/commands/core.h"
 #include "host/commands/inspection.h"
+#include "portability/compiled_scene.h"
 #include "wisp/self_test.h"
 #include "wisp/settings.h"
 #include <new>
 
 namespace wisp {
 
-// What they are, the Makefile says.
-extern const CompiledScene portable_glow, portable_grid, portable_irradiance, portable_map, portable_passage,
-    portable_surfaces;
+// WISP_SCENES is X(NAME) of each scene, see fixtures/compiled_scenes.txt.
+#define X(name) extern const CompiledScene scene_##name;
+WISP_SCENES
+#undef X
 
 namespace {
 
-const CompiledScene *const scenes[] = {&portable_passage,    &portable_map,  &portable_surfaces,
-                                       &portable_irradiance, &portable_grid, &portable_glow};
+#define X(name) &scene_##name,
+const CompiledScene *const scenes[] = {WISP_SCENES};
+#undef X
 
 extern "C" __attribute__((import_module("page"), import_name("heard"))) void page_heard(int stage, double done,
                                                                                         double total);

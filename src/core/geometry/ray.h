@@ -9,6 +9,11 @@ struct Box {
     Vec3 low, high;
 };
 
+struct Sphere {
+    Vec3 center;
+    Real radius; // 0: empty
+};
+
 // A distance larger than the width of any scene.
 constexpr Real infinite_distance = Real(0x1p19);
 

@@ -216,12 +216,6 @@ inline bool on_a_line(Fixed ax, Fixed ay, Fixed bx, Fixed by, Fixed cx, Fixed cy
 
 namespace WISP_ARITH {
 
-// The axis of the component with the largest magnitude; of equal magnitudes, the last.
-inline uint32_t largest_axis(const Vec3 &v) {
-    const Real x = abs(v.x), y = abs(v.y), z = abs(v.z);
-    return x > y ? (x > z ? 0 : 2) : (y > z ? 1 : 2);
-}
-
 inline TriangleRay::TriangleRay(const Vec3 &origin_, const Vec3 &direction_) : origin(origin_), direction(direction_) {
     z = largest_axis(direction);
     x = z == 2 ? 0 : z + 1;

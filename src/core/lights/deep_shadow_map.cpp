@@ -1,5 +1,4 @@
 // Depths along columns of light, row by row.
-#include "core/geometry/triangle.h"
 #include "core/lights/deep_shadow_map.h"
 #include "core/numbers/double_bits.h"
 #include "core/smoke/sparse_grid_lanes.h"

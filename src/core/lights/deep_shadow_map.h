@@ -6,6 +6,7 @@
 // They meet a plane across the axis of their face in a lattice, and keep the depths at the borders of layers, which are
 // no thicker along a line than a cell.
 #pragma once
+#include "core/lights/light.h"
 #include "core/smoke/medium.h"
 
 namespace wisp::WISP_ARITH {

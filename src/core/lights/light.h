@@ -1,7 +1,8 @@
-// Lights: what they give to a point, and the photons that they send towards the smoke (S2).
+// Lights: the irradiance that a point receives from each of them.
 #pragma once
-#include "core/smoke/density_field.h"
-#include "core/smoke/phase.h"
+#include "core/numbers/vec.h"
+#include "wisp/arena.h"
+#include "wisp/scene.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -27,31 +28,10 @@ struct Illumination {
 // the light is taken as at least 2^-10. With a = b = x it is the plain inverse square under the same floor.
 Illumination illuminate(const Light &light, const Vec3 &x, const Vec3 &a, const Vec3 &b);
 
-struct Sphere {
-    Vec3 center;
-    Real radius;
-};
-
-// One thing that sends photons: a light, or a smoke that glows.
-struct Emitter {
-    const Light *light;    // or nullptr:
-    uint32_t smoke;        // the smoke that glows
-    Color power;           // of all its photons together
-    Color photon_color;    // power / its largest channel: what one photon carries
-    Real one_minus_cosine; // of the cone that holds the emission (point, spot, constant)
-    Vec3 axis;             // of that cone
-    Real reach_squared;    // constant: the largest squared distance of a first collision
-};
-
-// The photons of a light that may meet the sphere. The power is 0 when none can.
-Emitter make_emitter(const Light &light, const Sphere &smoke);
-
-struct Photon {
-    Ray ray;
-    Color power; // in units of one photon's largest channel: 0 to 1
-    bool leaves; // false: sent outside the light's own cone, so it does not exist
-};
-
-Photon emit(const Emitter &emitter, const Sphere &smoke, Event event);
+// Whether the unit vector `direction` lies in the cone of `one_minus_cosine` about the unit vector `axis`.
+inline bool in_cone(const Vec3 &direction, const Vec3 &axis, Real one_minus_cosine) {
+    const Vec3 chord = direction - axis;
+    return dot(chord, chord) <= Real(2) * one_minus_cosine;
+}
 
 } // namespace wisp::WISP_ARITH

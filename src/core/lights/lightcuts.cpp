@@ -1,5 +1,6 @@
 // Lightcuts: the trees of lights, and how much a node of them may give.
 #include "core/lights/lightcuts.h"
+#include "core/numbers/random.h"
 #include <algorithm>
 #include <type_traits>
 

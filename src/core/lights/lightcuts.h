@@ -9,6 +9,7 @@
 // What a node's lights give, and what it gives for them, lies between 0 and max_light(): so no node of a cut that is
 // below `most` errs by more than `error` of the largest channel of the cut's sum.
 #pragma once
+#include "core/geometry/ray.h"
 #include "core/lights/light.h"
 #include <limits>
 

@@ -4,6 +4,7 @@
 // Between nodes a linear interpolation lies above a hollow and below a bump, by a twelfth of the second difference in
 // the mean along each axis: that is taken from the nodes, so that what is interpolated has the right mean.
 #pragma once
+#include "core/lights/light.h"
 #include "core/smoke/medium.h"
 
 namespace wisp::WISP_ARITH {
@@ -19,7 +20,7 @@ struct OpticalDepthGrid {
 
 // False: the arena was too small.
 bool make_optical_depth_grid(const Medium &medium, const Light *lights, uint32_t light_count, const SparseGrid &bricks,
-                       int32_t stride, Arena &arena, uint64_t *shadow_rays, OpticalDepthGrid &depths);
+                             int32_t stride, Arena &arena, uint64_t *shadow_rays, OpticalDepthGrid &depths);
 uint64_t optical_depth_grid_bytes(uint64_t bricks, uint32_t light_count, int32_t stride);
 
 // Those of a brick: of each light its nodes.

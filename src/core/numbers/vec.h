@@ -33,4 +33,10 @@ inline Vec3 scale_pow2(const Vec3 &v, int k) {
     return Vec3(scale_pow2(v.x, k), scale_pow2(v.y, k), scale_pow2(v.z, k));
 }
 
+// The axis of the component that is largest in magnitude; of equal ones, the last.
+inline uint32_t largest_axis(const Vec3 &v) {
+    const Real x = abs(v.x), y = abs(v.y), z = abs(v.z);
+    return x > y ? (x > z ? 0 : 2) : (y > z ? 1 : 2);
+}
+
 } // namespace wisp::WISP_ARITH

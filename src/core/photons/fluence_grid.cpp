@@ -48,8 +48,7 @@ Real irradiance_at(const Light &light, Real brightness, const Vec3 &x, Real cell
     const Real distance = length(way);
     if (distance < cell) return brightness * (Real(3) / (cell * cell));
     if (light.kind == LightKind::spot) {
-        const Vec3 chord = way / distance - light.direction;
-        if (dot(chord, chord) > Real(2) * light.one_minus_cosine) return Real(0);
+        if (!in_cone(way / distance, light.direction, light.one_minus_cosine)) return Real(0);
     }
     return brightness / distance / distance;
 }
@@ -63,6 +62,7 @@ struct Lit {
 };
 // All that tracing needs.
 struct Tracer : Lit {
+    const Surfaces *surfaces; // nullptr: there are none
     Statistics &statistics;
 };
 
@@ -175,11 +175,11 @@ template <class Density> uint32_t smoke_at(const Medium &medium, Pcg32 &generato
 }
 
 // Whether a surface stands between a point and the light that it would have.
-bool is_out_of_light(const Medium &medium, const Vec3 &x, const Illumination &from) {
-    if (!medium.surfaces) return false;
-    const Real ray_epsilon = medium.surfaces->ray_epsilon;
+bool is_out_of_light(const Surfaces *surfaces, const Vec3 &x, const Illumination &from) {
+    if (!surfaces) return false;
+    const Real ray_epsilon = surfaces->ray_epsilon;
     TreeCounts unused = {};
-    return is_blocked(*medium.surfaces, {x, -from.direction}, ray_epsilon, from.distance - ray_epsilon, no_triangle, unused);
+    return is_blocked(*surfaces, {x, -from.direction}, ray_epsilon, from.distance - ray_epsilon, no_triangle, unused);
 }
 
 // One flight: pass(brick, place in it, 1 / rate) at every tentative collision.
@@ -188,7 +188,7 @@ template <class Pass> Arrival fly(const Tracer &tracer, const Ray &ray, Pcg32 &g
     const SparseGrid &bricks = tracer.bricks;
     const Medium &medium = tracer.medium;
     Real begin = Real(0), end = infinite_distance;
-    end = distance_to_surface(medium, ray, Real(0));
+    end = distance_to_surface(tracer.surfaces, ray, Real(0));
     arrival.stopped = end < infinite_distance;
     if (!clip(bricks.bounds, ray, begin, end)) return arrival;
     Real rest = exponential(generator);
@@ -224,12 +224,14 @@ template <class Pass> Arrival fly(const Tracer &tracer, const Ray &ray, Pcg32 &g
 int64_t units_of(Real share, Real units) { return truncate(share * units + Real(0.5)); }
 
 // At the nearest node alone: they vary little from one to the next, and twelve numbers at eight corners take long.
-void deposit_harmonics(const FluenceSums &deposits, uint32_t brick, const Vec3 &p, Real power, const SphericalHarmonics &halves) {
+void deposit_harmonics(const FluenceSums &deposits, uint32_t brick, const Vec3 &p, Real power,
+                       const SphericalHarmonics &halves) {
     const int32_t stride = harmonic_spacing(deposits.stride), n = nodes_along(stride);
     const Vec3 q = p * (Real(n - 1) * Real(1.0 / brick_cells)) + Vec3(Real(0.5));
     const auto nearest = [n](Real x) { return min(truncate(max(x, Real(0))), n - 1); };
     const int32_t node = (nearest(q.z) * n + nearest(q.y)) * n + nearest(q.x);
-    int64_t *sum = deposits.harmonics + (size_t{brick} * nodes_of(stride) + static_cast<uint32_t>(node)) * harmonic_numbers;
+    int64_t *sum =
+        deposits.harmonics + (size_t{brick} * nodes_of(stride) + static_cast<uint32_t>(node)) * harmonic_numbers;
     const Real units = scale_pow2(power, deposit_bits); // below 2^31: 1 / rate is at most 32
     sum[0] += truncate(units);
     for (uint32_t i = 0; i < harmonic_count; ++i) sum[1 + i] += truncate(halves.of[i] * units);
@@ -295,12 +297,13 @@ void trace_photon(const Tracer &tracer, const FluenceSums &deposits, uint64_t ta
         ray.direction = deflect(Vec3(Real(0), Real(0), Real(1)), angle, turns);
     } else {
         const Illumination from = illuminate(tracer.depths.lights[source.light], ray.origin, ray.origin, ray.origin);
-        if (is_out_of_light(medium, ray.origin, from)) {
+        if (is_out_of_light(tracer.surfaces, ray.origin, from)) {
             ++counts.blocked;
             return;
         }
         ray.direction = from.direction;
-        at.smoke = smoke_at(medium, generator, [&](const ResampledField &field) { return extinction(field, ray.origin); });
+        at.smoke =
+            smoke_at(medium, generator, [&](const ResampledField &field) { return extinction(field, ray.origin); });
         ++counts.collisions;
     }
     for (uint32_t number = 0;; ++number) {
@@ -362,7 +365,7 @@ FluencePlan plan_fluence(const Scene &scene, const Settings &settings, uint64_t 
 }
 
 bool make_emission_distribution(const Scene &scene, const Medium &medium, const OpticalDepthGrid &depths, Arena &arena,
-                        EmissionDistribution &starts) {
+                                EmissionDistribution &starts) {
     const SparseGrid &bricks = *medium.bricks;
     starts = {};
     PhotonSource *sources = arena.make<PhotonSource>(source_limit(scene));
@@ -406,10 +409,10 @@ bool make_emission_distribution(const Scene &scene, const Medium &medium, const 
     return true;
 }
 
-Status trace_fluence(const Medium &medium, const OpticalDepthGrid &depths, const EmissionDistribution &starts,
-                           const Settings &settings, const PhotonNeeds &needs, int32_t stride, const Batches &batches,
-                           const Observer &observer, Arena &arena, PhotonSums &sums, Statistics &statistics,
-                           FluenceSums &deposits) {
+Status trace_fluence(const Medium &medium, const Surfaces *surfaces, const OpticalDepthGrid &depths,
+                     const EmissionDistribution &starts, const Settings &settings, const PhotonNeeds &needs,
+                     int32_t stride, const Batches &batches, const Observer &observer, Arena &arena, PhotonSums &sums,
+                     Statistics &statistics, FluenceSums &deposits) {
     const SparseGrid &bricks = *medium.bricks;
     const uint64_t nodes = uint64_t{bricks.count} * nodes_of(stride);
     deposits = {&bricks, stride, sums.values, nullptr, nullptr, needs.powers ? 3u : 1u, Color(Real(1)), {Real(1), 0}};
@@ -435,7 +438,7 @@ Status trace_fluence(const Medium &medium, const OpticalDepthGrid &depths, const
     const size_t mark = arena.mark();
     Cursor *cursor = arena.make<Cursor>(1);
     if (!cursor) return Status::out_of_memory;
-    const Tracer tracer = {{medium, bricks, depths, starts}, statistics};
+    const Tracer tracer = {{medium, bricks, depths, starts}, surfaces, statistics};
     cursor->entry = UINT64_MAX;
     const auto share = [&](uint64_t photon) {
         return detail::divide(whole_product(photon, total), settings.photons).quotient;
@@ -492,7 +495,7 @@ FluenceAndFlux light_at_node(const FluenceSums &deposits, uint32_t brick, const 
 SphericalHarmonics harmonics_at_node(const FluenceSums &deposits, uint32_t brick, const Cell &node) {
     const int32_t stride = harmonic_spacing(deposits.stride);
     int64_t sum[harmonic_numbers] = {};
-    for_each_holder(*deposits.bricks, deposits.bricks->place[brick], node, nodes_along(stride),
+    for_each_holder(*deposits.bricks, deposits.bricks->position[brick], node, nodes_along(stride),
                     [&](uint32_t other, uint32_t there) {
                         const size_t k = size_t{other} * nodes_of(stride) + there;
                         for (uint32_t i = 0; i < harmonic_numbers; ++i)

@@ -16,11 +16,11 @@ namespace wisp::WISP_ARITH {
 struct FluenceSums {
     const SparseGrid *bricks;
     int32_t stride;
-    int64_t *power;    // `channels` of each node, in units of deposits times a unit of length
-    int64_t *flux;     // three of each: the sum of direction times (R + G + B); nullptr where all smoke scatters evenly
-    int64_t *harmonics;  // `harmonic_numbers` at every `harmonic_spacing`: the sums of R + G + B, and of (1 + m) / 2 times it
-                       // for moments m of directions; nullptr where no smoke takes them
-    uint32_t channels; // one where all photons are alike
+    int64_t *power; // `channels` of each node, in units of deposits times a unit of length
+    int64_t *flux;  // three of each: the sum of direction times (R + G + B); nullptr where all smoke scatters evenly
+    int64_t *harmonics; // `harmonic_numbers` at every `harmonic_spacing`: the sums of R + G + B, and of (1 + m) / 2
+                        // times it for moments m of directions; nullptr where no smoke takes them
+    uint32_t channels;  // one where all photons are alike
     Color photon_color; // of all photons, where they are alike
     PhotonUnit unit;
 };
@@ -57,14 +57,14 @@ struct EmissionDistribution {
 };
 // False: the arena was too small. `depths`: to all lights, over the medium's bricks.
 bool make_emission_distribution(const Scene &scene, const Medium &medium, const OpticalDepthGrid &depths, Arena &arena,
-                        EmissionDistribution &starts);
+                                EmissionDistribution &starts);
 
 // Adds what the photons of `batches` leave, none perhaps, to `sums`, and makes `deposits` of those as if all were
 // there.
-Status trace_fluence(const Medium &medium, const OpticalDepthGrid &depths, const EmissionDistribution &starts,
-                           const Settings &settings, const PhotonNeeds &needs, int32_t stride, const Batches &batches,
-                           const Observer &observer, Arena &arena, PhotonSums &sums, Statistics &statistics,
-                           FluenceSums &deposits);
+Status trace_fluence(const Medium &medium, const Surfaces *surfaces, const OpticalDepthGrid &depths,
+                     const EmissionDistribution &starts, const Settings &settings, const PhotonNeeds &needs,
+                     int32_t stride, const Batches &batches, const Observer &observer, Arena &arena, PhotonSums &sums,
+                     Statistics &statistics, FluenceSums &deposits);
 
 // What all bricks that hold a node received there.
 FluenceAndFlux light_at_node(const FluenceSums &deposits, uint32_t brick, const Cell &node);

@@ -11,7 +11,7 @@
 //   flux                             |31                     0|   a packed flux, as part of the radiance
 #pragma once
 #include "core/geometry/camera.h"
-#include "core/numbers/packed_light.h"
+#include "core/photons/packed_light.h"
 #include "core/photons/fluence_grid.h"
 #include "core/photons/packed_particle_map.h"
 
@@ -23,21 +23,22 @@ static_assert(harmonic_words * 3 == harmonic_count, "packed by threes, as fluxes
 
 struct Irradiance {
     const SparseGrid *bricks;
-    const int32_t *first;    // by brick: its first point
-    const int32_t *stride;   // by brick: cells between its points
-    const int32_t *exponent; // by brick: its brightest point is below 2^exponent
-    const uint32_t *value;   // by point
-    const uint32_t *flux;    // or nullptr
+    const int32_t *first;      // by brick: its first point
+    const int32_t *stride;     // by brick: cells between its points
+    const int32_t *exponent;   // by brick: its brightest point is below 2^exponent
+    const uint32_t *value;     // by point
+    const uint32_t *flux;      // or nullptr
     const uint32_t *harmonics; // packed as fluxes, three in each of `harmonic_words`; or nullptr
     int32_t harmonic_spacing;
     uint32_t points;
-    bool of_light; // a point is to be multiplied with sigma_s; false: it has been
-    bool single_channel;     // all light has one colour
-    Color color;   // ... namely this, its largest channel 1
-    bool ready;    // false: the arena was too small
+    bool of_light;       // a point is to be multiplied with sigma_s; false: it has been
+    bool single_channel; // all light has one colour
+    Color color;         // ... namely this, its largest channel 1
+    bool ready;          // false: the arena was too small
 };
 inline uint64_t bytes_of(const Irradiance &map) {
-    const uint64_t of_brick = 3 * sizeof(int32_t) + (map.harmonics ? nodes_of(map.harmonic_spacing) * harmonic_words * 4 : 0);
+    const uint64_t of_brick =
+        3 * sizeof(int32_t) + (map.harmonics ? nodes_of(map.harmonic_spacing) * harmonic_words * 4 : 0);
     return uint64_t{map.points} * (map.flux ? 8 : 4) + uint64_t{map.bricks->count} * of_brick;
 }
 uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t stride, bool flux, bool harmonics);

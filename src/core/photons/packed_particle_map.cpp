@@ -1,6 +1,6 @@
 // Sums of deposits as entries of 4 or 8 bytes, and the source functions that they make (S4-3).
 #include "core/numbers/double_bits.h"
-#include "core/numbers/packed_light.h"
+#include "core/photons/packed_light.h"
 #include "core/photons/packed_particle_map.h"
 
 namespace wisp::WISP_ARITH {
@@ -83,8 +83,8 @@ Color per_cross_section(const Color &power, Real cross_section, const PhotonUnit
 }
 
 // Sum of p times the light that was scattered before, towards the eye, at an element.
-Color multiple_scattering(const PackedMap &map, const SmokeVolume &smoke, uint32_t index, uint32_t i, const Element &element,
-                          const Vec3 &eye) {
+Color multiple_scattering(const PackedMap &map, const SmokeVolume &smoke, uint32_t index, uint32_t i,
+                          const Element &element, const Vec3 &eye) {
     if (!map.per_smoke) return Color(Real(0));
     const MapEntries &entries = map.per_smoke[index];
     const Color power = power_of(map, entries, i, 0);
@@ -165,8 +165,8 @@ uint64_t packed_map_bytes(const Scene &scene, const PhotonNeeds &needs) {
     if (!needs.traced) return 0;
     uint64_t bytes = Arena::bytes<MapEntries>(scene.smoke_count);
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
-        bytes +=
-            Arena::bytes<uint32_t>(elements_of(scene.smokes[i])) * (total_order_key(scene.smokes[i].asymmetry) != 0 ? 2 : 1);
+        bytes += Arena::bytes<uint32_t>(elements_of(scene.smokes[i])) *
+                 (total_order_key(scene.smokes[i].asymmetry) != 0 ? 2 : 1);
     return bytes;
 }
 

@@ -38,7 +38,8 @@ void deposit(const Deposits &deposits, uint32_t element, const Color &photon, co
 }
 
 // The sums of all smokes, one behind the other: powers, then fluxes. Made 0 where there are none yet.
-Status make_deposits(const Scene &scene, const PhotonNeeds &needs, Direction kept, PhotonSums &sums, Deposits *deposits) {
+Status make_deposits(const Scene &scene, const PhotonNeeds &needs, Direction kept, PhotonSums &sums,
+                     Deposits *deposits) {
     uint64_t count = 0;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         Deposits &d = deposits[i];
@@ -103,9 +104,10 @@ uint64_t max_deposits(const Settings &settings) {
     return (uint64_t{1} << (63 - bits)) - (max_collisions + 1);
 }
 
-Status trace_particle_map(const Scene &scene, const Medium &medium, const Light *lights, const Settings &settings,
-                          const PhotonNeeds &needs, const Batches &batches, const Observer &observer, Arena &arena,
-                          PhotonSums &sums, Statistics &statistics, ParticleMap &map) {
+Status trace_particle_map(const Scene &scene, const Medium &medium, const Surfaces *surfaces, const Light *lights,
+                          const Settings &settings, const PhotonNeeds &needs, const Batches &batches,
+                          const Observer &observer, Arena &arena, PhotonSums &sums, Statistics &statistics,
+                          ParticleMap &map) {
     map = {};
     if (!needs.traced) return sums.count == 0 ? Status::done : Status::size_mismatch;
     Deposits *deposits = arena.make<Deposits>(medium.count);
@@ -121,7 +123,7 @@ Status trace_particle_map(const Scene &scene, const Medium &medium, const Light 
     const Status status = for_each_batch(settings.photons, batches, observer, [&](uint64_t batch, uint64_t photons) {
         return for_each_photon(settings.seed, batch, photons, [&](uint64_t key) {
             trace_photon(
-                medium, emitters, key, statistics,
+                medium, surfaces, emitters, key, statistics,
                 [&](const MediumCollision &at, const Photon &arrived, const Color &power) {
                     const Deposits &to = deposits[at.smoke];
                     const Ray &ray = arrived.ray;

@@ -28,7 +28,7 @@ inline Real photons_of(int64_t sum) { return scaled_integer<Real>(sum, -deposit_
 
 struct ParticleMap {
     const Deposits *per_smoke; // one a smoke; nullptr where nothing scatters twice
-    Color photon_color;       // of all photons, where they are alike
+    Color photon_color;        // of all photons, where they are alike
     PhotonUnit unit;
 };
 
@@ -49,8 +49,9 @@ ParticleMapPlan plan_particle_map(const Scene &scene, const Settings &settings);
 uint64_t max_deposits(const Settings &settings);
 
 // Adds what the photons of `batches` leave, none perhaps, to `sums`, and makes `map` of those as if all were there.
-Status trace_particle_map(const Scene &scene, const Medium &medium, const Light *lights, const Settings &settings,
-                          const PhotonNeeds &needs, const Batches &batches, const Observer &observer, Arena &arena,
-                          PhotonSums &sums, Statistics &statistics, ParticleMap &map);
+Status trace_particle_map(const Scene &scene, const Medium &medium, const Surfaces *surfaces, const Light *lights,
+                          const Settings &settings, const PhotonNeeds &needs, const Batches &batches,
+                          const Observer &observer, Arena &arena, PhotonSums &sums, Statistics &statistics,
+                          ParticleMap &map);
 
 } // namespace wisp::WISP_ARITH

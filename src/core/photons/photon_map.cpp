@@ -27,13 +27,13 @@ bool make_store(const PhotonPlan &plan, uint32_t smokes, Arena &arena, Store &st
 }
 
 // Photons of one batch. False when the store is too small, and then nothing of the batch remains.
-bool trace_batch(const Medium &medium, const Emitters &emitters, uint64_t seed, uint64_t batch, uint64_t photons,
-                 Store &store, Statistics &statistics) {
+bool trace_batch(const Medium &medium, const Surfaces *surfaces, const Emitters &emitters, uint64_t seed,
+                 uint64_t batch, uint64_t photons, Store &store, Statistics &statistics) {
     const Statistics before = statistics;
     const uint64_t stored_before = store.count;
     const bool done = for_each_photon(seed, batch, photons, [&](uint64_t key) {
         bool room = true;
-        trace_photon(medium, emitters, key, statistics,
+        trace_photon(medium, surfaces, emitters, key, statistics,
                      [&](const MediumCollision &at, const Photon &arrived, const Color &power) {
                          room = room && store.count < store.capacity;
                          if (!room) return;
@@ -112,8 +112,9 @@ PhotonPlan plan_photons(const Scene &scene, const Settings &settings) {
     return plan;
 }
 
-PhotonMaps trace_photons(const Medium &medium, const Light *lights, uint32_t light_count, const Settings &settings,
-                         const PhotonPlan &plan, const Observer &observer, Arena &arena, Statistics &statistics) {
+PhotonMaps trace_photons(const Medium &medium, const Surfaces *surfaces, const Light *lights, uint32_t light_count,
+                         const Settings &settings, const PhotonPlan &plan, const Observer &observer, Arena &arena,
+                         Statistics &statistics) {
     if (!plan.traced) return {nullptr, Status::done};
     PhotonMap *maps = arena.make<PhotonMap>(medium.count);
     const Emitters emitters = find_emitters(medium, lights, light_count, arena);
@@ -125,7 +126,7 @@ PhotonMaps trace_photons(const Medium &medium, const Light *lights, uint32_t lig
     bool any = false;
     const Status status =
         for_each_batch(settings.photons, all_batches(settings), observer, [&](uint64_t batch, uint64_t photons) {
-            const bool done = trace_batch(medium, emitters, settings.seed, batch, photons, store, statistics);
+            const bool done = trace_batch(medium, surfaces, emitters, settings.seed, batch, photons, store, statistics);
             any = any || done;
             return done;
         });
@@ -190,7 +191,7 @@ Color per_volume(Color sum, Real radius, const PhotonUnit &unit) {
 } // namespace
 
 Color estimate_radiance(const PhotonMap &map, const Phase &phase, const Vec3 &x, const Vec3 &out, Real largest_radius,
-                   Gather &gather, Statistics &statistics) {
+                        Gather &gather, Statistics &statistics) {
     Color sum(Real(0));
     const Real radius = for_each_near(map, x, largest_radius, gather, statistics, [&](uint32_t photon) {
         const Color &power = power_of(map, photon);
@@ -207,7 +208,7 @@ Color estimate_radiance(const PhotonMap &map, const Phase &phase, const Vec3 &x,
 }
 
 FluenceAndFlux estimate_fluence(const PhotonMap &map, const Vec3 &x, Real largest_radius, Gather &gather,
-                           Statistics &statistics) {
+                                Statistics &statistics) {
     Color sum(Real(0));
     Vec3 flux(Real(0));
     const Real radius = for_each_near(map, x, largest_radius, gather, statistics, [&](uint32_t photon) {

@@ -30,8 +30,9 @@ PhotonPlan plan_photons(const Scene &scene, const Settings &settings);
 // Traces `settings.photons` photons, or as many whole batches as the planned store holds. Collisions after the first
 // are stored, as single scattering is computed while marching; those of photons that the smoke itself emits from the
 // first. Stored is the power before the roulette, so readers multiply by the albedo.
-PhotonMaps trace_photons(const Medium &medium, const Light *lights, uint32_t light_count, const Settings &settings,
-                         const PhotonPlan &plan, const Observer &observer, Arena &arena, Statistics &statistics);
+PhotonMaps trace_photons(const Medium &medium, const Surfaces *surfaces, const Light *lights, uint32_t light_count,
+                         const Settings &settings, const PhotonPlan &plan, const Observer &observer, Arena &arena,
+                         Statistics &statistics);
 
 // The workspace of an estimate with up to `most` photons, made once.
 struct Gather {
@@ -47,10 +48,10 @@ uint64_t gather_bytes(uint32_t most);
 // `out`: times the albedo it is the source of multiple scattering (S2). Of K photons found the farthest only sets the
 // ball, as k / V_k is biased upwards (numerics E5); of fewer the ball is the largest one.
 Color estimate_radiance(const PhotonMap &map, const Phase &phase, const Vec3 &x, const Vec3 &out, Real largest_radius,
-                   Gather &gather, Statistics &statistics);
+                        Gather &gather, Statistics &statistics);
 
 // The same as if scattered evenly, and the photons' flux, for any direction to be asked later.
 FluenceAndFlux estimate_fluence(const PhotonMap &map, const Vec3 &x, Real largest_radius, Gather &gather,
-                           Statistics &statistics);
+                                Statistics &statistics);
 
 } // namespace wisp::WISP_ARITH

@@ -8,18 +8,6 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-// A photon of an emitter drawn in proportion to its largest channel, so that all photons carry the same there.
-const Emitter &choose(const Emitters &emitters, Event event) {
-    Real rest = unit_half_open<Real>(draw(event, dimension_light)) * emitters.power;
-    uint32_t i = 0;
-    for (; i + 1 < emitters.count; ++i) {
-        const Real power = largest(emitters.list[i].power);
-        if (rest < power) break;
-        rest -= power;
-    }
-    return emitters.list[i];
-}
-
 double largest_of(const Double3 &c) {
     const auto larger = [](double a, double b) { return total_order_key(a) < total_order_key(b) ? b : a; };
     return larger(c.x, larger(c.y, c.z));
@@ -28,41 +16,12 @@ bool same(double a, double b) { return total_order_key(a) == total_order_key(b);
 
 } // namespace
 
-Emitters find_emitters(const Medium &medium, const Light *lights, uint32_t light_count, Arena &arena) {
-    Emitters emitters = {arena.make<Emitter>(light_count + medium.count), 0, Real(0)};
-    if (!emitters.list) return emitters;
-    const auto add = [&](const Emitter &emitter) {
-        if (!(largest(emitter.power) > Real(0))) return;
-        emitters.list[emitters.count++] = emitter;
-        emitters.power += largest(emitter.power);
-    };
-    for (uint32_t i = 0; i < light_count; ++i) add(make_emitter(lights[i], medium.sphere));
-    for (uint32_t i = 0; i < medium.count; ++i) {
-        const Color power = medium.smokes[i].emitted_power;
-        if (!(largest(power) > Real(0))) continue;
-        Emitter glow = {};
-        glow.smoke = i;
-        glow.power = power;
-        glow.photon_color = power / largest(power);
-        add(glow);
-    }
-    return emitters;
-}
-
-Emission emit_photon(const Medium &medium, const Emitters &emitters, uint64_t key) {
-    const Event birth = photon_event(key, 0);
-    const Emitter &emitter = choose(emitters, birth);
-    const Photon photon = emitter.light ? emit(emitter, medium.sphere, birth)
-                                        : emit_from_smoke(medium.smokes[emitter.smoke], emitter.photon_color, birth);
-    return {photon, &emitter};
-}
-
-bool is_stopped_before(const Medium &medium, const Emission &birth) {
+bool is_stopped_before(const Surfaces *surfaces, const Emission &birth) {
     const Light *light = birth.emitter->light;
-    if (!medium.surfaces || !light || light->kind != LightKind::parallel) return false;
+    if (!surfaces || !light || light->kind != LightKind::parallel) return false;
     const Ray &ray = birth.photon.ray;
     TreeCounts unused = {};
-    return is_blocked(*medium.surfaces, {ray.origin, -ray.direction}, Real(0), infinite_distance, no_triangle, unused);
+    return is_blocked(*surfaces, {ray.origin, -ray.direction}, Real(0), infinite_distance, no_triangle, unused);
 }
 
 PhotonUnit photon_unit(Real power, uint64_t emitted) {

@@ -1,22 +1,13 @@
 // Tracing photons in batches (S2), whatever is made of their collisions: a photon map or a particle map.
 #pragma once
 #include "core/photons/photon_walk.h"
-#include "core/smoke/medium.h"
+#include "core/surfaces/surfaces.h"
 #include "wisp/photon_sums.h"
 #include "wisp/progress.h"
-#include "wisp/scene.h"
 #include "wisp/settings.h"
 #include "wisp/statistics.h"
 
 namespace wisp::WISP_ARITH {
-
-// All that sends photons: the lights, and the smokes that glow.
-struct Emitters {
-    Emitter *list; // nullptr: the arena was too small
-    uint32_t count;
-    Real power; // the sum of their largest channels
-};
-Emitters find_emitters(const Medium &medium, const Light *lights, uint32_t light_count, Arena &arena);
 
 // One photon's largest channel, power / emitted, as unit * 2^exponent with unit in [1, 2): in fixed point neither end
 // of the range is near.
@@ -32,20 +23,14 @@ struct FluenceAndFlux {
     Vec3 flux;
 };
 
-// Where a photon starts, and from what.
-struct Emission {
-    Photon photon;
-    const Emitter *emitter;
-};
-Emission emit_photon(const Medium &medium, const Emitters &emitters, uint64_t key);
 // Photons of a parallel light start near the smoke: whether a surface stops them on the way there.
-bool is_stopped_before(const Medium &medium, const Emission &birth);
+bool is_stopped_before(const Surfaces *surfaces, const Emission &birth);
 
 // Whether photons are needed, and what tells them apart.
 struct PhotonNeeds {
     bool traced;     // some light is scattered more than once
     bool directions; // ... and not evenly
-    bool harmonics;    // ... and some smoke takes moments (moments.h)
+    bool harmonics;  // ... and some smoke takes moments (moments.h)
     bool powers;     // photons differ in power
 };
 PhotonNeeds photon_needs(const Scene &scene, const Settings &settings);
@@ -55,8 +40,8 @@ PhotonNeeds photon_needs(const Scene &scene, const Settings &settings);
 // before the roulette, so readers multiply by the albedo.
 // fly(photon as it sets out, how far it flies, its power) hears of the flights to those collisions.
 template <class Collect, class Fly>
-void trace_photon(const Medium &medium, const Emitters &emitters, uint64_t key, Statistics &statistics,
-                  Collect &&collect, Fly &&fly) {
+void trace_photon(const Medium &medium, const Surfaces *surfaces, const Emitters &emitters, uint64_t key,
+                  Statistics &statistics, Collect &&collect, Fly &&fly) {
     auto &counts = statistics.photons;
     const Emission birth = emit_photon(medium, emitters, key);
     const Emitter &emitter = *birth.emitter;
@@ -65,7 +50,7 @@ void trace_photon(const Medium &medium, const Emitters &emitters, uint64_t key, 
         ++counts.escaped;
         return;
     }
-    if (is_stopped_before(medium, birth)) {
+    if (is_stopped_before(surfaces, birth)) {
         ++counts.blocked;
         return;
     }
@@ -87,19 +72,19 @@ void trace_photon(const Medium &medium, const Emitters &emitters, uint64_t key, 
         },
         [&](const Ray &ray, uint32_t number) {
             const bool from_lamp = number == 0 && emitter.light && emitter.light->kind != LightKind::parallel;
-            const Real begin = from_lamp && medium.surfaces ? medium.surfaces->ray_epsilon : Real(0); // it may stand on one
-            return distance_to_surface(medium, ray, begin);
+            const Real begin = from_lamp && surfaces ? surfaces->ray_epsilon : Real(0); // it may stand on one
+            return distance_to_surface(surfaces, ray, begin);
         });
     ++(fate == PathEnd::absorbed  ? counts.absorbed
        : fate == PathEnd::escaped ? counts.escaped
        : fate == PathEnd::blocked ? counts.blocked
-                               : counts.capped);
+                                  : counts.capped);
 }
 
 template <class Collect>
-void trace_photon(const Medium &medium, const Emitters &emitters, uint64_t key, Statistics &statistics,
-                  Collect &&collect) {
-    trace_photon(medium, emitters, key, statistics, collect, [](const Photon &, Real, const Color &) {});
+void trace_photon(const Medium &medium, const Surfaces *surfaces, const Emitters &emitters, uint64_t key,
+                  Statistics &statistics, Collect &&collect) {
+    trace_photon(medium, surfaces, emitters, key, statistics, collect, [](const Photon &, Real, const Color &) {});
 }
 
 // Calls trace(key) for the photons of a batch; false as soon as that returns false.

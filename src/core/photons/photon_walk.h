@@ -3,7 +3,7 @@
 // Written once for every medium that offers `first_collision(medium, ray, end, event)`, `albedo(medium, collision)`
 // and `phase(medium, collision)`, where a collision has `found` and `distance`.
 #pragma once
-#include "core/lights/light.h"
+#include "core/photons/emitter.h"
 
 namespace wisp::WISP_ARITH {
 

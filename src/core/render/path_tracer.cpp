@@ -168,9 +168,10 @@ MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 
 Color sample_radiance(const PathTracer &tracer, Ray ray, Real end, Color radiance, Pcg32 &generator) {
     const Medium &medium = *tracer.medium;
     if (medium.empty()) return radiance;
+    const Surfaces *surfaces = tracer.shadows ? tracer.shadows->surfaces : nullptr;
     Color throughput(Real(1));
     for (uint32_t number = 0; number < longest_path; ++number) {
-        if (number > 0) end = distance_to_surface(medium, ray, Real(0));
+        if (number > 0) end = distance_to_surface(surfaces, ray, Real(0));
         Real begin = Real(0);
         if (!clip(medium.bounds, ray, begin, end)) return radiance;
         ray.origin += ray.direction * begin;

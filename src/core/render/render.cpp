@@ -33,6 +33,7 @@ uint32_t lights_in_smoke(const Scene &scene) {
 // Smoke, and what is kept over it for the march: it depends on nothing but the smoke and the lights.
 struct SmokeStructures {
     Medium medium;
+    const Surfaces *surfaces; // that stop photons; nullptr: there are none
     SparseGrid march_grid;    // for what is kept, where the smoke is not resampled
     const SparseGrid *bricks; // those, or the medium's; nullptr: none are needed
     OpticalDepthGrid depths;
@@ -228,7 +229,7 @@ Status render_direct(const Frame &frame) {
     if (!make_marcher(frame, marcher)) return Status::out_of_memory;
     const PhotonPlan photons = plan_photons(scene, settings);
     if (photons.traced && !make_gather(settings.gather, frame.arena, marcher.gather)) return Status::out_of_memory;
-    const PhotonMaps maps = trace_photons(frame.medium, frame.lights, scene.light_count, settings, photons,
+    const PhotonMaps maps = trace_photons(frame.medium, frame.smoke.surfaces, frame.lights, scene.light_count, settings, photons,
                                           frame.observer, frame.arena, frame.statistics);
     if (maps.status != Status::done) return maps.status;
     marcher.photon_maps = maps.per_smoke;
@@ -264,7 +265,7 @@ Status render_map(const Frame &frame, PhotonSums &sums) {
     frame.statistics.bytes.particle_map = bytes_of(packed);
     const Batches batches = sums.count == 0 ? all_batches(frame.settings) : Batches{0, 0};
     ParticleMap map;
-    const Status status = trace_particle_map(scene, frame.medium, frame.lights, frame.settings, plan.needs, batches,
+    const Status status = trace_particle_map(scene, frame.medium, frame.smoke.surfaces, frame.lights, frame.settings, plan.needs, batches,
                                              frame.observer, frame.arena, sums, frame.statistics, map);
     if (status != Status::done) return status;
     pack_map(map, packed);
@@ -297,7 +298,7 @@ Status trace_bricks(const Scene &scene, const SmokeStructures &smoke, const Sett
                     FluenceSums &deposits) {
     const PhotonNeeds needs = photon_needs(scene, settings);
     if (!needs.traced) return sums.count == 0 ? Status::done : Status::size_mismatch;
-    return trace_fluence(smoke.medium, smoke.depths, smoke.starts, settings, needs,
+    return trace_fluence(smoke.medium, smoke.surfaces, smoke.depths, smoke.starts, settings, needs,
                                grid_spacing(scene, settings).irradiance, batches, observer, arena, sums, statistics,
                                deposits);
 }
@@ -379,7 +380,7 @@ bool update_smoke(const Scene &scene, const Settings &settings, bool marched, Fr
         kept.smoke_end = arena.mark();
     }
     arena.rewind(kept.smoke_end);
-    smoke->medium.surfaces = world.surfaces;
+    smoke->surfaces = world.surfaces;
     smoke->depths.lights = world.lights;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) smoke->medium.smokes[i].source = &scene.smokes[i];
     for (uint32_t i = 0; i < scene.smoke_count; ++i) statistics.smoke.particles += scene.smokes[i].count;
@@ -577,7 +578,7 @@ Status trace_map(const Scene &scene, const Settings &settings, const Batches &ba
         status = trace_bricks(scene, *world.smoke, settings, batches, observer, arena, sums, statistics, deposits);
     } else {
         ParticleMap map;
-        status = trace_particle_map(scene, medium, world.lights, settings, photon_needs(scene, settings), batches,
+        status = trace_particle_map(scene, medium, world.surfaces, world.lights, settings, photon_needs(scene, settings), batches,
                                     observer, arena, sums, statistics, map);
     }
     statistics.bytes.arena_peak = arena.peak();

@@ -49,7 +49,8 @@ uint64_t medium_bytes(const Scene &scene, double density_step) {
     if (resampled) bytes += bricks.bytes + Arena::bytes<SparseGrid>(1);
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const SmokeDescription &source = scene.smokes[i];
-        bytes += resampled && !source.empty() ? resampled_field_bytes(source, bricks.count) : density_field_bytes(source);
+        bytes +=
+            resampled && !source.empty() ? resampled_field_bytes(source, bricks.count) : density_field_bytes(source);
         const bool glows = any_above_zero(source.emission);
         if (glows) bytes += Arena::bytes<uint32_t>(elements_of(source));
     }
@@ -125,12 +126,6 @@ Real optical_depth(const Medium &medium, const Ray &ray, Real end) {
     return depth;
 }
 
-Real distance_to_surface(const Medium &medium, const Ray &ray, Real begin) {
-    if (!medium.surfaces) return infinite_distance;
-    TreeCounts unused = {};
-    return nearest_opaque_hit(*medium.surfaces, ray, begin, infinite_distance, unused).distance;
-}
-
 MediumCollision first_collision(const Medium &medium, const Ray &ray, Real end, Event event) {
     MediumCollision nearest = {false, end, 0, 0};
     for (uint32_t i = 0; i < medium.count; ++i) {
@@ -160,34 +155,6 @@ bool meets_smoke(const Medium &medium, const SparseGrid &bricks, uint32_t brick,
                     if (sigma[index_of(count, {x, y, z})] > Real(0)) return true;
     }
     return false;
-}
-
-Photon emit_from_smoke(const SmokeVolume &smoke, const Color &photon_color, Event event) {
-    // The particle or sample, by its share of the density's integral; then a point of its kernel or tent.
-    const uint32_t target = draw(event, dimension_position_1);
-    uint32_t low = 0, high = elements_of(*smoke.source);
-    while (high - low > 1) {
-        const uint32_t middle = low + (high - low) / 2;
-        (smoke.area_before[middle] <= target ? low : high) = middle;
-    }
-    const Phase uniform = Phase(Real(0));
-    const Vec3 up(Real(0), Real(0), Real(1));
-    const Vec3 direction = deflect(up, uniform.sample(unit_open<Real>(draw(event, dimension_direction_1))),
-                                   unit_half_open<Real>(draw(event, dimension_direction_2)));
-    if (smoke.source->is_grid()) {
-        const Vec3 place(unit_open<Real>(draw(event, dimension_position_2)),
-                         unit_open<Real>(draw(event, dimension_radius)),
-                         unit_open<Real>(draw(event, dimension_azimuth)));
-        return {{point_of_sample(smoke.field.grid, low, place), direction}, photon_color, true};
-    }
-    const Particle &particle = smoke.source->particles[low];
-    const bool spline = smoke.source->kernel == Kernel::spline;
-    const Real share = unit_open<Real>(draw(event, dimension_radius));
-    const Real radius =
-        (spline ? Spline::radius_of_fraction(share) : Real(2) * Poly6::radius_of_fraction(share)) * to_real<Real>(particle.h);
-    const Vec3 outward = deflect(up, uniform.sample(unit_open<Real>(draw(event, dimension_position_2))),
-                                 unit_half_open<Real>(draw(event, dimension_azimuth)));
-    return {{vec_of(particle.position) + outward * radius, direction}, photon_color, true};
 }
 
 } // namespace wisp::WISP_ARITH

@@ -1,7 +1,8 @@
 // The smoke of a scene: all of its volumes together.
 #pragma once
-#include "core/lights/light.h"
-#include "core/surfaces/surfaces.h"
+#include "core/geometry/ray.h"
+#include "core/smoke/density_field.h"
+#include "core/smoke/phase.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -20,11 +21,10 @@ struct SmokeVolume {
 struct Medium {
     SmokeVolume *smokes;
     uint32_t count;
-    const SparseGrid *bricks;           // to which the densities are resampled; nullptr: they are exact
-    Box bounds;                         // of all supports; empty without smoke
-    Sphere sphere;                      // around all supports
-    bool ready;                         // false: the arena was too small
-    const Surfaces *surfaces = nullptr; // that stop its photons; nullptr: there are none
+    const SparseGrid *bricks; // to which the densities are resampled; nullptr: they are exact
+    Box bounds;               // of all supports; empty without smoke
+    Sphere sphere;            // around all supports
+    bool ready;               // false: the arena was too small
 
     bool empty() const { return !(bounds.low.x < bounds.high.x); }
 };
@@ -36,9 +36,6 @@ uint64_t medium_bytes(const Scene &scene, double density_step);
 
 // The integral of sigma_t of all smokes over the ray's distances 0 to `end`.
 Real optical_depth(const Medium &medium, const Ray &ray, Real end);
-
-// How far the ray goes from `begin` on until an opaque surface stops it: infinite_distance where none does.
-Real distance_to_surface(const Medium &medium, const Ray &ray, Real begin);
 
 // Whether there is smoke within `spacing` cells of a node, inside the brick. `node` is given in cells from the brick's low
 // corner. If the medium is resampled, `bricks` must be its own grid.
@@ -54,8 +51,5 @@ struct MediumCollision {
 MediumCollision first_collision(const Medium &medium, const Ray &ray, Real end, Event event);
 inline Color albedo(const Medium &medium, const MediumCollision &at) { return medium.smokes[at.smoke].albedo; }
 inline Phase phase(const Medium &medium, const MediumCollision &at) { return medium.smokes[at.smoke].phase; }
-
-// A photon of a smoke that glows, from a point of its density in a direction of its own.
-Photon emit_from_smoke(const SmokeVolume &smoke, const Color &photon_color, Event event);
 
 } // namespace wisp::WISP_ARITH

@@ -55,6 +55,14 @@ struct Hit {
 Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts);
 Hit nearest_opaque_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, TreeCounts &counts);
 
+// The distance above `begin` at which an opaque triangle stops the ray; infinite_distance where none does, or where
+// `surfaces` is nullptr. These rays are not counted.
+inline Real distance_to_surface(const Surfaces *surfaces, const Ray &ray, Real begin) {
+    if (!surfaces) return infinite_distance;
+    TreeCounts unused = {};
+    return nearest_opaque_hit(*surfaces, ray, begin, infinite_distance, unused).distance;
+}
+
 // Whether an opaque triangle is at a distance in (begin, end): one that never moves, and then which; one that changes
 // its form; one of a body; one of those two; any.
 bool is_blocked_by_static(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,

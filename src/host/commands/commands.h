@@ -1,20 +1,33 @@
-// The commands behind `wisp WORD`; each returns the exit status or throws Error.
+// The commands behind `wisp WORD`. `arguments` are the words behind the command's name. Each returns the exit status or throws
+// Error.
 #pragma once
 #include <string>
 #include <vector>
 
 namespace wisp {
 
+// `wisp render SCENE`: pictures, one per frame.
 int render_command(const std::vector<std::string> &arguments);
+
+// `wisp plan SCENE`: the stages that the scene needs, and their bytes.
 int plan_command(const std::vector<std::string> &arguments);
 
 // `wisp inspect SCENE X Y`: how a pixel came to be what it is, as text, with --json as JSON.
 int inspect_command(const std::vector<std::string> &arguments);
 
-// `wisp merge A.passes B.passes ... -o FILE`: the picture (.png, .pfm) of all passes together, or their sums (.passes).
+// `wisp compare A B`: prints how picture A differs from B; with `--json -` as JSON. Returns exit_done when all bits match or, given
+// --tolerance, when the relative RMSE is at most that; else exit_difference.
+int compare_command(const std::vector<std::string> &arguments);
+
+// `wisp merge A.passes B.passes ... -o FILE`: the picture (.png, .pfm) of all passes together, or their sums (.passes); or one
+// .map of the sums of several.
 int merge_command(const std::vector<std::string> &arguments);
 
 // `wisp stitch PART.pfm ... -o WHOLE`: the picture (.png, .pfm) of parts rendered with --crop.
 int stitch_command(const std::vector<std::string> &arguments);
+
+// The lines of help on the options that only this command has.
+std::string inspect_help();
+std::string compare_help();
 
 } // namespace wisp

@@ -1,5 +1,5 @@
 // `wisp inspect`: a scene and a pixel in, what the core tells of it out.
-#include "host/base/error.h"
+#include "host/commands/arguments.h"
 #include "host/commands/commands.h"
 #include "host/commands/inspection.h"
 #include "host/commands/progress.h"
@@ -11,13 +11,26 @@ namespace wisp {
 
 namespace {
 
-struct InspectRequest {
-    Request request;
-    std::string x, y, sample; // as they were given; `sample` empty: all
+struct InspectOptions {
+    std::string sample; // as it was given, it depends on the scene; empty: all
     bool json = false;
 };
 
-// A place or a number below `end`, by its name.
+const OptionTable<InspectOptions> &inspect_options() {
+    static const OptionTable<InspectOptions> table = {
+        {"sample", "I", "the rays of that sample alone", to_text(&InspectOptions::sample)},
+        {"json", nullptr, "JSON instead of text", to_switch(&InspectOptions::json)},
+    };
+    return table;
+}
+
+struct InspectRequest {
+    Request request;
+    std::string x, y; // as they were given
+    InspectOptions options;
+};
+
+// The whole number `value` from 0 to `end` - 1; `name` stands in front of the error.
 int number_below(const std::string &name, const std::string &value, int64_t end) {
     const auto number = to_integer(value);
     if (!number || *number < 0 || *number >= end)
@@ -49,38 +62,30 @@ void check(const Request &request) {
         throw Error(exit_usage, request.name + ": found several frames, expected one with --frames");
 }
 
-// The words behind `inspect`, but for those that are its own.
-InspectRequest read_question(const std::vector<std::string> &arguments) {
-    InspectRequest question;
-    std::vector<std::string> others;
-    for (size_t i = 0; i < arguments.size(); ++i) {
-        if (arguments[i] == "--json") {
-            question.json = true;
-        } else if (arguments[i] == "--sample") {
-            if (++i == arguments.size()) throw Error(exit_usage, "option '--sample' needs a value: I");
-            question.sample = arguments[i];
-        } else if (arguments[i].compare(0, 9, "--sample=") == 0) {
-            question.sample = arguments[i].substr(9);
-        } else {
-            others.push_back(arguments[i]);
-        }
-    }
-    CommandLine line = parse_arguments(others);
+InspectRequest read_inspect_request(const std::vector<std::string> &arguments) {
+    std::vector<KnownOption> known;
+    add_options(known, scene_options());
+    add_options(known, inspect_options());
+    CommandLine line = parse_arguments("inspect", known, arguments);
+    InspectRequest inspect;
+    take_options(line, inspect_options(), inspect.options);
     if (line.files.size() != 3)
         throw Error(exit_usage, "found " + std::to_string(line.files.size()) +
                                     " words behind 'inspect', expected SCENE X Y; see 'wisp help'");
-    question.x = line.files[1];
-    question.y = line.files[2];
+    inspect.x = line.files[1];
+    inspect.y = line.files[2];
     line.files.resize(1);
-    question.request = read_request(line);
-    return question;
+    inspect.request = read_request(line);
+    return inspect;
 }
 
 } // namespace
 
+std::string inspect_help() { return help_lines(inspect_options()); }
+
 int inspect_command(const std::vector<std::string> &arguments) {
-    const InspectRequest question = read_question(arguments);
-    const Request &request = question.request;
+    const InspectRequest inspect = read_inspect_request(arguments);
+    const Request &request = inspect.request;
     const Options &options = request.options;
     check(request);
     const int64_t frame = request.frames.first;
@@ -90,19 +95,19 @@ int inspect_command(const std::vector<std::string> &arguments) {
     inspection.scene = request.name;
     inspection.arithmetic = core(options.arithmetic).name;
     inspection.frame = frame;
-    inspection.x = number_below("X", question.x, prepared.width);
-    inspection.y = number_below("Y", question.y, prepared.height);
+    inspection.x = number_below("X", inspect.x, prepared.width);
+    inspection.y = number_below("Y", inspect.y, prepared.height);
     inspection.width = prepared.width;
     inspection.height = prepared.height;
-    if (!question.sample.empty())
-        inspection.only = static_cast<uint32_t>(number_below("option 'sample'", question.sample, options.samples));
+    if (!inspect.options.sample.empty())
+        inspection.only = static_cast<uint32_t>(number_below("option 'sample'", inspect.options.sample, options.samples));
     inspection.center = prepared.center;
     inspection.scale = prepared.scale;
     inspection.radiance_exponent = prepared.scene.radiance_exponent;
     Settings settings = settings_of(options, prepared);
     const Crop &crop = settings.crop;
     if (inspection.x < crop.x0 || inspection.x >= crop.x1 || inspection.y < crop.y0 || inspection.y >= crop.y1)
-        throw Error(exit_usage, "option 'crop' does not have the pixel " + question.x + " " + question.y);
+        throw Error(exit_usage, "option 'crop' does not have the pixel " + inspect.x + " " + inspect.y);
     if (!options.crop) settings.crop = {inspection.x, inspection.y, inspection.x + 1, inspection.y + 1};
     // What comes behind the pixel is of no use.
     settings.crop.y1 = inspection.y + 1;
@@ -130,8 +135,8 @@ int inspect_command(const std::vector<std::string> &arguments) {
     watch.finish();
     if (status == Status::stopped) stop(request, frame);
     if (status != Status::done) fail(request, plan, frame, status);
-    const std::string told = question.json ? inspection_json(inspection) : inspection_text(inspection);
-    std::fwrite(told.data(), 1, told.size(), stdout);
+    const std::string text = inspect.options.json ? inspection_json(inspection) : inspection_text(inspection);
+    std::fwrite(text.data(), 1, text.size(), stdout);
     return exit_done;
 }
 

@@ -1,8 +1,6 @@
 // wisp: the command line.
-#include "host/base/error.h"
 #include "host/base/version.h"
 #include "host/commands/commands.h"
-#include "host/images/compare.h"
 #include "host/scene/options.h"
 #include "wisp/self_test.h"
 #include <cstdio>
@@ -23,34 +21,63 @@ void print_error(std::string line) {
     std::fprintf(stderr, "%s\n", line.c_str());
 }
 
+struct Command {
+    const char *name, *usage;
+    int (*run)(const std::vector<std::string> &arguments);
+    bool renders; // needs this process's floating point to be IEEE's
+};
+
+constexpr Command commands[] = {
+    {"render", "wisp render SCENE [options]     pictures, one per frame", render_command, true},
+    {"plan", "wisp plan SCENE [options]       the stages that this scene needs, and the bytes of each", plan_command, true},
+    {"inspect", "wisp inspect SCENE X Y [options] a pixel explained: its rays, hits, shadows, smoke and sums", inspect_command,
+     true},
+    {"compare", "wisp compare A B [options]      how two .pfm pictures differ; exit 1 when they do", compare_command, false},
+    {"merge", "wisp merge A B [...] -o FILE    the picture of several .passes together, or .map as one .map", merge_command,
+     false},
+    {"stitch", "wisp stitch A B [...] -o FILE   the picture of parts rendered with --crop, as .pfm", stitch_command, false},
+};
+
+std::string help_text() {
+    std::string text;
+    for (const Command &command : commands) text += command.usage + std::string("\n");
+    text += "wisp help | version\n\n"
+            "Options, written --x V or --x=V; -o is --output, -q --quiet, -v --verbose:\n" +
+            help_lines(scene_options()) +
+            "\nOptions of inspect: those of render but files, --reference and --shadows paper; with --crop what is before\n"
+            "the pixel in the crop is rendered first, so that shadows are decided by what was learnt there, else the pixel\n"
+            "alone; and\n" +
+            inspect_help() + "\nOptions of compare:\n" + compare_help() +
+            "\nExit: 0 done, 1 pictures differ, 2 wrong usage, 3 bad input, 4 does not fit in memory, 5 could not write,\n"
+            "128 + N stopped by signal N; frames that are there already as they would be made are kept\n";
+    return text;
+}
+
 int run(const std::vector<std::string> &words) {
-    if (words.empty())
-        throw Error(exit_usage,
-                    "found no command, expected render, plan, inspect, compare, merge, stitch, help or version");
-    const std::string &command = words[0];
-    const std::vector<std::string> arguments(words.begin() + 1, words.end());
-    if (command == "help" || command == "--help" || command == "-h") {
+    std::string names;
+    for (const Command &command : commands) names += command.name + std::string(", ");
+    names += "help or version";
+    if (words.empty()) throw Error(exit_usage, "found no command, expected " + names);
+    const std::string &name = words[0];
+    if (name == "help" || name == "--help" || name == "-h") {
         std::fputs(help_text().c_str(), stdout);
         return exit_done;
     }
-    if (command == "version" || command == "--version") {
+    if (name == "version" || name == "--version") {
         std::printf("wisp %s\ncompiler %s\nflags %s\narithmetics f32 f64 fixed\n", version, __VERSION__, WISP_FLAGS);
         return exit_done;
     }
-    if (command == "compare") return compare_command(arguments);
-    if (command == "merge") return merge_command(arguments);
-    if (command == "stitch") return stitch_command(arguments);
-    if (command != "render" && command != "plan" && command != "inspect")
-        throw Error(exit_usage, "there is no command '" + command +
-                                    "', expected render, plan, inspect, compare, merge, stitch, help or version");
-    if (const char *fault = arithmetic_fault())
+    for (const Command &command : commands) {
+        if (name != command.name) continue;
+        const char *fault = command.renders ? arithmetic_fault() : nullptr;
+        if (!fault) return command.run(std::vector<std::string>(words.begin() + 1, words.end()));
         throw Error(exit_usage,
                     std::string("this process does not compute as wisp needs it: ") + fault +
                         "; either a library in it, as any that is built for 'fast math', has switched the processor's "
                         "mode: run without it (LD_PRELOAD, plugins); or wisp was built with other flags than the "
                         "Makefile's: 'wisp version' prints them");
-    if (command == "inspect") return inspect_command(arguments);
-    return command == "render" ? render_command(arguments) : plan_command(arguments);
+    }
+    throw Error(exit_usage, "there is no command '" + name + "', expected " + names);
 }
 
 } // namespace

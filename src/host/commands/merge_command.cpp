@@ -1,4 +1,4 @@
-#include "host/base/error.h"
+#include "host/commands/arguments.h"
 #include "host/base/files.h"
 #include "host/commands/commands.h"
 #include "host/commands/output.h"
@@ -20,15 +20,10 @@ int merge_maps(const std::vector<std::string> &files, const Options &options) {
 } // namespace
 
 int merge_command(const std::vector<std::string> &arguments) {
-    const CommandLine line = parse_arguments(arguments);
+    const CommandLine line = parse_arguments("merge", scene_options(), arguments,
+                                             {"output", "error-out", "exposure", "digest", "quiet", "verbose"});
     Options options;
-    for (const auto &[name, value] : line.options) {
-        if (name != "output" && name != "error-out" && name != "exposure" && name != "digest" && name != "quiet" &&
-            name != "verbose")
-            throw Error(exit_usage, "option '--" + name +
-                                        "' is none of merge, expected --output, --error-out, --exposure or --digest");
-        set_option(options, name, value, "");
-    }
+    for (const auto &[name, value] : line.options) set_option(options, name, value);
     if (line.files.empty()) throw Error(exit_usage, "found no file to merge, expected some .passes or .map");
     for (const std::string &output : options.outputs)
         if (ends_in(output, ".map")) return merge_maps(line.files, options);

@@ -73,7 +73,7 @@ void print_notes(const Options &options, const PreparedScene &prepared) {
 } // namespace
 
 int plan_command(const std::vector<std::string> &arguments) {
-    const Request request = read_request(parse_arguments(arguments));
+    const Request request = read_request(parse_arguments("plan", scene_options(), arguments));
     check_options(request);
     PreparedScene prepared;
     prepare_scene(request.name, request.file, request.options, request.frames.first, prepared);

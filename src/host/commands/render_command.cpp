@@ -198,7 +198,7 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
 } // namespace
 
 int render_command(const std::vector<std::string> &arguments) {
-    const Request request = read_request(parse_arguments(arguments));
+    const Request request = read_request(parse_arguments("render", scene_options(), arguments));
     const Options &options = request.options;
     check_options(request);
     Sequence sequence;

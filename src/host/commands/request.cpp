@@ -1,4 +1,3 @@
-#include "host/base/error.h"
 #include "host/base/files.h"
 #include "host/base/interrupt.h"
 #include "host/commands/defaults.h"
@@ -36,7 +35,7 @@ Request read_request(const CommandLine &line) {
         throw Error(exit_usage,
                     "found " + std::to_string(line.files.size()) + " scene files, expected one; see 'wisp help'");
     Request request;
-    for (const auto &[name, value] : line.options) set_option(request.options, name, value, ""); // usage before input
+    for (const auto &[name, value] : line.options) set_option(request.options, name, value); // usage before input
     request.name = line.files[0];
     request.file = read_scene(request.name);
     request.options = Options();
@@ -49,7 +48,7 @@ Request read_request(const CommandLine &line) {
         } catch (const Error &error) {
             throw InputError(error.what());
         }
-    for (const auto &[name, value] : line.options) set_option(request.options, name, value, "");
+    for (const auto &[name, value] : line.options) set_option(request.options, name, value);
     request.frames = frames_of(request);
     return request;
 }

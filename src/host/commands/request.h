@@ -1,5 +1,6 @@
 // What a command line asks of a scene: its file, the options, and what the core is to do for them.
 #pragma once
+#include "host/commands/arguments.h"
 #include "host/commands/core.h"
 #include "host/prepare/prepare.h"
 #include "host/results/map_file.h"

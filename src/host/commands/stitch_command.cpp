@@ -1,4 +1,4 @@
-#include "host/base/error.h"
+#include "host/commands/arguments.h"
 #include "host/commands/commands.h"
 #include "host/commands/output.h"
 #include "host/results/stitch.h"
@@ -6,14 +6,10 @@
 namespace wisp {
 
 int stitch_command(const std::vector<std::string> &arguments) {
-    const CommandLine line = parse_arguments(arguments);
+    const CommandLine line =
+        parse_arguments("stitch", scene_options(), arguments, {"output", "exposure", "digest", "quiet", "verbose"});
     Options options;
-    for (const auto &[name, value] : line.options) {
-        if (name != "output" && name != "exposure" && name != "digest" && name != "quiet" && name != "verbose")
-            throw Error(exit_usage,
-                        "option '--" + name + "' is none of stitch, expected --output, --exposure or --digest");
-        set_option(options, name, value, "");
-    }
+    for (const auto &[name, value] : line.options) set_option(options, name, value);
     if (line.files.empty()) throw Error(exit_usage, "found no part to stitch, expected .pfm files of --crop");
     for (const std::string &part : line.files)
         if (!ends_in(part, ".pfm"))

@@ -47,11 +47,4 @@ std::string difference_json(const Difference &difference);
 // Each pixel's FLIP error, 0 to 1, from black over purple and orange to pale yellow. Sizes must be equal.
 Picture difference_picture(const Picture &a, const Picture &b);
 
-// `wisp compare A B [--tolerance REL] [--error FILE.pfm] [--json FILE] [--diff FILE.png]`, arguments without the first
-// two words; --error names B's standard errors. Prints
-// the figures on standard output; `--json -` prints the JSON there instead. Returns exit_done when all bits match or,
-// given a tolerance, when the relative RMSE is at most REL; else exit_difference. Throws Error(exit_usage), InputError
-// for A and B, Error(exit_output) for files that cannot be written.
-int compare_command(const std::vector<std::string> &args);
-
 } // namespace wisp

@@ -8,7 +8,7 @@
 #include "host/formats/volume.h"
 #include "host/prepare/decimate.h"
 #include "host/prepare/motion.h"
-#include "host/prepare/placement.h"
+#include "host/scene/placement.h"
 #include "host/prepare/prepare.h"
 #include "wisp/settings.h"
 #include <algorithm>

@@ -1,6 +1,6 @@
 #include "host/base/sha256.h"
 #include "host/results/checksummed_file.h"
-#include "host/scene/options.h"
+#include "host/base/text.h"
 
 namespace wisp {
 

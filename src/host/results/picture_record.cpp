@@ -1,7 +1,7 @@
 #include "host/base/sha256.h"
 #include "host/results/checksummed_file.h"
 #include "host/results/picture_record.h"
-#include "host/scene/options.h"
+#include "host/base/text.h"
 #include <cstdio>
 #include <zlib.h>
 

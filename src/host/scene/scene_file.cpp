@@ -1,6 +1,6 @@
 #include "host/base/error.h"
-#include "host/prepare/placement.h"
-#include "host/scene/options.h"
+#include "host/scene/placement.h"
+#include "host/base/text.h"
 #include "host/scene/scene_file.h"
 #include "host/scene/shape_parser.h"
 

@@ -1,5 +1,5 @@
 #include "host/base/error.h"
-#include "host/scene/options.h"
+#include "host/base/text.h"
 #include "host/scene/scene_tokens.h"
 #include <cmath>
 

@@ -254,7 +254,7 @@ TEST_CASE(WISP_ARITH_NAME ": fluxes are sums of direction times power, mean dire
         std::vector<double> expected(3 * elements_of(mixture.smokes[1])), most(expected.size());
         Statistics counted;
         for_each_photon(settings.seed, 0, settings.photons, [&](uint64_t key) {
-            trace_photon(traced.medium, emitters, key, counted,
+            trace_photon(traced.medium, nullptr, emitters, key, counted,
                          [&](const MediumCollision &to, const Photon &photon, const Color &power) {
                              if (to.smoke != 1) return;
                              const double d[3] = {at(photon.ray.direction.x), at(photon.ray.direction.y),

@@ -1,14 +1,10 @@
-// Figures of wisp compare, worked out by hand on tiny pictures, and the command around them.
+// The figures of a difference, worked out by hand on tiny pictures.
 #include "host/base/error.h"
 #include "host/images/compare.h"
-#include "support/temporary_folder.h"
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <doctest/doctest.h>
 #include <limits>
-#include <fcntl.h>
-#include <unistd.h>
 
 using namespace wisp;
 
@@ -31,37 +27,6 @@ float float_of(uint32_t bits) {
 }
 
 uint64_t ulps(float a, float b) { return compare(row({a}), row({b})).largest_ulps; }
-
-// What `action` writes to standard output.
-template <class Action> std::string printed_by(const TemporaryFolder &folder, Action action) {
-    const std::string path = folder.file("printed");
-    const int terminal = dup(1), file = open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
-    REQUIRE(file >= 0);
-    std::fflush(stdout);
-    dup2(file, 1);
-    action();
-    std::fflush(stdout);
-    dup2(terminal, 1);
-    close(terminal);
-    close(file);
-    const Bytes bytes = read_file(path);
-    return std::string(bytes.begin(), bytes.end());
-}
-
-// The exit status of the command, whose text goes to `printed`; of an Error, its status and line.
-int run(const TemporaryFolder &folder, const std::vector<std::string> &args, std::string &printed) {
-    int status = -1;
-    std::string error_line;
-    printed = printed_by(folder, [&] {
-        try {
-            status = compare_command(args);
-        } catch (const Error &error) {
-            status = error.status, error_line = error.what();
-        }
-    });
-    if (!error_line.empty()) printed += error_line;
-    return status;
-}
 
 } // namespace
 
@@ -275,52 +240,6 @@ TEST_CASE("compare: the difference picture runs from black to pale yellow") {
     CHECK(srgb_bytes(difference_picture(black, white)) == Bytes{252, 238, 179});
 }
 
-TEST_CASE("compare command: exit status, with and without a tolerance") {
-    TemporaryFolder folder;
-    const std::string a = folder.file("a.pfm"), b = folder.file("b.pfm"), bad = folder.file("bad.pfm");
-    write_file(a, pfm_bytes(row({1.5f, 1.5f})));
-    write_file(b, pfm_bytes(row({1, 1})));
-    write_file(bad, pfm_bytes(row({1, not_a_number})));
-    std::string printed;
-
-    CHECK(run(folder, {a, a}, printed) == exit_done);
-    CHECK(printed == difference_text(compare(row({1.5f, 1.5f}), row({1.5f, 1.5f}))));
-    CHECK(run(folder, {a, b}, printed) == exit_difference);
-    CHECK(printed == difference_text(compare(row({1.5f, 1.5f}), row({1, 1}))));
-
-    // The relative RMSE is 0.5, exactly.
-    CHECK(run(folder, {a, b, "--tolerance", "0.5"}, printed) == exit_done);
-    CHECK(run(folder, {"--tolerance=0.5", a, b}, printed) == exit_done);
-    CHECK(run(folder, {a, "--tolerance=0.49999999999999994", b}, printed) == exit_difference);
-    CHECK(run(folder, {a, b, "--tolerance", "0"}, printed) == exit_difference);
-
-    CHECK(run(folder, {bad, b, "--tolerance", "1e300"}, printed) == exit_difference); // NaN
-    CHECK(run(folder, {b, bad, "--tolerance", "1e300"}, printed) == exit_difference);
-    CHECK(run(folder, {bad, bad}, printed) == exit_done); // the same bits
-    CHECK(run(folder, {bad, bad, "--tolerance", "0"}, printed) == exit_done);
-}
-
-TEST_CASE("compare command: JSON and difference picture") {
-    TemporaryFolder folder;
-    const std::string a = folder.file("a.pfm"), b = folder.file("b.pfm");
-    const Picture picture_a = row({1, 0, 0.5f}), picture_b = row({1, 0, 0.25f});
-    write_file(a, pfm_bytes(picture_a));
-    write_file(b, pfm_bytes(picture_b));
-    const std::string json = difference_json(compare(picture_a, picture_b));
-    const std::string text = difference_text(compare(picture_a, picture_b));
-    std::string printed;
-
-    CHECK(run(folder, {a, b, "--json", folder.file("d.json"), "--diff=" + folder.file("d.png")}, printed) ==
-          exit_difference);
-    CHECK(printed == text);
-    const Bytes written = read_file(folder.file("d.json"));
-    CHECK(std::string(written.begin(), written.end()) == json);
-    CHECK(read_file(folder.file("d.png")) == png_bytes(difference_picture(picture_a, picture_b)));
-
-    CHECK(run(folder, {a, b, "--json", "-"}, printed) == exit_difference);
-    CHECK(printed == json); // alone, so that another program can read it
-}
-
 TEST_CASE("compare: what is beyond the noise of B") {
     // RMSE 5 and noise 3 leave 4, relative to a mean of 2; 3 and 5 leave nothing; a NaN is no figure.
     const Picture b = row({1, 3}), error = row({3, 3});
@@ -339,49 +258,4 @@ TEST_CASE("compare: what is beyond the noise of B") {
     d = compare(row({not_a_number, 6}), b);
     weigh_noise(d, b, error);
     CHECK(std::isnan(*d.relative_rmse_beyond_noise));
-
-    TemporaryFolder folder;
-    std::string printed;
-    write_file(folder.file("a.pfm"), pfm_bytes(row({6, 8})));
-    write_file(folder.file("b.pfm"), pfm_bytes(b));
-    write_file(folder.file("e.pfm"), pfm_bytes(error));
-    write_file(folder.file("wide.pfm"), pfm_bytes(row({1, 1, 1})));
-    CHECK(run(folder, {folder.file("a.pfm"), folder.file("b.pfm"), "--error", folder.file("e.pfm")}, printed) ==
-          exit_difference);
-    CHECK(printed.find("relative noise of B             1.5\n") != std::string::npos);
-    CHECK(run(folder, {folder.file("a.pfm"), folder.file("b.pfm"), "--error", folder.file("wide.pfm")}, printed) ==
-          exit_input);
-    CHECK(printed.find("3 x 1 pixels, expected 2 x 1 as in") != std::string::npos);
-}
-
-TEST_CASE("compare command: errors") {
-    TemporaryFolder folder;
-    const std::string a = folder.file("a.pfm"), wide = folder.file("wide.pfm"), none = folder.file("none.pfm");
-    write_file(a, pfm_bytes(row({1})));
-    write_file(wide, pfm_bytes(row({1, 1})));
-    std::string printed;
-
-    const auto usage = [&](const std::vector<std::string> &args, const std::string &line) {
-        CHECK(run(folder, args, printed) == exit_usage);
-        CHECK(printed == line);
-    };
-    usage({}, "'wisp compare' has 0 files, expected two pictures");
-    usage({a}, "'wisp compare' has 1 files, expected two pictures");
-    usage({a, a, a}, "'wisp compare' has 3 files, expected two pictures");
-    usage({a, a, "--fuzzy"}, "there is no option '--fuzzy', expected --tolerance, --error, --json or --diff");
-    usage({a, a, "-t", "1"}, "there is no option '-t', expected --tolerance, --error, --json or --diff");
-    usage({a, a, "--tolerance"}, "option '--tolerance' needs a value");
-    for (const char *value : {"", "abc", "-1", "nan", "inf", "1x", "0x1"})
-        usage({a, a, "--tolerance", value},
-              std::string("option '--tolerance' is '") + value + "', expected a number of at least 0");
-    usage({a, a, "--json="}, "option '--json' is empty, expected a file name or -");
-    usage({a, a, "--diff", "d.jpg"}, "option '--diff' is 'd.jpg', expected a file name that ends in .png");
-
-    CHECK(run(folder, {a, none}, printed) == exit_input);
-    CHECK(printed == none + ": cannot be opened: " + std::strerror(ENOENT));
-    CHECK(run(folder, {a, wide}, printed) == exit_input);
-    CHECK(printed == wide + ": 2 x 1 pixels, expected 1 x 1 as in " + a);
-    const std::string nowhere = folder.file("none/d.json");
-    CHECK(run(folder, {a, a, "--json", nowhere}, printed) == exit_output);
-    CHECK(printed == nowhere + ": could not be written: " + std::strerror(ENOENT));
 }

@@ -1,7 +1,6 @@
 // Scenes as they are written: statements, comments, defaults, and an error line for everything else.
 #include "host/base/error.h"
 #include "host/prepare/prepare.h"
-#include "host/scene/options.h"
 #include "host/scene/scene_file.h"
 #include "support/data.h"
 #include "support/refusal.h"
@@ -414,87 +413,4 @@ TEST_CASE("scene: real scenes have the counts that are known of them") {
         CHECK((s.animation ? s.animation->frames : 0) == known.frames);
         if (known.frames) CHECK(g.motions.count("camera"));
     }
-}
-
-TEST_CASE("options: names, forms and ranges") {
-    const CommandLine line = parse_arguments({"a.aff", "--spp=9", "-o", "x.png", "--exposure", "-1", "-q"});
-    CHECK(line.files == std::vector<std::string>{"a.aff"});
-    REQUIRE(line.options.size() == 4);
-    Options options;
-    for (const auto &[name, value] : line.options) set_option(options, name, value, "");
-    CHECK(options.samples == 9);
-    CHECK(options.outputs == std::vector<std::string>{"x.png"});
-    CHECK(options.exposure == -1);
-    CHECK(options.quiet);
-
-    for (const auto &[name, value] : {std::make_pair("reference", "1"), std::make_pair("passes", "7:2147483647"),
-                                      std::make_pair("output", "a.passes"), std::make_pair("error-out", "e_%04d.pfm")})
-        set_option(options, name, value, "");
-    CHECK(options.reference);
-    CHECK(options.passes->first == 7);
-    CHECK(options.passes->last == 2147483647);
-    CHECK(options.outputs.back() == "a.passes");
-    CHECK(options.error_out == "e_%04d.pfm");
-
-    const struct {
-        const char *name, *value, *error;
-    } wrong[] = {
-        {"spp", "0", "option 'spp': found '0', expected a whole number from 1 to 65536"},
-        {"spp", "4.5", "option 'spp': found '4.5', expected a whole number from 1 to 65536"},
-        {"gather", "1", "option 'gather': found '1', expected a whole number from 2 to 1000000"},
-        {"size", "20", "option 'size': found '20', expected WIDTHxHEIGHT"},
-        {"crop", "5,5,5,6", "option 'crop': found '5,5,5,6', expected X0 < X1 and Y0 < Y1"},
-        {"frames", "3:1", "option 'frames': found '3:1', expected a whole number from 3 to 1000000000"},
-        {"memory", "12Q", "option 'memory': found '12Q', expected bytes, with k, M or G behind"},
-        {"memory", "99999999999G", "option 'memory': found '99999999999G', expected bytes, with k, M or G behind"},
-        {"arith", "f16", "option 'arith': found 'f16', expected f32, f64, fixed"},
-        {"deposit", "nearest", "option 'deposit': found 'nearest', expected exact, path, kernel"},
-        {"direction", "median", "option 'direction': found 'median', expected flux, mean"},
-        {"light-step", "0.001", "option 'light-step': found '0.001', expected 0, or a number from 0.01 to 1000"},
-        {"irradiance-step", "0", "option 'irradiance-step': found '0', expected a number from 0.01 to 1000"},
-        {"output", "a.jpg",
-         "option 'output': found 'a.jpg', expected a file name that ends in .png, .pfm, .passes or .map"},
-        {"output", ".passes",
-         "option 'output': found '.passes', expected a file name that ends in .png, .pfm, .passes or .map"},
-        {"passes", "3", "option 'passes': found '3', expected A:B"},
-        {"passes", "1:2:3", "option 'passes': found '1:2:3', expected A:B"},
-        {"passes", "3:3", "option 'passes': found '3:3', expected a whole number from 4 to 2147483647"},
-        {"passes", "-1:3", "option 'passes': found '-1:3', expected a whole number from 0 to 2147483646"},
-        {"passes", "0:2147483648",
-         "option 'passes': found '0:2147483648', expected a whole number from 1 to 2147483647"},
-        {"passes", "0:", "option 'passes': found '0:', expected a whole number from 1 to 2147483647"},
-        {"error-out", "e.png", "option 'error-out': found 'e.png', expected a file name that ends in .pfm"},
-        {"error-out", "e.passes", "option 'error-out': found 'e.passes', expected a file name that ends in .pfm"},
-        {"step", "nan", "option 'step': found 'nan', expected a number above 0, at most 1000.000000"},
-        {"reference", "", "option 'reference': found '', expected 1"},
-        {"shadows", "soft",
-         "option 'shadows': found 'soft', expected trace, cache, paper, exact, voxel, lightbuffer, lie"},
-        {"digest", "no", "option 'digest': found 'no', expected 1"},
-        {"bogus", "", "there is no option 'bogus'; 'wisp help' lists them"},
-    };
-    for (const auto &c : wrong) {
-        std::string found = "no error";
-        try {
-            set_option(options, c.name, c.value, "");
-        } catch (const Error &error) {
-            found = error.what();
-            CHECK(error.status == exit_usage);
-        }
-        CHECK(found == c.error);
-    }
-    CHECK(*to_number("3.") == 3);
-    CHECK(*to_number("+.5") == 0.5);
-    CHECK(!to_number("+-3"));
-    CHECK(!to_number("inf"));
-    CHECK(!to_number("1x"));
-    CHECK(!to_number(""));
-}
-
-TEST_CASE("frame numbers take the place of %04d") {
-    CHECK(numbered("a_%04d.png", 7) == "a_0007.png");
-    CHECK(numbered("a_%d.png", 12345) == "a_12345.png");
-    CHECK(numbered("100%.png", 7) == "100%.png");
-    CHECK(numbered("%s%02d", 3) == "%s03");
-    CHECK(has_number("%d"));
-    CHECK(!has_number("%x"));
 }

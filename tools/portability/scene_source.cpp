@@ -114,13 +114,13 @@ void print_scene(const std::string &name, const std::string &title, int64_t fram
 
 int run(const std::vector<std::string> &words) {
     if (words.size() < 2) throw Error(exit_usage, "expected scene_source NAME SCENE [options of wisp render]");
-    const Request request = read_request(parse_arguments({words.begin() + 1, words.end()}));
+    const Request request = read_request(parse_arguments("scene_source", scene_options(), {words.begin() + 1, words.end()}));
     PreparedScene prepared;
     prepare_scene(request.name, request.file, request.options, request.frames.first, prepared);
     const Settings settings = settings_of(request.options, prepared);
     std::string title = request.name.substr(request.name.rfind('/') + 1);
     for (size_t i = 2; i < words.size(); ++i) title += ' ' + words[i];
-    std::puts("#include \"compiled_scene.h\"\nnamespace wisp {\nnamespace {");
+    std::puts("#include \"portability/compiled_scene.h\"\nnamespace wisp {\nnamespace {");
     print_scene(words[0], title, request.frames.first, prepared, settings);
     return exit_done;
 }

@@ -1,5 +1,5 @@
 // Light in 32 bits: layout, rounding, range. The expected bits are found in double, or written out.
-#include "core/numbers/packed_light.h"
+#include "core/photons/packed_light.h"
 #include "support/built_smoke.h"
 #include <cmath>
 #include <doctest/doctest.h>

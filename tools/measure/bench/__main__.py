@@ -1,6 +1,6 @@
 """The speed figures, each with its error or bytes and with what it is compared to: `make bench`, or
 
-    [QUICK=1] [RUNS=3] [DATA=folder with volumes/ and bart/] python3 tools/bench [SECTION...]
+    [QUICK=1] [RUNS=3] [DATA=folder with volumes/ and bart/] python3 tools/measure/bench [SECTION...]
 
 from the top folder, after `make all`. One core. Tables go to standard output and, as CSV, to build/bench; progress goes to
 standard error. Stopped and started again, it goes on where it was.

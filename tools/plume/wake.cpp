@@ -12,7 +12,7 @@
 #include "host/base/error.h"
 #include "host/prepare/motion.h"
 #include "host/prepare/prepare.h"
-#include "host/scene/options.h"
+#include "host/base/text.h"
 #include "vtk_writer.h"
 #include <cstdio>
 #include <string>

@@ -1,6 +1,6 @@
 """What `make bench` measured as one page, build/report/index.html: `make report`, or
 
-    /usr/bin/python3 tools/report/report.py
+    /usr/bin/python3 tools/measure/report/report.py
 
 from the top folder. It measures nothing itself but the differences of pictures. What is missing is said, on the page and here.
 """
@@ -404,4 +404,4 @@ def main():
 try:
     main()
 except KeyError as error:
-    sys.exit(f"a table has no column {error}, expected it: was it made by another version of tools/bench?")
+    sys.exit(f"a table has no column {error}, expected it: was it made by another version of tools/measure/bench?")

@@ -3,7 +3,7 @@ import csv, json, math, sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
-sys.path.insert(0, "tools/bench")
+sys.path.insert(0, "tools/measure/bench")
 import harness
 from harness import DATA, OUT, WISP
 

@@ -3,7 +3,7 @@
 // The same options give the same bytes on every machine.
 #include "host/base/error.h"
 #include "host/base/files.h"
-#include "host/scene/options.h"
+#include "host/base/text.h"
 #include "plume_particles.h"
 #include "vtk_writer.h"
 #include <cstdio>

@@ -4,9 +4,9 @@
 //
 // prints `SHA-256  arithmetic  scene  options` of each as fixtures/goldens.txt has them. Where there is no command
 // line, as in WebAssembly, portable_fault() is asked once and portable_line() for one line after the other.
-#include "compiled_scene.h"
 #include "core/numbers/sample_sums.h"
 #include "host/commands/core.h"
+#include "portability/compiled_scene.h"
 #include "wisp/self_test.h"
 #include "wisp/settings.h"
 #include <cstdio>
@@ -16,14 +16,16 @@
 
 namespace wisp {
 
-// What they are, the Makefile says.
-extern const CompiledScene portable_direct, portable_grid, portable_irradiance, portable_paths, portable_surfaces,
-    portable_wake;
+// WISP_SCENES is X(NAME) of each scene, see fixtures/compiled_scenes.txt.
+#define X(name) extern const CompiledScene scene_##name;
+WISP_SCENES
+#undef X
 
 namespace {
 
-const CompiledScene *const scenes[] = {&portable_direct, &portable_grid,     &portable_irradiance,
-                                       &portable_paths,  &portable_surfaces, &portable_wake};
+#define X(name) &scene_##name,
+const CompiledScene *const scenes[] = {WISP_SCENES};
+#undef X
 constexpr int scene_count = sizeof scenes / sizeof *scenes;
 
 template <class T> T *allocate(uint64_t count) {

@@ -1,6 +1,6 @@
 // Looks at build/report/index.html in headless Chromium, wide and narrow, light and dark, and leaves what it sees as
 // build/report/*.png. Status 1 where the page has errors, reaches for the network, or is wider than its window, and where a
-// slider does not move. Usage: node tools/report/check.mjs, from the top folder, after `make report` and
+// slider does not move. Usage: node tools/measure/report/check.mjs, from the top folder, after `make report` and
 // `npm install --prefix build/web playwright-core`. CHROMIUM is the browser, /usr/bin/chromium.
 import { createRequire } from 'node:module';
 import { resolve } from 'node:path';

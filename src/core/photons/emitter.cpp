@@ -1,0 +1,135 @@
+// Where photons come from (S2).
+#include "core/photons/emitter.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+// A direction inside the cone of `one_minus_cosine` about the axis, uniform in solid angle.
+Vec3 direction_in_cone(const Vec3 &axis, Real one_minus_cosine, Event event) {
+    const Real u = unit_open<Real>(draw(event, dimension_direction_1)) * one_minus_cosine; // 1 - cosine
+    const Real sine = sqrt(max(Real(0), u * (Real(2) - u)));
+    return deflect(axis, {Real(1) - u, min(sine, Real(1))}, unit_half_open<Real>(draw(event, dimension_direction_2)));
+}
+
+// A photon of an emitter drawn in proportion to its largest channel, so that all photons carry the same there.
+const Emitter &choose(const Emitters &emitters, Event event) {
+    Real rest = unit_half_open<Real>(draw(event, dimension_light)) * emitters.power;
+    uint32_t i = 0;
+    for (; i + 1 < emitters.count; ++i) {
+        const Real power = largest(emitters.list[i].power);
+        if (rest < power) break;
+        rest -= power;
+    }
+    return emitters.list[i];
+}
+
+} // namespace
+
+Emitter make_emitter(const Light &light, const Sphere &smoke) {
+    Emitter emitter = {};
+    emitter.light = &light;
+    const Real brightest = largest(light.color);
+    if (!(brightest > Real(0)) || !(smoke.radius > Real(0))) return emitter;
+    emitter.photon_color = light.color / brightest;
+    if (light.kind == LightKind::parallel) { // a disc across the light that shades the sphere
+        emitter.power = light.color * (pi<Real> * smoke.radius * smoke.radius);
+        return emitter;
+    }
+    // The cone that holds the sphere, or the spot's own where that is narrower; the whole sphere of directions from
+    // inside the smoke.
+    const Vec3 to_smoke = smoke.center - light.position;
+    const Real distance = length(to_smoke);
+    emitter.one_minus_cosine = Real(2);
+    emitter.axis = Vec3(Real(0), Real(0), Real(1));
+    if (distance > smoke.radius) {
+        const Real sine = smoke.radius / distance, s2 = sine * sine;
+        emitter.one_minus_cosine = s2 / (Real(1) + sqrt(max(Real(0), Real(1) - s2)));
+        emitter.axis = to_smoke / distance;
+    }
+    if (light.kind == LightKind::spot && light.one_minus_cosine < emitter.one_minus_cosine) {
+        emitter.one_minus_cosine = light.one_minus_cosine;
+        emitter.axis = light.direction;
+    }
+    const Real solid_angle = two_pi<Real> * emitter.one_minus_cosine;
+    emitter.power = light.color * solid_angle;
+    if (light.kind == LightKind::constant) { // E d^2 at the first collision, so at most this
+        const Real farthest = distance + smoke.radius;
+        emitter.reach_squared = farthest * farthest;
+        emitter.power = emitter.power * emitter.reach_squared;
+    }
+    return emitter;
+}
+
+Photon emit(const Emitter &emitter, const Sphere &smoke, Event event) {
+    const Light &light = *emitter.light;
+    if (light.kind == LightKind::parallel) {
+        const Real radius = smoke.radius * sqrt(unit_open<Real>(draw(event, dimension_position_1)));
+        const Vec3 across =
+            deflect(light.direction, {Real(0), Real(1)}, unit_half_open<Real>(draw(event, dimension_position_2)));
+        const Vec3 start = smoke.center + across * radius - light.direction * smoke.radius;
+        return {{start, light.direction}, emitter.photon_color, true};
+    }
+    const Vec3 direction = direction_in_cone(emitter.axis, emitter.one_minus_cosine, event);
+    const bool leaves = light.kind != LightKind::spot || in_cone(direction, light.direction, light.one_minus_cosine);
+    return {{light.position, direction}, emitter.photon_color, leaves};
+}
+
+Photon emit_from_smoke(const SmokeVolume &smoke, const Color &photon_color, Event event) {
+    // The particle or sample, by its share of the density's integral; then a point of its kernel or tent.
+    const uint32_t target = draw(event, dimension_position_1);
+    uint32_t low = 0, high = elements_of(*smoke.source);
+    while (high - low > 1) {
+        const uint32_t middle = low + (high - low) / 2;
+        (smoke.area_before[middle] <= target ? low : high) = middle;
+    }
+    const Phase uniform = Phase(Real(0));
+    const Vec3 up(Real(0), Real(0), Real(1));
+    const Vec3 direction = deflect(up, uniform.sample(unit_open<Real>(draw(event, dimension_direction_1))),
+                                   unit_half_open<Real>(draw(event, dimension_direction_2)));
+    if (smoke.source->is_grid()) {
+        const Vec3 place(unit_open<Real>(draw(event, dimension_position_2)),
+                         unit_open<Real>(draw(event, dimension_radius)),
+                         unit_open<Real>(draw(event, dimension_azimuth)));
+        return {{point_of_sample(smoke.field.grid, low, place), direction}, photon_color, true};
+    }
+    const Particle &particle = smoke.source->particles[low];
+    const bool spline = smoke.source->kernel == Kernel::spline;
+    const Real share = unit_open<Real>(draw(event, dimension_radius));
+    const Real radius =
+        (spline ? Spline::radius_of_fraction(share) : Real(2) * Poly6::radius_of_fraction(share)) * to_real<Real>(particle.h);
+    const Vec3 outward = deflect(up, uniform.sample(unit_open<Real>(draw(event, dimension_position_2))),
+                                 unit_half_open<Real>(draw(event, dimension_azimuth)));
+    return {{vec_of(particle.position) + outward * radius, direction}, photon_color, true};
+}
+
+Emitters find_emitters(const Medium &medium, const Light *lights, uint32_t light_count, Arena &arena) {
+    Emitters emitters = {arena.make<Emitter>(light_count + medium.count), 0, Real(0)};
+    if (!emitters.list) return emitters;
+    const auto add = [&](const Emitter &emitter) {
+        if (!(largest(emitter.power) > Real(0))) return;
+        emitters.list[emitters.count++] = emitter;
+        emitters.power += largest(emitter.power);
+    };
+    for (uint32_t i = 0; i < light_count; ++i) add(make_emitter(lights[i], medium.sphere));
+    for (uint32_t i = 0; i < medium.count; ++i) {
+        const Color power = medium.smokes[i].emitted_power;
+        if (!(largest(power) > Real(0))) continue;
+        Emitter glow = {};
+        glow.smoke = i;
+        glow.power = power;
+        glow.photon_color = power / largest(power);
+        add(glow);
+    }
+    return emitters;
+}
+
+Emission emit_photon(const Medium &medium, const Emitters &emitters, uint64_t key) {
+    const Event birth = photon_event(key, 0);
+    const Emitter &emitter = choose(emitters, birth);
+    const Photon photon = emitter.light ? emit(emitter, medium.sphere, birth)
+                                        : emit_from_smoke(medium.smokes[emitter.smoke], emitter.photon_color, birth);
+    return {photon, &emitter};
+}
+
+} // namespace wisp::WISP_ARITH

@@ -1,0 +1,38 @@
+# How a file is compiled: one rule for each kind of object, a line for each file.
+
+# All cores, where nobody says -j. (make itself prefers what its command line says.)
+ifeq ($(MAKELEVEL),0)
+MAKEFLAGS   += -j$(shell nproc)
+endif
+
+# In front of a command: shows what it makes instead of the command, `CXX core/f32/photons/photon_map`. With V=1 the command.
+say          = $(if $V,,@echo "$1 $(patsubst $B/%,%,$(@:.o=))" &&)
+
+# $(call objects,FOLDER,SOURCES,COMPILER,FLAGS): the objects of a folder below $B; COMPILER and FLAGS name variables. What is
+# to be installed is so before anything is compiled, and what is to be removed is gone.
+define objects
+$B/$1/%.o: $2/%.cpp | $(filter %deps clean,$(MAKECMDGOALS))
+	@mkdir -p $$(@D)
+	$$(call say,CXX) $$($3) $$(CPPFLAGS) $$($4) $5 -c $$< -o $$@
+endef
+$(foreach a,$(ARITHMETICS),$(eval $(call objects,core/$a,src/core,CXX,CORE_FLAGS,-DWISP_ARITH=$a)))
+$(eval $(call objects,host,src/host,CXX,HOST_FLAGS))
+$(eval $(call objects,tools,tools,CXX,TOOL_FLAGS))
+HOST_FLAGS   = $(FLAGS) -DWISP_FLAGS='"$(BITS) $(OPT) $(ARCH)"'
+TOOL_FLAGS   = -Itools $(FLAGS)
+
+# What is to be done, and about how long it takes on cores like those of 2020.
+ifeq ($(MAKELEVEL)$(findstring n,$(firstword -$(MAKEFLAGS))),0)
+missing      = $(words $(filter-out $(wildcard $1),$1))
+# Seconds of one core: of a file of the core, of the host, and of the tests.
+work         = $(shell expr \( 4 \* $(call missing,$(CORE_O)) + 3 \* $(call missing,$(HOST_O)) + 5 \* $(call missing,$1) \) / $$(nproc) / 60 + 1)
+GOALS       := $(or $(MAKECMDGOALS),all)
+ifneq ($(filter all demo,$(GOALS)),)
+ifneq ($(call missing,$(CORE_O) $(HOST_O)),0)
+$(info compiles $(call missing,$(CORE_O) $(HOST_O)) files on $(shell nproc) cores: about $(call work,) minutes; `make help` lists what else there is)
+endif
+endif
+ifneq ($(filter test,$(GOALS)),)
+$(info compiles $(call missing,$(CORE_O) $(HOST_O) $(TEST_O)) files and runs all tests on $(shell nproc) cores: about $(shell expr $(call work,$(TEST_O)) + 8 / $$(nproc)) minutes)
+endif
+endif

@@ -1,0 +1,30 @@
+# What is measured, and what peers are measured beside it. Peers are built only where their packages are.
+EMBREE_PEERS = $(foreach p,rays shadow_rays,$(ARITHMETICS:%=$B/peers/$(p)_%))
+PEERS        = $(if $(wildcard /usr/include/nanoflann.hpp),$B/peers/point_tree_f32 $B/peers/point_tree_f64) \
+               $(if $(wildcard /usr/include/embree3/rtcore.h),$(EMBREE_PEERS))
+$(foreach a,$(ARITHMETICS),$(eval $(call objects,peers/$a,tools/peers,CXX,PEER_FLAGS,-DWISP_ARITH=$a)))
+PEER_FLAGS   = $(FLAGS) $(MULTIVERSION)
+$B/peers/point_tree_f32 $B/peers/point_tree_f64: $B/peers/point_tree_%: $B/peers/%/point_tree.o $B/core/%/geometry/point_kdtree.o
+	$(call say,LD) $(CXX) $(FLAGS) $^ -o $@
+$(foreach p,rays shadow_rays,$(eval $(ARITHMETICS:%=$B/peers/$p_%): $B/peers/$p_%: $B/peers/%/$p.o))
+$(EMBREE_PEERS): $(LIBRARY_O)
+	$(call say,LD) $(CXX) $(FLAGS) $(filter %.o,$^) -lz -lembree3 -o $@
+
+bench: all $(PEERS) ## the speed figures, each with its error and what it is compared to; SECTIONS=some, QUICK=1: minutes for hours
+	DATA=$(DATA) python3 tools/measure/bench $(SECTIONS)
+truth: all ## what `make bench` measures errors against, where it is missing; two hours, resumed where it was stopped
+	python3 tools/measure/bench truth
+# Debian's own Python has matplotlib.
+report: ## build/report/index.html: what bench, hard-cases and portability have left, as one page
+	DATA=$(DATA) /usr/bin/python3 tools/measure/report/report.py
+report-test: report ## looks at that page in Chromium
+	/usr/bin/python3 tools/measure/report/test.py
+	node tools/measure/report/check.mjs
+report-deps: ## as root: installs what the two need
+	apt-get update -q
+	apt-get install -y --no-install-recommends python3-matplotlib npm chromium
+	npm install --no-save --prefix build/web playwright-core
+convergence: $B/wisp ## how direct converges to the reference; half an hour the first time
+	tools/measure/convergence
+hard-cases: $B/tests ## each case of test/physics/hard_cases.txt in each arithmetic, as a table
+	tools/measure/hard_cases

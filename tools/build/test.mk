@@ -1,0 +1,38 @@
+# Tests. A test that names WISP_ARITH is compiled once an arithmetic, all others once.
+PER_ARITHMETIC := $(patsubst test/%.cpp,%,$(shell grep -rl WISP_ARITH test --include='*.cpp'))
+FUZZ        := $(patsubst test/fuzz/%_fuzz.cpp,%,$(wildcard test/fuzz/*_fuzz.cpp))
+ONCE        := $(filter-out $(PER_ARITHMETIC) $(FUZZ:%=fuzz/%_fuzz),$(call below,test))
+TEST_O       = $(foreach a,$(ARITHMETICS),$(CORE:%=$B/test/core/$a/%.o) $(PER_ARITHMETIC:%=$B/test/cases/$a/%.o)) \
+               $(patsubst %,$B/test/host/%.o,$(filter-out %/main,$(HOST))) \
+               $(ONCE:%=$B/test/cases/once/%.o) $(FUZZ:%=$B/test/cases/once/fuzz/%_fuzz.o)
+$(foreach a,$(ARITHMETICS),$(eval $(call objects,test/core/$a,src/core,CXX,TEST_FLAGS,-DWISP_ARITH=$a)))
+$(foreach a,$(ARITHMETICS),$(eval $(call objects,test/cases/$a,test,CXX,CASE_FLAGS,-DWISP_ARITH=$a)))
+$(eval $(call objects,test/host,src/host,CXX,TEST_FLAGS))
+$(eval $(call objects,test/cases/once,test,CXX,CASE_FLAGS))
+CASE_FLAGS   = -Itest $(TEST_FLAGS)
+# A fuzz target is a test of its corpus, too: as a function of its own name.
+$B/test/cases/once/fuzz/%_fuzz.o: CASE_FLAGS += -DLLVMFuzzerTestOneInput=fuzz_$(patsubst %_fuzz,%,$(notdir $*))
+$B/tests: $(TEST_O)
+	$(call say,LD) $(CXX) $^ -lz -lmpfr -lgmp -o $@
+
+SCENES      ?= 3000
+random-scenes: $B/tests ## every shadow of SCENES=3000 random scenes in each arithmetic, against tracing
+	WISP_SCENES=$(SCENES) $B/tests -tc="*: random scenes*"
+cluster: $B/wisp ## the recipes for many processes and machines, with kills, on a Slurm of its own; two minutes
+	tools/cluster/cluster_test
+
+SECONDS     ?= 60
+SANITISED    = -O1 -g -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all
+FUZZ_CXX     = clang++
+FUZZ_FLAGS   = $(IEEE) $(SANITISED) -DWISP_FLAGS='""'
+$(eval $(call objects,fuzz/host,src/host,FUZZ_CXX,FUZZ_FLAGS))
+$(eval $(call objects,fuzz/targets,test/fuzz,FUZZ_CXX,FUZZ_FLAGS))
+fuzz: $(FUZZ:%=$B/fuzz/%) ## every reader under libFuzzer with address and undefined-behaviour checks, SECONDS=60 each
+	for f in $(FUZZ); do mkdir -p $B/fuzz/corpus/$$f && $B/fuzz/$$f -max_total_time=$(SECONDS) -max_len=65536 \
+	    $B/fuzz/corpus/$$f test/corpus/$$f || exit 1; done
+# An archive, so that a target has only those parts of the host that it needs, and none of them needs the core.
+$B/fuzz/host.a: $(patsubst %,$B/fuzz/host/%.o,$(filter-out %/main,$(HOST)))
+	@rm -f $@
+	$(call say,AR) ar rcs $@ $^
+$(FUZZ:%=$B/fuzz/%): $B/fuzz/%: $B/fuzz/targets/%_fuzz.o $B/fuzz/host.a
+	$(call say,LD) clang++ -fsanitize=fuzzer,address,undefined $^ -lz -o $@
