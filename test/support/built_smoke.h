@@ -40,8 +40,8 @@ inline std::vector<Particle> cloud(uint32_t count, double extent, double h, doub
     std::vector<Particle> particles(count);
     for (Particle &p : particles) {
         const double x = next(), y = next(), z = next();
-        const auto place = [&](double u) { return static_cast<double>(static_cast<float>((2 * u - 1) * extent)); };
-        p = {{place(x), place(y), place(z)}, h, area};
+        const auto coordinate = [&](double u) { return static_cast<double>(static_cast<float>((2 * u - 1) * extent)); };
+        p = {{coordinate(x), coordinate(y), coordinate(z)}, h, area};
     }
     sort_canonically(particles);
     return particles;

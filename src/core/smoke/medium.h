@@ -13,7 +13,7 @@ struct SmokeVolume {
     Phase phase = Phase(Real(0));
     Color emission;              // L_e
     Color emitted_power;         // of all its photons: 4 pi (1 - albedo) L_e times the integral of sigma_t
-    const uint32_t *area_before; // per particle or sample, where it glows: the share of 2^32 of those before
+    const uint32_t *area_before; // if it emits: for each particle or sample, the sum before it as a fraction of 2^32
     const SmokeDescription *source;
 };
 

@@ -229,9 +229,9 @@ void lay_out(const Points &points, std::vector<uint32_t>::iterator first, std::v
              uint32_t height) {
     uint64_t child = leaf_points;
     for (uint32_t h = 0; h < height; ++h) child *= children;
-    const uint64_t count = static_cast<uint64_t>(end - first), parts = (count + child - 1) / child;
-    if (parts == 1 && height == 0) return std::sort(first, end);
-    if (parts == 1) return lay_out(points, first, end, height - 1);
+    const uint64_t count = static_cast<uint64_t>(end - first), child_count = (count + child - 1) / child;
+    if (child_count == 1 && height == 0) return std::sort(first, end);
+    if (child_count == 1) return lay_out(points, first, end, height - 1);
     const auto coordinate = [&](uint32_t id, int axis) { return points[id][axis]; };
     int widest = 0;
     Real extents[3];
@@ -247,7 +247,7 @@ void lay_out(const Points &points, std::vector<uint32_t>::iterator first, std::v
     std::sort(first, end, [&](uint32_t a, uint32_t b) {
         return std::make_pair(coordinate(a, widest), a) < std::make_pair(coordinate(b, widest), b);
     });
-    const auto cut = first + static_cast<std::ptrdiff_t>((parts + 1) / 2 * child);
+    const auto cut = first + static_cast<std::ptrdiff_t>((child_count + 1) / 2 * child);
     lay_out(points, first, cut, height);
     lay_out(points, cut, end, height);
 }

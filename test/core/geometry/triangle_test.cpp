@@ -68,7 +68,7 @@ TEST_CASE(WISP_ARITH_NAME ": a triangle is met where long doubles meet it") {
     Mt19937 random(1, 5, 6, 7);
     // Of the sheared coordinates, in units of the triangle: rounding of coordinates up to 16, of 24, 53 bits, or 2^-32.
     const double digit = sizeof(Real) == 4 ? 0x1p-24 : std::is_same_v<Real, Fixed> ? 0x1p-45 : 0x1p-53;
-    uint32_t met = 0, told = 0;
+    uint32_t met = 0, decided = 0;
     for (int i = 0; i < 20000; ++i) {
         const double size = i % 4 == 0 ? 0x1p-10 : 2; // edges of 1e-3
         const Double3 a = point_within(random, 4), b = moved(a, point_within(random, size)),
@@ -87,10 +87,10 @@ TEST_CASE(WISP_ARITH_NAME ": a triangle is met where long doubles meet it") {
         const Far along = std::sqrt(dot(d, d)), across = std::abs(dot(cross(ab, ac), d)) / along;
         const Far longest = std::sqrt(std::max(dot(ab, ab), dot(ac, ac))) * 2;
         const double error = static_cast<double>(16 * 16 * digit * longest / across);
-        const double least = static_cast<double>(std::min({far.weight[0], far.weight[1], far.weight[2]}));
-        if (!(error < 0.05) || std::abs(least) < error) continue;
-        CHECK(intersects == (least > 0));
-        ++told;
+        const double smallest = static_cast<double>(std::min({far.weight[0], far.weight[1], far.weight[2]}));
+        if (!(error < 0.05) || std::abs(smallest) < error) continue;
+        CHECK(intersects == (smallest > 0));
+        ++decided;
         if (!intersects) continue;
         ++met;
         const double last = std::is_same_v<Real, Fixed> ? 0x1p-32 : sizeof(Real) == 4 ? 0x1p-23 : 0x1p-52;
@@ -101,7 +101,7 @@ TEST_CASE(WISP_ARITH_NAME ": a triangle is met where long doubles meet it") {
         CHECK(std::abs(to_double(hit.distance) - distance) <=
               4 * (depth + 16 * digit / static_cast<double>(along)) + last * distance);
     }
-    CHECK(told > 15000);
+    CHECK(decided > 15000);
     CHECK(met > 3000);
 }
 

@@ -123,7 +123,7 @@ TEST_CASE(WISP_ARITH_NAME ": a photon is left to the nodes around it by their sh
         const TracedFluence traced(scene_of(box, lights), photon_settings(2000));
         double layers[9] = {};
         for (uint32_t k = 0; k < nodes_of(1); ++k) {
-            const Cell node = place_of_node(*traced.deposits.bricks, 0, k);
+            const Cell node = lattice_coordinates(*traced.deposits.bricks, 0, k);
             layers[axis == 0 ? node.x : axis == 1 ? node.y : node.z] += static_cast<double>(traced.deposits.power[k]);
         }
         REQUIRE(traced.deposits.bricks->count == 1);
@@ -202,7 +202,7 @@ TEST_CASE(WISP_ARITH_NAME ": moments are those of the direction that flew, at th
             const auto sum = [&](const int64_t *values, uint32_t count, int32_t every, double *sums, double *center) {
                 for (uint32_t b = 0; b < deposits.bricks->count; ++b)
                     for (uint32_t k = 0; k < nodes_of(every); ++k, values += count) {
-                        const Cell place = place_of_node(*deposits.bricks, b, k, every);
+                        const Cell place = lattice_coordinates(*deposits.bricks, b, k, every);
                         for (uint32_t i = 0; i < count; ++i) sums[i] += static_cast<double>(values[i]);
                         center[0] += static_cast<double>(values[0]) * place.x * every;
                         center[1] += static_cast<double>(values[0]) * place.y * every;
@@ -507,7 +507,7 @@ struct Given {
         };
         for (uint32_t b = 0; b < bricks.count; ++b)
             for (uint32_t k = 0; k < nodes_of(s); ++k) {
-                const Cell at_ = place_of_node(bricks, b, k, s), &in = bricks.position[b];
+                const Cell at_ = lattice_coordinates(bricks, b, k, s), &in = bricks.position[b];
                 const int32_t place[3] = {at_.x * s, at_.y * s, at_.z * s}, from[3] = {in.x * 8, in.y * 8, in.z * 8};
                 double volume = 1; // of the node's tent, in the brick and the box
                 for (int c = 0; c < 3; ++c) {
@@ -720,7 +720,7 @@ TEST_CASE(WISP_ARITH_NAME ": the map keeps moments relative to what all bricks a
     Sequence next{13};
     std::map<std::array<int32_t, 3>, std::array<double, harmonic_numbers>> sums;
     const auto place = [&](uint32_t b, uint32_t k) {
-        const Cell at_ = place_of_node(bricks, b, k, stride);
+        const Cell at_ = lattice_coordinates(bricks, b, k, stride);
         return std::array<int32_t, 3>{at_.x, at_.y, at_.z};
     };
     int64_t *sum = given.harmonics.data();

@@ -1,4 +1,4 @@
-// Free paths in heterogeneous smoke: the depth at a collision is exponential, whatever the profile (numerics E3, X).
+// Free paths in heterogeneous smoke: the depth at a collision is exponential, whatever the profile (N-E3, N-X).
 #include "support/built_smoke.h"
 #include <cmath>
 #include <doctest/doctest.h>
@@ -18,7 +18,7 @@ std::vector<Particle> blobs(const std::vector<double> &centers, double h) {
 }
 
 struct Paths {
-    double through, mean; // share that passes, mean place of those that collide
+    double through, mean; // the fraction that passes, the mean position of collisions
 };
 
 Paths free_paths(const std::vector<Particle> &particles, int photons) {
@@ -37,7 +37,7 @@ Paths free_paths(const std::vector<Particle> &particles, int photons) {
     return paths;
 }
 
-// The mean place of a collision on [0, 1], from the closed optical depth: x is where the depth's exponential says.
+// The mean position of a collision on [0, 1], from the optical depth in closed form.
 double exact_mean(const std::vector<Particle> &particles) {
     const BuiltField built(smoke_of(particles));
     double mean = 0, before = 1;
@@ -106,8 +106,8 @@ TEST_CASE(WISP_ARITH_NAME ": the optical depth up to the collision is exponentia
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": the particle hit has the share of its extinction") { // numerics X
-    // Two particles that overlap: where both are, each takes its share.
+TEST_CASE(WISP_ARITH_NAME ": particles are hit in proportion to their extinction") { // N-X
+    // Two particles that overlap.
     const std::vector<Particle> particles = {{{0, 0, 0}, 1, 2}, {{0.5, 0, 0}, 1, 1}};
     const BuiltField built(smoke_of(particles)), alone(smoke_of({particles[0]}));
     const Ray ray = {vec(-5, 0.25, 0), vec(1, 0, 0)};

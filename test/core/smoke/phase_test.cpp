@@ -1,4 +1,4 @@
-// Henyey and Greenstein over the whole range of g: the bars are the table of numerics E1.
+// Henyey and Greenstein over the whole range of g: the bounds are those of N-E1.
 #include "core/smoke/phase.h"
 #include <cmath>
 #include <doctest/doctest.h>
@@ -14,7 +14,7 @@ Real real(double x) { return to_real<Real>(x); }
 
 uint32_t lcg(uint32_t &state) { return state = state * 1664525u + 1013904223u; }
 
-// The printed inverse in long double, or the same without a division by g where that loses digits (numerics E1).
+// The inverse as printed (S2) in long double, or the same without a division by g where that loses digits (N-E1).
 long double exact_cosine(long double g, long double xi) {
     const long double s = 2 * xi - 1;
     if (std::fabs(g) < 0.5L)
