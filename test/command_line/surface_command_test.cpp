@@ -2,6 +2,7 @@
 #include "host/images/picture.h"
 #include "support/command_line.h"
 #include <cmath>
+#include <stb/stb_image_write.h>
 
 namespace wisp {
 
@@ -126,6 +127,33 @@ TEST_CASE("command line: surfaces that are hardly there are pictures") {
                 CHECK(desk.sum(ran) != nothing);
         }
     }
+}
+
+TEST_CASE("command line: a texture as PNG makes the same picture as the PPM of the same texels") {
+    Stage desk;
+    const std::string texels = "abcdefghijklmnopqrstuvwx"; // of 4 x 2
+    desk.write("tiles.ppm", "P6 4 2 255\n" + texels);
+    Bytes bytes;
+    stbi_write_png_to_func(
+        [](void *to, void *data, int size) {
+            const auto *begin = static_cast<const uint8_t *>(data);
+            static_cast<Bytes *>(to)->insert(static_cast<Bytes *>(to)->end(), begin, begin + size);
+        },
+        &bytes, 4, 2, 3, texels.data(), 3 * 4);
+    write_file(desk.file("tiles.png"), bytes);
+    const std::string corners_of_texture = " -1 0 0 0 0 1 0 0 1 0 0 1.5 0 0.5 1\n";
+    const Ran of_ppm = desk.draw("tt tiles.ppm" + corners_of_texture, "--digest"),
+              of_png = desk.draw("tt tiles.png" + corners_of_texture, "--digest"),
+              untextured = desk.draw(corners, "--digest");
+    CHECK(of_ppm.status == 0);
+    CHECK(of_png.err == "");
+    CHECK(of_png.out == of_ppm.out);
+    CHECK(of_png.out != untextured.out);
+    bytes.resize(bytes.size() - 1);
+    write_file(desk.file("tiles.png"), bytes);
+    desk.refuses(desk.draw("tt tiles.png" + corners_of_texture), 3,
+                 desk.file("tiles.png") + ": byte " + std::to_string(bytes.size() - 11) +
+                     ": 8 bytes of a chunk, expected at most 7: 7 bytes are left");
 }
 
 TEST_CASE("command line: what does not fit is refused with a line, not drawn otherwise") {

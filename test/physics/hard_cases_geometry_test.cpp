@@ -387,7 +387,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E16: spots need an angle above 0 and an a
     for (uint64_t i = 0; i < 500; ++i) {
         const Photon photon = emit(emitter, around, photon_event(i, 0));
         CHECK(std::fabs(at(dot(photon.ray.direction, photon.ray.direction)) - 1) < 1e-6);
-        if (photon.leaves) CHECK(at(photon.ray.direction.z) >= -1e-6);
+        if (photon.emitted) CHECK(at(photon.ray.direction.z) >= -1e-6);
     }
 }
 

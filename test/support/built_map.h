@@ -32,7 +32,7 @@ struct TracedMap {
 struct PackedSums {
     PackedSums(const Scene &scene, const ParticleMap &map)
         : memory(packed_map_bytes(scene, needs_of(map)) + source_bytes(scene)), arena(memory.data(), memory.size()) {
-        REQUIRE(make_packed_map(scene, needs_of(map), map.per_smoke[0].kept, arena, packed));
+        REQUIRE(make_packed_map(scene, needs_of(map), map.per_smoke[0].direction_kind, arena, packed));
         pack_map(map, packed);
     }
     static PhotonNeeds needs_of(const ParticleMap &map) { return {true, true, false, map.per_smoke[0].channels == 3}; }

@@ -1,4 +1,4 @@
-// Depths along columns of light, row by row.
+// The lines of a deep shadow map, found row by row.
 #include "core/lights/deep_shadow_map.h"
 #include "core/numbers/double_bits.h"
 #include "core/smoke/sparse_grid_lanes.h"
@@ -7,41 +7,41 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-// sigma_t of all smokes in the middle of eight layers.
+// Adds sigma_t of all smokes at the distances `t` to `sum`.
 WISP_MULTIVERSIONED void add_extinctions(const Medium &medium, const GridRay &ray, const Lanes &t, Lanes &sum) {
     LanePoints points;
     find_points(*medium.bricks, ray, t, points);
     LaneCells at;
     find_cells(points, 1, 1, at);
     for (uint32_t i = 0; i < medium.count; ++i) {
-        if (!medium.smokes[i].field.is_resampled) continue; // it is empty
+        if (!medium.smokes[i].field.is_resampled) continue; // this smoke is empty
         Lanes sigma;
         interpolate(at, medium.smokes[i].field.resampled.extinction, sigma);
         for (uint32_t l = 0; l < lanes; ++l) sum[l] += points.inside[l] ? sigma[l] : Real(0);
     }
 }
 
-// Below every depth: of a line that was not asked for yet; of one that misses smoke which is cut off.
+// Marks in place of a line's first depth: the line was not found yet; it misses smoke that is cut off.
 constexpr Real unknown = Real(-1), misses = Real(-2);
 
-// Whether there is smoke at the faces of a grid; sums over particles end at 0.
-bool reaches_its_faces(const SmokeDescription &smoke) {
+// Whether the density is above 0 at the faces of a grid. Sums over particles fall to 0 before they end.
+bool is_dense_at_faces(const SmokeDescription &smoke) {
     const GridDescription &grid = smoke.grid;
     if (!smoke.is_grid()) return false;
     if (!grid.density) return true;
-    const auto at_end = [](int32_t i, int32_t n) { return i == 0 || i == n - 1; };
+    const auto is_last = [](int32_t i, int32_t n) { return i == 0 || i == n - 1; };
     const Cell count = {grid.nx, grid.ny, grid.nz};
     for (int32_t z = 0; z < count.z; ++z)
         for (int32_t y = 0; y < count.y; ++y)
-            for (int32_t x = 0; x < count.x; x += at_end(z, count.z) || at_end(y, count.y) ? 1 : max(count.x - 1, 1))
+            for (int32_t x = 0; x < count.x; x += is_last(z, count.z) || is_last(y, count.y) ? 1 : max(count.x - 1, 1))
                 if (total_order_key(grid.density[index_of(count, {x, y, z})]) > 0) return true;
     return false;
 }
 
-// Of four values 0 to 3 at a place between the middle two: Catmull and Rom's cubic.
-struct Cubic {
+// The cubic of Catmull and Rom through four equally spaced values, at t from 0 to 1 between values 1 and 2.
+struct CatmullRom {
     Real weight[4];
-    explicit Cubic(Real t) {
+    explicit CatmullRom(Real t) {
         const Real half_t = t * Real(0.5), r = Real(1) - t;
         weight[0] = -half_t * r * r;
         weight[1] = r * (Real(1) + t - Real(1.5) * t * t);
@@ -57,14 +57,14 @@ struct Cubic {
 
 bool is_cut_off(const Medium &medium) {
     for (uint32_t i = 0; i < medium.count; ++i)
-        if (reaches_its_faces(*medium.smokes[i].source)) return true;
+        if (is_dense_at_faces(*medium.smokes[i].source)) return true;
     return false;
 }
 
 uint32_t light_face(const Light &light, const Vec3 &x) {
-    const Vec3 way = light.kind == LightKind::parallel ? light.direction : x - light.position;
-    const uint32_t axis = largest_axis(way);
-    return 2 * axis + (way[static_cast<int>(axis)] < Real(0) ? 1 : 0);
+    const Vec3 direction = light.kind == LightKind::parallel ? light.direction : x - light.position;
+    const uint32_t axis = largest_axis(direction);
+    return 2 * axis + (direction[static_cast<int>(axis)] < Real(0) ? 1 : 0);
 }
 
 DeepShadowMap::DeepShadowMap(const Medium &medium, bool cut_off, const Light &light, uint32_t face, const Box &bounds)
@@ -77,33 +77,33 @@ DeepShadowMap::DeepShadowMap(const Medium &medium, bool cut_off, const Light &li
     begin_ = fans_ ? max(min(low, high), Real(0)) : min(low, high);
     if (!(far > begin_)) return;
     const Vec3 &cell = medium.bricks->cell;
-    Real steepest = Real(1); // the longest part of a line for each unit of height, squared
+    Real squared = Real(1); // of the length of the longest line per unit of height
     uint32_t count[2];
     for (int32_t s = 0; s < 2; ++s) {
         side_[s] = (axis_ + 1 + s) % 3;
         const Real left = bounds.low[side_[s]] - from_[side_[s]], right = bounds.high[side_[s]] - from_[side_[s]];
-        Real least, most;
+        Real first, last; // the range of the lines: slopes, or offsets
         if (fans_) {
-            // Faces end where another axis is the largest.
+            // A face ends where another component becomes the largest: at slopes of -1 and 1.
             const auto slope = [&](Real aside, Real height) {
                 return abs(aside) < height ? aside / height : aside < Real(0) ? Real(-1) : Real(1);
             };
-            least = min(slope(left, begin_), slope(left, far)), most = max(slope(right, begin_), slope(right, far));
+            first = min(slope(left, begin_), slope(left, far)), last = max(slope(right, begin_), slope(right, far));
         } else {
             slope_[s] = light.direction[side_[s]] / (sign_ * light.direction[axis_]);
             const Real aside_near = slope_[s] * begin_, aside_far = slope_[s] * far;
-            least = left - max(aside_near, aside_far), most = right - min(aside_near, aside_far);
+            first = left - max(aside_near, aside_far), last = right - min(aside_near, aside_far);
         }
         distance_[s] = Real(1.5) * (fans_ ? cell[side_[s]] / far : cell[side_[s]]);
         inverse_distance_[s] = Real(1) / distance_[s];
-        low_[s] = least - distance_[s]; // a line more before and two behind, for the cubic
-        const Real lines = (most - least) * inverse_distance_[s];
+        low_[s] = first - distance_[s]; // the cubic needs one more line before and two behind
+        const Real lines = (last - first) * inverse_distance_[s];
         if (!(lines < Real(1 << 14))) return;
         count[s] = static_cast<uint32_t>(floor_to_int(lines)) + 4;
-        const Real aside = fans_ ? max(abs(least), abs(most)) : abs(slope_[s]);
-        steepest += aside * aside;
+        const Real aside = fans_ ? max(abs(first), abs(last)) : abs(slope_[s]);
+        squared += aside * aside;
     }
-    const Real layers = (far - begin_) * sqrt(steepest) / min(cell.x, min(cell.y, cell.z));
+    const Real layers = (far - begin_) * sqrt(squared) / min(cell.x, min(cell.y, cell.z));
     if (!(layers < Real(1 << 14))) return;
     layers_ = static_cast<uint32_t>(floor_to_int(layers)) + 1;
     layer_ = (far - begin_) / Real(static_cast<int32_t>(layers_));
@@ -123,14 +123,14 @@ DeepShadowMap::Place DeepShadowMap::place_of(const Vec3 &x) const {
     return {across[0], across[1], layer};
 }
 
-void DeepShadowMap::begin_row(uint32_t row, Real *kept) const {
-    for (uint32_t column = 0; column < count_[0]; ++column) *line(kept, row, column) = unknown;
+void DeepShadowMap::begin_row(uint32_t row, Real *cache) const {
+    for (uint32_t column = 0; column < count_[0]; ++column) *line(cache, row, column) = unknown;
 }
 
 void DeepShadowMap::find_line(uint32_t row, uint32_t column, Real *depth) const {
     const SparseGrid &bricks = *medium_->bricks;
     const uint32_t at[2] = {column, row};
-    Ray ray; // its distances are heights above `begin_`
+    Ray ray; // distances along this ray are heights above begin_
     ray.direction[axis_] = sign_;
     ray.origin[axis_] = from_[axis_] + sign_ * begin_;
     Real squared = Real(1);
@@ -149,37 +149,37 @@ void DeepShadowMap::find_line(uint32_t row, uint32_t column, Real *depth) const 
         return;
     }
 
-    // What each layer adds stands at its far border; layers without smoke are left out.
-    const GridRay in_bricks(bricks, ray);
+    // depth[k + 1] holds the depth of layer k alone. Layers without smoke are skipped.
+    const GridRay grid_ray(bricks, ray);
     uint32_t next = 0;
     for_each_brick(bricks, ray, entry, end, [&](uint32_t, Real from, Real to) {
         const uint32_t first = static_cast<uint32_t>(floor_to_int(max(from, Real(0)) * inverse_layer_)),
                        last = min(static_cast<uint32_t>(floor_to_int(to * inverse_layer_)), layers_ - 1);
         for (next = max(next, first); next <= last; next += lanes) {
-            Lanes t, part, sigma = {};
+            Lanes t, fraction, sigma = {};
             for (uint32_t l = 0; l < lanes; ++l) {
                 const Real low = Real(static_cast<int32_t>(next + l)) * layer_;
-                const Real begins = max(low, entry), ends = min(low + layer_, end);
-                t[l] = (begins + ends) * Real(0.5);
-                part[l] = max(ends - begins, Real(0)) * inverse_layer_;
+                const Real layer_begin = max(low, entry), layer_end = min(low + layer_, end);
+                t[l] = (layer_begin + layer_end) * Real(0.5);
+                fraction[l] = max(layer_end - layer_begin, Real(0)) * inverse_layer_;
             }
-            add_extinctions(*medium_, in_bricks, t, sigma);
+            add_extinctions(*medium_, grid_ray, t, sigma);
             for (uint32_t l = 0; l < lanes && next + l < layers_; ++l)
-                depth[next + l + 1] = sigma[l] * part[l] * length;
+                depth[next + l + 1] = sigma[l] * fraction[l] * length;
         }
         return true;
     });
     for (uint32_t k = 0; k < layers_; ++k) depth[k + 1] += depth[k];
 }
 
-Real DeepShadowMap::depth(const Vec3 &x, Real *kept, uint64_t &found) const {
+Real DeepShadowMap::depth(const Vec3 &x, Real *cache, uint64_t &found) const {
     const Place at = place_of(x);
     const int32_t column = truncate(at.u), row = truncate(at.v),
                   layer = min(truncate(at.layer), static_cast<int32_t>(layers_) - 1);
-    const Cubic across(at.u - Real(column)), down(at.v - Real(row));
+    const CatmullRom across(at.u - Real(column)), down(at.v - Real(row));
     const Real t = at.layer - Real(layer);
     const auto line_at = [&](int32_t i, int32_t j) {
-        return line(kept, static_cast<uint32_t>(row + j - 1), static_cast<uint32_t>(column + i - 1));
+        return line(cache, static_cast<uint32_t>(row + j - 1), static_cast<uint32_t>(column + i - 1));
     };
     for (int32_t j = 0; j < 4; ++j)
         for (int32_t i = 0; i < 4; ++i) {

@@ -1,20 +1,20 @@
-// Lights and their irradiance.
+// The irradiance of lights, and its mean over a segment of a ray (README, Equi-angular mean).
 #include "core/lights/light.h"
 
 namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr Real closest = Real(0x1p-10); // a light is never nearer than this to a stretch of a ray
-constexpr Real infinitely_far = Real(0x1p20);
+constexpr Real min_distance = Real(0x1p-10);     // from a light to a segment of a ray
+constexpr Real parallel_distance = Real(0x1p20); // from any point to a parallel light
 
-// intensity times the mean of 1 / r^2 over the straight stretch from a to b, both relative to the light: that mean is
-// angle / (distance of the line * length) = angle / |a x b|. The intensity is divided first: in fixed point 1 / r^2 of
-// a distant light has no digits left.
+// The intensity times the mean of 1/r^2 over the segment from a to b; both points are relative to the light. The mean
+// is angle / (distance of the line * length) = angle / |a x b|, where the angle is that between a and b. The code
+// divides the intensity first: in fixed point, 1/r^2 of a distant light has no digits left.
 Color mean_irradiance(const Color &intensity, const Vec3 &a, const Vec3 &b) {
-    const Real near = max(length(a), closest), far = max(length(b), closest);
-    const Real floor = length(b - a) * closest, area = max(length(cross(a, b)), floor), cosine = dot(a, b);
-    // angle / sine for small angles: its series, where the quotient would lose its digits.
+    const Real near = max(length(a), min_distance), far = max(length(b), min_distance);
+    const Real floor = length(b - a) * min_distance, area = max(length(cross(a, b)), floor), cosine = dot(a, b);
+    // For small angles, angle / sine by its series: the quotient would lose its digits.
     if (area < Real(1.0 / 16) * cosine || floor == Real(0)) {
         const Real sine = area / near / far, s2 = sine * sine;
         return intensity / near / far * (Real(1) + s2 * (Real(1.0 / 6) + s2 * Real(3.0 / 40)));
@@ -36,10 +36,10 @@ Light *make_lights(const Scene &scene, Arena &arena) {
 }
 
 Illumination illuminate(const Light &light, const Vec3 &x, const Vec3 &a, const Vec3 &b) {
-    if (light.kind == LightKind::parallel) return {light.direction, infinitely_far, light.color};
+    if (light.kind == LightKind::parallel) return {light.direction, parallel_distance, light.color};
     const Vec3 from_light = x - light.position;
     const Real distance = length(from_light);
-    // At the light itself any direction will do; the floor keeps the irradiance finite.
+    // At the light itself, any direction is right. min_distance keeps the irradiance finite.
     const Vec3 direction = distance > Real(0) ? from_light / distance : Vec3(Real(0), Real(0), Real(1));
     if (light.kind == LightKind::constant) return {direction, distance, light.color};
     if (light.kind == LightKind::spot && !in_cone(direction, light.direction, light.one_minus_cosine))

@@ -1,4 +1,4 @@
-// Lights: the irradiance that a point receives from each of them.
+// Lights, and the irradiance that a point receives from each of them. README.md has the units of each kind.
 #pragma once
 #include "core/numbers/vec.h"
 #include "wisp/arena.h"
@@ -8,27 +8,28 @@ namespace wisp::WISP_ARITH {
 
 struct Light {
     LightKind kind;
-    Vec3 position;
-    Vec3 direction;        // whither it travels (spot, parallel)
-    Real one_minus_cosine; // of half a spot's angle
-    Color color;           // intensity or irradiance
+    Vec3 position;         // point, spot, constant
+    Vec3 direction;        // spot, parallel: the unit vector along which the light travels
+    Real one_minus_cosine; // spot: of the half angle of its cone
+    Color color;           // point, spot: intensity; parallel, constant: irradiance
 };
 
 Light make_light(const LightSource &source);
 Light *make_lights(const Scene &scene, Arena &arena); // nullptr: the arena was too small
 
 struct Illumination {
-    Vec3 direction; // unit vector along which the light travels
-    Real distance;  // to the light; beyond any scene for a parallel one
+    Vec3 direction; // the unit vector along which the light travels
+    Real distance;  // to the light; 2^20 for a parallel light, farther than any scene is wide
     Color irradiance;
 };
 
-// What reaches x unattenuated. With a stretch of a ray from `a` to `b` around x the inverse square is its mean over
-// that stretch (the equi-angular integral), so that a march past a light has no spike; the stretch's distance from
-// the light is taken as at least 2^-10. With a = b = x it is the plain inverse square under the same floor.
+// The light at x without attenuation, on a surface that faces the light. For a point light or a spot the factor 1/r^2
+// is replaced by its mean over the segment of a ray from `a` to `b` around x: a ray march that passes close to a light
+// then has no spike. a = b = x gives the plain 1/r^2. Distances to the light are limited to at least 2^-10.
 Illumination illuminate(const Light &light, const Vec3 &x, const Vec3 &a, const Vec3 &b);
 
-// Whether the unit vector `direction` lies in the cone of `one_minus_cosine` about the unit vector `axis`.
+// Whether the unit vector `direction` lies in the cone about the unit vector `axis`: |direction - axis|^2 is
+// 2 (1 - cosine), which keeps its digits for narrow cones.
 inline bool in_cone(const Vec3 &direction, const Vec3 &axis, Real one_minus_cosine) {
     const Vec3 chord = direction - axis;
     return dot(chord, chord) <= Real(2) * one_minus_cosine;

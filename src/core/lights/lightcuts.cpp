@@ -1,4 +1,4 @@
-// Lightcuts: the trees of lights, and how much a node of them may give.
+// Lightcuts: building the trees of lights, and bounding the light of a node.
 #include "core/lights/lightcuts.h"
 #include "core/numbers/random.h"
 #include <algorithm>
@@ -8,50 +8,50 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr Real nearest_known = Real(0x1p-8); // nearer to a box no direction is sure
-constexpr int strongest_exponent = 16;       // of irradiances that a bound is known for
-// Bounds hold for what is computed: so much is added, relative to the sizes of vectors and to the bound; and, in units
-// of the last place, for numbers that are so small that they have a last place of their own.
+constexpr Real min_distance = Real(0x1p-8); // to a box: below it no direction is certain, and there is no bound
+constexpr int max_irradiance_exponent = 16; // above it there is no bound either
+// Bounds hold for the values as computed. They are enlarged relative to the lengths of vectors and to the bound itself,
+// and by units of the last place for numbers near the end of the range.
 constexpr Real vector_slack = Real(0x1p-20), bound_slack = Real(0x1p-12);
 constexpr Real last_place = Real(std::is_same<Real, Fixed>::value ? 0x1p-32 : 0x1p-120);
 
-// Where a node's box has the light: parallel ones are as if a unit away.
+// The position of a light in the box of its node. A parallel light counts as one unit away.
 Vec3 place_of(const Light &light) { return light.kind == LightKind::parallel ? -light.direction : light.position; }
 
 LightNode node_of(const Light &light, uint32_t index) {
     const Vec3 place = place_of(light);
     const bool spot = light.kind == LightKind::spot;
     const Vec3 direction = spot ? light.direction : Vec3(Real(0));
-    const Real widest = spot ? light.one_minus_cosine : Real(2);
-    return {{place, place}, {direction, direction}, widest, light.color, 1, index, 0};
+    const Real one_minus_cosine = spot ? light.one_minus_cosine : Real(2);
+    return {{place, place}, {direction, direction}, one_minus_cosine, light.color, 1, index, 0};
 }
 
 Box joined(const Box &a, const Box &b) { return {min(a.low, b.low), max(a.high, b.high)}; }
 
-// The representative is one of the children's, each as likely as it is bright, by a hash of the first child's number.
+// The representative is that of one child, chosen in proportion to its brightness by a hash of the first child's index.
 LightNode joined(const LightNode &a, const LightNode &b, uint32_t children) {
-    const Real share = unit_half_open<Real>(draw(photon_event(0, children), 0));
-    const bool first = share * largest(a.color + b.color) < largest(a.color);
+    const Real xi = unit_half_open<Real>(draw(photon_event(0, children), 0));
+    const bool first = xi * largest(a.color + b.color) < largest(a.color);
     return {joined(a.box, b.box),
             joined(a.directions, b.directions),
-            max(a.widest, b.widest),
+            max(a.max_one_minus_cosine, b.max_one_minus_cosine),
             a.color + b.color,
             a.count + b.count,
             first ? a.light : b.light,
             children};
 }
 
-// What a cluster costs: how bright it is times its size squared, that of directions included.
+// The cost of a cluster is its brightness times the squared size of its boxes, of positions and of directions.
 struct Cluster {
     Box box, directions;
     Real weight;
 };
 
-// Splits lights into clusters, by numbers relative to those of all: what is squared stays in range.
+// Splits lights into clusters. Its numbers are relative to those of all lights, so that squares stay in range.
 struct Splitter {
     const Light *lights;
     uint32_t *order; // of the lights
-    Real *cost;      // of those from one on to the end
+    Real *cost;      // cost[i]: of the lights from i to the end
     Real unit, brightness;
 
     Cluster cluster_of(uint32_t light) const {
@@ -84,12 +84,12 @@ struct Splitter {
         if (edge > Real(0)) unit = edge;
         if (all.weight > Real(0)) brightness = all.weight;
     }
-    // Sorts them so that the first part is one cluster and the rest another, and returns where the rest begins: the
-    // cheapest way along an axis, neither part less than a sixteenth, so that trees are not deep.
+    // Sorts the lights into two clusters of the least total cost, along one axis, and returns where the second begins.
+    // Neither has less than 1/16 of the lights, so that trees are not deep.
     uint32_t split(uint32_t begin, uint32_t end) const {
-        const uint32_t least = std::max((end - begin) / 16, uint32_t{1});
+        const uint32_t min_count = std::max((end - begin) / 16, uint32_t{1});
         const int axes = lights[order[begin]].kind == LightKind::spot ? 6 : 3;
-        uint32_t middle = begin + least;
+        uint32_t middle = begin + min_count;
         int best_axis = 0;
         Real best = no_bound;
         for (int axis = 0; axis < axes; ++axis) {
@@ -100,9 +100,9 @@ struct Splitter {
                 add(rest, cluster_of(order[i]));
                 cost[i] = cost_of(rest);
             }
-            for (uint32_t i = begin + 1; i <= end - least; ++i) {
+            for (uint32_t i = begin + 1; i <= end - min_count; ++i) {
                 const Real sum = cost_of(first) + cost[i];
-                if (i >= begin + least && sum < best) {
+                if (i >= begin + min_count && sum < best) {
                     best = sum;
                     best_axis = axis;
                     middle = i;
@@ -115,12 +115,12 @@ struct Splitter {
     }
 };
 
-// Lights from first to end of an order.
+// The lights `first` to `end` - 1 of the sorted order.
 struct Range {
     uint32_t first, end;
 };
 
-// What a point sees of a box: its corners from there.
+// A box relative to a point, with its nearest distance and the sphere around it, both allowing for rounding.
 struct SeenBox {
     Vec3 low, high, middle;
     Real radius, nearest, slack;
@@ -138,10 +138,10 @@ SeenBox seen_from(const Vec3 &point, const Box &box) {
     return seen;
 }
 
-// No cosine between `axis`, a unit vector a, and the way v to a point of the box is larger. Let z = a v, and r be the
-// distance of v from the axis: the cosine is z / |v| = z / sqrt(z^2 + r^2). No z is larger than that of the box's
-// corners, Z, and if that is not above 0 no cosine is. No r is smaller than R, the middle's less the radius. For z > 0
-// the cosine grows with z and falls with r, so it is at most Z / sqrt(Z^2 + R^2); and at most Z / the nearest |v|.
+// An upper bound of the cosine between the unit vector a = `axis` and the vector v to any point of the box. Let z = a
+// v, and let r be the distance of v from the axis: the cosine is z / |v| = z / sqrt(z^2 + r^2). The largest z is that
+// of a corner, Z; if Z <= 0, no cosine is above 0. The smallest r is at least R, that of the centre minus the radius.
+// For z > 0 the cosine grows with z and falls with r, so it is at most Z / sqrt(Z^2 + R^2), and at most Z / min |v|.
 Real max_cosine(const SeenBox &box, const Vec3 &axis) {
     const Vec3 farther = max(axis * box.low, axis * box.high);
     const Real along = farther.x + farther.y + farther.z + box.slack;
@@ -150,15 +150,15 @@ Real max_cosine(const SeenBox &box, const Vec3 &axis) {
     return min(Real(1), along / max(box.nearest, sqrt(along * along + across * across)));
 }
 
-// No spot of the node reaches the point if even the largest product of a way to the point with a direction, coordinate
-// by coordinate, makes a cosine (divided by the least distance, or the largest if it is below 0) outside every cone.
+// Whether no spot of the node reaches the point. The largest product of a vector to the point with an axis is bounded
+// coordinate by coordinate. Divided by the least distance (by the largest, if the product is below 0), it is an upper
+// bound of the cosine, which must lie outside the widest cone.
 bool is_outside(const SeenBox &box, const LightNode &node) {
     const Box &d = node.directions;
-    const Vec3 farther =
-        max(max(-box.low * d.low, -box.low * d.high), max(-box.high * d.low, -box.high * d.high));
+    const Vec3 farther = max(max(-box.low * d.low, -box.low * d.high), max(-box.high * d.low, -box.high * d.high));
     const Real along = farther.x + farther.y + farther.z + box.slack;
     const Real distance = along > Real(0) ? box.nearest : length(box.middle) + box.radius;
-    return along / distance + bound_slack < Real(1) - node.widest;
+    return along / distance + bound_slack < Real(1) - node.max_one_minus_cosine;
 }
 
 } // namespace
@@ -171,12 +171,12 @@ uint64_t light_cut_bytes(const Scene &scene) {
 
 bool make_light_cuts(const Light *lights, uint32_t count, Arena &arena, LightCuts &cuts) {
     LightNode *nodes = arena.make<LightNode>(2 * size_t{count});
-    cuts = {lights, nodes, 0, 0, {}, arena.make<CutNode>(count), Real(0.02), 1000}; // Lightcuts' own
+    cuts = {lights, nodes, 0, 0, {}, arena.make<CutNode>(count), Real(0.02), 1000}; // the values of the paper
     const size_t mark = arena.mark();
     Range *range = arena.make<Range>(2 * size_t{count});
     Splitter splitter = {lights, arena.make<uint32_t>(count), arena.make<Real>(count), Real(1), Real(1)};
     if (!nodes || !cuts.heap || !range || !splitter.order || !splitter.cost) return false;
-    uint32_t sorted = 0, made = 0; // lights in order, nodes
+    uint32_t sorted = 0, made = 0; // numbers of lights sorted, and of nodes made
     for (const LightKind kind : {LightKind::point, LightKind::spot, LightKind::parallel, LightKind::constant}) {
         const uint32_t begin = sorted, root = made;
         for (uint32_t i = 0; i < count; ++i)
@@ -207,14 +207,15 @@ bool make_light_cuts(const Light *lights, uint32_t count, Arena &arena, LightCut
 Real max_light(const LightCuts &cuts, const LightNode &node, const LitPoint &point) {
     const LightKind kind = cuts.lights[node.light].kind;
     const SeenBox box = seen_from(kind == LightKind::parallel ? Vec3(Real(0)) : point.position, node.box);
-    if (box.nearest < nearest_known) return no_bound;
+    if (box.nearest < min_distance) return no_bound;
     const bool falls_off = kind == LightKind::point || kind == LightKind::spot;
-    if (falls_off && scale_pow2(largest(node.color), -strongest_exponent) > box.nearest * box.nearest) return no_bound;
+    if (falls_off && scale_pow2(largest(node.color), -max_irradiance_exponent) > box.nearest * box.nearest)
+        return no_bound;
     if (kind == LightKind::spot && is_outside(box, node)) return Real(0);
     const Real cosine = max_cosine(box, point.normal);
     if (!(cosine > Real(0)) || !(max_cosine(box, point.plane) > Real(0))) return Real(0);
-    // No light is nearer than the box, more slanted than the cosine says, or farther off the highlight, and none is
-    // more than seen; each factor is at its largest.
+    // Bound each factor by itself: 1/r^2 by the nearest distance, the cosines of the normal and the highlight by their
+    // upper bounds, and visibility by 1.
     const Real rounding = Real(static_cast<int32_t>(node.count)) * last_place;
     Color irradiance = node.color;
     if (falls_off) irradiance = irradiance / box.nearest / box.nearest + Color(rounding * Real(256));

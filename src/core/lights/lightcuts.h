@@ -1,13 +1,14 @@
-// Lightcuts (Walter, Fernandez, Arbree, Bala, Donikian, Greenberg 2005): surfaces lit by many lights, most of them in
-// clusters that one light of theirs stands for.
+// Lightcuts (Walter et al. 2005, README): surfaces lit by many lights, most of which are grouped in clusters.
 //
-// The lights of each kind are the leaves of a binary tree. For a point, a cut through the trees gives its light: each
-// of its nodes all that its lights emit together, as if that came from the node's representative, in whose shadow the
-// point may be. A cut begins with the roots, and the node that may err most is replaced by its children until none may
-// err by more than `error` of what the cut gives, or the cut has `most` nodes. Lights themselves are exact.
+// The lights of each kind are the leaves of a binary tree. A node is a cluster of the lights below it: it has the
+// colour of all of them together, at the position of one of them, the representative. For a point, a cut through the
+// trees approximates the light of all lights by that of its nodes; one shadow ray per node, towards the representative,
+// decides whether the node is visible. A cut begins with the roots. The node with the largest error bound is replaced
+// by its children, until no bound exceeds `error` times the sum over the cut, or the cut has `max_nodes` nodes. Leaves
+// are exact.
 //
-// What a node's lights give, and what it gives for them, lies between 0 and max_light(): so no node of a cut that is
-// below `most` errs by more than `error` of the largest channel of the cut's sum.
+// Both the light of a cluster and its approximation lie between 0 and max_light(), which therefore bounds the error. So
+// in a cut with fewer than `max_nodes` nodes, no node errs by more than `error` of the largest channel of the sum.
 #pragma once
 #include "core/geometry/ray.h"
 #include "core/lights/light.h"
@@ -15,25 +16,27 @@
 
 namespace wisp::WISP_ARITH {
 
-// Children lie behind their parents.
+// A node of a tree. Children come after their parents in the array.
 struct LightNode {
     Box box;                         // of the lights' positions; parallel: of the unit vectors towards them
-    Box directions;                  // of what they travel along
-    Real widest;                     // one_minus_cosine of the widest of them
-    Color color;                     // of all together
-    uint32_t count, light, children; // lights in it; the representative; the first of two, 0: it is a light
+    Box directions;                  // of the axes of spots
+    Real max_one_minus_cosine;       // of the widest spot
+    Color color;                     // the sum of the lights' colours
+    uint32_t count, light, children; // number of lights; the representative; the first of two children, 0: a leaf
 };
 
-// A point of a surface, and the ray that sees it: what light becomes there.
+// A point of a surface with its material, and the ray that hit it.
 struct LitPoint {
-    Vec3 position, plane, normal, mirrored; // unit vectors; the last: the ray's direction off the normal's mirror
+    Vec3 position;
+    Vec3 plane, normal, mirrored; // unit vectors: the geometric and the shading normal; the reflected direction
     Color diffuse, specular;
     Real shininess;
 };
 
-// What a light's irradiance is multiplied by; all 0 where the light is behind the surface or in shadow.
+// The factor from a light's irradiance to the radiance that the point reflects: 0 where the light is behind the surface
+// or in shadow.
 struct Response {
-    bool known;
+    bool known; // false: not computed yet
     Color factor;
 };
 
@@ -42,41 +45,41 @@ struct CutNode {
     Real bound;
     uint32_t node;
     Response response; // of its representative
-    Color given;
+    Color contribution;
 };
 
 struct LightCuts {
     const Light *lights;
     const LightNode *nodes;
     uint32_t node_count, root_count;
-    uint32_t roots[4]; // one for each kind that there is
-    CutNode *heap;     // room for a cut
+    uint32_t roots[4]; // one per kind of light
+    CutNode *heap;     // workspace
     Real error;
-    uint32_t most;
+    uint32_t max_nodes;
 };
 
 uint64_t light_cut_bytes(const Scene &scene);
 
-// False: the arena was too small. In fixed point the lights' colors together must stay below 2^30.
+// False: the arena was too small. In fixed point the sum of the lights' colours must stay below 2^30.
 bool make_light_cuts(const Light *lights, uint32_t count, Arena &arena, LightCuts &cuts);
 
-// An upper bound of the largest channel of what the node's lights, or its representative for them, may give to the
-// point; `no_bound` where the point is so near that none is known.
+// An upper bound of the largest channel of the reflected radiance from the node's lights, or from its representative in
+// their place; `no_bound` where the point is too near to the node's box. The derivation is in the source file.
 constexpr Real no_bound = std::numeric_limits<Real>::max();
 Real max_light(const LightCuts &cuts, const LightNode &node, const LitPoint &point);
 
-// A light as bright as a node, where its representative is.
+// The light that stands for a node: the representative with the colour of all lights.
 inline Light representative(const LightCuts &cuts, const LightNode &node) {
     Light light = cuts.lights[node.light];
     light.color = node.color;
     return light;
 }
 
-// The heap of `size` nodes has the largest bound first, of equal ones the first node.
+// A heap of `size` nodes: the largest bound comes first; of equal ones, the lowest node.
 void push(CutNode *heap, uint32_t &size, const CutNode &node);
 CutNode pop(CutNode *heap, uint32_t &size);
 
-// base^exponent for 0 <= base <= 1: Phong's highlight.
+// base^exponent for 0 <= base <= 1, as in Phong's highlight.
 inline Real power(Real base, Real exponent) {
     if (exponent == Real(0)) return Real(1);
     return base > Real(0) ? exp(exponent * log(min(base, Real(1)))) : Real(0);
@@ -84,14 +87,16 @@ inline Real power(Real base, Real exponent) {
 
 struct LightOfCut {
     Color sum;
-    uint32_t clusters; // of the cut, left in the heap; all else are lights themselves
+    uint32_t clusters; // nodes of the cut with children; they are the heap's. The other nodes are single lights
 };
 
-// What the lights give to the point. respond(light, illumination) tells the factor of one.
-template <class Respond> LightOfCut light_of_cut(const LightCuts &cuts, const LitPoint &point, Respond &&respond) {
+// The radiance that the point reflects from all lights. shade_light(light, illumination) computes the factor of one
+// light, its shadow included.
+template <class ShadeLight>
+LightOfCut light_of_cut(const LightCuts &cuts, const LitPoint &point, ShadeLight &&shade_light) {
     CutNode *const heap = cuts.heap;
-    uint32_t size = 0, lights = 0; // of the cut: nodes with children, and without
-    Color of_lights(Real(0)), estimate(Real(0));
+    uint32_t size = 0, lights = 0; // nodes of the cut with children, and leaves
+    Color leaf_sum(Real(0)), estimate(Real(0));
     const auto add = [&](uint32_t index, uint32_t known_light, const Response &known) {
         const LightNode &node = cuts.nodes[index];
         const bool leaf = node.children == 0;
@@ -101,32 +106,32 @@ template <class Respond> LightOfCut light_of_cut(const LightCuts &cuts, const Li
             const Light light = representative(cuts, node);
             const Illumination from = illuminate(light, point.position, point.position, point.position);
             const bool same = known.known && node.light == known_light;
-            cut.response = {true, same ? known.factor : respond(node.light, from)};
-            cut.given = from.irradiance * cut.response.factor;
-            estimate += cut.given;
+            cut.response = {true, same ? known.factor : shade_light(node.light, from)};
+            cut.contribution = from.irradiance * cut.response.factor;
+            estimate += cut.contribution;
         }
         if (leaf) {
             ++lights;
-            of_lights += cut.given;
+            leaf_sum += cut.contribution;
         } else {
             push(heap, size, cut);
         }
     };
-    const auto is_fine = [&] { // the node that may err most
+    const auto is_fine = [&] { // heap[0] has the largest bound
         return heap[0].bound < no_bound &&
-               (size + lights >= cuts.most || heap[0].bound <= cuts.error * largest(estimate));
+               (size + lights >= cuts.max_nodes || heap[0].bound <= cuts.error * largest(estimate));
     };
     for (uint32_t i = 0; i < cuts.root_count; ++i) add(cuts.roots[i], 0, {});
     for (;;) {
         if (size == 0 || is_fine()) {
-            // What has come and gone has left its rounding in the estimate: it is added up anew.
-            estimate = of_lights;
-            for (uint32_t i = 0; i < size; ++i) estimate += heap[i].given;
+            // Replaced nodes have left their rounding errors in the estimate: add it up anew.
+            estimate = leaf_sum;
+            for (uint32_t i = 0; i < size; ++i) estimate += heap[i].contribution;
             if (size == 0 || is_fine()) return {estimate, size};
         }
         const CutNode cut = pop(heap, size);
         const LightNode &node = cuts.nodes[cut.node];
-        estimate -= cut.given;
+        estimate -= cut.contribution;
         for (uint32_t child = node.children; child < node.children + 2; ++child) add(child, node.light, cut.response);
     }
 }

@@ -1,8 +1,6 @@
-// Optical depths from the nodes of bricks to every light, kept once found: what lies between is interpolated, so that a
-// march need not ask for a shadow at every step.
-//
-// Between nodes a linear interpolation lies above a hollow and below a bump, by a twelfth of the second difference in
-// the mean along each axis: that is taken from the nodes, so that what is interpolated has the right mean.
+// Optical depths from the nodes of a sparse grid to every light. A march interpolates them, so no step needs a shadow
+// ray through the smoke. The nodes are corrected so that the interpolation has the right mean (README, Optical depth
+// grid).
 #pragma once
 #include "core/lights/light.h"
 #include "core/smoke/medium.h"
@@ -14,21 +12,24 @@ struct OpticalDepthGrid {
     const Light *lights;
     uint32_t light_count;
     const SparseGrid *bricks;
-    int32_t stride;
-    const Real *depth; // by brick: nodes_of(stride) for each light; 0 where there is no smoke around
+    int32_t spacing;   // cells between nodes: 1, 2, 4 or 8
+    const Real *depth; // nodes_of(spacing) values per light, light after light, brick after brick; 0 outside of smoke
 };
 
-// False: the arena was too small.
+// Finds the depths of all nodes that have smoke around them: along the lines of a deep shadow map where that is
+// cheaper, by a ray per node elsewhere. Adds the lines and rays to `shadow_rays`. False: the arena was too small.
 bool make_optical_depth_grid(const Medium &medium, const Light *lights, uint32_t light_count, const SparseGrid &bricks,
-                             int32_t stride, Arena &arena, uint64_t *shadow_rays, OpticalDepthGrid &depths);
-uint64_t optical_depth_grid_bytes(uint64_t bricks, uint32_t light_count, int32_t stride);
+                             int32_t spacing, Arena &arena, uint64_t *shadow_rays, OpticalDepthGrid &depths);
+// The bytes that make_optical_depth_grid takes at most, for `bricks` bricks.
+uint64_t optical_depth_grid_bytes(uint64_t bricks, uint32_t light_count, int32_t spacing);
 
-// Those of a brick: of each light its nodes.
+// The depths of one brick, as OpticalDepthGrid::depth orders them.
 inline const Real *depths_of_brick(const OpticalDepthGrid &depths, uint32_t brick) {
-    return depths.depth + size_t{brick} * depths.light_count * nodes_of(depths.stride);
+    return depths.depth + size_t{brick} * depths.light_count * nodes_of(depths.spacing);
 }
 
-// The depth between x, in the medium's bounds, and light l: trilinear. 0 where there is no brick.
+// The optical depth, at least 0, from x in the medium's bounds to light l: trilinear between nodes; 0 outside of all
+// bricks. Its error falls with the square of the spacing.
 Real optical_depth_to_light(const OpticalDepthGrid &depths, uint32_t l, const Vec3 &x);
 
 } // namespace wisp::WISP_ARITH

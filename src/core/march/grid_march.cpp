@@ -126,8 +126,8 @@ WISP_INLINE void gather_lights(const M &marcher, const SmokeVolume &smoke, const
     const Vec3 out = -ray.direction;
     if (depths.light_count > 0) {
         LaneCells at;
-        find_cells(group.points, depths.stride, static_cast<int32_t>(depths.light_count), at);
-        const int32_t nodes = static_cast<int32_t>(nodes_of(depths.stride));
+        find_cells(group.points, depths.spacing, static_cast<int32_t>(depths.light_count), at);
+        const int32_t nodes = static_cast<int32_t>(nodes_of(depths.spacing));
         for (uint32_t light = 0; light < depths.light_count; ++light) {
             LaneLight lit;
             const Light &from = depths.lights[light];
@@ -162,12 +162,12 @@ WISP_INLINE void gather_harmonics(const Irradiance &map, const Phase &phase, con
                                  Lanes &sent) {
     LaneCells at;
     find_cells(group.points, map.harmonic_spacing, 1, at);
-    const SphericalHarmonics seen = seen_harmonics(phase, out);
+    const SphericalHarmonics seen = phase_harmonics(phase, out);
     const auto sum = [&](int32_t node) {
         const uint32_t *packed = map.harmonics + node * static_cast<int32_t>(harmonic_words);
         Real total = Real(0);
         for (uint32_t i = 0; i < harmonic_count; ++i)
-            total += seen.of[i] * Real(flux_units(packed[i / 3], static_cast<int32_t>(i % 3)));
+            total += seen.value[i] * Real(flux_units(packed[i / 3], static_cast<int32_t>(i % 3)));
         return total;
     };
     interpolate(at, sum, sent);
@@ -183,7 +183,7 @@ WISP_INLINE void gather_scattered(const GridMarcher &marcher, const SmokeVolume 
     int32_t first[lanes], stride[lanes], exponent[lanes];
     for (uint32_t l = 0; l < lanes; ++l) {
         first[l] = map.first[group.points.brick[l]];
-        stride[l] = map.stride[group.points.brick[l]];
+        stride[l] = map.spacing[group.points.brick[l]];
         exponent[l] = map.exponent[group.points.brick[l]];
     }
     LaneCells at;
@@ -197,7 +197,7 @@ WISP_INLINE void gather_scattered(const GridMarcher &marcher, const SmokeVolume 
                 at, [&map, c](int32_t node) { return unpack_flux(map.flux[node])[c]; }, flux[c]);
         for (uint32_t l = 0; l < lanes; ++l)
             p[l] = phase_of_flux(smoke.phase, Vec3(flux[0][l], flux[1][l], flux[2][l]), out) * four_pi<Real>;
-        if (map.harmonics && takes_harmonics(smoke.phase.asymmetry())) {
+        if (map.harmonics && uses_harmonics(smoke.phase.asymmetry())) {
             Lanes more;
             gather_harmonics(map, smoke.phase, group, out, more);
             for (uint32_t l = 0; l < lanes; ++l) {

@@ -1,18 +1,18 @@
-// Where photons come from (S2).
+// Where photons start, and with which power (S2).
 #include "core/photons/emitter.h"
 
 namespace wisp::WISP_ARITH {
 
 namespace {
 
-// A direction inside the cone of `one_minus_cosine` about the axis, uniform in solid angle.
+// A direction in a cone about the axis, uniform in solid angle.
 Vec3 direction_in_cone(const Vec3 &axis, Real one_minus_cosine, Event event) {
     const Real u = unit_open<Real>(draw(event, dimension_direction_1)) * one_minus_cosine; // 1 - cosine
     const Real sine = sqrt(max(Real(0), u * (Real(2) - u)));
     return deflect(axis, {Real(1) - u, min(sine, Real(1))}, unit_half_open<Real>(draw(event, dimension_direction_2)));
 }
 
-// A photon of an emitter drawn in proportion to its largest channel, so that all photons carry the same there.
+// Chooses an emitter in proportion to its largest channel. All photons then carry the same largest channel.
 const Emitter &choose(const Emitters &emitters, Event event) {
     Real rest = unit_half_open<Real>(draw(event, dimension_light)) * emitters.power;
     uint32_t i = 0;
@@ -32,12 +32,12 @@ Emitter make_emitter(const Light &light, const Sphere &smoke) {
     const Real brightest = largest(light.color);
     if (!(brightest > Real(0)) || !(smoke.radius > Real(0))) return emitter;
     emitter.photon_color = light.color / brightest;
-    if (light.kind == LightKind::parallel) { // a disc across the light that shades the sphere
+    if (light.kind == LightKind::parallel) { // the photons of a disc that covers the sphere
         emitter.power = light.color * (pi<Real> * smoke.radius * smoke.radius);
         return emitter;
     }
-    // The cone that holds the sphere, or the spot's own where that is narrower; the whole sphere of directions from
-    // inside the smoke.
+    // The cone that holds the sphere, or the cone of the spot if that is narrower. From inside the smoke: all
+    // directions.
     const Vec3 to_smoke = smoke.center - light.position;
     const Real distance = length(to_smoke);
     emitter.one_minus_cosine = Real(2);
@@ -53,7 +53,7 @@ Emitter make_emitter(const Light &light, const Sphere &smoke) {
     }
     const Real solid_angle = two_pi<Real> * emitter.one_minus_cosine;
     emitter.power = light.color * solid_angle;
-    if (light.kind == LightKind::constant) { // E d^2 at the first collision, so at most this
+    if (light.kind == LightKind::constant) { // a photon carries E d^2 of its first collision: this is the upper bound
         const Real farthest = distance + smoke.radius;
         emitter.reach_squared = farthest * farthest;
         emitter.power = emitter.power * emitter.reach_squared;
@@ -71,33 +71,32 @@ Photon emit(const Emitter &emitter, const Sphere &smoke, Event event) {
         return {{start, light.direction}, emitter.photon_color, true};
     }
     const Vec3 direction = direction_in_cone(emitter.axis, emitter.one_minus_cosine, event);
-    const bool leaves = light.kind != LightKind::spot || in_cone(direction, light.direction, light.one_minus_cosine);
-    return {{light.position, direction}, emitter.photon_color, leaves};
+    const bool emitted = light.kind != LightKind::spot || in_cone(direction, light.direction, light.one_minus_cosine);
+    return {{light.position, direction}, emitter.photon_color, emitted};
 }
 
 Photon emit_from_smoke(const SmokeVolume &smoke, const Color &photon_color, Event event) {
-    // The particle or sample, by its share of the density's integral; then a point of its kernel or tent.
+    // Choose a particle or sample by its fraction of the density's integral, then a point of its kernel or tent.
     const uint32_t target = draw(event, dimension_position_1);
     uint32_t low = 0, high = elements_of(*smoke.source);
     while (high - low > 1) {
         const uint32_t middle = low + (high - low) / 2;
-        (smoke.area_before[middle] <= target ? low : high) = middle;
+        (smoke.area_fraction_before[middle] <= target ? low : high) = middle;
     }
     const Phase uniform = Phase(Real(0));
     const Vec3 up(Real(0), Real(0), Real(1));
     const Vec3 direction = deflect(up, uniform.sample(unit_open<Real>(draw(event, dimension_direction_1))),
                                    unit_half_open<Real>(draw(event, dimension_direction_2)));
     if (smoke.source->is_grid()) {
-        const Vec3 place(unit_open<Real>(draw(event, dimension_position_2)),
-                         unit_open<Real>(draw(event, dimension_radius)),
-                         unit_open<Real>(draw(event, dimension_azimuth)));
-        return {{point_of_sample(smoke.field.grid, low, place), direction}, photon_color, true};
+        const Vec3 xi(unit_open<Real>(draw(event, dimension_position_2)),
+                      unit_open<Real>(draw(event, dimension_radius)), unit_open<Real>(draw(event, dimension_azimuth)));
+        return {{point_of_sample(smoke.field.grid, low, xi), direction}, photon_color, true};
     }
     const Particle &particle = smoke.source->particles[low];
     const bool spline = smoke.source->kernel == Kernel::spline;
-    const Real share = unit_open<Real>(draw(event, dimension_radius));
+    const Real xi = unit_open<Real>(draw(event, dimension_radius));
     const Real radius =
-        (spline ? Spline::radius_of_fraction(share) : Real(2) * Poly6::radius_of_fraction(share)) * to_real<Real>(particle.h);
+        (spline ? Spline::radius_of_fraction(xi) : Real(2) * Poly6::radius_of_fraction(xi)) * to_real<Real>(particle.h);
     const Vec3 outward = deflect(up, uniform.sample(unit_open<Real>(draw(event, dimension_position_2))),
                                  unit_half_open<Real>(draw(event, dimension_azimuth)));
     return {{vec_of(particle.position) + outward * radius, direction}, photon_color, true};
@@ -115,20 +114,20 @@ Emitters find_emitters(const Medium &medium, const Light *lights, uint32_t light
     for (uint32_t i = 0; i < medium.count; ++i) {
         const Color power = medium.smokes[i].emitted_power;
         if (!(largest(power) > Real(0))) continue;
-        Emitter glow = {};
-        glow.smoke = i;
-        glow.power = power;
-        glow.photon_color = power / largest(power);
-        add(glow);
+        Emitter emitter = {};
+        emitter.smoke = i;
+        emitter.power = power;
+        emitter.photon_color = power / largest(power);
+        add(emitter);
     }
     return emitters;
 }
 
 Emission emit_photon(const Medium &medium, const Emitters &emitters, uint64_t key) {
-    const Event birth = photon_event(key, 0);
-    const Emitter &emitter = choose(emitters, birth);
-    const Photon photon = emitter.light ? emit(emitter, medium.sphere, birth)
-                                        : emit_from_smoke(medium.smokes[emitter.smoke], emitter.photon_color, birth);
+    const Event event = photon_event(key, 0);
+    const Emitter &emitter = choose(emitters, event);
+    const Photon photon = emitter.light ? emit(emitter, medium.sphere, event)
+                                        : emit_from_smoke(medium.smokes[emitter.smoke], emitter.photon_color, event);
     return {photon, &emitter};
 }
 

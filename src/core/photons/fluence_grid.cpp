@@ -1,4 +1,4 @@
-// Where light first meets smoke, and the photons from there (S2).
+// Photons from the first collisions of light in resampled smoke, and their fluence (S2, S4-3).
 #include "core/photons/fluence_grid.h"
 #include "wisp/photon_sums.h"
 #include "wisp/settings.h"
@@ -7,10 +7,10 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr int32_t weight_bits = 30; // of a node's share in the first collisions
-constexpr int32_t along = nodes_along(1);
-// Tentative collisions along a brick's edge, at least: thin smoke is sampled too.
-constexpr Real least_per_brick = Real(0.5);
+constexpr int32_t weight_bits = 30; // of a node's weight: 2^30 for the brightest node
+constexpr int32_t brick_nodes = nodes_along(1);
+// The least number of tentative collisions along a brick's edge: they sample the fluence in thin smoke too.
+constexpr Real min_collisions_per_brick = Real(0.5);
 
 // The sum of density(field) over the smokes.
 template <class Density> Real sum_of_smokes(const Medium &medium, Density &&density) {
@@ -20,11 +20,12 @@ template <class Density> Real sum_of_smokes(const Medium &medium, Density &&dens
     return sum;
 }
 
-Color glow_of(const SmokeVolume &smoke) { return (Color(Real(1)) - smoke.albedo) * smoke.emission * four_pi<Real>; }
+// The power that smoke emits per unit of volume and sigma_t.
+Color emission_of(const SmokeVolume &smoke) { return (Color(Real(1)) - smoke.albedo) * smoke.emission * four_pi<Real>; }
 
-// Which part of the tent around a node, of half-width `cell`, lies between low and high.
-Real share_of_tent(Real x, Real cell, Real low, Real high) {
-    const auto below = [](Real t) { // of the tent 1 - |t|
+// The fraction of the tent around x, of half-width `cell`, that lies between low and high.
+Real tent_fraction(Real x, Real cell, Real low, Real high) {
+    const auto below = [](Real t) { // the integral of the tent 1 - |t| up to t
         if (t < Real(0)) {
             const Real u = max(Real(0), t + Real(1));
             return Real(0.5) * u * u;
@@ -34,133 +35,136 @@ Real share_of_tent(Real x, Real cell, Real low, Real high) {
     };
     return below((high - x) / cell) - below((low - x) / cell);
 }
-Real volume_share(const Box &box, const Vec3 &node, const Vec3 &cell) {
-    return share_of_tent(node.x, cell.x, box.low.x, box.high.x) * share_of_tent(node.y, cell.y, box.low.y, box.high.y) *
-           share_of_tent(node.z, cell.z, box.low.z, box.high.z);
+Real tent_volume(const Box &box, const Vec3 &node, const Vec3 &cell) {
+    return tent_fraction(node.x, cell.x, box.low.x, box.high.x) * tent_fraction(node.y, cell.y, box.low.y, box.high.y) *
+           tent_fraction(node.z, cell.z, box.low.z, box.high.z);
 }
 
-// What a light of that brightness gives to a node. It is divided first: in fixed point the inverse square of a distant
-// light has no digits left. Within a cell of the light the inverse square is its mean over a ball, so that the sum over
-// nodes keeps its integral.
+// The irradiance at a node x of a light with that brightness. The brightness is divided first: in fixed point 1/r^2 of
+// a distant light has no digits left. Within a cell of the light, 1/r^2 is replaced by its mean over a ball, so that
+// the sum over nodes keeps its integral.
 Real irradiance_at(const Light &light, Real brightness, const Vec3 &x, Real cell) {
     if (light.kind == LightKind::parallel || light.kind == LightKind::constant) return brightness;
-    const Vec3 way = x - light.position;
-    const Real distance = length(way);
+    const Vec3 offset = x - light.position;
+    const Real distance = length(offset);
     if (distance < cell) return brightness * (Real(3) / (cell * cell));
     if (light.kind == LightKind::spot) {
-        if (!in_cone(way / distance, light.direction, light.one_minus_cosine)) return Real(0);
+        if (!in_cone(offset / distance, light.direction, light.one_minus_cosine)) return Real(0);
     }
     return brightness / distance / distance;
 }
 
-// What light there is.
-struct Lit {
+// The light that photons start from.
+struct Sources {
     const Medium &medium;
     const SparseGrid &bricks;
     const OpticalDepthGrid &depths;
-    const EmissionDistribution &starts;
+    const EmissionDistribution &distribution;
 };
 // All that tracing needs.
-struct Tracer : Lit {
+struct Tracer : Sources {
     const Surfaces *surfaces; // nullptr: there are none
     Statistics &statistics;
 };
 
-// What starts around a node, per unit of volume, in the largest channel.
-Real brightness_at(const Lit &lit, const PhotonSource &source, uint32_t brick, const Cell &node, const Real *depth) {
-    const Cell count = {along, along, along};
+// The brightness of a node: the power that starts around it, per unit of volume, in the largest channel.
+Real brightness_at(const Sources &in, const PhotonSource &source, uint32_t brick, const Cell &node, const Real *depth) {
+    const Cell count = {brick_nodes, brick_nodes, brick_nodes};
     const size_t at = static_cast<size_t>(index_of(count, node));
-    const Medium &medium = lit.medium;
-    const Real sigma = source.light >= lit.depths.light_count
+    const Medium &medium = in.medium;
+    const Real sigma = source.light >= in.depths.light_count
                            ? medium.smokes[source.smoke].field.resampled.nodes(brick)[at]
                            : sum_of_smokes(medium, [&](const ResampledField &field) { return field.nodes(brick)[at]; });
     if (!(sigma > Real(0))) return Real(0);
-    const Vec3 x = node_of(lit.bricks, brick, node), &cell = lit.bricks.cell;
-    const Real here = scale_pow2(sigma, lit.starts.shift) * volume_share(lit.bricks.bounds, x, cell);
-    if (!depth) return here * source.brightest;
+    const Vec3 x = node_of(in.bricks, brick, node), &cell = in.bricks.cell;
+    const Real density = scale_pow2(sigma, in.distribution.shift) * tent_volume(in.bricks.bounds, x, cell);
+    if (!depth) return density * source.max_channel;
     const Vec3 p(Real(node.x), Real(node.y), Real(node.z));
     const Real tau =
-        between_nodes(find_cell(p, lit.depths.stride), lit.depths.stride, [depth](uint32_t n) { return depth[n]; });
-    return here * irradiance_at(lit.depths.lights[source.light], source.brightest, x, largest(cell)) *
+        between_nodes(find_cell(p, in.depths.spacing), in.depths.spacing, [depth](uint32_t n) { return depth[n]; });
+    return density * irradiance_at(in.depths.lights[source.light], source.max_channel, x, largest(cell)) *
            exp(-max(Real(0), tau));
 }
 
-// visit(node, its brightness) for those nodes of a brick that no later brick holds too.
-template <class Visit> void for_each_source_node(const Lit &lit, uint32_t s, uint32_t brick, Visit &&visit) {
-    const PhotonSource &source = lit.starts.sources[s];
-    const OpticalDepthGrid &depths = lit.depths;
+// Calls visit(node, brightness) for the nodes of a brick that no later brick holds too.
+template <class Visit> void for_each_source_node(const Sources &in, uint32_t s, uint32_t brick, Visit &&visit) {
+    const PhotonSource &source = in.distribution.sources[s];
+    const OpticalDepthGrid &depths = in.depths;
     const Real *depth = source.light < depths.light_count
-                            ? depths_of_brick(depths, brick) + size_t{source.light} * nodes_of(depths.stride)
+                            ? depths_of_brick(depths, brick) + size_t{source.light} * nodes_of(depths.spacing)
                             : nullptr;
-    const Cell &at = lit.bricks.position[brick], &count = lit.bricks.lattice.count;
-    const auto last = [](int32_t i, int32_t n) { return i + 1 < n ? brick_cells : along; };
+    const Cell &at = in.bricks.position[brick], &count = in.bricks.lattice.count;
+    const auto last = [](int32_t i, int32_t n) { return i + 1 < n ? brick_cells : brick_nodes; };
     for (int32_t z = 0; z < last(at.z, count.z); ++z)
         for (int32_t y = 0; y < last(at.y, count.y); ++y)
             for (int32_t x = 0; x < last(at.x, count.x); ++x) {
                 const Cell node = {x, y, z};
-                const Real here = brightness_at(lit, source, brick, node, depth);
-                if (here > Real(0)) visit(node, here);
+                const Real brightness = brightness_at(in, source, brick, node, depth);
+                if (brightness > Real(0)) visit(node, brightness);
             }
 }
 
-uint32_t weight_of(const Lit &lit, Real brightness) {
-    return static_cast<uint32_t>(floor_to_int(scale_pow2(min(brightness / lit.starts.greatest, Real(1)), weight_bits)));
+uint32_t weight_of(const Sources &in, Real brightness) {
+    return static_cast<uint32_t>(
+        floor_to_int(scale_pow2(min(brightness / in.distribution.max_brightness, Real(1)), weight_bits)));
 }
 
-// The weights of one source and brick, node by node, for photons that come in ascending order.
+// The weights of the nodes of one source and brick. Photons come in ascending order, so the next one is found quickly.
 struct Cursor {
-    uint64_t entry = UINT64_MAX;
+    uint64_t entry = UINT64_MAX; // source * bricks + brick
     uint32_t count, next;
-    uint64_t end; // of the weights up to and with node `next`
-    Cell node[along * along * along];
-    uint32_t weight[along * along * along];
+    uint64_t end; // the sum of all weights up to node `next`, included
+    Cell node[brick_nodes * brick_nodes * brick_nodes];
+    uint32_t weight[brick_nodes * brick_nodes * brick_nodes];
 };
 
-// Where photon `target` of all weights starts.
-void seek(const Lit &lit, uint64_t target, Cursor &cursor) {
-    const uint64_t entries = uint64_t{lit.starts.source_count} * lit.bricks.count;
+// Moves the cursor to the node that holds `target`, a number below the sum of all weights.
+void seek(const Sources &in, uint64_t target, Cursor &cursor) {
+    const uint64_t entries = uint64_t{in.distribution.source_count} * in.bricks.count;
     uint64_t entry = cursor.entry;
-    if (entry == UINT64_MAX || !(target < lit.starts.before[entry + 1]) || target < lit.starts.before[entry]) {
+    if (entry == UINT64_MAX || !(target < in.distribution.cumulative_weight[entry + 1]) ||
+        target < in.distribution.cumulative_weight[entry]) {
         uint64_t low = 0, high = entries; // before[low] <= target < before[high]
         while (high - low > 1) {
             const uint64_t middle = low + (high - low) / 2;
-            (lit.starts.before[middle] <= target ? low : high) = middle;
+            (in.distribution.cumulative_weight[middle] <= target ? low : high) = middle;
         }
         entry = low;
     }
     if (entry != cursor.entry) {
         cursor.entry = entry;
         cursor.count = cursor.next = 0;
-        for_each_source_node(lit, static_cast<uint32_t>(entry / lit.bricks.count),
-                             static_cast<uint32_t>(entry % lit.bricks.count), [&](const Cell &node, Real here) {
+        for_each_source_node(in, static_cast<uint32_t>(entry / in.bricks.count),
+                             static_cast<uint32_t>(entry % in.bricks.count), [&](const Cell &node, Real brightness) {
                                  cursor.node[cursor.count] = node;
-                                 cursor.weight[cursor.count++] = weight_of(lit, here);
+                                 cursor.weight[cursor.count++] = weight_of(in, brightness);
                              });
-        cursor.end = lit.starts.before[entry] + cursor.weight[0];
+        cursor.end = in.distribution.cumulative_weight[entry] + cursor.weight[0];
     }
     while (!(target < cursor.end) && cursor.next + 1 < cursor.count) cursor.end += cursor.weight[++cursor.next];
 }
 
-// A draw of the tent around a node, within the bounds.
+// A random number with the density of the tent around x, between low and high.
 Real draw_tent(Real x, Real cell, Real low, Real high, Pcg32 &generator) {
     for (int i = 0; i < 64; ++i) {
         const Real a = unit_open<Real>(generator());
         const Real b = unit_open<Real>(generator());
-        const Real place = x + (a + b - Real(1)) * cell;
-        if (place > low && place < high) return place;
+        const Real drawn = x + (a + b - Real(1)) * cell;
+        if (drawn > low && drawn < high) return drawn;
     }
     return min(max(x, low), high);
 }
 
 Real exponential(Pcg32 &generator) { return -log(unit_open<Real>(generator())); }
 
-struct Arrival {
-    bool found, stopped; // it collides; or else, a surface stops it
-    uint32_t smoke;
+// How a flight ends.
+struct FlightEnd {
+    bool collides, stopped; // by a surface
+    uint32_t smoke;         // with which it collides
     Vec3 position;
 };
 
-// Which smoke a photon collides with, where their densities are density(field).
+// Draws the smoke that a photon collides with, in proportion to density(field).
 template <class Density> uint32_t smoke_at(const Medium &medium, Pcg32 &generator, Density &&density) {
     if (medium.count == 1) return 0;
     Real rest = unit_half_open<Real>(generator()) * sum_of_smokes(medium, density);
@@ -174,28 +178,28 @@ template <class Density> uint32_t smoke_at(const Medium &medium, Pcg32 &generato
     return chosen;
 }
 
-// Whether a surface stands between a point and the light that it would have.
-bool is_out_of_light(const Surfaces *surfaces, const Vec3 &x, const Illumination &from) {
+// Whether a surface stands between x and the light.
+bool is_blocked(const Surfaces *surfaces, const Vec3 &x, const Illumination &from) {
     if (!surfaces) return false;
     const Real ray_epsilon = surfaces->ray_epsilon;
     TreeCounts unused = {};
     return is_blocked(*surfaces, {x, -from.direction}, ray_epsilon, from.distance - ray_epsilon, no_triangle, unused);
 }
 
-// One flight: pass(brick, place in it, 1 / rate) at every tentative collision.
-template <class Pass> Arrival fly(const Tracer &tracer, const Ray &ray, Pcg32 &generator, Pass &&pass) {
-    Arrival arrival = {false, false, 0, ray.origin};
+// One flight by delta tracking. Calls visit(brick, place in it, 1 / rate) at every tentative collision.
+template <class Visit> FlightEnd fly(const Tracer &tracer, const Ray &ray, Pcg32 &generator, Visit &&visit) {
+    FlightEnd flight = {false, false, 0, ray.origin};
     const SparseGrid &bricks = tracer.bricks;
     const Medium &medium = tracer.medium;
     Real begin = Real(0), end = infinite_distance;
     end = distance_to_surface(tracer.surfaces, ray, Real(0));
-    arrival.stopped = end < infinite_distance;
-    if (!clip(bricks.bounds, ray, begin, end)) return arrival;
+    flight.stopped = end < infinite_distance;
+    if (!clip(bricks.bounds, ray, begin, end)) return flight;
     Real rest = exponential(generator);
     uint32_t tentative = 0;
     for_each_brick(bricks, ray, begin, end, [&](uint32_t brick, Real from, Real to) {
-        const Real rate = tracer.starts.rate[brick], inverse_rate = Real(1) / rate;
-        const Vec3 start = position_in(bricks, brick, ray.origin), way = ray.direction * bricks.inverse_cell;
+        const Real rate = tracer.distribution.rate[brick], inverse_rate = Real(1) / rate;
+        const Vec3 start = position_in(bricks, brick, ray.origin), step = ray.direction * bricks.inverse_cell;
         for (Real t = from;;) {
             const Real depth = rate * (to - t);
             if (!(rest < depth)) {
@@ -208,96 +212,96 @@ template <class Pass> Arrival fly(const Tracer &tracer, const Ray &ray, Pcg32 &g
             }
             t += rest * inverse_rate;
             rest = exponential(generator);
-            const Vec3 p = start + way * t;
-            pass(brick, p, inverse_rate);
+            const Vec3 p = start + step * t;
+            visit(brick, p, inverse_rate);
             const auto density = [&](const ResampledField &field) { return extinction(field, brick, p); };
             const Real sigma = sum_of_smokes(medium, density);
             if (!(unit_half_open<Real>(generator()) * rate < sigma)) continue;
-            arrival = {true, false, smoke_at(medium, generator, density), ray.origin + ray.direction * t};
+            flight = {true, false, smoke_at(medium, generator, density), ray.origin + ray.direction * t};
             return false;
         }
     });
-    return arrival;
+    return flight;
 }
 
-// A share of a number of 2^-24, rounded to nearest.
-int64_t units_of(Real share, Real units) { return truncate(share * units + Real(0.5)); }
+// A fraction of a number of units of 2^-24, rounded to nearest.
+int64_t units_of(Real weight, Real units) { return truncate(weight * units + Real(0.5)); }
 
-// At the nearest node alone: they vary little from one to the next, and twelve numbers at eight corners take long.
-void deposit_harmonics(const FluenceSums &deposits, uint32_t brick, const Vec3 &p, Real power,
+// Deposits harmonics at the nearest node only: they vary little between nodes, and twelve numbers at eight corners
+// would take long.
+void deposit_harmonics(const FluenceSums &fluence, uint32_t brick, const Vec3 &p, Real power,
                        const SphericalHarmonics &halves) {
-    const int32_t stride = harmonic_spacing(deposits.stride), n = nodes_along(stride);
+    const int32_t spacing = harmonic_spacing(fluence.spacing), n = nodes_along(spacing);
     const Vec3 q = p * (Real(n - 1) * Real(1.0 / brick_cells)) + Vec3(Real(0.5));
     const auto nearest = [n](Real x) { return min(truncate(max(x, Real(0))), n - 1); };
     const int32_t node = (nearest(q.z) * n + nearest(q.y)) * n + nearest(q.x);
     int64_t *sum =
-        deposits.harmonics + (size_t{brick} * nodes_of(stride) + static_cast<uint32_t>(node)) * harmonic_numbers;
+        fluence.harmonics + (size_t{brick} * nodes_of(spacing) + static_cast<uint32_t>(node)) * harmonic_numbers;
     const Real units = scale_pow2(power, deposit_bits); // below 2^31: 1 / rate is at most 32
     sum[0] += truncate(units);
-    for (uint32_t i = 0; i < harmonic_count; ++i) sum[1 + i] += truncate(halves.of[i] * units);
+    for (uint32_t i = 0; i < harmonic_count; ++i) sum[1 + i] += truncate(halves.value[i] * units);
 }
 
-// (1 + m) / 2 of a direction's moments m, which is not below 0.
+// (1 + m) / 2 for each harmonic m of a direction: not below 0.
 SphericalHarmonics halves_of(const Vec3 &direction) {
     SphericalHarmonics halves = harmonics_of(direction);
-    for (Real &m : halves.of) m = max(Real(0), Real(0.5) * m + Real(0.5));
+    for (Real &m : halves.value) m = max(Real(0), Real(0.5) * m + Real(0.5));
     return halves;
 }
 
-// What a photon that flies along `direction` leaves at a place in a brick.
-void deposit(const FluenceSums &deposits, uint32_t brick, const Vec3 &p, const Color &power, const Vec3 &direction,
+// Deposits a photon that flies along `direction` at a place in a brick.
+void deposit(const FluenceSums &fluence, uint32_t brick, const Vec3 &p, const Color &power, const Vec3 &direction,
              const SphericalHarmonics &halves) {
-    const int32_t stride = deposits.stride;
-    const uint32_t n = static_cast<uint32_t>(nodes_along(stride));
-    const CellPosition at = find_cell(p, stride);
-    const size_t first = size_t{brick} * nodes_of(stride) + at.node;
-    Real share[8];
+    const int32_t spacing = fluence.spacing;
+    const uint32_t n = static_cast<uint32_t>(nodes_along(spacing));
+    const CellPosition at = find_cell(p, spacing);
+    const size_t first = size_t{brick} * nodes_of(spacing) + at.node;
+    Real weight[8];
     for (uint32_t corner = 0; corner < 8; ++corner)
-        share[corner] = (corner & 1 ? at.t.x : Real(1) - at.t.x) * (corner & 2 ? at.t.y : Real(1) - at.t.y) *
-                        (corner & 4 ? at.t.z : Real(1) - at.t.z);
+        weight[corner] = (corner & 1 ? at.t.x : Real(1) - at.t.x) * (corner & 2 ? at.t.y : Real(1) - at.t.y) *
+                         (corner & 4 ? at.t.z : Real(1) - at.t.z);
     const auto node = [&](uint32_t corner) {
         return first + (corner & 1) + n * ((corner >> 1 & 1) + n * (corner >> 2));
     };
-    for (uint32_t c = 0; c < deposits.channels; ++c) {
+    for (uint32_t c = 0; c < fluence.channels; ++c) {
         const Real units = scale_pow2(power[static_cast<int>(c)], deposit_bits);
         for (uint32_t corner = 0; corner < 8; ++corner)
-            deposits.power[node(corner) * deposits.channels + c] += units_of(share[corner], units);
+            fluence.power[node(corner) * fluence.channels + c] += units_of(weight[corner], units);
     }
-    if (!deposits.flux) return;
+    if (!fluence.flux) return;
     const Vec3 flux = direction * (power.x + power.y + power.z);
     for (uint32_t corner = 0; corner < 8; ++corner)
         for (uint32_t c = 0; c < 3; ++c) {
             const Real units = scale_pow2(flux[static_cast<int>(c)], deposit_bits);
-            const int64_t part = units_of(share[corner], abs(units));
-            deposits.flux[node(corner) * 3 + c] += units < Real(0) ? -part : part;
+            const int64_t amount = units_of(weight[corner], abs(units));
+            fluence.flux[node(corner) * 3 + c] += units < Real(0) ? -amount : amount;
         }
-    if (deposits.harmonics) deposit_harmonics(deposits, brick, p, power.x + power.y + power.z, halves);
+    if (fluence.harmonics) deposit_harmonics(fluence, brick, p, power.x + power.y + power.z, halves);
 }
 
-void trace_photon(const Tracer &tracer, const FluenceSums &deposits, uint64_t target, Pcg32 &generator,
-                  Cursor &cursor) {
+void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t target, Pcg32 &generator, Cursor &cursor) {
     seek(tracer, target, cursor);
     const SparseGrid &bricks = tracer.bricks;
     const Medium &medium = tracer.medium;
-    const PhotonSource &source = tracer.starts.sources[cursor.entry / bricks.count];
+    const PhotonSource &source = tracer.distribution.sources[cursor.entry / bricks.count];
     const uint32_t brick = static_cast<uint32_t>(cursor.entry % bricks.count);
     const Vec3 node = node_of(bricks, brick, cursor.node[cursor.next]);
     const Box &box = bricks.bounds;
     Ray ray;
-    for (int axis = 0; axis < 3; ++axis) // one draw behind the other
+    for (int axis = 0; axis < 3; ++axis) // the draws are in a fixed order
         ray.origin[axis] = draw_tent(node[axis], bricks.cell[axis], box.low[axis], box.high[axis], generator);
     auto &counts = tracer.statistics.photons;
     ++counts.emitted;
-    Color power = deposits.channels == 1 ? Color(Real(1)) : source.color / source.brightest;
+    Color power = fluence.channels == 1 ? Color(Real(1)) : source.color / source.max_channel;
     const bool glows = source.light >= tracer.depths.light_count;
-    Arrival at = {!glows, false, 0, ray.origin};
+    FlightEnd at = {!glows, false, 0, ray.origin};
     if (glows) {
         const Phase::Cosine angle = Phase(Real(0)).sample(unit_open<Real>(generator()));
         const Real turns = unit_half_open<Real>(generator());
         ray.direction = deflect(Vec3(Real(0), Real(0), Real(1)), angle, turns);
     } else {
         const Illumination from = illuminate(tracer.depths.lights[source.light], ray.origin, ray.origin, ray.origin);
-        if (is_out_of_light(tracer.surfaces, ray.origin, from)) {
+        if (is_blocked(tracer.surfaces, ray.origin, from)) {
             ++counts.blocked;
             return;
         }
@@ -307,8 +311,9 @@ void trace_photon(const Tracer &tracer, const FluenceSums &deposits, uint64_t ta
         ++counts.collisions;
     }
     for (uint32_t number = 0;; ++number) {
-        if (at.found) {
-            // Survives when xi < q: strict, so that an albedo of 0 never does, and 1 always.
+        if (at.collides) {
+            // The photon survives if xi < q. The comparison is strict: an albedo of 0 never survives, and 1 always
+            // does.
             const SmokeVolume &smoke = medium.smokes[at.smoke];
             const Color scattered = power * smoke.albedo;
             const Real q = largest(scattered) / largest(power);
@@ -322,12 +327,12 @@ void trace_photon(const Tracer &tracer, const FluenceSums &deposits, uint64_t ta
             ray.direction = deflect(ray.direction, angle, unit_half_open<Real>(generator()));
         }
         const uint64_t capped = counts.capped;
-        const SphericalHarmonics halves = deposits.harmonics ? halves_of(ray.direction) : SphericalHarmonics{};
-        at = fly(tracer, ray, generator, [&](uint32_t passed, const Vec3 &p, Real inverse_rate) {
-            deposit(deposits, passed, p, power * inverse_rate, ray.direction, halves);
+        const SphericalHarmonics halves = fluence.harmonics ? halves_of(ray.direction) : SphericalHarmonics{};
+        at = fly(tracer, ray, generator, [&](uint32_t brick_there, const Vec3 &p, Real inverse_rate) {
+            deposit(fluence, brick_there, p, power * inverse_rate, ray.direction, halves);
         });
         if (counts.capped != capped) return;
-        if (!at.found) {
+        if (!at.collides) {
             ++(at.stopped ? counts.blocked : counts.escaped);
             return;
         }
@@ -349,15 +354,15 @@ uint32_t source_limit(const Scene &scene) { return scene.light_count + scene.smo
 } // namespace
 
 uint64_t max_fluence_flights(Real longest) {
-    // A flight leaves its length in all, in units of 2^-24, times R + G + B, at most 3, in a flux or a moment.
+    // The deposits of a flight in one sum come to at most its length, in units of 2^-24, times R + G + B, at most 3.
     return (uint64_t{1} << (63 - deposit_bits)) / (4 * (static_cast<uint64_t>(floor_to_int(longest)) + 1));
 }
 
-FluencePlan plan_fluence(const Scene &scene, const Settings &settings, uint64_t bricks, int32_t stride) {
+FluencePlan plan_fluence(const Scene &scene, const Settings &settings, uint64_t bricks, int32_t spacing) {
     FluencePlan plan = {photon_needs(scene, settings), 0, 0};
     if (!plan.needs.traced) return plan;
-    plan.sums = bricks * nodes_of(stride) * ((plan.needs.powers ? 3 : 1) + (plan.needs.directions ? 3 : 0)) +
-                (plan.needs.harmonics ? bricks * nodes_of(harmonic_spacing(stride)) * harmonic_numbers : 0);
+    plan.sums = bricks * nodes_of(spacing) * ((plan.needs.powers ? 3 : 1) + (plan.needs.directions ? 3 : 0)) +
+                (plan.needs.harmonics ? bricks * nodes_of(harmonic_spacing(spacing)) * harmonic_numbers : 0);
     plan.bytes = Arena::bytes<int64_t>(plan.sums) + Arena::bytes<PhotonSource>(source_limit(scene)) +
                  Arena::bytes<Real>(bricks) + Arena::bytes<uint64_t>(source_limit(scene) * bricks + 1) +
                  Arena::bytes<Cursor>(1);
@@ -365,146 +370,148 @@ FluencePlan plan_fluence(const Scene &scene, const Settings &settings, uint64_t 
 }
 
 bool make_emission_distribution(const Scene &scene, const Medium &medium, const OpticalDepthGrid &depths, Arena &arena,
-                                EmissionDistribution &starts) {
+                                EmissionDistribution &distribution) {
     const SparseGrid &bricks = *medium.bricks;
-    starts = {};
+    distribution = {};
     PhotonSource *sources = arena.make<PhotonSource>(source_limit(scene));
     Real *rate = arena.make<Real>(bricks.count);
-    uint64_t *before = arena.make<uint64_t>(uint64_t{source_limit(scene)} * bricks.count + 1);
-    if (!sources || !rate || !before) return false;
-    uint32_t &count = starts.source_count;
+    uint64_t *cumulative_weight = arena.make<uint64_t>(uint64_t{source_limit(scene)} * bricks.count + 1);
+    if (!sources || !rate || !cumulative_weight) return false;
+    uint32_t &count = distribution.source_count;
     const auto add = [&](uint32_t light, uint32_t smoke, const Color &color) {
         if (largest(color) > Real(0)) sources[count++] = {light, smoke, color, largest(color)};
     };
     for (uint32_t l = 0; l < depths.light_count; ++l) add(l, 0, depths.lights[l].color);
     for (uint32_t i = 0; i < medium.count; ++i)
-        if (medium.smokes[i].field.is_resampled) add(depths.light_count, i, glow_of(medium.smokes[i]));
+        if (medium.smokes[i].field.is_resampled) add(depths.light_count, i, emission_of(medium.smokes[i]));
 
     const Vec3 &edge = bricks.lattice.edge;
-    const Real least = max(least_per_brick / largest(edge), Real(1.0 / 32));
+    const Real min_rate = max(min_collisions_per_brick / largest(edge), Real(1.0 / 32));
     Real densest = Real(0);
     for (uint32_t b = 0; b < bricks.count; ++b) {
         const Real greatest = sum_of_smokes(medium, [b](const ResampledField &field) { return field.majorants[b]; });
-        rate[b] = max(greatest, least);
+        rate[b] = max(greatest, min_rate);
         densest = max(densest, greatest);
     }
 
-    starts.sources = sources;
-    starts.rate = rate;
-    starts.before = before;
+    distribution.sources = sources;
+    distribution.rate = rate;
+    distribution.cumulative_weight = cumulative_weight;
     if (densest > Real(0))
-        while (scale_pow2(densest, starts.shift) < Real(0x1p11) && starts.shift < 31) ++starts.shift;
-    const Lit lit = {medium, bricks, depths, starts};
+        while (scale_pow2(densest, distribution.shift) < Real(0x1p11) && distribution.shift < 31) ++distribution.shift;
+    const Sources in = {medium, bricks, depths, distribution};
     for (uint32_t s = 0; s < count; ++s)
         for (uint32_t b = 0; b < bricks.count; ++b)
-            for_each_source_node(lit, s, b,
-                                 [&](const Cell &, Real here) { starts.greatest = max(starts.greatest, here); });
+            for_each_source_node(in, s, b, [&](const Cell &, Real brightness) {
+                distribution.max_brightness = max(distribution.max_brightness, brightness);
+            });
     uint64_t total = 0;
     for (uint32_t s = 0; s < count; ++s)
         for (uint32_t b = 0; b < bricks.count; ++b) {
-            before[uint64_t{s} * bricks.count + b] = total;
-            for_each_source_node(lit, s, b, [&](const Cell &, Real here) { total += weight_of(lit, here); });
+            cumulative_weight[uint64_t{s} * bricks.count + b] = total;
+            for_each_source_node(in, s, b, [&](const Cell &, Real brightness) { total += weight_of(in, brightness); });
         }
-    before[uint64_t{count} * bricks.count] = total;
+    cumulative_weight[uint64_t{count} * bricks.count] = total;
     return true;
 }
 
 Status trace_fluence(const Medium &medium, const Surfaces *surfaces, const OpticalDepthGrid &depths,
-                     const EmissionDistribution &starts, const Settings &settings, const PhotonNeeds &needs,
-                     int32_t stride, const Batches &batches, const Observer &observer, Arena &arena, PhotonSums &sums,
-                     Statistics &statistics, FluenceSums &deposits) {
+                     const EmissionDistribution &distribution, const Settings &settings, const PhotonNeeds &needs,
+                     int32_t spacing, const Batches &batches, const Observer &observer, Arena &arena, PhotonSums &sums,
+                     Statistics &statistics, FluenceSums &fluence) {
     const SparseGrid &bricks = *medium.bricks;
-    const uint64_t nodes = uint64_t{bricks.count} * nodes_of(stride);
-    deposits = {&bricks, stride, sums.values, nullptr, nullptr, needs.powers ? 3u : 1u, Color(Real(1)), {Real(1), 0}};
-    const uint64_t powers = nodes * deposits.channels, with_flux = powers + (needs.directions ? nodes * 3 : 0);
-    const uint64_t harmonic_nodes = uint64_t{bricks.count} * nodes_of(harmonic_spacing(stride));
+    const uint64_t nodes = uint64_t{bricks.count} * nodes_of(spacing);
+    fluence = {&bricks, spacing, sums.values, nullptr, nullptr, needs.powers ? 3u : 1u, Color(Real(1)), {Real(1), 0}};
+    const uint64_t powers = nodes * fluence.channels, with_flux = powers + (needs.directions ? nodes * 3 : 0);
+    const uint64_t harmonic_nodes = uint64_t{bricks.count} * nodes_of(harmonic_spacing(spacing));
     const uint64_t numbers = with_flux + (needs.harmonics ? harmonic_nodes * harmonic_numbers : 0);
-    if (needs.directions) deposits.flux = sums.values + powers;
-    if (needs.harmonics) deposits.harmonics = sums.values + with_flux;
+    if (needs.directions) fluence.flux = sums.values + powers;
+    if (needs.harmonics) fluence.harmonics = sums.values + with_flux;
     if (sums.count != 0 && sums.count != numbers) return Status::size_mismatch;
     if (numbers > sums.capacity) return Status::out_of_memory;
     for (uint64_t i = 0; sums.count == 0 && i < numbers; ++i) sums.values[i] = 0;
     sums.count = numbers;
     statistics.bytes.particle_map = numbers * sizeof(int64_t);
 
-    const uint64_t total = starts.before[uint64_t{starts.source_count} * bricks.count];
+    const uint64_t total = distribution.cumulative_weight[uint64_t{distribution.source_count} * bricks.count];
     if (total == 0) return Status::done;
-    deposits.photon_color = starts.sources[0].color / starts.sources[0].brightest;
+    fluence.photon_color = distribution.sources[0].color / distribution.sources[0].max_channel;
     const Real volume = bricks.cell.x * bricks.cell.y * bricks.cell.z;
     const Real power = scaled_integer<Real>(static_cast<int64_t>(total), -weight_bits) *
-                       scale_pow2(starts.greatest * volume, -starts.shift);
-    deposits.unit = photon_unit(power, settings.photons);
+                       scale_pow2(distribution.max_brightness * volume, -distribution.shift);
+    fluence.unit = photon_unit(power, settings.photons);
 
     const size_t mark = arena.mark();
     Cursor *cursor = arena.make<Cursor>(1);
     if (!cursor) return Status::out_of_memory;
-    const Tracer tracer = {{medium, bricks, depths, starts}, surfaces, statistics};
+    const Tracer tracer = {{medium, bricks, depths, distribution}, surfaces, statistics};
     cursor->entry = UINT64_MAX;
-    const auto share = [&](uint64_t photon) {
+    const auto first_weight = [&](uint64_t photon) {
         return detail::divide(whole_product(photon, total), settings.photons).quotient;
     };
     const auto &counts = statistics.photons;
-    const uint64_t most = max_fluence_flights(length(bricks.bounds.high - bricks.bounds.low));
+    const uint64_t limit = max_fluence_flights(length(bricks.bounds.high - bricks.bounds.low));
     bool fits = true;
     const Status status = for_each_batch(settings.photons, batches, observer, [&](uint64_t batch, uint64_t photons) {
         uint64_t photon = batch * batch_photons;
         return for_each_photon(settings.seed, batch, photons, [&](uint64_t key) {
-            // Photon i takes the i-th of equal parts of all weights, at a place in it of its own.
+            // Stratification: photon i takes the i-th of `settings.photons` equal intervals of all weights, and a
+            // random place in that interval.
             Pcg32 generator(key);
-            const uint64_t from = share(photon), width = share(photon + 1) - from;
+            const uint64_t from = first_weight(photon), width = first_weight(photon + 1) - from;
             const detail::Wide place = whole_product(width, generator());
-            const uint64_t in_part =
+            const uint64_t offset =
                 static_cast<uint64_t>(detail::high_word(place)) << 32 | detail::low_word(place) >> 32;
-            trace_photon(tracer, deposits, from + in_part, generator, *cursor);
+            trace_photon(tracer, fluence, from + offset, generator, *cursor);
             ++photon;
-            return fits = counts.stored + counts.emitted <= most;
+            return fits = counts.stored + counts.emitted <= limit;
         });
     });
     arena.rewind(mark);
     return fits ? status : Status::overflow;
 }
 
-FluenceAndFlux light_at_node(const FluenceSums &deposits, uint32_t brick, const Cell &node) {
-    const SparseGrid &bricks = *deposits.bricks;
-    const int32_t stride = deposits.stride;
-    const Vec3 x = node_of(bricks, brick, {node.x * stride, node.y * stride, node.z * stride});
-    const Vec3 cell = bricks.cell * Real(stride);
+FluenceAndFlux light_at_node(const FluenceSums &fluence, uint32_t brick, const Cell &node) {
+    const SparseGrid &bricks = *fluence.bricks;
+    const int32_t spacing = fluence.spacing;
+    const Vec3 x = node_of(bricks, brick, {node.x * spacing, node.y * spacing, node.z * spacing});
+    const Vec3 cell = bricks.cell * Real(spacing);
     int64_t power[3] = {0, 0, 0}, flux[3] = {0, 0, 0};
-    Real share = Real(0); // of the node's tent: where there are bricks
-    for_each_holder(bricks, bricks.position[brick], node, nodes_along(stride), [&](uint32_t other, uint32_t there) {
+    Real tent = Real(0); // the fraction of the node's tent that lies in bricks
+    for_each_holder(bricks, bricks.position[brick], node, nodes_along(spacing), [&](uint32_t other, uint32_t there) {
         const Vec3 low = low_of(bricks, other), high = low + bricks.lattice.edge;
-        share += volume_share({max(low, bricks.bounds.low), min(high, bricks.bounds.high)}, x, cell);
-        const size_t k = size_t{other} * nodes_of(stride) + there;
-        for (uint32_t c = 0; c < deposits.channels; ++c) power[c] += deposits.power[k * deposits.channels + c];
-        for (uint32_t c = 0; deposits.flux && c < 3; ++c) flux[c] += deposits.flux[k * 3 + c];
+        tent += tent_volume({max(low, bricks.bounds.low), min(high, bricks.bounds.high)}, x, cell);
+        const size_t k = size_t{other} * nodes_of(spacing) + there;
+        for (uint32_t c = 0; c < fluence.channels; ++c) power[c] += fluence.power[k * fluence.channels + c];
+        for (uint32_t c = 0; fluence.flux && c < 3; ++c) flux[c] += fluence.flux[k * 3 + c];
     });
     FluenceAndFlux light = {Color(Real(0)), Vec3(Real(0))};
-    if (!(share > Real(0))) return light;
-    const Color sum = deposits.channels == 1 ? deposits.photon_color * photons_of(power[0])
-                                             : Color(photons_of(power[0]), photons_of(power[1]), photons_of(power[2]));
+    if (!(tent > Real(0))) return light;
+    const Color sum = fluence.channels == 1 ? fluence.photon_color * photons_of(power[0])
+                                            : Color(photons_of(power[0]), photons_of(power[1]), photons_of(power[2]));
     const Real all = sum.x + sum.y + sum.z;
-    if (deposits.flux && all > Real(0))
+    if (fluence.flux && all > Real(0))
         light.flux = Vec3(photons_of(flux[0]), photons_of(flux[1]), photons_of(flux[2])) / all;
-    // / volume * unit * 2^exponent, half of the scaling before the division.
-    const int32_t half = deposits.unit.exponent / 2;
-    const Color scaled = scale_pow2(sum * (inv_four_pi<Real> * deposits.unit.unit), half);
-    light.radiance = scale_pow2(scaled / (cell.x * cell.y * cell.z * share), deposits.unit.exponent - half);
+    // sum / volume * unit * 2^exponent; half of the scaling comes before the division.
+    const int32_t half = fluence.unit.exponent / 2;
+    const Color scaled = scale_pow2(sum * (inv_four_pi<Real> * fluence.unit.unit), half);
+    light.radiance = scale_pow2(scaled / (cell.x * cell.y * cell.z * tent), fluence.unit.exponent - half);
     return light;
 }
 
-SphericalHarmonics harmonics_at_node(const FluenceSums &deposits, uint32_t brick, const Cell &node) {
-    const int32_t stride = harmonic_spacing(deposits.stride);
+SphericalHarmonics harmonics_at_node(const FluenceSums &fluence, uint32_t brick, const Cell &node) {
+    const int32_t spacing = harmonic_spacing(fluence.spacing);
     int64_t sum[harmonic_numbers] = {};
-    for_each_holder(*deposits.bricks, deposits.bricks->position[brick], node, nodes_along(stride),
+    for_each_holder(*fluence.bricks, fluence.bricks->position[brick], node, nodes_along(spacing),
                     [&](uint32_t other, uint32_t there) {
-                        const size_t k = size_t{other} * nodes_of(stride) + there;
+                        const size_t k = size_t{other} * nodes_of(spacing) + there;
                         for (uint32_t i = 0; i < harmonic_numbers; ++i)
-                            sum[i] += deposits.harmonics[k * harmonic_numbers + i];
+                            sum[i] += fluence.harmonics[k * harmonic_numbers + i];
                     });
     SphericalHarmonics harmonics = {};
     const Real all = photons_of(sum[0]);
     for (uint32_t i = 0; all > Real(0) && i < harmonic_count; ++i)
-        harmonics.of[i] = photons_of(sum[1 + i] - (sum[0] - sum[1 + i])) / all; // (1 + m) / 2 less (1 - m) / 2
+        harmonics.value[i] = photons_of(sum[1 + i] - (sum[0] - sum[1 + i])) / all; // (1 + m) / 2 minus (1 - m) / 2
     return harmonics;
 }
 

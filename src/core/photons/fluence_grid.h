@@ -1,74 +1,77 @@
-// Photons through resampled smoke (S2), and what they leave at the nodes of the bricks (S4-3 with nodes for particles).
+// Photons through resampled smoke (S2), and their fluence at the nodes of the sparse grid: S4-3 with nodes in place of
+// particles.
 //
-// Photons start where light first meets smoke, which resampled densities and kept depths tell for every node: none is
-// sent past the smoke, and they are spread evenly over that light. They fly by tracking against each brick's greatest
-// density (Woodcock). At every tentative collision, real or not, a photon leaves power / rate, an estimate of the
-// length that it flies there, at the corners of the cell around (trilinear): the sums are the fluence.
+// Photons start where light first collides with smoke. The resampled densities and the optical depth grid give the
+// density of these collisions at every node, so no photon misses the smoke, and photons are spread evenly over the
+// light. They fly by delta tracking against the largest density of each brick (Woodcock 1965). At every tentative
+// collision, real or not, a photon deposits power / rate at the corners of the cell around it (trilinear). That is an
+// estimate of the length that it flies there, so the sums are the fluence.
 #pragma once
 #include "core/lights/optical_depth_grid.h"
 #include "core/photons/particle_map.h"
 #include "core/photons/spherical_harmonics.h"
-#include "wisp/settings.h"
 
 namespace wisp::WISP_ARITH {
 
-// What the nodes received, in integers: the same sums whatever the order.
+// The sums of deposits at the nodes of each brick. They are integers, so the order of the deposits does not change
+// them.
 struct FluenceSums {
     const SparseGrid *bricks;
-    int32_t stride;
-    int64_t *power; // `channels` of each node, in units of deposits times a unit of length
-    int64_t *flux;  // three of each: the sum of direction times (R + G + B); nullptr where all smoke scatters evenly
-    int64_t *harmonics; // `harmonic_numbers` at every `harmonic_spacing`: the sums of R + G + B, and of (1 + m) / 2
-                        // times it for moments m of directions; nullptr where no smoke takes them
-    uint32_t channels;  // one where all photons are alike
-    Color photon_color; // of all photons, where they are alike
+    int32_t spacing; // cells between nodes
+    int64_t *power;  // `channels` numbers per node, in units of deposits times a unit of length
+    int64_t *flux;   // three per node: the sum of direction * (R + G + B); nullptr where all smoke is isotropic
+    // harmonic_numbers per node of harmonic_spacing(spacing): the sum of R + G + B, and for each harmonic m of the
+    // direction the sum of (1 + m) / 2 * (R + G + B); nullptr where no smoke uses harmonics.
+    int64_t *harmonics;
+    uint32_t channels;  // one where all photons carry the same power
+    Color photon_color; // of all photons, where they carry the same power
     PhotonUnit unit;
 };
 
-// How many numbers photons leave at most, and the bytes for them and for what tracing needs beside them.
+// How many sums photons leave at most, and the bytes for them and for tracing.
 struct FluencePlan {
     PhotonNeeds needs;
     uint64_t sums, bytes;
 };
-// What directions are beyond the flux varies less from place to place than power does.
-constexpr int32_t harmonic_spacing(int32_t stride) { return min(2 * stride, brick_cells / 2); }
+// Cells between the nodes of harmonics: these vary less from place to place than power does.
+constexpr int32_t harmonic_spacing(int32_t spacing) { return min(2 * spacing, brick_cells / 2); }
 constexpr uint32_t harmonic_numbers = 1 + harmonic_count;
-FluencePlan plan_fluence(const Scene &scene, const Settings &settings, uint64_t bricks, int32_t stride);
+FluencePlan plan_fluence(const Scene &scene, const Settings &settings, uint64_t bricks, int32_t spacing);
 
-// Flights no longer than `longest` of which the sums hold any one's.
+// The number of flights, each no longer than `longest`, that cannot overflow a sum.
 uint64_t max_fluence_flights(Real longest);
 
-// One thing that photons start from: a light's first collisions, or the glow of a smoke.
+// A source of photons: the first collisions of a light, or the emission of a smoke.
 struct PhotonSource {
-    uint32_t light; // or that many lights and more: a smoke
-    uint32_t smoke;
-    Color color;    // per unit of brightness
-    Real brightest; // its largest channel
+    uint32_t light;   // its index; the number of lights: a smoke
+    uint32_t smoke;   // its index
+    Color color;      // per unit of brightness
+    Real max_channel; // of the colour
 };
 
-// Where photons start, whatever their number and whatever stands in their way.
+// The distribution of the points where photons start. It depends neither on their number nor on surfaces.
 struct EmissionDistribution {
     const PhotonSource *sources;
     uint32_t source_count;
-    const Real *rate;       // by brick: tentative collisions per unit of length
-    int32_t shift;          // brightness is times 2^shift: in fixed point that of a thin smoke keeps its digits
-    Real greatest;          // of all nodes' brightness
-    const uint64_t *before; // by source and brick: the weights before; one more at the end
+    const Real *rate;    // of tentative collisions per unit of length, by brick
+    int32_t shift;       // brightness is scaled by 2^shift: in fixed point, that of thin smoke keeps its digits
+    Real max_brightness; // of all nodes
+    const uint64_t *cumulative_weight; // by source and brick: the sum of all weights before it; one more at the end
 };
-// False: the arena was too small. `depths`: to all lights, over the medium's bricks.
+// `depths` are the optical depths to all lights over the medium's bricks. False: the arena was too small.
 bool make_emission_distribution(const Scene &scene, const Medium &medium, const OpticalDepthGrid &depths, Arena &arena,
-                                EmissionDistribution &starts);
+                                EmissionDistribution &distribution);
 
-// Adds what the photons of `batches` leave, none perhaps, to `sums`, and makes `deposits` of those as if all were
-// there.
+// Adds the deposits of the photons of `batches` to `sums`, and makes `fluence` of the sums as if they held all batches.
+// `batches` may be empty. `surfaces` stop photons; nullptr: there are none. Status::overflow: see max_fluence_flights.
 Status trace_fluence(const Medium &medium, const Surfaces *surfaces, const OpticalDepthGrid &depths,
-                     const EmissionDistribution &starts, const Settings &settings, const PhotonNeeds &needs,
-                     int32_t stride, const Batches &batches, const Observer &observer, Arena &arena, PhotonSums &sums,
-                     Statistics &statistics, FluenceSums &deposits);
+                     const EmissionDistribution &distribution, const Settings &settings, const PhotonNeeds &needs,
+                     int32_t spacing, const Batches &batches, const Observer &observer, Arena &arena, PhotonSums &sums,
+                     Statistics &statistics, FluenceSums &fluence);
 
-// What all bricks that hold a node received there.
-FluenceAndFlux light_at_node(const FluenceSums &deposits, uint32_t brick, const Cell &node);
-// The moments relative to the power, at one of the nodes that keep them.
-SphericalHarmonics harmonics_at_node(const FluenceSums &deposits, uint32_t brick, const Cell &node);
+// The fluence and flux at a node, from the sums of all bricks that hold it.
+FluenceAndFlux light_at_node(const FluenceSums &fluence, uint32_t brick, const Cell &node);
+// The coefficients of the spherical harmonics, relative to the power, at a node of harmonic_spacing().
+SphericalHarmonics harmonics_at_node(const FluenceSums &fluence, uint32_t brick, const Cell &node);
 
 } // namespace wisp::WISP_ARITH

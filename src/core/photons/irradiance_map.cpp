@@ -1,12 +1,13 @@
-// The irradiance map: made from what photons left, and read.
+// Making the irradiance map, and interpolating in it (S4-4).
 #include "core/photons/irradiance_map.h"
 
 namespace wisp::WISP_ARITH {
 
 namespace {
 
-// Whether a brick's light at every `fine` cells lies within `most` of that between every `coarse` cells.
-bool suffices(const Color *light, int32_t fine, int32_t coarse, Real most) {
+// Whether a brick's nodes at every `coarse` cells suffice: interpolated, they are within `tolerance` of its nodes at
+// every `fine` cells.
+bool suffices(const Color *light, int32_t fine, int32_t coarse, Real tolerance) {
     const int32_t n = nodes_along(fine), ratio = coarse / fine;
     for (int32_t z = 0; z < n; ++z)
         for (int32_t y = 0; y < n; ++y)
@@ -20,105 +21,105 @@ bool suffices(const Color *light, int32_t fine, int32_t coarse, Real most) {
                         const int32_t cx = i % m * ratio, cy = i / m % m * ratio, cz = i / m / m * ratio;
                         return light[(cz * n + cy) * n + cx][c];
                     });
-                    if (abs(between - here[c]) > most) return false;
+                    if (abs(between - here[c]) > tolerance) return false;
                 }
             }
     return true;
 }
 
-// The points of all bricks before they are packed, at every `stride` cells.
+// The points of all bricks before they are packed, at every `spacing` cells.
 struct Points {
     const SparseGrid *bricks;
-    int32_t stride, along;
+    int32_t spacing, along;
     uint32_t nodes; // of a brick
     uint64_t count;
-    int32_t *first, *strides, *exponent; // of the map
-    uint32_t *value, *flux;              // of the map; flux may be nullptr
+    int32_t *first, *spacings, *exponent; // of the map
+    uint32_t *value, *flux;               // of the map; flux may be nullptr
     bool *known;
     Color *radiance;
 };
-bool make_points(const SparseGrid &bricks, int32_t stride, bool flux, Arena &arena, Points &points) {
+bool make_points(const SparseGrid &bricks, int32_t spacing, bool flux, Arena &arena, Points &points) {
     points = {};
     points.bricks = &bricks;
-    points.stride = stride;
-    points.along = nodes_along(stride);
-    points.nodes = nodes_of(stride);
+    points.spacing = spacing;
+    points.along = nodes_along(spacing);
+    points.nodes = nodes_of(spacing);
     points.count = uint64_t{bricks.count} * points.nodes;
     points.first = arena.make<int32_t>(bricks.count);
-    points.strides = arena.make<int32_t>(bricks.count);
+    points.spacings = arena.make<int32_t>(bricks.count);
     points.exponent = arena.make<int32_t>(bricks.count);
     points.value = arena.make<uint32_t>(points.count);
     points.flux = flux ? arena.make<uint32_t>(points.count) : nullptr;
     points.known = arena.make<bool>(points.count);
     points.radiance = arena.make<Color>(points.count);
-    return points.first && points.strides && points.exponent && points.value && (points.flux || !flux) &&
+    return points.first && points.spacings && points.exponent && points.value && (points.flux || !flux) &&
            points.known && points.radiance;
 }
 
-// Trilinear interpolation spreads the light of nodes, by the variance cell^2 / 6 along every axis; a second difference
-// is twice what a variance of cell^2 adds to a value. Taken from the nodes that share of it leaves the right mean.
-constexpr double interpolated = 1.0 / 12, scattered_and_interpolated = 1.0 / 6;
+// Trilinear interpolation blurs the nodes by a variance of cell^2 / 6 along every axis. A blur of variance v adds v / 2
+// times the second derivative to a value. So 1/12 of the second difference, taken from the nodes, restores the mean.
+// The trilinear deposits of photons blur by as much again.
+constexpr double interpolation_blur = 1.0 / 12, deposit_and_interpolation_blur = 1.0 / 6;
 
-// Whether photons tell what light there is at a node: where hardly any of its tent lies in the smoke's bounds they do
-// not.
-bool tells(const SparseGrid &bricks, uint32_t brick, const Cell &node, int32_t stride) {
-    const Vec3 x = node_of(bricks, brick, {node.x * stride, node.y * stride, node.z * stride});
-    const Vec3 reach = bricks.cell * (Real(stride) * Real(15.0 / 16));
+// Whether photons sample the light at a node: at least 1/16 of the half-width of its tent lies in the bounds of the
+// smoke.
+bool is_sampled(const SparseGrid &bricks, uint32_t brick, const Cell &node, int32_t spacing) {
+    const Vec3 x = node_of(bricks, brick, {node.x * spacing, node.y * spacing, node.z * spacing});
+    const Vec3 reach = bricks.cell * (Real(spacing) * Real(15.0 / 16));
     const Vec3 low = x - reach, high = x + reach;
     const Box &box = bricks.bounds;
     return high.x > box.low.x && high.y > box.low.y && high.z > box.low.z && low.x < box.high.x && low.y < box.high.y &&
            low.z < box.high.z;
 }
 
-// visit(point) for the neighbours of a node along those axes on which both are known: beyond others light is taken to
-// go on as it comes.
+// Calls visit(point) for both neighbours of a node along each axis on which both are known. On other axes the second
+// difference counts as 0.
 template <class Visit> void for_each_neighbour(const Points &points, uint64_t i, Visit &&visit) {
     const SparseGrid &bricks = *points.bricks;
     const Cell &place = bricks.position[i / points.nodes];
     const Cell node = cell_of_index(points.along, static_cast<uint32_t>(i % points.nodes));
-    const auto beside = [&](int32_t axis, int32_t step) {
+    const auto neighbour = [&](int32_t axis, int32_t step) {
         const Cell at = {node.x + (axis == 0 ? step : 0), node.y + (axis == 1 ? step : 0),
                          node.z + (axis == 2 ? step : 0)};
         uint64_t found = points.count;
         for_each_holder(bricks, place, at, points.along, [&](uint32_t other, uint32_t there) {
-            const uint64_t its = uint64_t{other} * points.nodes + there;
-            if (points.known[its]) found = its;
+            const uint64_t point = uint64_t{other} * points.nodes + there;
+            if (points.known[point]) found = point;
         });
         return found;
     };
     for (int32_t axis = 0; axis < 3; ++axis) {
-        const uint64_t before = beside(axis, -1), behind = beside(axis, 1);
+        const uint64_t before = neighbour(axis, -1), behind = neighbour(axis, 1);
         if (before == points.count || behind == points.count) continue;
         visit(before);
         visit(behind);
     }
 }
 
-// All known nodes without `share` of their second differences: the darker of two neighbours gives that share of their
-// difference to the brighter, or less where it has not as much, so that no light is lost inside and none is below 0.
-// False: the arena was too small.
-bool sharpen(Points &points, double share_, Arena &arena) {
-    const Real share = Real(share_);
-    Color *sharp = arena.make<Color>(points.count), *given = arena.make<Color>(points.count);
-    if (!sharp || !given) return false;
-    for (uint64_t i = 0; i < points.count; ++i) { // which part of what it should give a node can
-        given[i] = Color(Real(1));
+// Subtracts `blur` times their second differences from all known nodes. The darker of two neighbours passes `blur`
+// times their difference to the brighter one, or less if that is more than it has. So no light is lost inside, and no
+// value falls below 0. False: the arena was too small.
+bool sharpen(Points &points, double blur_, Arena &arena) {
+    const Real blur = Real(blur_);
+    Color *sharp = arena.make<Color>(points.count), *fraction = arena.make<Color>(points.count);
+    if (!sharp || !fraction) return false;
+    for (uint64_t i = 0; i < points.count; ++i) { // the fraction of what it should pass that a node has
+        fraction[i] = Color(Real(1));
         if (!points.known[i]) continue;
         const Color &here = points.radiance[i];
         Color wanted(Real(0));
-        for_each_neighbour(points, i, [&](uint64_t other) {
-            wanted += max(points.radiance[other] - here, Color(Real(0))) * share;
-        });
+        for_each_neighbour(
+            points, i, [&](uint64_t other) { wanted += max(points.radiance[other] - here, Color(Real(0))) * blur; });
         for (int32_t c = 0; c < 3; ++c)
-            if (wanted[c] > here[c]) given[i][c] = here[c] / wanted[c];
+            if (wanted[c] > here[c]) fraction[i][c] = here[c] / wanted[c];
     }
     for (uint64_t i = 0; i < points.count; ++i) {
         sharp[i] = points.radiance[i];
         if (!points.known[i]) continue;
         for_each_neighbour(points, i, [&](uint64_t other) {
-            const Color less = (points.radiance[other] - points.radiance[i]) * share;
+            const Color loss = (points.radiance[other] - points.radiance[i]) * blur;
             for (int32_t c = 0; c < 3; ++c)
-                sharp[i][c] -= less[c] * (less[c] > Real(0) ? given[i][c] : given[other][c]);
+                sharp[i][c] -= loss[c] * (loss[c] > Real(0) ? fraction[i][c] : fraction[other][c]);
         });
         sharp[i] = max(sharp[i], Color(Real(0))); // rounding
     }
@@ -126,10 +127,8 @@ bool sharpen(Points &points, double share_, Arena &arena) {
     return true;
 }
 
-// The points of each brick, as few as the tolerance allows.
-//
-// The thinner a brick's smoke, the less its light matters: what may be lost is that of a brick of depth 1, divided by
-// the brick's own.
+// Packs the points of each brick, as few as the tolerance allows. The thinner the smoke of a brick, the less its light
+// matters: the tolerance is divided by the brick's optical depth, if that is below 1.
 void pack_points(const Medium &medium, Points &points, Real tolerance, Irradiance &map) {
     const int32_t n = points.along;
     const SparseGrid &bricks = *points.bricks;
@@ -137,40 +136,41 @@ void pack_points(const Medium &medium, Points &points, Real tolerance, Irradianc
         const Color *light = points.radiance + uint64_t{b} * points.nodes;
         Real greatest = Real(0);
         for (uint32_t i = 0; i < points.nodes; ++i) greatest = max(greatest, largest(light[i]));
-        int32_t stride = points.stride;
+        int32_t spacing = points.spacing;
         if (tolerance > Real(0)) {
             const Vec3 low = low_of(bricks, b);
             Real depth = Real(0);
             for (uint32_t i = 0; i < medium.count; ++i)
                 depth += majorant(medium.smokes[i].field, {low, low + bricks.lattice.edge});
             depth = max(min(depth * largest(bricks.lattice.edge), Real(1)), tolerance);
-            while (stride < brick_cells && suffices(light, points.stride, 2 * stride, greatest * tolerance / depth))
-                stride *= 2;
+            while (spacing < brick_cells && suffices(light, points.spacing, 2 * spacing, greatest * tolerance / depth))
+                spacing *= 2;
         }
         points.first[b] = static_cast<int32_t>(map.points);
-        points.strides[b] = stride;
+        points.spacings[b] = spacing;
         points.exponent[b] = exponent_for(greatest);
-        const int32_t ratio = stride / points.stride, m = nodes_along(stride), unit = single_channel_bits - points.exponent[b];
-        for (uint32_t k = 0; k < nodes_of(stride); ++k) {
+        const int32_t ratio = spacing / points.spacing, m = nodes_along(spacing),
+                      unit = single_channel_bits - points.exponent[b];
+        for (uint32_t k = 0; k < nodes_of(spacing); ++k) {
             const Cell node = cell_of_index(m, k);
             const size_t from = static_cast<size_t>((node.z * ratio * n + node.y * ratio) * n + node.x * ratio);
             points.value[map.points] = map.single_channel
                                            ? static_cast<uint32_t>(round_to_int(scale_pow2(largest(light[from]), unit)))
                                            : pack_color(light[from], points.exponent[b]);
-            // What is read never lies behind what is written.
+            // Fluxes are packed in place: no value is overwritten before it is read.
             if (points.flux) points.flux[map.points] = points.flux[uint64_t{b} * points.nodes + from];
             ++map.points;
         }
     }
     map.first = points.first;
-    map.stride = points.strides;
+    map.spacing = points.spacings;
     map.exponent = points.exponent;
     map.value = points.value;
     map.flux = points.flux;
     map.ready = true;
 }
 
-// Points that no smoke is near enough to tell take the mean of their neighbours in the brick.
+// Gives unknown points the mean of their known neighbours in the brick.
 void fill_unknown(Points &points, uint32_t brick) {
     const int32_t n = points.along;
     Color *radiance = points.radiance + uint64_t{brick} * points.nodes;
@@ -192,56 +192,56 @@ void fill_unknown(Points &points, uint32_t brick) {
     }
 }
 
-// From what is known to the map; not ready where the arena was too small.
-void finish(const Medium &medium, Points &points, double share, Real tolerance, Arena &arena, Irradiance &map) {
-    if (!sharpen(points, share, arena)) return;
+// Makes the map of the known points; it is not ready if the arena was too small.
+void finish(const Medium &medium, Points &points, double blur, Real tolerance, Arena &arena, Irradiance &map) {
+    if (!sharpen(points, blur, arena)) return;
     for (uint32_t b = 0; b < points.bricks->count; ++b) fill_unknown(points, b);
     pack_points(medium, points, tolerance, map);
 }
 
 // False: the arena was too small.
-bool pack_harmonics(const FluenceSums &deposits, Arena &arena, Irradiance &map) {
-    map.harmonic_spacing = harmonic_spacing(deposits.stride);
+bool pack_harmonics(const FluenceSums &fluence, Arena &arena, Irradiance &map) {
+    map.harmonic_spacing = harmonic_spacing(fluence.spacing);
     const uint32_t nodes = nodes_of(map.harmonic_spacing);
-    const uint64_t count = uint64_t{deposits.bricks->count} * nodes;
+    const uint64_t count = uint64_t{fluence.bricks->count} * nodes;
     uint32_t *packed = arena.make<uint32_t>(count * harmonic_words);
     if (!packed) return false;
     map.harmonics = packed;
     for (uint64_t i = 0; i < count; ++i) {
         const Cell node = cell_of_index(nodes_along(map.harmonic_spacing), static_cast<uint32_t>(i % nodes));
-        const SphericalHarmonics harmonics = harmonics_at_node(deposits, static_cast<uint32_t>(i / nodes), node);
-        for (const Real *m = harmonics.of; m < harmonics.of + harmonic_count; m += 3)
+        const SphericalHarmonics harmonics = harmonics_at_node(fluence, static_cast<uint32_t>(i / nodes), node);
+        for (const Real *m = harmonics.value; m < harmonics.value + harmonic_count; m += 3)
             *packed++ = pack_flux(Vec3(m[0], m[1], m[2]));
     }
     return true;
 }
 
-// estimate(x, light), from nothing: whether it is known there. Asked around smoke and in view only, and once of a node
-// that several bricks hold.
+// Makes a map of estimate(x, light), which adds to a light of 0 and returns whether the light is known at x. It is
+// called only for nodes around smoke and in view, and once for a node that several bricks hold.
 template <class Estimate>
 Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Estimate &&estimate) {
     const SparseGrid &bricks = *request.bricks;
-    const int32_t stride = request.stride;
+    const int32_t spacing = request.spacing;
     Irradiance map = {};
     map.bricks = &bricks;
     Points points;
-    if (!make_points(bricks, stride, request.flux, arena, points)) return map;
+    if (!make_points(bricks, spacing, request.flux, arena, points)) return map;
     for (uint64_t i = 0; i < points.count; ++i) points.known[i] = false;
-    // Sharpening reads two nodes beyond what is seen: where those are known must not depend on the crop.
-    const Vec3 reach = bricks.cell * Real(3 * stride);
+    // Sharpening reads two nodes beyond the view. Whether these are known must not depend on the crop.
+    const Vec3 reach = bricks.cell * Real(3 * spacing);
     for (uint32_t b = 0; b < bricks.count; ++b) {
         const Vec3 low = low_of(bricks, b);
-        const bool seen = request.view.may_see({low - reach, low + bricks.lattice.edge + reach});
+        const bool in_view = request.view.may_see({low - reach, low + bricks.lattice.edge + reach});
         for (uint32_t k = 0; k < points.nodes; ++k) {
-            const Cell at = cell_of_index(points.along, k), node = {at.x * stride, at.y * stride, at.z * stride};
+            const Cell at = cell_of_index(points.along, k), node = {at.x * spacing, at.y * spacing, at.z * spacing};
             const uint64_t here = uint64_t{b} * points.nodes + k;
             points.radiance[here] = Color(Real(0));
             if (points.flux) points.flux[here] = 0;
-            if (!seen || !meets_smoke(*request.medium, bricks, b, node, stride)) continue;
+            if (!in_view || !meets_smoke(*request.medium, bricks, b, node, spacing)) continue;
             uint64_t before = here;
             for_each_holder(bricks, bricks.position[b], at, points.along, [&](uint32_t other, uint32_t there) {
-                const uint64_t its = uint64_t{other} * points.nodes + there;
-                if (other < b && points.known[its]) before = its;
+                const uint64_t point = uint64_t{other} * points.nodes + there;
+                if (other < b && points.known[point]) before = point;
             });
             points.known[here] = before != here;
             if (before != here) {
@@ -255,39 +255,40 @@ Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Es
             if (points.flux) points.flux[here] = pack_flux(light.flux);
         }
     }
-    finish(*request.medium, points, interpolated, request.tolerance, arena, map);
+    finish(*request.medium, points, interpolation_blur, request.tolerance, arena, map);
     return map;
 }
 
 } // namespace
 
-uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t stride, bool flux, bool harmonics) {
-    const uint64_t points = bricks * nodes_of(stride);
+uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, bool flux, bool harmonics) {
+    const uint64_t points = bricks * nodes_of(spacing);
     uint64_t bytes = 3 * Arena::bytes<int32_t>(bricks) + (flux ? 2 : 1) * Arena::bytes<uint32_t>(points) +
                      Arena::bytes<bool>(points) + 3 * Arena::bytes<Color>(points);
-    if (harmonics) bytes += Arena::bytes<uint32_t>(bricks * nodes_of(harmonic_spacing(stride)) * harmonic_words);
+    if (harmonics) bytes += Arena::bytes<uint32_t>(bricks * nodes_of(harmonic_spacing(spacing)) * harmonic_words);
     bytes += Arena::bytes<FluenceAndFlux *>(scene.smoke_count);
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) bytes += Arena::bytes<FluenceAndFlux>(elements_of(scene.smokes[i]));
+    for (uint32_t i = 0; i < scene.smoke_count; ++i)
+        bytes += Arena::bytes<FluenceAndFlux>(elements_of(scene.smokes[i]));
     return bytes;
 }
 
-Irradiance make_irradiance(const Medium &medium, const FluenceSums &deposits, Real tolerance, Arena &arena) {
+Irradiance make_irradiance(const Medium &medium, const FluenceSums &fluence, Real tolerance, Arena &arena) {
     Irradiance map = {};
-    map.bricks = deposits.bricks;
-    map.of_light = true;
-    map.single_channel = deposits.channels == 1;
-    map.color = deposits.photon_color;
+    map.bricks = fluence.bricks;
+    map.incident = true;
+    map.single_channel = fluence.channels == 1;
+    map.color = fluence.photon_color;
     Points points;
-    if (!make_points(*deposits.bricks, deposits.stride, deposits.flux != nullptr, arena, points)) return map;
+    if (!make_points(*fluence.bricks, fluence.spacing, fluence.flux != nullptr, arena, points)) return map;
     for (uint64_t i = 0; i < points.count; ++i) {
         const Cell node = cell_of_index(points.along, static_cast<uint32_t>(i % points.nodes));
-        const FluenceAndFlux light = light_at_node(deposits, static_cast<uint32_t>(i / points.nodes), node);
+        const FluenceAndFlux light = light_at_node(fluence, static_cast<uint32_t>(i / points.nodes), node);
         points.radiance[i] = light.radiance;
         if (points.flux) points.flux[i] = pack_flux(light.flux);
-        points.known[i] = tells(*deposits.bricks, static_cast<uint32_t>(i / points.nodes), node, deposits.stride);
+        points.known[i] = is_sampled(*fluence.bricks, static_cast<uint32_t>(i / points.nodes), node, fluence.spacing);
     }
-    if (deposits.harmonics && !pack_harmonics(deposits, arena, map)) return map;
-    finish(medium, points, scattered_and_interpolated, tolerance, arena, map);
+    if (fluence.harmonics && !pack_harmonics(fluence, arena, map)) return map;
+    finish(medium, points, deposit_and_interpolation_blur, tolerance, arena, map);
     return map;
 }
 
@@ -297,10 +298,10 @@ Irradiance make_irradiance(const IrradianceRequest &request, const PhotonMap *ma
     return make_irradiance_of(request, arena, [&](const Vec3 &x, FluenceAndFlux &light) {
         Vec3 flux(Real(0));
         for (uint32_t s = 0; s < medium.count; ++s) {
-            const FluenceAndFlux there = estimate_fluence(maps[s], x, radius[s], gather, statistics);
-            const Color scattered = medium.smokes[s].albedo * there.radiance;
+            const FluenceAndFlux of_smoke = estimate_fluence(maps[s], x, radius[s], gather, statistics);
+            const Color scattered = medium.smokes[s].albedo * of_smoke.radiance;
             light.radiance += scattered;
-            flux += there.flux * (scattered.x + scattered.y + scattered.z);
+            flux += of_smoke.flux * (scattered.x + scattered.y + scattered.z);
         }
         const Real all = light.radiance.x + light.radiance.y + light.radiance.z;
         if (all > Real(0)) light.flux = flux / all;
@@ -322,40 +323,40 @@ Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &pa
         Real sigma = Real(0);
         Vec3 flux(Real(0));
         for (uint32_t s = 0; s < medium.count; ++s)
-            for_each_extinction(medium.smokes[s].field, x, [&](uint32_t element, Real part) {
+            for_each_extinction(medium.smokes[s].field, x, [&](uint32_t element, Real weight) {
                 const FluenceAndFlux &there = lights[s][element];
-                sigma += part;
-                light.radiance += there.radiance * part;
-                flux += there.flux * (part * (there.radiance.x + there.radiance.y + there.radiance.z));
+                sigma += weight;
+                light.radiance += there.radiance * weight;
+                flux += there.flux * (weight * (there.radiance.x + there.radiance.y + there.radiance.z));
             });
         const Real all = light.radiance.x + light.radiance.y + light.radiance.z;
         if (all > Real(0)) light.flux = flux / all;
         if (sigma > Real(0)) light.radiance = light.radiance / sigma;
         return sigma > Real(0);
     });
-    map.of_light = true;
+    map.incident = true;
     return map;
 }
 
 FluenceAndFlux light_at(const Irradiance &irradiance, uint32_t brick, const Vec3 &p) {
-    const int32_t stride = irradiance.stride[brick], first = irradiance.first[brick];
+    const int32_t spacing = irradiance.spacing[brick], first = irradiance.first[brick];
     const int32_t exponent = irradiance.exponent[brick];
-    const CellPosition at = find_cell(p, stride);
+    const CellPosition at = find_cell(p, spacing);
     const uint32_t *value = irradiance.value + first;
     FluenceAndFlux light = {Color(Real(0)), Vec3(Real(0))};
     if (irradiance.single_channel) {
-        const Real single_channel =
-            between_nodes(at, stride, [value](uint32_t node) { return Real(static_cast<int32_t>(value[node])); });
-        light.radiance = irradiance.color * scale_pow2(single_channel, exponent - single_channel_bits);
+        const Real units =
+            between_nodes(at, spacing, [value](uint32_t node) { return Real(static_cast<int32_t>(value[node])); });
+        light.radiance = irradiance.color * scale_pow2(units, exponent - single_channel_bits);
     } else {
         for (int32_t c = 0; c < 3; ++c)
             light.radiance[c] =
-                between_nodes(at, stride, [&](uint32_t node) { return unpack_color(value[node], exponent)[c]; });
+                between_nodes(at, spacing, [&](uint32_t node) { return unpack_color(value[node], exponent)[c]; });
     }
     if (!irradiance.flux) return light;
     const uint32_t *flux = irradiance.flux + first;
     for (int32_t c = 0; c < 3; ++c)
-        light.flux[c] = between_nodes(at, stride, [&](uint32_t node) { return unpack_flux(flux[node])[c]; });
+        light.flux[c] = between_nodes(at, spacing, [&](uint32_t node) { return unpack_flux(flux[node])[c]; });
     return light;
 }
 
@@ -366,17 +367,17 @@ Color scattered_light(const Irradiance &irradiance, const Medium &medium, const 
     const uint32_t brick = brick_at(bricks, cell_at(bricks.lattice, x));
     if (brick == no_brick) return sum;
     const FluenceAndFlux light = light_at(irradiance, brick, position_in(bricks, brick, x));
-    Color weight(Real(0)), uneven(Real(0)); // sum of sigma_s, and of sigma_s p 4 pi
+    Color sigma_s(Real(0)), towards_out(Real(0)); // the sums of sigma_s, and of 4 pi p sigma_s
     for (uint32_t i = 0; i < medium.count; ++i) {
         if (!(extinctions[i] > Real(0))) continue;
         const SmokeVolume &smoke = medium.smokes[i];
         const Real p = irradiance.flux ? phase_of_flux(smoke.phase, light.flux, out) * four_pi<Real> : Real(1);
-        weight += smoke.albedo * extinctions[i];
-        uneven += smoke.albedo * (extinctions[i] * p);
+        sigma_s += smoke.albedo * extinctions[i];
+        towards_out += smoke.albedo * (extinctions[i] * p);
     }
-    if (irradiance.of_light) return light.radiance * uneven;
+    if (irradiance.incident) return light.radiance * towards_out;
     for (int32_t c = 0; c < 3; ++c)
-        if (weight[c] > Real(0)) sum[c] = light.radiance[c] * (uneven[c] / weight[c]);
+        if (sigma_s[c] > Real(0)) sum[c] = light.radiance[c] * (towards_out[c] / sigma_s[c]);
     return sum;
 }
 

@@ -1,71 +1,71 @@
-// The irradiance map (S4-4): light that was scattered more than once, kept at the nodes of bricks and interpolated
-// while marching, instead of an estimate at every step.
+// The irradiance map (S4-4): multiply scattered light, stored at the nodes of a sparse grid and interpolated while
+// marching, instead of an estimate at every step.
 //
-// A point holds the mean radiance phi / (4 pi) that arrives there from all directions, which every smoke scatters by
-// its own sigma_s, and the flux with it where some smoke does not scatter evenly: the map belongs to no view. Made of
-// photon maps it holds what all smoke there scatters, as their estimate is of collisions, not of light. Moments beyond
-// the flux are kept in resampled smoke, at nodes of their own, as many in every brick.
+// A point stores the mean radiance, fluence / (4 pi), that arrives there from all directions; every smoke scatters it
+// by its own sigma_s. Where some smoke is not isotropic, the point stores the flux too. So the map does not depend on
+// the view. A map made of photon maps stores the light that all smoke there scatters, because photon maps estimate
+// collisions, not fluence. Coefficients of spherical harmonics are stored in resampled smoke only, at nodes of their
+// own.
 //
-//   value, all light of one colour   |31                     0|   radiance in units of 2^(exponent - 30), by brick
-//   value, else                      |31                     0|   a packed colour (packed_light.h)
-//   flux                             |31                     0|   a packed flux, as part of the radiance
+//   value, one channel    |31                     0|   radiance in units of 2^(exponent - 30), by brick
+//   value, three channels |31                     0|   a packed colour (packed_light.h)
+//   flux                  |31                     0|   a packed flux relative to the radiance
 #pragma once
 #include "core/geometry/camera.h"
-#include "core/photons/packed_light.h"
 #include "core/photons/fluence_grid.h"
+#include "core/photons/packed_light.h"
 #include "core/photons/packed_particle_map.h"
 
 namespace wisp::WISP_ARITH {
 
 constexpr int32_t single_channel_bits = 30;
 constexpr uint32_t harmonic_words = harmonic_count / 3;
-static_assert(harmonic_words * 3 == harmonic_count, "packed by threes, as fluxes are");
+static_assert(harmonic_words * 3 == harmonic_count, "harmonics are packed by threes, as fluxes are");
 
 struct Irradiance {
     const SparseGrid *bricks;
     const int32_t *first;      // by brick: its first point
-    const int32_t *stride;     // by brick: cells between its points
-    const int32_t *exponent;   // by brick: its brightest point is below 2^exponent
+    const int32_t *spacing;    // by brick: cells between its points
+    const int32_t *exponent;   // by brick: its largest value is below 2^exponent
     const uint32_t *value;     // by point
-    const uint32_t *flux;      // or nullptr
-    const uint32_t *harmonics; // packed as fluxes, three in each of `harmonic_words`; or nullptr
-    int32_t harmonic_spacing;
+    const uint32_t *flux;      // by point; or nullptr
+    const uint32_t *harmonics; // packed like fluxes, three coefficients a word, harmonic_words a node; or nullptr
+    int32_t harmonic_spacing;  // cells between these nodes, the same in every brick
     uint32_t points;
-    bool of_light;       // a point is to be multiplied with sigma_s; false: it has been
+    bool incident;       // a point holds arriving light, to be multiplied by sigma_s; false: scattered light
     bool single_channel; // all light has one colour
-    Color color;         // ... namely this, its largest channel 1
+    Color color;         // ... which is this; its largest channel is 1
     bool ready;          // false: the arena was too small
 };
 inline uint64_t bytes_of(const Irradiance &map) {
-    const uint64_t of_brick =
+    const uint64_t per_brick =
         3 * sizeof(int32_t) + (map.harmonics ? nodes_of(map.harmonic_spacing) * harmonic_words * 4 : 0);
-    return uint64_t{map.points} * (map.flux ? 8 : 4) + uint64_t{map.bricks->count} * of_brick;
+    return uint64_t{map.points} * (map.flux ? 8 : 4) + uint64_t{map.bricks->count} * per_brick;
 }
-uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t stride, bool flux, bool harmonics);
+uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, bool flux, bool harmonics);
 
-// The map of what photons left at the bricks' nodes. `tolerance` > 0: bricks are given as few points as keep every
-// other one within that part of the brick's largest (adaptive).
-Irradiance make_irradiance(const Medium &medium, const FluenceSums &deposits, Real tolerance, Arena &arena);
+// The map of the fluence at the nodes. With `tolerance` > 0 the map is adaptive: each brick has as few points as keep
+// all others within that fraction of the brick's largest value.
+Irradiance make_irradiance(const Medium &medium, const FluenceSums &fluence, Real tolerance, Arena &arena);
 
 struct IrradianceRequest {
     const Medium *medium;
     const SparseGrid *bricks;
-    int32_t stride;
+    int32_t spacing;
     Real tolerance;
-    bool flux;       // some smoke does not scatter evenly
-    ViewBounds view; // bricks outside hold nothing
+    bool flux;       // some smoke is not isotropic
+    ViewBounds view; // bricks outside stay empty
 };
-// Of photon maps, one a smoke: estimates within `radius`, one a smoke (S4-2).
+// The map of estimates from photon maps (S4-2), one map and one largest radius per smoke.
 Irradiance make_irradiance(const IrradianceRequest &request, const PhotonMap *maps, const Real *radius, Gather &gather,
                            Arena &arena, Statistics &statistics);
-// Of a particle map: the light of the particles around, by their parts in the density (S4-3).
+// The map of a particle map (S4-3): the light of the particles around, weighted by their contributions to the density.
 Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &map, Arena &arena);
 
-// The map's value at p, a place in a brick in cells.
+// The fluence and flux at p, in cells from the beginning of a brick.
 FluenceAndFlux light_at(const Irradiance &irradiance, uint32_t brick, const Vec3 &p);
 
-// What is scattered at x along `out` for the second time and more, per unit of length; the smokes have these
-// extinctions there.
+// The multiply scattered light at x along `out`, per unit of length. `extinctions` are the smokes' sigma_t there.
 Color scattered_light(const Irradiance &irradiance, const Medium &medium, const Vec3 &x, const Vec3 &out,
                       const Real *extinctions);
 

@@ -1,4 +1,4 @@
-// Sums of deposits as entries of 4 or 8 bytes, and the source functions that they make (S4-3).
+// Packing sums of deposits into entries of 4 or 8 bytes, and making source functions of them (S4-3).
 #include "core/numbers/double_bits.h"
 #include "core/photons/packed_light.h"
 #include "core/photons/packed_particle_map.h"
@@ -15,54 +15,56 @@ uint32_t shifted(int64_t n, int32_t shift) {
     return static_cast<uint32_t>(min(((n >> (shift - 1)) + 1) >> 1, int64_t{0xffffffff}));
 }
 
-// Where light goes on an element: the flux relative to the power, or the mean direction, of length 1.
+// The packed direction of an element's light: its flux relative to the power, or its mean direction of length 1.
 uint32_t direction_of(const Deposits &deposits, const Color &photon_color, uint32_t element) {
     const int64_t *sum = deposits.power + uint64_t{element} * deposits.channels;
     const int64_t *flux = deposits.flux + uint64_t{element} * 3;
-    const bool one = deposits.channels == 1;
-    const int64_t power = one ? *sum : sum[0] + sum[1] + sum[2];
+    const bool one_channel = deposits.channels == 1;
+    const int64_t power = one_channel ? *sum : sum[0] + sum[1] + sum[2];
     if (power <= 0) return 0;
     const Vec3 sum_of_directions(photons_of(flux[0]), photons_of(flux[1]), photons_of(flux[2]));
-    if (deposits.kept == Direction::mean) {
-        const Real most = largest(max(sum_of_directions, -sum_of_directions));
-        if (!(most > photons_of(power) * Real(0x1p-16))) return 0; // a direction out of rounding (D7)
-        return pack_flux(normalize(sum_of_directions / most));
+    if (deposits.direction_kind == Direction::mean) {
+        const Real largest_component = largest(max(sum_of_directions, -sum_of_directions));
+        if (!(largest_component > photons_of(power) * Real(0x1p-16)))
+            return 0; // a sum of rounding errors: light from all sides
+        return pack_flux(normalize(sum_of_directions / largest_component));
     }
-    const Real all = photons_of(power) * (one ? photon_color.x + photon_color.y + photon_color.z : Real(1));
+    const Real all = photons_of(power) * (one_channel ? photon_color.x + photon_color.y + photon_color.z : Real(1));
     return pack_flux(sum_of_directions / all);
 }
 
 void pack_entries(const Deposits &deposits, const Color &photon_color, MapEntries &entries) {
-    int64_t most = 0;
-    for (uint64_t i = 0; i < uint64_t{deposits.count} * deposits.channels; ++i) most = max(most, deposits.power[i]);
-    const bool one = deposits.channels == 1;
-    const int32_t length = length_of(most);
-    entries.exponent = one ? length - deposit_bits : exponent_for(photons_of(most));
+    int64_t largest_sum = 0;
+    for (uint64_t i = 0; i < uint64_t{deposits.count} * deposits.channels; ++i)
+        largest_sum = max(largest_sum, deposits.power[i]);
+    const bool one_channel = deposits.channels == 1;
+    const int32_t length = length_of(largest_sum);
+    entries.exponent = one_channel ? length - deposit_bits : exponent_for(photons_of(largest_sum));
     for (uint32_t i = 0; i < deposits.count; ++i) {
         const int64_t *sum = deposits.power + uint64_t{i} * deposits.channels;
-        entries.power[i] =
-            one ? shifted(*sum, length - 32)
-                : pack_color(Color(photons_of(sum[0]), photons_of(sum[1]), photons_of(sum[2])), entries.exponent);
+        entries.power[i] = one_channel ? shifted(*sum, length - 32)
+                                       : pack_color(Color(photons_of(sum[0]), photons_of(sum[1]), photons_of(sum[2])),
+                                                    entries.exponent);
         if (entries.direction) entries.direction[i] = direction_of(deposits, photon_color, i);
     }
 }
 
-// What all photons put on an element, in 2^exponent photons.
+// The power of an element, in 2^exponent photons.
 Color power_of(const PackedMap &map, const MapEntries &entries, uint32_t element, int32_t exponent) {
     const uint32_t power = entries.power[element];
     if (map.one_channel) return map.photon_color * scaled_integer<Real>(power, entries.exponent - exponent - 32);
     return unpack_color(power, entries.exponent - exponent);
 }
 
-// The flux that an element scatters, relative to its power: a mean direction counts as all of it, as in the paper.
+// The flux at an element, relative to its power. A mean direction counts as the whole flux, as in the paper.
 Vec3 flux_of(const PackedMap &map, const MapEntries &entries, uint32_t element) {
     const Vec3 flux = unpack_flux(entries.direction[element]);
-    return map.kept == Direction::mean && entries.direction[element] != 0 ? normalize(flux) : flux;
+    return map.direction_kind == Direction::mean && entries.direction[element] != 0 ? normalize(flux) : flux;
 }
 
 struct Element {
     Vec3 position;
-    Real cross_section; // the integral of its part of sigma_t
+    Real cross_section; // the integral of its contribution to sigma_t
 };
 Element element_of(const SmokeVolume &smoke, uint32_t index) {
     if (smoke.field.is_grid) {
@@ -75,14 +77,14 @@ Element element_of(const SmokeVolume &smoke, uint32_t index) {
             to_real<Real>(smoke.source->particles[tree.id[index]].area)};
 }
 
-// power / cross-section * 2^exponent * unit, half of the scaling before the division: in fixed point neither leaves the
-// range.
+// power / cross-section * 2^exponent * unit. Half of the scaling comes before the division: in fixed point no
+// intermediate result leaves the range.
 Color per_cross_section(const Color &power, Real cross_section, const PhotonUnit &unit) {
     const int32_t half = unit.exponent / 2;
     return scale_pow2(scale_pow2(power, half) * unit.unit / cross_section, unit.exponent - half);
 }
 
-// Sum of p times the light that was scattered before, towards the eye, at an element.
+// The sum of p Phi over the light that was scattered before, towards the eye, per cross-section of an element.
 Color multiple_scattering(const PackedMap &map, const SmokeVolume &smoke, uint32_t index, uint32_t i,
                           const Element &element, const Vec3 &eye) {
     if (!map.per_smoke) return Color(Real(0));
@@ -91,14 +93,14 @@ Color multiple_scattering(const PackedMap &map, const SmokeVolume &smoke, uint32
     if (!(largest(power) > Real(0))) return power;
     Real p = inv_four_pi<Real>;
     if (entries.direction) {
-        const Vec3 way = eye - element.position;
-        const Real distance = length(way);
-        if (distance > Real(0)) p = phase_of_flux(smoke.phase, flux_of(map, entries, i), way / distance);
+        const Vec3 to_eye = eye - element.position;
+        const Real distance = length(to_eye);
+        if (distance > Real(0)) p = phase_of_flux(smoke.phase, flux_of(map, entries, i), to_eye / distance);
     }
     return per_cross_section(power * p, element.cross_section, map.unit);
 }
 
-// The elements of one smoke that carry power, as photons.
+// Makes a photon map of the elements of one smoke that carry power. False: the arena was too small.
 bool make_element_map(const PackedMap &map, const SmokeVolume &smoke, const MapEntries &entries, Arena &arena,
                       PhotonMap &elements) {
     uint32_t count = 0;
@@ -141,14 +143,15 @@ FluenceAndFlux light_of_element(const PackedMap &map, const SmokeVolume &smoke, 
             entries.direction ? flux_of(map, entries, element) : Vec3(Real(0))};
 }
 
-bool make_packed_map(const Scene &scene, const PhotonNeeds &needs, Direction kept, Arena &arena, PackedMap &packed) {
+bool make_packed_map(const Scene &scene, const PhotonNeeds &needs, Direction direction_kind, Arena &arena,
+                     PackedMap &packed) {
     packed = {};
     if (!needs.traced) return true;
     packed.per_smoke = arena.make<MapEntries>(scene.smoke_count);
     if (!packed.per_smoke) return false;
     packed.count = scene.smoke_count;
     packed.one_channel = !needs.powers;
-    packed.kept = kept;
+    packed.direction_kind = direction_kind;
     for (uint32_t i = 0; i < packed.count; ++i) {
         const bool directions = total_order_key(scene.smokes[i].asymmetry) != 0;
         MapEntries &entries = packed.per_smoke[i];
@@ -195,12 +198,12 @@ const Color *const *make_sources(const Scene &scene, const Medium &medium, const
         Color *source = arena.make<Color>(count);
         if (!source) return nullptr;
         sources[s] = source;
-        const Color glow = (Color(Real(1)) - smoke.albedo) * smoke.emission;
+        const Color emission = (Color(Real(1)) - smoke.albedo) * smoke.emission;
         for (uint32_t i = 0; i < count; ++i) {
             const Element element = element_of(smoke, i);
             source[i] = Color(Real(0));
             if (element.cross_section > Real(0))
-                source[i] = smoke.albedo * multiple_scattering(map, smoke, s, i, element, eye) + glow;
+                source[i] = smoke.albedo * multiple_scattering(map, smoke, s, i, element, eye) + emission;
         }
     }
     return sources;

@@ -1,4 +1,4 @@
-// Deposits on particles (S4-3).
+// Deposits of photons on particles (S4-3).
 #include "core/numbers/double_bits.h"
 #include "core/photons/particle_map.h"
 #include "wisp/settings.h"
@@ -9,36 +9,36 @@ namespace {
 
 int64_t to_units(Real x) { return round_to_int(scale_pow2(max(Real(-127), min(x, Real(127))), deposit_bits)); }
 
-// A share of a photon in units.
+// A fraction of a photon, in units.
 struct Units {
     int64_t power[3], flux[3];
 };
-Units units_of(const Deposits &deposits, const Color &photon, const Vec3 &direction, Real share) {
-    const Color power = photon * share;
-    const Vec3 flux = direction * (deposits.kept == Direction::mean ? share : power.x + power.y + power.z);
-    return {{to_units(deposits.channels == 1 ? share : power.x), to_units(power.y), to_units(power.z)},
+Units units_of(const Deposits &deposits, const Color &photon, const Vec3 &direction, Real weight) {
+    const Color power = photon * weight;
+    const Vec3 flux = direction * (deposits.direction_kind == Direction::mean ? weight : power.x + power.y + power.z);
+    return {{to_units(deposits.channels == 1 ? weight : power.x), to_units(power.y), to_units(power.z)},
             {to_units(flux.x), to_units(flux.y), to_units(flux.z)}};
 }
 
-void add_power(const Deposits &deposits, uint32_t element, const Units &more, const Units &less) {
+void add_power(const Deposits &deposits, uint32_t element, const Units &plus, const Units &minus) {
     int64_t *sum = deposits.power + uint64_t{element} * deposits.channels;
-    for (uint32_t c = 0; c < deposits.channels; ++c) sum[c] += more.power[c] - less.power[c];
+    for (uint32_t c = 0; c < deposits.channels; ++c) sum[c] += plus.power[c] - minus.power[c];
 }
 
-void add_flux(const Deposits &deposits, uint32_t element, const Units &more, const Units &less) {
+void add_flux(const Deposits &deposits, uint32_t element, const Units &plus, const Units &minus) {
     if (!deposits.flux) return;
     int64_t *sum = deposits.flux + uint64_t{element} * 3;
-    for (uint32_t c = 0; c < 3; ++c) sum[c] += more.flux[c] - less.flux[c];
+    for (uint32_t c = 0; c < 3; ++c) sum[c] += plus.flux[c] - minus.flux[c];
 }
 
-void deposit(const Deposits &deposits, uint32_t element, const Color &photon, const Vec3 &direction, Real share) {
-    const Units units = units_of(deposits, photon, direction, share);
+void deposit(const Deposits &deposits, uint32_t element, const Color &photon, const Vec3 &direction, Real weight) {
+    const Units units = units_of(deposits, photon, direction, weight);
     add_power(deposits, element, units, {});
     add_flux(deposits, element, units, {});
 }
 
-// The sums of all smokes, one behind the other: powers, then fluxes. Made 0 where there are none yet.
-Status make_deposits(const Scene &scene, const PhotonNeeds &needs, Direction kept, PhotonSums &sums,
+// Divides the sums among the smokes: for each smoke its powers, then its fluxes. Clears them if they are unused.
+Status make_deposits(const Scene &scene, const PhotonNeeds &needs, Direction direction_kind, PhotonSums &sums,
                      Deposits *deposits) {
     uint64_t count = 0;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
@@ -46,7 +46,7 @@ Status make_deposits(const Scene &scene, const PhotonNeeds &needs, Direction kep
         d = {};
         d.count = elements_of(scene.smokes[i]);
         d.channels = needs.powers ? 3 : 1;
-        d.kept = kept;
+        d.direction_kind = direction_kind;
         const auto take = [&](uint64_t numbers) {
             count += numbers;
             return count <= sums.capacity ? sums.values + (count - numbers) : nullptr;
@@ -65,18 +65,19 @@ Status make_deposits(const Scene &scene, const PhotonNeeds &needs, Direction kep
 
 bool deposit_by_kernel(const Deposits &deposits, const DensityField &field, const Vec3 &x, const Color &photon,
                        const Vec3 &direction) {
-    Real total = Real(0), so_far = Real(0);
-    for_each_extinction(field, x, [&](uint32_t, Real part) { total += part; });
+    Real total = Real(0), sum = Real(0);
+    for_each_extinction(field, x, [&](uint32_t, Real sigma) { total += sigma; });
     if (!(total > Real(0))) return false;
-    // Differences of what the shares so far come to: the last of these is the whole photon, to the unit.
+    // Deposit the differences of the rounded partial sums: together they are the whole photon, to the unit.
     const Units whole = units_of(deposits, photon, direction, Real(1));
     Units before = {};
-    for_each_extinction(field, x, [&](uint32_t element, Real part) {
-        so_far += part;
-        const Units after = units_of(deposits, photon, direction, so_far / total);
+    for_each_extinction(field, x, [&](uint32_t element, Real sigma) {
+        sum += sigma;
+        const Units after = units_of(deposits, photon, direction, sum / total);
         add_power(deposits, element, after, before);
-        if (deposits.kept == Direction::mean)
-            add_flux(deposits, element, whole, {}); // w_t' += w_p; a sample at a border as often as it is a corner
+        if (deposits.direction_kind == Direction::mean)
+            add_flux(deposits, element, whole,
+                     {}); // w_t' += w_p; a sample at a border adds it once per corner that it is
         else
             add_flux(deposits, element, after, before);
         before = after;
@@ -98,8 +99,8 @@ ParticleMapPlan plan_particle_map(const Scene &scene, const Settings &settings) 
 }
 
 uint64_t max_deposits(const Settings &settings) {
-    // The largest is a flux: R + G + B of a photon, at most 3, or eight directions of a grid's corners; along a flight
-    // what to_units lets pass.
+    // The largest deposit is a flux: R + G + B of a photon, at most 3, or the directions of a grid cell's eight
+    // corners. A deposit of Deposit::path is at most 127, see to_units().
     const int32_t bits = deposit_bits + (settings.deposit == Deposit::path ? 7 : 3);
     return (uint64_t{1} << (63 - bits)) - (max_collisions + 1);
 }
@@ -118,7 +119,7 @@ Status trace_particle_map(const Scene &scene, const Medium &medium, const Surfac
     if (!emitters.list) return Status::out_of_memory;
     if (emitters.count == 0) return Status::done;
     const auto &counts = statistics.photons;
-    const uint64_t most = max_deposits(settings);
+    const uint64_t limit = max_deposits(settings);
     bool fits = true;
     const Status status = for_each_batch(settings.photons, batches, observer, [&](uint64_t batch, uint64_t photons) {
         return for_each_photon(settings.seed, batch, photons, [&](uint64_t key) {
@@ -128,10 +129,10 @@ Status trace_particle_map(const Scene &scene, const Medium &medium, const Surfac
                     const Deposits &to = deposits[at.smoke];
                     const Ray &ray = arrived.ray;
                     if (settings.deposit == Deposit::exact) deposit(to, at.element, power, ray.direction, Real(1));
-                    const bool claimed =
+                    const bool stored =
                         settings.deposit != Deposit::kernel ||
                         deposit_by_kernel(to, medium.smokes[at.smoke].field, ray.origin, power, ray.direction);
-                    ++(claimed ? statistics.photons.stored : statistics.photons.lost);
+                    ++(stored ? statistics.photons.stored : statistics.photons.lost);
                 },
                 [&](const Photon &photon, Real end, const Color &power) {
                     if (settings.deposit != Deposit::path) return;
@@ -140,7 +141,7 @@ Status trace_particle_map(const Scene &scene, const Medium &medium, const Surfac
                             deposit(deposits[s], element, power, photon.ray.direction, depth);
                         });
                 });
-            return fits = counts.stored + counts.emitted <= most;
+            return fits = counts.stored + counts.emitted <= limit;
         });
     });
     map = {deposits, emitters.list[0].photon_color, photon_unit(emitters.power, settings.photons)};

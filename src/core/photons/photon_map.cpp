@@ -1,4 +1,4 @@
-// Photons: the store, the map, and the radiance estimate (S2).
+// The photon map: the store, the map of each smoke, and the radiance estimate (S2, S4-2).
 #include "core/photons/photon_map.h"
 #include "wisp/photon_sums.h"
 #include "wisp/settings.h"
@@ -7,9 +7,9 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-// What the collisions leave behind, in the order of the photons.
+// The collisions, in the order of the photons.
 struct Store {
-    Vec3 *position, *direction; // direction, power and smoke may be nullptr: not needed
+    Vec3 *position, *direction; // direction, power and smoke: nullptr where they are not needed
     Color *power;
     uint32_t *smoke;
     uint64_t count, capacity;
@@ -26,7 +26,7 @@ bool make_store(const PhotonPlan &plan, uint32_t smokes, Arena &arena, Store &st
            (store.smoke || smokes < 2);
 }
 
-// Photons of one batch. False when the store is too small, and then nothing of the batch remains.
+// Traces one batch. False: the store is too small, and nothing of the batch remains in it.
 bool trace_batch(const Medium &medium, const Surfaces *surfaces, const Emitters &emitters, uint64_t seed,
                  uint64_t batch, uint64_t photons, Store &store, Statistics &statistics) {
     const Statistics before = statistics;
@@ -94,17 +94,18 @@ PhotonPlan plan_photons(const Scene &scene, const Settings &settings) {
     const PhotonNeeds needs = photon_needs(scene, settings);
     if (!needs.traced) return {};
     PhotonPlan plan = {needs, 0, 0};
-    // Where more collisions are to be stored, tracing ends early and says so. A single batch has room for more.
-    constexpr uint64_t per_photon = 4, per_photon_of_one_batch = 64, most = 0x7fffffff;
+    // If there are more collisions than the store holds, tracing ends early and says so. A single batch has room for
+    // more per photon.
+    constexpr uint64_t per_photon = 4, per_photon_of_one_batch = 64, max_capacity = 0x7fffffff;
     const uint64_t of_one_batch = per_photon_of_one_batch * min(settings.photons, uint64_t{batch_photons});
-    plan.capacity = max(per_photon * min(settings.photons, most / per_photon), of_one_batch);
+    plan.capacity = max(per_photon * min(settings.photons, max_capacity / per_photon), of_one_batch);
     const uint64_t emitters = scene.light_count + scene.smoke_count;
     plan.bytes = Arena::bytes<Emitter>(emitters) + Arena::bytes<PhotonMap>(scene.smoke_count) +
                  Arena::bytes<Vec3>(plan.capacity);
-    const uint64_t payloads = (plan.directions ? 1 : 0) + (plan.powers ? 1 : 0);
-    // Each smoke's map is built at its turn: the slots of all together are the capacity and less than a leaf each.
+    const uint64_t arrays = (plan.directions ? 1 : 0) + (plan.powers ? 1 : 0);
+    // The maps of all smokes have as many slots as the capacity, and less than a leaf more each.
     const uint64_t slots = plan.capacity + scene.smoke_count * leaf_points;
-    plan.bytes += payloads * (Arena::bytes<Vec3>(plan.capacity) + Arena::bytes<Vec3>(slots));
+    plan.bytes += arrays * (Arena::bytes<Vec3>(plan.capacity) + Arena::bytes<Vec3>(slots));
     plan.bytes += point_tree_bytes(static_cast<uint32_t>(plan.capacity));
     if (scene.smoke_count > 1)
         plan.bytes += 2 * Arena::bytes<uint32_t>(plan.capacity) + Arena::bytes<Vec3>(plan.capacity) +
@@ -144,31 +145,32 @@ PhotonMaps trace_photons(const Medium &medium, const Surfaces *surfaces, const L
     return {maps, Status::done};
 }
 
-bool make_gather(uint32_t most, Arena &arena, Gather &gather) {
-    gather.most = most;
-    gather.slot = arena.make<uint32_t>(most);
-    gather.distance_squared = arena.make<Real>(most);
-    return gather.slot && gather.distance_squared && make_nearest_scratch(most, arena, gather.scratch);
+bool make_gather(uint32_t max_photons, Arena &arena, Gather &gather) {
+    gather.max_photons = max_photons;
+    gather.slot = arena.make<uint32_t>(max_photons);
+    gather.distance_squared = arena.make<Real>(max_photons);
+    return gather.slot && gather.distance_squared && make_nearest_scratch(max_photons, arena, gather.scratch);
 }
 
-uint64_t gather_bytes(uint32_t most) {
-    return Arena::bytes<uint32_t>(most) + Arena::bytes<Real>(most) + nearest_scratch_bytes(most);
+uint64_t gather_bytes(uint32_t max_photons) {
+    return Arena::bytes<uint32_t>(max_photons) + Arena::bytes<Real>(max_photons) + nearest_scratch_bytes(max_photons);
 }
 
 namespace {
 
-// The photons of an estimate: add(photon) for each but the one on the ball's surface. Returns the ball's radius, 0
-// where there is no photon.
+// Calls add(photon) for the photons of an estimate, without the one on the surface of the ball (N-E5). Returns the
+// radius of the ball; 0: there is no photon. A radius below 0.001 of the largest is raised, so that coincident photons
+// do not divide by 0.
 template <class Add>
 Real for_each_near(const PhotonMap &map, const Vec3 &x, Real largest_radius, Gather &gather, Statistics &statistics,
                    Add &&add) {
     if (map.tree.count == 0) return Real(0);
     const Nearest found =
-        nearest(map.tree, x, gather.most, largest_radius, gather.scratch, gather.slot, gather.distance_squared);
+        nearest(map.tree, x, gather.max_photons, largest_radius, gather.scratch, gather.slot, gather.distance_squared);
     ++statistics.smoke.gathers;
     statistics.smoke.gathered += found.count;
     if (found.count == 0) return Real(0);
-    const bool full = found.count == gather.most;
+    const bool full = found.count == gather.max_photons;
     const uint32_t left_out = full ? found.farthest : found.count;
     for (uint32_t i = 0; i < found.count; ++i)
         if (i != left_out) add(gather.slot[i]);
@@ -179,7 +181,8 @@ const Color &power_of(const PhotonMap &map, uint32_t photon) {
     return map.power ? map.power[photon] : map.uniform_power;
 }
 
-// / (4/3 pi r^3) * unit * 2^exponent, a third of the scaling after each division.
+// sum / (4/3 pi r^3) * unit * 2^exponent. A third of the scaling follows each division: in fixed point no intermediate
+// result leaves the range.
 Color per_volume(Color sum, Real radius, const PhotonUnit &unit) {
     sum = sum * (unit.unit * (Real(3) * inv_four_pi<Real>));
     const int32_t third = unit.exponent / 3;

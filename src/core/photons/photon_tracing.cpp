@@ -1,4 +1,4 @@
-// Where photons come from, and whether any are needed (S2).
+// What photons are needed for, and the unit of their power (S2).
 #include "core/numbers/double_bits.h"
 #include "core/photons/photon_tracing.h"
 #include "core/photons/spherical_harmonics.h"
@@ -16,10 +16,10 @@ bool same(double a, double b) { return total_order_key(a) == total_order_key(b);
 
 } // namespace
 
-bool is_stopped_before(const Surfaces *surfaces, const Emission &birth) {
-    const Light *light = birth.emitter->light;
+bool is_stopped_before(const Surfaces *surfaces, const Emission &emission) {
+    const Light *light = emission.emitter->light;
     if (!surfaces || !light || light->kind != LightKind::parallel) return false;
-    const Ray &ray = birth.photon.ray;
+    const Ray &ray = emission.photon.ray;
     TreeCounts unused = {};
     return is_blocked(*surfaces, {ray.origin, -ray.direction}, Real(0), infinite_distance, no_triangle, unused);
 }
@@ -39,7 +39,7 @@ PhotonUnit photon_unit(Real power, uint64_t emitted) {
 
 PhotonNeeds photon_needs(const Scene &scene, const Settings &settings) {
     PhotonNeeds needs = {};
-    bool scatters = false, glows = false, single_channel = true;
+    bool scatters = false, glows = false, grey = true;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const SmokeDescription &smoke = scene.smokes[i];
         if (smoke.empty()) continue;
@@ -48,19 +48,19 @@ PhotonNeeds photon_needs(const Scene &scene, const Settings &settings) {
         const int64_t g = total_order_key(smoke.asymmetry), size = max(g, -g);
         if (size > 0) needs.directions = true;
         if (size > 0 && size <= total_order_key(max_asymmetry_of_harmonics)) needs.harmonics = true;
-        if (!same(smoke.albedo.x, smoke.albedo.y) || !same(smoke.albedo.y, smoke.albedo.z)) single_channel = false;
+        if (!same(smoke.albedo.x, smoke.albedo.y) || !same(smoke.albedo.y, smoke.albedo.z)) grey = false;
     }
     needs.traced = scatters && (glows || scene.light_count > 0) && settings.photons > 0;
     if (!needs.traced) return {};
-    // All photons carry one and the same power where neither lights nor albedos tell them apart.
-    needs.powers = !single_channel || glows;
+    // All photons carry the same power if all lights have one hue and all albedos are grey.
+    needs.powers = !grey || glows;
     const Double3 *color = nullptr; // of the first light that is not black
     for (uint32_t i = 0; i < scene.light_count; ++i) {
         const Double3 &c = scene.lights[i].color;
         const double brightest = largest_of(c);
         if (!any_above_zero(c)) continue;
         if (!color) color = &c;
-        const double first = largest_of(*color); // compared without dividing
+        const double first = largest_of(*color); // compare the ratios without a division
         const auto same_hue = [&](double mine, double other) {
             return same(rounded_product(mine, first), rounded_product(other, brightest));
         };

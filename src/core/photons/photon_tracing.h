@@ -1,4 +1,4 @@
-// Tracing photons in batches (S2), whatever is made of their collisions: a photon map or a particle map.
+// Tracing photons in batches (S2). Both the photon map and the particle map are made of the collisions found here.
 #pragma once
 #include "core/photons/photon_walk.h"
 #include "core/surfaces/surfaces.h"
@@ -9,85 +9,90 @@
 
 namespace wisp::WISP_ARITH {
 
-// One photon's largest channel, power / emitted, as unit * 2^exponent with unit in [1, 2): in fixed point neither end
-// of the range is near.
+// The largest channel of one photon, power / emitted, as unit * 2^exponent with `unit` in [1, 2). In fixed point the
+// quotient itself could leave the range at either end.
 struct PhotonUnit {
     Real unit;
     int32_t exponent;
 };
 PhotonUnit photon_unit(Real power, uint64_t emitted);
 
-// Light from all directions: its mean radiance phi / (4 pi), and the flux relative to phi.
+// The light that arrives at a point from all directions.
 struct FluenceAndFlux {
-    Color radiance;
-    Vec3 flux;
+    Color radiance; // the mean radiance: fluence / (4 pi)
+    Vec3 flux;      // the flux vector divided by the fluence, both summed over R G B: its length is 0 to 1
 };
 
-// Photons of a parallel light start near the smoke: whether a surface stops them on the way there.
-bool is_stopped_before(const Surfaces *surfaces, const Emission &birth);
+// Whether a surface stands between the start of a photon and its light. Photons of a parallel light start near the
+// smoke.
+bool is_stopped_before(const Surfaces *surfaces, const Emission &emission);
 
-// Whether photons are needed, and what tells them apart.
+// What photons are needed for, and what they must carry.
 struct PhotonNeeds {
     bool traced;     // some light is scattered more than once
-    bool directions; // ... and not evenly
-    bool harmonics;  // ... and some smoke takes moments (moments.h)
+    bool directions; // ... by a phase function that is not isotropic
+    bool harmonics;  // ... which uses spherical harmonics (spherical_harmonics.h)
     bool powers;     // photons differ in power
 };
 PhotonNeeds photon_needs(const Scene &scene, const Settings &settings);
 
-// Traces one photon. collect(collision, photon as it arrives, its power) hears of the collisions after the first, as
-// single scattering is computed directly; of photons that the smoke itself emits from the first. The power is that
-// before the roulette, so readers multiply by the albedo.
-// fly(photon as it sets out, how far it flies, its power) hears of the flights to those collisions.
-template <class Collect, class Fly>
+// Traces one photon. `surfaces` stop it; nullptr: there are none.
+//   on_collision(collision, photon as it arrives, power)  for every collision that the map stores
+//   on_flight(photon as it starts, end, power)            for every flight that may lead to such a collision
+// The map stores collisions after the first, because the march computes single scattering directly; of photons that
+// the smoke itself emits, it stores the first too (N-E6). `power` is the power before the roulette, so whoever reads
+// the map multiplies by the albedo.
+template <class OnCollision, class OnFlight>
 void trace_photon(const Medium &medium, const Surfaces *surfaces, const Emitters &emitters, uint64_t key,
-                  Statistics &statistics, Collect &&collect, Fly &&fly) {
+                  Statistics &statistics, OnCollision &&on_collision, OnFlight &&on_flight) {
     auto &counts = statistics.photons;
-    const Emission birth = emit_photon(medium, emitters, key);
-    const Emitter &emitter = *birth.emitter;
+    const Emission emission = emit_photon(medium, emitters, key);
+    const Emitter &emitter = *emission.emitter;
     ++counts.emitted;
-    if (!birth.photon.leaves) {
+    if (!emission.photon.emitted) {
         ++counts.escaped;
         return;
     }
-    if (is_stopped_before(surfaces, birth)) {
+    if (is_stopped_before(surfaces, emission)) {
         ++counts.blocked;
         return;
     }
     const bool constant = emitter.light && emitter.light->kind == LightKind::constant;
     const uint32_t first_stored = emitter.light ? 1 : 0;
-    Real falloff = Real(1);
-    const PathEnd fate = walk(
-        medium, birth.photon, key,
+    Real weight = Real(1);
+    const PathEnd path_end = walk(
+        medium, emission.photon, key,
         [&](const MediumCollision &at, uint32_t number, const Photon &arrived) {
             ++counts.collisions;
-            if (constant && number == 0) { // irradiance without falloff: as many photons to the area everywhere
-                const Vec3 way = arrived.ray.origin - emitter.light->position;
-                falloff = dot(way, way) / emitter.reach_squared;
+            if (constant && number == 0) { // irradiance without falloff: the weight cancels 1/r^2
+                const Vec3 offset = arrived.ray.origin - emitter.light->position;
+                weight = dot(offset, offset) / emitter.reach_squared;
             }
-            if (number >= first_stored) collect(at, arrived, arrived.power * falloff);
+            if (number >= first_stored) on_collision(at, arrived, arrived.power * weight);
         },
         [&](const Photon &photon, Real end, uint32_t number) {
-            if (number >= first_stored) fly(photon, end, photon.power * falloff);
+            if (number >= first_stored) on_flight(photon, end, photon.power * weight);
         },
         [&](const Ray &ray, uint32_t number) {
+            // A light may stand on a surface: the first flight of its photons begins beyond that surface.
             const bool from_lamp = number == 0 && emitter.light && emitter.light->kind != LightKind::parallel;
-            const Real begin = from_lamp && surfaces ? surfaces->ray_epsilon : Real(0); // it may stand on one
+            const Real begin = from_lamp && surfaces ? surfaces->ray_epsilon : Real(0);
             return distance_to_surface(surfaces, ray, begin);
         });
-    ++(fate == PathEnd::absorbed  ? counts.absorbed
-       : fate == PathEnd::escaped ? counts.escaped
-       : fate == PathEnd::blocked ? counts.blocked
-                                  : counts.capped);
+    ++(path_end == PathEnd::absorbed  ? counts.absorbed
+       : path_end == PathEnd::escaped ? counts.escaped
+       : path_end == PathEnd::blocked ? counts.blocked
+                                      : counts.capped);
 }
 
-template <class Collect>
+template <class OnCollision>
 void trace_photon(const Medium &medium, const Surfaces *surfaces, const Emitters &emitters, uint64_t key,
-                  Statistics &statistics, Collect &&collect) {
-    trace_photon(medium, surfaces, emitters, key, statistics, collect, [](const Photon &, Real, const Color &) {});
+                  Statistics &statistics, OnCollision &&on_collision) {
+    trace_photon(medium, surfaces, emitters, key, statistics, on_collision, [](const Photon &, Real, const Color &) {});
 }
 
-// Calls trace(key) for the photons of a batch; false as soon as that returns false.
+// Calls trace(key) for the photons of a batch, until it returns false; returns what the last call returned. Each batch
+// has a Mersenne Twister of its own, which draws one 64-bit key per photon and nothing else.
 template <class Trace> bool for_each_photon(uint64_t seed, uint64_t batch, uint64_t photons, Trace &&trace) {
     Mt19937 generator(static_cast<uint32_t>(seed), static_cast<uint32_t>(seed >> 32), static_cast<uint32_t>(batch),
                       static_cast<uint32_t>(batch >> 32));
@@ -99,7 +104,7 @@ template <class Trace> bool for_each_photon(uint64_t seed, uint64_t batch, uint6
     return true;
 }
 
-// Calls trace_batch(number, photons) for a part of the batches of all photons, until it returns false.
+// Calls trace_batch(number, photons) for some batches out of all `photons`, until it returns false.
 template <class TraceBatch>
 Status for_each_batch(uint64_t photons, const Batches &batches, const Observer &observer, TraceBatch &&trace_batch) {
     for (uint64_t batch = batches.first; batch < batches.last; ++batch) {

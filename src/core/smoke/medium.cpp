@@ -9,10 +9,10 @@ namespace {
 
 bool any(const Color &c) { return largest(c) > Real(0); }
 
-// For each particle, the sum of the cross-sections of the particles before it, as a fraction of 2^32 of the whole sum. For
-// the samples of a grid, whose tents all have the same volume, densities take the place of cross-sections. The sums are
-// integers, so that a choice by them is the same in every arithmetic.
-const uint32_t *cumulative_areas(const SmokeDescription &source, Arena &arena) {
+// For each particle, the fraction of the whole cross-section that lies before it, in units of 2^-32. The samples of a grid
+// have tents of equal volume: for these it is the fraction of the density. The sums are integers, so the choice of a
+// particle is the same in every arithmetic.
+const uint32_t *area_fractions_before(const SmokeDescription &source, Arena &arena) {
     const uint32_t count = elements_of(source);
     uint32_t *before = arena.make<uint32_t>(count);
     if (!before) return nullptr;
@@ -25,13 +25,13 @@ const uint32_t *cumulative_areas(const SmokeDescription &source, Arena &arena) {
     Real largest_area = Real(0);
     for (uint32_t i = 0; i < count; ++i) largest_area = max(largest_area, area(i));
     uint64_t total = 0;
-    const auto units = [&](uint32_t i) { // an area in units of largest_area / 65536
+    const auto units = [&](uint32_t i) { // an area, in units of 2^-16 of the largest
         return static_cast<uint64_t>(floor_to_int(scale_pow2(area(i) / largest_area, 16)));
     };
     for (uint32_t i = 0; i < count; ++i) total += units(i);
     // sum / total as a fraction of 2^32, by long division in two halves of 16 bits: total < 2^47.
     uint64_t sum = 0;
-    if (total == 0) total = 1; // all areas are too small for the arithmetic
+    if (total == 0) total = 1; // all areas are too small for the arithmetic: all fractions are 0
     for (uint32_t i = 0; i < count; ++i) {
         const uint64_t high = (sum << 16) / total, rest = (sum << 16) % total;
         before[i] = static_cast<uint32_t>(high << 16 | (rest << 16) / total);
@@ -84,8 +84,8 @@ Medium make_medium(const Scene &scene, double density_step, Arena &arena) {
             smoke.emitted_power =
                 smoke.emission * (Color(Real(1)) - smoke.albedo) * (four_pi<Real> * to_real<Real>(source.total_area));
             if (any(smoke.emitted_power)) {
-                smoke.area_before = cumulative_areas(source, arena);
-                if (!smoke.area_before) return medium;
+                smoke.area_fraction_before = area_fractions_before(source, arena);
+                if (!smoke.area_fraction_before) return medium;
             }
         }
         if (!source.empty()) {

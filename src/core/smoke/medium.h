@@ -12,8 +12,10 @@ struct SmokeVolume {
     Color albedo;
     Phase phase = Phase(Real(0));
     Color emission;              // L_e
-    Color emitted_power;         // of all its photons: 4 pi (1 - albedo) L_e times the integral of sigma_t
-    const uint32_t *area_before; // if it emits: for each particle or sample, the sum before it as a fraction of 2^32
+    Color emitted_power; // of the whole smoke: 4 pi (1 - albedo) L_e times the integral of sigma_t
+    // Where the smoke emits: for each particle or sample, the fraction of the integral of sigma_t that lies before it, in
+    // units of 2^-32; or else nullptr.
+    const uint32_t *area_fraction_before;
     const SmokeDescription *source;
 };
 

@@ -169,7 +169,7 @@ TEST_CASE(WISP_ARITH_NAME ": every light is in one leaf; nodes contain their chi
                 const LightNode &part = cuts.nodes[child];
                 CHECK(contains(node.box, part.box));
                 CHECK(contains(node.directions, part.directions));
-                CHECK(!(node.widest < part.widest));
+                CHECK(!(node.max_one_minus_cosine < part.max_one_minus_cosine));
                 sum += part.color;
                 depth[child] = depth[n] + 1;
             }
@@ -284,7 +284,7 @@ TEST_CASE(WISP_ARITH_NAME ": no node of a cut errs by more than two hundredths o
                 const CutNode &node = lamps.cuts.heap[c];
                 Double3 right = {0, 0, 0};
                 for (const uint32_t light : lamps.lights_of(node.node)) right = added(right, seen(light));
-                const Double3 wrong = added(right, -node.given);
+                const Double3 wrong = added(right, -node.contribution);
                 CHECK(std::max(most(wrong), most(wrong * -1.0)) <= largest_error);
                 CHECK(at(node.bound) <= largest_error);
                 error += at(node.bound);
@@ -295,7 +295,7 @@ TEST_CASE(WISP_ARITH_NAME ": no node of a cut errs by more than two hundredths o
             // With no error allowed every light is asked, but for those that cannot be seen.
             LightCuts every = lamps.cuts;
             every.error = Real(0);
-            every.most = ~0u;
+            every.max_nodes = ~0u;
             const LightOfCut exact = light_of_cut(every, spot.lit, respond);
             CHECK(exact.clusters == 0);
             const Double3 none = added(all, -exact.sum);
@@ -310,7 +310,7 @@ TEST_CASE(WISP_ARITH_NAME ": no node of a cut errs by more than two hundredths o
 TEST_CASE(WISP_ARITH_NAME ": a cut has no more nodes than it may, but where it is near") {
     Lamps lamps(3, 1000, 100, {LightKind::point});
     lamps.cuts.error = Real(0);
-    lamps.cuts.most = 50;
+    lamps.cuts.max_nodes = 50;
     const auto asked = [&](const Double3 &at) {
         const Vec3 up = vec_of({0, 1, 0});
         const LitPoint point = {vec_of(at), up, up, up, Color(Real(1)), Color(Real(0)), Real(1)};
@@ -328,7 +328,7 @@ TEST_CASE(WISP_ARITH_NAME ": a cut has no more nodes than it may, but where it i
     for (const LightSource &source : same) lamps.lights.push_back(make_light(source));
     lamps.make();
     lamps.cuts.error = Real(0);
-    lamps.cuts.most = 50;
+    lamps.cuts.max_nodes = 50;
     CHECK(asked({1, 2, 3}) == 200);
     CHECK(asked({1, -2, 3}) <= 51);
 }

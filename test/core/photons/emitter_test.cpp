@@ -43,7 +43,7 @@ TEST_CASE(WISP_ARITH_NAME ": photons of every light pass through the sphere that
         const int n = 4000;
         for (int i = 0; i < n; ++i) {
             const Photon photon = emit(emitter, smoke, photon_event(uint64_t(i), 0));
-            if (!photon.leaves) continue;
+            if (!photon.emitted) continue;
             ++leave;
             const Vec3 to_center = smoke.center - photon.ray.origin;
             const Vec3 across = cross(photon.ray.direction, to_center);
@@ -67,7 +67,7 @@ TEST_CASE(WISP_ARITH_NAME ": photons of narrow spots keep the cone's power") {
         const Emitter emitter = make_emitter(light, smoke);
         CHECK(at(emitter.power.x) == doctest::Approx(1e4 * 2 * pi_ * 2 * sine * sine).epsilon(0.01));
         int leave = 0;
-        for (int i = 0; i < 400; ++i) leave += emit(emitter, smoke, photon_event(uint64_t(i), 0)).leaves ? 1 : 0;
+        for (int i = 0; i < 400; ++i) leave += emit(emitter, smoke, photon_event(uint64_t(i), 0)).emitted ? 1 : 0;
         CHECK(leave >= 396); // the cone's own photons, but for the rounding at its edge
     }
 }

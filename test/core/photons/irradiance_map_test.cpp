@@ -74,7 +74,7 @@ Fortune analog(double sigma, double albedo, double g, int photons) {
 
 double total_of(const FluenceSums &deposits, uint32_t channel = 0) {
     double sum = 0;
-    const size_t nodes = size_t{deposits.bricks->count} * nodes_of(deposits.stride);
+    const size_t nodes = size_t{deposits.bricks->count} * nodes_of(deposits.spacing);
     for (size_t i = 0; i < nodes; ++i)
         sum += static_cast<double>(deposits.power[i * deposits.channels + channel]) * 0x1p-24;
     return sum;
@@ -224,7 +224,7 @@ TEST_CASE(WISP_ARITH_NAME ": moments are those of the direction that flew, at th
             const SphericalHarmonics expected =
                 harmonics_of(normalize(vec(flux[0] / harmonics[0], flux[1] / harmonics[0], flux[2] / harmonics[0])));
             for (uint32_t i = 0; i < harmonic_count; ++i)
-                CHECK(std::fabs(2 * harmonics[1 + i] / harmonics[0] - 1 - at(expected.of[i])) < 1e-4);
+                CHECK(std::fabs(2 * harmonics[1 + i] / harmonics[0] - 1 - at(expected.value[i])) < 1e-4);
         }
         CHECK(flown == 12);
         CHECK(std::fabs(astray) < 0.2); // four times its deviation, 12^-1/2 / 6
@@ -252,7 +252,7 @@ TEST_CASE(WISP_ARITH_NAME
         for (double little : {0.57, -0.57, 1e-9}) CHECK(numbers(g, little) == flux + more);
     }
     for (double g : {-0.58, -0.57, -1e-3, 0.0, 1e-3, 0.57, 0.58})
-        CHECK(takes_harmonics(real(g)) == (g != 0 && std::fabs(g) < 0.577));
+        CHECK(uses_harmonics(real(g)) == (g != 0 && std::fabs(g) < 0.577));
 }
 
 TEST_CASE(WISP_ARITH_NAME ": black smoke traces no photons through bricks, and glowing smoke starts them in itself") {
@@ -500,7 +500,7 @@ struct Given {
     // Power for a radiance at every node: `of(place in the lattice of the finest nodes, channel)`.
     template <class Of> void fill(Of &&of) {
         const SparseGrid &bricks = built.bricks;
-        const int32_t s = deposits.stride;
+        const int32_t s = deposits.spacing;
         const auto below = [](double t) { // of a tent from -1 to 1
             t = std::clamp(t, -1.0, 1.0);
             return t < 0 ? 0.5 * (t + 1) * (t + 1) : 1 - 0.5 * (1 - t) * (1 - t);
@@ -521,7 +521,7 @@ struct Given {
     }
     double reach(int axis) const { return size[axis]; }
     Irradiance map(double tolerance) {
-        memory.resize(irradiance_bytes(scene_of(box(), {}), built.bricks.count, deposits.stride,
+        memory.resize(irradiance_bytes(scene_of(box(), {}), built.bricks.count, deposits.spacing,
                                        deposits.flux != nullptr, deposits.harmonics != nullptr));
         Arena arena(memory.data(), memory.size());
         const Irradiance made = make_irradiance(medium.medium, deposits, real(tolerance), arena);
@@ -646,7 +646,7 @@ TEST_CASE(WISP_ARITH_NAME ": an adaptive map has fewer points, and keeps every o
             const SparseGrid &bricks = given.built.bricks;
             std::vector<std::array<double, 3>> all;
             for (uint32_t b = 0; b < bricks.count; ++b) {
-                CHECK(uniform.stride[b] == 1);
+                CHECK(uniform.spacing[b] == 1);
                 for (uint32_t k = 0; k < nodes_of(1); ++k) {
                     const Cell n = cell_of_index(nodes_along(1), k);
                     const Color light = light_at(uniform, b, Vec3(Real(n.x), Real(n.y), Real(n.z))).radiance;
@@ -663,8 +663,8 @@ TEST_CASE(WISP_ARITH_NAME ": an adaptive map has fewer points, and keeps every o
                 uint32_t points = 0, strides[9] = {};
                 for (uint32_t b = 0; b < bricks.count; ++b) {
                     CHECK(map.first[b] == static_cast<int32_t>(points));
-                    points += nodes_of(map.stride[b]);
-                    ++strides[map.stride[b]];
+                    points += nodes_of(map.spacing[b]);
+                    ++strides[map.spacing[b]];
                     double greatest = 0, worst = 0;
                     for (uint32_t k = 0; k < nodes_of(1); ++k) {
                         const auto &exact = all[size_t{b} * nodes_of(1) + k];

@@ -34,12 +34,12 @@ struct Beams {
         return 4 * 3.14159265358979 * p;
     }
     double orders_2_and_3(double g, const Vec3 &out) const {
-        const SphericalHarmonics seen = seen_harmonics(Phase(real(g)), out);
+        const SphericalHarmonics seen = phase_harmonics(Phase(real(g)), out);
         double sum = 0;
         for (int i = 0; i < 3; ++i) {
             const SphericalHarmonics m = harmonics_of(way[i]);
             for (uint32_t k = 0; k < harmonic_count; ++k)
-                sum += share[i] * std::pow(width, k < 5 ? 2 : 3) * at(m.of[k]) * at(seen.of[k]);
+                sum += share[i] * std::pow(width, k < 5 ? 2 : 3) * at(m.value[k]) * at(seen.value[k]);
         }
         return sum;
     }
@@ -54,8 +54,8 @@ TEST_CASE(WISP_ARITH_NAME ": moments of one order of two directions make up Lege
         const SphericalHarmonics of_a = harmonics_of(a), of_b = harmonics_of(b);
         double second = 0, third = 0;
         for (uint32_t k = 0; k < harmonic_count; ++k) {
-            (k < 5 ? second : third) += at(of_a.of[k]) * at(of_b.of[k]);
-            CHECK(std::fabs(at(of_a.of[k])) <= 1 + rounding(a, b));
+            (k < 5 ? second : third) += at(of_a.value[k]) * at(of_b.value[k]);
+            CHECK(std::fabs(at(of_a.value[k])) <= 1 + rounding(a, b));
         }
         const double c = at(dot(a, b));
         CHECK(std::fabs(second - (1.5 * c * c - 0.5)) < rounding(a, b));

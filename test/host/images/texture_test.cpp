@@ -1,5 +1,5 @@
-// Textures: every PPM that the format allows is read, sRGB becomes linear light, each level is the average of the one
-// before it, and what is no such PPM gives one clear line.
+// Textures: every PPM that the format allows, and PNG, is read, sRGB becomes linear light, each level is the average of the one
+// before it, and what is no such file gives one clear line.
 #include "host/images/picture.h"
 #include "host/images/texture.h"
 #include "support/data.h"
@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <doctest/doctest.h>
 #include <filesystem>
+#include <stb/stb_image_write.h>
 
 extern "C" int fuzz_texture(const uint8_t *data, size_t size); // test/fuzz/texture_fuzz.cpp
 
@@ -37,6 +38,18 @@ std::string random_picture(size_t width, size_t height, Random &random) {
 double linear(double byte) {
     const double s = byte / 255;
     return 65535 * (s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4));
+}
+
+// A PNG of 8 bits a sample.
+Bytes png(int width, int height, int channels, const Bytes &samples) {
+    Bytes bytes;
+    stbi_write_png_to_func(
+        [](void *to, void *data, int size) {
+            const auto *begin = static_cast<const uint8_t *>(data);
+            static_cast<Bytes *>(to)->insert(static_cast<Bytes *>(to)->end(), begin, begin + size);
+        },
+        &bytes, width, height, channels, samples.data(), width * channels);
+    return bytes;
 }
 
 } // namespace
@@ -174,10 +187,10 @@ TEST_CASE("texture: comments and blanks of any kind stand in the header alone") 
 }
 
 TEST_CASE("texture: another format is refused by name") {
-    CHECK(error_of("") == "file: byte 0: not a PPM picture, expected 'P6' at its start");
-    CHECK(error_of("P") == "file: byte 0: not a PPM picture, expected 'P6' at its start");
-    CHECK(error_of("PF\n1 1\n1.0\n") == "file: byte 0: not a PPM picture, expected 'P6' at its start");
-    CHECK(error_of(" P6 3 2 255\n" + texels) == "file: byte 0: not a PPM picture, expected 'P6' at its start");
+    CHECK(error_of("") == "file: byte 0: not a PPM or PNG picture, expected 'P6' or the signature of PNG at its start");
+    CHECK(error_of("P") == "file: byte 0: not a PPM or PNG picture, expected 'P6' or the signature of PNG at its start");
+    CHECK(error_of("PF\n1 1\n1.0\n") == "file: byte 0: not a PPM or PNG picture, expected 'P6' or the signature of PNG at its start");
+    CHECK(error_of(" P6 3 2 255\n" + texels) == "file: byte 0: not a PPM or PNG picture, expected 'P6' or the signature of PNG at its start");
     CHECK(error_of("P3 1 1 255\n1 2 3\n") == "file: byte 0: P3 (a picture as text), expected P6 (PPM, binary)");
     CHECK(error_of("P5 1 1 255\na") == "file: byte 0: P5 (a grey picture), expected P6 (PPM, binary)");
     CHECK(error_of("P7\n") == "file: byte 0: P7 (a PAM picture), expected P6 (PPM, binary)");
@@ -213,6 +226,54 @@ TEST_CASE("texture: other depths and missing texels are refused") {
     CHECK(error_of("P6 3 2 255\n") == "file: byte 11: 0 bytes of texels, expected 3 x 2 texels of 3 bytes");
     CHECK(error_of("P6 3 2 255\n" + texels.substr(1)) ==
           "file: byte 11: 17 bytes of texels, expected 3 x 2 texels of 3 bytes");
+}
+
+TEST_CASE("texture: a PNG of 1, 2, 3 or 4 channels has the texels of the PPM with the same bytes") {
+    Random random;
+    for (const int channels : {1, 2, 3, 4}) {
+        const int width = 13, height = 7;
+        std::string ppm = "P6 13 7 255\n";
+        Bytes samples;
+        for (int i = 0; i < width * height; ++i) {
+            uint8_t sample[4];
+            for (uint8_t &value : sample) value = static_cast<uint8_t>(random.bits());
+            samples.insert(samples.end(), sample, sample + channels); // the last of 2 and 4 is the opacity
+            for (int c = 0; c < 3; ++c) ppm += static_cast<char>(sample[channels < 3 ? 0 : c]);
+        }
+        CHECK(parse_texture(png(width, height, channels, samples), "file").texels == parse(ppm).texels);
+    }
+}
+
+TEST_CASE("texture: a PNG that is damaged gives one line or a texture") {
+    Random random;
+    Bytes samples;
+    for (int i = 0; i < 5 * 4 * 3; ++i) samples.push_back(static_cast<uint8_t>(random.bits() % 4));
+    const Bytes whole = png(5, 4, 3, samples);
+    const auto error_of_changed = [&](size_t at, std::initializer_list<uint8_t> bytes) {
+        Bytes changed = whole;
+        std::copy(bytes.begin(), bytes.end(), changed.begin() + static_cast<std::ptrdiff_t>(at));
+        return refusal_of([&] { parse_texture(changed, "file"); });
+    };
+    CHECK(error_of_changed(0, {0x89}) == "no error");
+    CHECK(error_of_changed(8, {0, 0, 0, 12}) == "file: byte 8: a chunk of 12 bytes, expected the 13 of a header");
+    CHECK(error_of_changed(12, {'i'}) == "file: byte 12: chunk 'iHDR', expected 'IHDR'");
+    CHECK(error_of_changed(16, {0, 0, 0x40, 1}) == "file: byte 16: 16385, expected a width from 1 to 16384");
+    CHECK(error_of_changed(20, {0, 0, 0, 0}) == "file: byte 20: 0, expected a height from 1 to 16384");
+    CHECK(error_of_changed(24, {16}) == "file: byte 24: 16 bits a value, expected at most 8");
+    CHECK(error_of_changed(16, {0, 0, 0x40, 0, 0, 0, 0x40, 0}) ==
+          "file: byte 24: 16384 x 16384 texels, expected no more than 256 times the file's bytes");
+    CHECK(error_of_changed(25, {7}) == "file: byte 29: a check sum that is wrong, expected that of chunk 'IHDR'");
+    CHECK(error_of_changed(33, {0x40, 0, 0, 0}).rfind("file: byte 33: 1073741832 bytes of a chunk, expected at most ", 0) == 0);
+    CHECK(error_of_changed(whole.size() - 8, {'X'}) == "file: byte " + std::to_string(whole.size() - 4) +
+                                                           ": a check sum that is wrong, expected that of chunk 'XEND'");
+
+    for (size_t size = 0; size <= whole.size(); ++size) CHECK(fuzz_texture(whole.data(), size) == 0);
+    for (int round = 0; round < 20000; ++round) {
+        Bytes changed = whole;
+        for (size_t changes = 1 + random.bits() % 3; changes > 0; --changes)
+            changed[random.bits() % changed.size()] = static_cast<uint8_t>(random.bits());
+        CHECK(fuzz_texture(changed.data(), changed.size()) == 0);
+    }
 }
 
 TEST_CASE("texture: a damaged file gives one line or a texture") {

@@ -1,4 +1,4 @@
-// Any bytes as the proof of a .pfm: one line that says what is wrong, or a crop within its picture. The bytes behind
+// Any bytes as the record of a .pfm: one line that says what is wrong, or a crop within its picture. The bytes behind
 // the first two lines are also read under a SHA-256 that is theirs, which no chance would find.
 #include "host/base/error.h"
 #include "host/base/sha256.h"
@@ -14,18 +14,18 @@ void promise(bool kept) {
 }
 
 void read(const wisp::Bytes &bytes) {
-    wisp::PfmRecord of;
+    wisp::PfmRecord pfm;
     try {
-        of = wisp::parse_record(bytes, "name");
+        pfm = wisp::parse_record(bytes, "name");
     } catch (const wisp::InputError &error) {
         const std::string line = error.what();
         promise(line.rfind("name:", 0) == 0);
         promise(line.find('\n') == std::string::npos);
         return;
     }
-    const wisp::Crop &crop = of.proof.crop;
-    promise(0 <= crop.x0 && crop.x0 < crop.x1 && crop.x1 <= of.proof.width && of.proof.width <= 65536);
-    promise(0 <= crop.y0 && crop.y0 < crop.y1 && crop.y1 <= of.proof.height && of.proof.height <= 65536);
+    const wisp::Crop &crop = pfm.record.crop;
+    promise(0 <= crop.x0 && crop.x0 < crop.x1 && crop.x1 <= pfm.record.width && pfm.record.width <= 65536);
+    promise(0 <= crop.y0 && crop.y0 < crop.y1 && crop.y1 <= pfm.record.height && pfm.record.height <= 65536);
 }
 
 } // namespace
