@@ -1,4 +1,4 @@
-// Bricks, resampled smoke, and what photons leave in it, over memory of the test's own.
+// Sparse grids, resampled smoke and its photons, as structures that own their memory.
 #pragma once
 #include "core/photons/irradiance_map.h"
 #include "support/built_smoke.h"

@@ -70,7 +70,7 @@ TEST_CASE(WISP_ARITH_NAME ": the estimated error of the density is the true one"
         }
         const double expected = std::sqrt(square / n);
 
-        // Of the particles inside, where no border thins the smoke.
+        // Only particles inside, where no border reduces the density.
         std::vector<Particle> inside;
         std::vector<DensityStatistics> of_inside;
         for (size_t i = 0; i < particles.size(); ++i) {
@@ -83,7 +83,7 @@ TEST_CASE(WISP_ARITH_NAME ": the estimated error of the density is the true one"
         // The number of 75 neighbours is known to half a per cent from 39,000 particles; the error goes with its root.
         CHECK(estimated == doctest::Approx(expected).epsilon(0.01));
 
-        // Points see 2,500 (spline) and more volumes int W^2 that are independent: the scatter is sure to 1.4 %, once.
+        // The points cover at least 2,500 independent volumes of size 1 / int W^2, so the scatter is known to 1.4 %.
         const BuiltField built(smoke);
         Sequence next;
         double sum = 0, squares = 0;

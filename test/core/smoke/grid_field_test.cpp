@@ -36,7 +36,7 @@ struct Grid {
         Sequence next{seed};
         for (float &value : density) value = static_cast<float>(next() < 0.1 ? 0 : 2 * next());
     }
-    // About (1, 2, 2) / 3 by the angle with cosine 0.6 and sine 0.8: no coordinate stays where it was.
+    // Rotates about (1, 2, 2) / 3 by the angle with cosine 0.6 and sine 0.8, which changes every coordinate.
     Grid rotated() const {
         Grid grid = *this;
         const double k[3] = {1.0 / 3, 2.0 / 3, 2.0 / 3};
@@ -66,7 +66,7 @@ struct Grid {
 
     double side(int i) const { return 2 * (i == 0 ? half.x : i == 1 ? half.y : half.z); }
     double edge(int i) const { return side(i) / n[i]; }
-    // Cells from the lower walls.
+    // A point of the scene in cells from the lower walls.
     Double3 cells(const Double3 &x) const {
         const Double3 d = x - center;
         return {(dot(axis[0], d) + half.x) / edge(0), (dot(axis[1], d) + half.y) / edge(1),
@@ -87,7 +87,7 @@ struct Grid {
                     sum += sample(x, y, z) * tent(u.x, x, n[0]) * tent(u.y, y, n[1]) * tent(u.z, z, n[2]);
         return sum * sigma;
     }
-    // How far inside the box, in cells; negative outside.
+    // The distance from the nearest wall, in cells; negative outside.
     double inside(const Double3 &u) const { return std::min({u.x, u.y, u.z, n[0] - u.x, n[1] - u.y, n[2] - u.z}); }
     double largest() const {
         double value = density.empty() ? 1 : 0;
@@ -130,11 +130,11 @@ struct Grid {
         return sum;
     }
 
-    // What rounding does to a point of the frame: 9 operations on coordinates of this size (turning is 1 + 5 of them,
-    // the axes are rounded themselves, then the subtraction of the wall and a ray's step).
+    // The rounding error of a point in the frame: 9 operations on coordinates of this size (6 of the rotation, the axes'
+    // own rounding, the subtraction of the wall, and a ray's step).
     double position_error(double reach) const { return 9 * unit_error * (1 + reach); }
-    // The same in cells, where a reciprocal edge is rounded too, as a change of the value; and 9 operations on it. A
-    // value changes by no more than the largest sample per cell and axis.
+    // The resulting error of a value: that of the point in cells, whose reciprocal edge is rounded too, and 9 operations
+    // on the value. A value changes by at most the largest sample per cell and axis.
     double value_error(double reach) const {
         double cells_off = 0;
         for (int i = 0; i < 3; ++i)
@@ -143,7 +143,7 @@ struct Grid {
     }
 };
 
-// Upright, rotated, with cells of any shape, with single layers; and boxes of one sample.
+// Grids along the axes and rotated, with cells of any shape and with single layers; and boxes of one sample.
 std::vector<Grid> grids() {
     const Grid uneven(5, 4, 3, 0.75, {0.5, -1.25, 2}, {2, 1.5, 0.75}, 1), odd(3, 7, 5, 1.3, {0, 0, 0}, {1, 1, 1}, 2),
         layer(6, 1, 4, 2, {-3, 0.125, 1}, {1.5, 0.4, 2}, 3);
@@ -320,7 +320,7 @@ TEST_CASE(WISP_ARITH_NAME ": rays along a grid's axes have the integral of its d
 }
 
 TEST_CASE(WISP_ARITH_NAME ": rays along walls and planes of samples, and just outside") { // E7
-    // Edges are powers of two: what is on a wall is on it in every arithmetic.
+    // Edges are powers of two: a point on a wall is exactly on it in every arithmetic.
     const Grid grid(4, 2, 8, 0.5, {1, -2, 0.5}, {2, 0.5, 1}, 9);
     const BuiltGrid built(grid.source());
     const double out = 0x1p-18; // in cells
@@ -357,7 +357,7 @@ TEST_CASE(WISP_ARITH_NAME ": rays along walls and planes of samples, and just ou
 TEST_CASE(WISP_ARITH_NAME ": a grazing ray takes no more than the corner that it cuts") {
     for (const Grid &grid : grids()) {
         const BuiltGrid built(grid.source());
-        // Across the edge between two walls, ever nearer; the chord is a few of these distances long.
+        // Rays across the edge between two walls, at decreasing distances from it; the chord is a few distances long.
         for (int i = 2; i < 40; ++i) {
             const double near = std::ldexp(1.0, -i);
             const Double3 touched = grid.point({near / grid.edge(0), near / grid.edge(1), grid.n[2] * 0.4});
@@ -426,7 +426,7 @@ TEST_CASE(WISP_ARITH_NAME ": no density in a box is above its majorant, and the 
                 CHECK(sigma <= bound + grid.value_error(norm(doubles(x) - grid.center)));
             }
             if (!upright) continue;
-            // The largest of the samples whose tents reach into the box, and of no others.
+            // The majorant is the largest of the samples whose tents reach into the box.
             const Double3 u0 = grid.cells(low), u1 = grid.cells(high);
             double expected = 0;
             const auto reaches = [](double from, double to, int j, int count) {
@@ -486,7 +486,7 @@ TEST_CASE(WISP_ARITH_NAME ": the optical depth up to a grid's collision is expon
                 if (!collides(built.field, ray, Real(100), photon_event(i, 9), distance)) continue;
                 REQUIRE(distance >= Real(0));
                 depths.push_back(at(optical_depth(built.field, ray, distance)));
-                // The draw's own, but for the rounding of the distance and of the sum of the cells' depths.
+                // The depth that was drawn, up to the rounding of the distance and of the sum over cells.
                 const double drawn = -std::log1p(-at(unit_open<Real>(draw(photon_event(i, 9), 0))));
                 worst = std::max(worst, std::fabs(depths.back() - drawn));
             }
@@ -494,7 +494,7 @@ TEST_CASE(WISP_ARITH_NAME ": the optical depth up to a grid's collision is expon
             CHECK(std::fabs(double(depths.size()) / n - hit) < 4 * std::sqrt(hit * (1 - hit) / n));
             CHECK(distance_from_exponential(depths, whole) < 1.95);
             CHECK(worst < 2 * grid.largest() * grid.position_error(6) + 40 * unit_error * (1 + whole));
-            // One that ends earlier is not reached, one that ends behind is the same.
+            // A flight that ends before the collision has none; one that ends behind it has the same.
             Real distance, again;
             for (uint64_t i = 0; i < 50; ++i) {
                 if (!collides(built.field, ray, Real(100), photon_event(i, 9), distance)) continue;
@@ -562,7 +562,7 @@ TEST_CASE(WISP_ARITH_NAME ": a walk visits the cells along a ray once each, in o
             if (!clip(box, ray, begin, end)) continue;
             if (i % 7 == 0) end = begin + (end - begin) * real(0.6);
             if (i % 11 == 0) begin = begin + (end - begin) * real(0.3);
-            if (i % 13 == 0) end += real(20 * unit_error); // a wall that rounding moved
+            if (i % 13 == 0) end += real(20 * unit_error); // an end just behind the wall
             ++walks;
 
             // The error of a position along one axis, for any slope: the wall's, the ray's and the quotient's
@@ -607,8 +607,8 @@ TEST_CASE(WISP_ARITH_NAME ": a walk visits the cells along a ray once each, in o
 
 namespace {
 
-// Chi-square of points against the density: in the pieces between the planes of samples and the walls between cells,
-// where it is trilinear, the integral over a piece is the value at its middle times its volume.
+// Chi-square of points against the density. The bins lie between the planes of samples and the walls of cells. The density
+// is trilinear in a bin, so its integral is the value at the middle times the volume.
 void check_points(const Grid &grid, int number, const std::function<Double3(int)> &point) {
     const int nx = 2 * grid.n[0], ny = 2 * grid.n[1], nz = 2 * grid.n[2];
     std::vector<double> found(static_cast<size_t>(nx * ny * nz)), expected = found;
@@ -673,7 +673,7 @@ TEST_CASE(WISP_ARITH_NAME ": a grid glows where it is dense, evenly in all direc
             square = square + Double3{d.x * d.x, d.y * d.y, d.z * d.z} * (1.0 / n);
             return doubles(photon.ray.origin);
         });
-        // Of a component of an even direction the mean is 0 and the mean square 1/3, with variances 1/3 and 4/45.
+        // A component of a uniform direction has mean 0 and mean square 1/3, with variances 1/3 and 4/45.
         for (double m : {mean.x, mean.y, mean.z}) CHECK(std::fabs(m) < 4 * std::sqrt(1.0 / 3 / n));
         for (double s : {square.x, square.y, square.z}) CHECK(std::fabs(s - 1.0 / 3) < 4 * std::sqrt(4.0 / 45 / n));
         // 4 pi (1 - albedo) L_e times the integral of sigma_t, which is the mean over the pieces' middles.

@@ -12,8 +12,8 @@ namespace {
 double at(Real x) { return to_double(x); }
 Real real(double x) { return to_real<Real>(x); }
 
-// The error of one evaluation: a few units in the last place of numbers near 8 (N-L, Rounding). In
-// fixed b^2 is known to 2^-33, which 6 asinh(t / b) multiplies.
+// The error of one evaluation: a few units in the last place of numbers near 8 (N-L). In Fixed, b^2 errs by
+// 2^-33, and 6 asinh(t / b) multiplies that error.
 constexpr double error = std::is_same_v<Real, double> ? 3e-14 : std::is_same_v<Real, float> ? 1.2e-5 : 3e-8;
 
 double spline(double q) { return q < 2 ? std::pow(2 - q, 3) : 0; }

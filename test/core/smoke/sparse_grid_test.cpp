@@ -175,7 +175,7 @@ TEST_CASE(WISP_ARITH_NAME ": the holders of a node are all bricks that have it, 
                 const Cell &count = bricks.lattice.count;
                 const auto any = [&](int32_t most_) { return static_cast<int32_t>(next() * most_); };
                 const Cell position = {any(count.x), any(count.y), any(count.z)};
-                // From n - 1 before to n - 1 behind, those at the ends more often.
+                // From n - 1 nodes before the brick to n - 1 behind it; the extreme positions are more frequent.
                 const auto node_along = [&] {
                     const int32_t ends[] = {-1, 0, n - 1, n};
                     return any(2) ? ends[any(4)] : any(3 * n - 2) - (n - 1);
@@ -200,8 +200,8 @@ TEST_CASE(WISP_ARITH_NAME ": the holders of a node are all bricks that have it, 
 
 namespace {
 
-// Two smokes of particles with unlike kernels, one of which glows and neither of which scatters evenly, and lights of
-// all kinds, one of them among them.
+// Two smokes of particles with different kernels and anisotropic phase functions, one of which emits; and lights of all
+// kinds, one of them inside the smoke.
 struct Lit {
     Lit() : big(cloud(40, 2, 1.5, 1.2, 3)), small(cloud(60, 1.5, 1, 0.6, 4)) {
         smokes = {smoke_of(big, Kernel::poly6), smoke_of(small)};
@@ -242,7 +242,7 @@ Settings brick_settings(int pixels, double density_step) {
 
 TEST_CASE(WISP_ARITH_NAME ": without photons resampled smoke looks as the exact one does") {
     const Lit lit;
-    // Of each light, and of all together; glow and background always.
+    // With each light, and with all together; with emission and background in every picture.
     for (uint32_t first = 0; first < 5; ++first) {
         Scene scene = lit.scene;
         if (first < 4) scene.lights += first, scene.light_count = 1;
@@ -258,14 +258,14 @@ TEST_CASE(WISP_ARITH_NAME ": without photons resampled smoke looks as the exact 
         }
         CAPTURE(first);
         CHECK(errors[0] < 0.03);
-        // The square of the cell; but about a light depths have a kink, which is the cell's.
+        // The error goes with the square of the cell. Around a light inside the smoke, depths have a kink.
         const bool inside = first == 0 || first == 4;
         CHECK(errors[1] < (inside ? 0.75 : 0.4) * errors[0]);
     }
 }
 
 TEST_CASE(WISP_ARITH_NAME ": eight steps at a time through resampled smoke give what one at a time gives") {
-    // The same densities and kept depths, marched by method direct, from outside and inside.
+    // The same densities and stored depths, marched by method direct, from outside and inside.
     Lit lit;
     for (double z : {12.0, 0.5})
         for (double step : {0.5, 0.07}) {
