@@ -1,4 +1,4 @@
-// Particle maps for tests: traced, or made from sums that the test gives.
+// Particle maps for tests: traced, or made of sums that a test chooses.
 #pragma once
 #include "core/photons/packed_particle_map.h"
 #include "support/built_smoke.h"

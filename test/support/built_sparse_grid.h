@@ -1,4 +1,4 @@
-// Sparse grids, resampled smoke and its photons, as structures that own their memory.
+// Sparse grids, resampled smoke, and the fluence in it, each with memory of its own.
 #pragma once
 #include "core/photons/irradiance_map.h"
 #include "support/built_smoke.h"
@@ -95,8 +95,8 @@ struct TracedFluence {
         REQUIRE(make_optical_depth_grid(medium, lights.data(), scene.light_count, *medium.bricks, 1, arena,
                                   &statistics.rays.shadow, depths));
         sums = {arena.make<int64_t>(plan.sums), plan.sums, 0};
-        REQUIRE(make_emission_distribution(scene, medium, depths, arena, starts));
-        REQUIRE(trace_fluence(medium, nullptr, depths, starts, settings, plan.needs, spacing, all_batches(settings),
+        REQUIRE(make_emission_distribution(scene, medium, depths, arena, distribution));
+        REQUIRE(trace_fluence(medium, nullptr, depths, distribution, settings, plan.needs, spacing, all_batches(settings),
                                     Observer{}, arena, sums, statistics, deposits) == Status::done);
     }
     uint64_t count;
@@ -106,7 +106,7 @@ struct TracedFluence {
     Medium medium;
     std::vector<Light> lights;
     OpticalDepthGrid depths;
-    EmissionDistribution starts;
+    EmissionDistribution distribution;
     PhotonSums sums;
     Statistics statistics;
     FluenceSums deposits;

@@ -125,14 +125,8 @@ bool respond(const T &tracer, const Point &point, const Vec3 &direction, uint32_
         if constexpr (is_heard<T>) note.entry.faces = false;
         return false;
     }
-    const ShadowQuery query = {{point.position, to_light},
-                               from.distance - tracer.surfaces->ray_epsilon,
-                               i,
-                               point.triangle,
-                               point.still,
-                               point.u,
-                               point.v,
-                               point.instance};
+    const ShadowQuery query = make_shadow_query(*tracer.surfaces, point.position, i, from, point.triangle, point.u,
+                                                point.v, point.instance);
     if (note.is_blocked(tracer.shadows, [&] { return is_shadowed(*tracer.shadows, query); })) return false;
     Real passing = Real(1);
     if (tracer.medium) {
@@ -259,8 +253,8 @@ template <class T> Color shade(const T &tracer, const Beam &beam, const Hit &hit
 
 template <class T> Color trace(const T &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight) {
     TreeCounts unused = {};
-    const Hit hit = nearest_hit(*tracer.surfaces, beam.ray, begin, infinite_distance, beam.skip, unused);
-    if (depth == 0) see(*tracer.shadows, beam.ray, hit);
+    const Hit hit = tracer.nearest_hit(*tracer.surfaces, beam.ray, begin, infinite_distance, beam.skip, unused);
+    if (depth == 0) record_primary_hit(*tracer.shadows, beam.ray, hit);
     if (!tracer.medium) {
         const Color radiance = shade(tracer, beam, hit, depth, weight);
         tell_ray_end(tracer, hit.found, nothing_between(), radiance, radiance);

@@ -33,6 +33,9 @@ struct Whitted {
     const Medium *medium = nullptr;
     void *marcher = nullptr;
     Segment (*through)(void *marcher, const Ray &ray, Real end) = nullptr;
+    // What finds the surface that a ray hits.
+    Hit (*nearest_hit)(const Surfaces &, const Ray &, Real begin, Real end, uint32_t ignore_triangle,
+                       TreeCounts &) = wisp::WISP_ARITH::nearest_hit;
 };
 
 // Radiance along a camera ray.

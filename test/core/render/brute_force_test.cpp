@@ -1,4 +1,4 @@
-// Trees against every triangle, to the bit: what a ray meets, what stops it, and the pictures of the same shading.
+// Trees against tests of every triangle, to the bit: what a ray hits, what blocks it, and pictures by the same shading.
 #include "core/geometry/camera.h"
 #include "core/surfaces/texture.h"
 #include "support/random_rooms.h"
@@ -61,30 +61,11 @@ bool is_blocked_by_any(const Surfaces &surfaces, const Ray &ray, Real begin, Rea
     return blocked;
 }
 
-bool is_shadowed_by_any(Shadows &shadows, const ShadowQuery &query) {
+const ShadowTechnique brute_force_technique = {[](Shadows &shadows, const ShadowQuery &query) {
     const Surfaces &all = *shadows.surfaces;
-    ++shadows.statistics->rays.shadow;
-    return is_blocked_by_any(all, query.ray, all.ray_epsilon, query.end, query.triangle, shadows.statistics->shadow.traced);
-}
-
-} // namespace
-
-} // namespace wisp::WISP_ARITH
-
-// The same shading, asking every triangle.
-#define nearest_hit            nearest_of_all
-#define is_shadowed            is_shadowed_by_any
-#define trace                  trace_all
-#define make_surface_materials make_materials_of_all
-#include "core/render/whitted.cpp"
-#undef nearest_hit
-#undef is_shadowed
-#undef trace
-#undef make_surface_materials
-
-namespace wisp::WISP_ARITH {
-
-namespace {
+    return is_blocked_by_any(all, query.ray, all.ray_epsilon, query.end, query.triangle,
+                             shadows.statistics->shadow.traced);
+}};
 
 bool same(const Hit &a, const Hit &b) {
     return a.found == b.found && (!a.found || (a.distance == b.distance && a.u == b.u && a.v == b.v &&
@@ -226,13 +207,14 @@ TEST_CASE(WISP_ARITH_NAME ": pictures are those of every triangle, to the bit, a
         Whitted other = room.tracer;
         other.surfaces = &all;
         other.statistics = &statistics;
-        Shadows shadows = {&room.scene, &all, room.tracer.lights, &statistics};
+        Shadows shadows = {&room.scene, &all, room.tracer.lights, &statistics, &brute_force_technique};
         other.shadows = &shadows;
+        other.nearest_hit = nearest_of_all;
         const View view(room.scene.camera);
         for (int pixel = 0; pixel < room_pixels * room_pixels; ++pixel) {
             const Ray ray =
                 view.ray_through(Real(pixel % room_pixels) + Real(0.5), Real(pixel / room_pixels) + Real(0.5));
-            wrong += trace(room.tracer, ray) != trace_all(other, ray);
+            wrong += trace(room.tracer, ray) != trace(other, ray);
         }
         CHECK(statistics.rays.reflected == room.statistics.rays.reflected);
         CHECK(statistics.rays.refracted == room.statistics.rays.refracted);

@@ -64,7 +64,7 @@ struct Crowd : Room {
     }
     ShadowQuery query(const Vec3 &from, uint32_t light) const {
         const Illumination lit = illuminate(tracer.lights[light], from, from, from);
-        return {{from, -lit.direction}, lit.distance - surfaces.ray_epsilon, light, no_triangle, false, Real(0), Real(0), 0};
+        return make_shadow_query(surfaces, from, light, lit);
     }
 
     Sequence next;
@@ -166,7 +166,7 @@ TEST_CASE(WISP_ARITH_NAME ": what stands between a body and a light is all on it
                 if (!(query.end > Real(0))) continue;
                 ++asked;
                 const InstanceLight *found = find_instance_light(memory.instances, room.shadows, query);
-                if (!found || !found->known()) continue;
+                if (!found || !found->is_listed()) continue;
                 ++known;
                 free += found->blocker_count == 0;
                 TreeCounts counts = {};

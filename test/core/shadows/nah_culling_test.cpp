@@ -181,7 +181,7 @@ TEST_CASE(WISP_ARITH_NAME ": the paper's shadows are those of a second implement
         SecondPaper second(room);
         std::vector<bool> wrong_here;
         size_t pixel = 0;
-        room.heard.heard = [&](const ShadowQuery &query, bool found) {
+        room.recorded.on_query = [&](const ShadowQuery &query, bool found) {
             ++asked;
             different += found != second.shadowed(query);
             if (found != room.blocked(query)) wrong_here[pixel] = true;

@@ -121,23 +121,23 @@ struct Narrow : Room {
 };
 
 struct ExactMemory {
-    explicit ExactMemory(const Scene &scene) : kept(proved_shadow_bytes(scene)), frame(proved_shadow_bytes(scene)) {
+    explicit ExactMemory(const Scene &scene) : kept(exact_technique.bytes(scene, {})), frame(kept.size()) {
         Arena arena(kept.data(), kept.size());
-        exact = make_proved_shadows(scene, arena);
+        exact = static_cast<ProvedShadows *>(exact_technique.make(scene, arena));
         REQUIRE(exact);
     }
     // The room's shadows ask it from now on, in a new frame.
     void begin(Room &room) {
-        room.shadows.method = ShadowMethod::exact;
+        room.shadows.technique = &exact_technique;
         room.shadows.memory = exact;
         Arena arena(frame.data(), frame.size());
-        REQUIRE(begin_frame(*exact, room.shadows, arena));
+        REQUIRE(begin_frame(room.shadows, {}, arena));
     }
     std::vector<unsigned char> kept, frame;
     ProvedShadows *exact;
 };
 
-TriangleTree tree_of(const Room &room) { return room.surfaces.still; }
+TriangleTree tree_of(const Room &room) { return room.surfaces.static_tree; }
 
 constexpr double room_sizes[] = {1, 16, 1024};
 
@@ -153,13 +153,13 @@ TEST_CASE(WISP_ARITH_NAME ": whatever is proved of a cell is so for every ray fr
         TreeCounts counts = {};
         const TriangleShaft shaft =
             make_triangle_shaft(tree_of(room), receiver, room.cell, room.tracer.lights[0], room.surfaces.ray_epsilon);
-        const bool is_free = is_shaft_free(tree_of(room), shaft, 0, counts);
+        const bool is_free = is_shaft_lit(tree_of(room), shaft, 0, counts);
         uint32_t blocker = no_triangle;
         for (uint32_t t = 1; t < room.triangles.size(); ++t) {
             Vec3 occluder[3];
             for (int i = 0; i < 3; ++i) occluder[i] = vec_of(room.triangles[t].corner[i]);
             if (room.triangles[t].material == 0 && has_area(occluder[0], occluder[1], occluder[2]) &&
-                is_shaft_blocked(shaft, occluder))
+                is_shaft_shadowed(shaft, occluder))
                 blocker = t;
         }
         free += is_free;
@@ -205,9 +205,9 @@ TEST_CASE(WISP_ARITH_NAME ": shadows are those of rays, frame after frame, while
                     Real u, v;
                     random_weights(cell, next, u, v);
                     const ShadowQuery query = query_at(room, triangle, light, u, v);
-                    room.shadows.method = ShadowMethod::trace;
+                    room.shadows.technique = &trace_technique;
                     const bool shadowed = is_shadowed(room.shadows, query);
-                    room.shadows.method = ShadowMethod::exact;
+                    room.shadows.technique = &exact_technique;
                     wrong += is_shadowed(room.shadows, query) != shadowed;
                 }
             }

@@ -299,7 +299,7 @@ TEST_CASE(WISP_ARITH_NAME ": the same triangles make the same tree, of no more b
         std::set<uint32_t> listed;
         for (uint32_t i = 0; i < one.tree.group_count; ++i)
             for (const uint32_t t : one.tree.groups[i].triangle)
-                if (t != no_triangle) listed.insert(t & ~lets_light_through);
+                if (t != no_triangle) listed.insert(t & ~transmissive_bit);
         CHECK(listed.size() == one.tree.triangle_count);
     }
 }

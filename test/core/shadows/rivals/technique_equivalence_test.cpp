@@ -22,7 +22,7 @@ TEST_CASE(WISP_ARITH_NAME ": every shadow is that of tracing, in every frame") {
         for (uint64_t seed = 0; seed < 60; ++seed) {
             const double sizes[] = {1, 16, 1024};
             RoomFrames room(seed, sizes[seed % 3], light_counts[seed % 6], method);
-            room.heard.heard = [&](const ShadowQuery &query, bool found) {
+            room.recorded.on_query = [&](const ShadowQuery &query, bool found) {
                 ++asked;
                 shadowed += found;
                 wrong += found != room.blocked(query);
@@ -114,7 +114,7 @@ TEST_CASE(WISP_ARITH_NAME ": the cache tries the last occluder of a triangle and
     std::vector<unsigned char> block(static_cast<size_t>(shadow_bytes(room.scene, settings)));
     Arena arena(block.data(), block.size());
     REQUIRE(make_shadow_memory(room.scene, settings, arena, room.shadows.memory));
-    room.shadows.method = ShadowMethod::cache;
+    room.shadows.technique = &cache_technique;
     const auto ask = [&](double x, uint32_t light, uint32_t triangle, bool still) {
         const Vec3 from = vec_of({x, 0, 0.5}), way = room.tracer.lights[light].position - from;
         const Real far = length(way);
@@ -155,16 +155,14 @@ struct AskedRoom : Room {
         block.resize(static_cast<size_t>(shadow_bytes(scene, settings)));
         Arena arena(block.data(), block.size());
         REQUIRE(make_shadow_memory(scene, settings, arena, shadows.memory));
-        shadows.method = method;
+        shadows.technique = find_technique(method);
         statistics = {};
         asked = shadowed = wrong = 0;
         REQUIRE(begin_frame(shadows, settings, arena));
     }
     void ask(const Vec3 &from, uint32_t light, uint32_t triangle) {
         const Illumination way = illuminate(tracer.lights[light], from, from, from);
-        const bool still = triangle < scene.static_count;
-        const ShadowQuery query = {
-            {from, -way.direction}, way.distance - surfaces.ray_epsilon, light, triangle, still, {}, {}, 0};
+        const ShadowQuery query = make_shadow_query(surfaces, from, light, way, triangle, {}, {}, 0);
         TreeCounts unused = {};
         const bool right = is_blocked(surfaces, query.ray, surfaces.ray_epsilon, query.end, triangle, unused);
         ++asked;
