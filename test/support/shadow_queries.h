@@ -8,7 +8,7 @@
 
 namespace wisp::WISP_ARITH {
 
-constexpr ShadowMethod exact_methods[] = {ShadowMethod::cache, ShadowMethod::exact, ShadowMethod::voxel,
+constexpr ShadowMethod equivalent_methods[] = {ShadowMethod::cache, ShadowMethod::exact, ShadowMethod::voxel,
                                           ShadowMethod::lightbuffer, ShadowMethod::lie};
 
 inline std::vector<float> picture(const Scene &scene, const Settings &settings, std::vector<unsigned char> &block,
@@ -94,10 +94,10 @@ inline ShadowQuery moving_query_at(const Room &room, uint32_t triangle, uint32_t
     return make_shadow_query(room.surfaces, position, light, from, triangle, u, v, instance);
 }
 
-class AskedShadows {
+class ShadowQueries {
   public:
     // The room has its triangles, instances, and as many lights as there will be.
-    AskedShadows(Room &room, ShadowMethod method) : room_(room) {
+    ShadowQueries(Room &room, ShadowMethod method) : room_(room) {
         room_.build();
         settings_.shadows = method;
         kept_.resize(static_cast<size_t>(shadow_bytes(room.scene, settings_)));
@@ -118,12 +118,12 @@ class AskedShadows {
         TreeCounts unused = {};
         const bool right =
             is_blocked(room_.surfaces, query.ray, room_.surfaces.ray_epsilon, query.end, query.triangle, unused);
-        ++asked;
+        ++queries;
         shadowed += right;
         wrong += is_shadowed(room_.shadows, query) != right;
     }
     // Around `spots` points of the triangle, most of them where the shadow of something begins: `rays` each.
-    void ask_triangle(uint32_t triangle, uint32_t light, int spots, int rays, Sequence &next) {
+    void query_triangle(uint32_t triangle, uint32_t light, int spots, int rays, Sequence &next) {
         Double3 corner[3], other[3];
         load(triangle, corner);
         if (!has_area(vec_of(corner[0]), vec_of(corner[1]), vec_of(corner[2]))) return;
@@ -154,13 +154,13 @@ class AskedShadows {
             }
         }
     }
-    void ask_everywhere(int spots, int rays, Sequence &next) {
+    void query_everywhere(int spots, int rays, Sequence &next) {
         for (uint32_t light = 0; light < room_.lights.size(); ++light)
-            for (uint32_t i = 0; i < room_.triangles.size(); ++i) ask_triangle(i, light, spots, rays, next);
+            for (uint32_t i = 0; i < room_.triangles.size(); ++i) query_triangle(i, light, spots, rays, next);
     }
     uint64_t known() const { return room_.statistics.rays.shadow_culled + room_.statistics.rays.shadow_dynamic_only; }
 
-    uint64_t asked = 0, shadowed = 0, wrong = 0;
+    uint64_t queries = 0, shadowed = 0, wrong = 0;
 
   private:
     void load(uint32_t triangle, Double3 (&corner)[3]) const { // in the world
