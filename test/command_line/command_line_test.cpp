@@ -236,7 +236,7 @@ TEST_CASE("command line: plan says what a scene needs and renders nothing") {
     CHECK(test.wisp("plan " + test.s() + " --memory 10k").status == 4);
 }
 
-TEST_CASE("command line: progress is silent unless asked for, and never in the way") {
+TEST_CASE("command line: progress is shown only where it is wanted") {
     const CommandLineTest test;
     CHECK(test.wisp("render " + test.s()).err.empty());
     CHECK(test.wisp("render " + test.s() + " --progress always").err.find("render") != std::string::npos);
@@ -670,7 +670,7 @@ TEST_CASE("command line: --thin leaves out strays, the same in every arithmetic"
               "option 'thin': found '" + value + "', expected a number from 0 to 0.99\n");
 }
 
-TEST_CASE("command line: plan -v says whether the particles suffice, and how many are noise") {
+TEST_CASE("command line: plan -v says whether the particles suffice, and how many are negligible") {
     CommandLineTest test;
     std::string ply = "ply\nformat ascii 1.0\nelement vertex 1001\nproperty float x\nproperty float y\nproperty float "
                       "z\nproperty float mass\nend_header\n20 0 0 0.001\n";

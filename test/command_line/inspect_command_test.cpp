@@ -1,5 +1,4 @@
-// build/wisp inspect: its pixel is the picture's, its JSON is JSON and holds what the text does, and wrong usage is
-// told.
+// build/wisp inspect: its pixel is that of the picture, its JSON is valid and has what the text has, and wrong usage is refused.
 #include "host/images/picture.h"
 #include "host/base/text.h"
 #include "support/command_line.h"
@@ -115,7 +114,7 @@ TEST_CASE("command line: an inspected pixel is that of the picture, to the bit")
     }
 }
 
-TEST_CASE("command line: what is told of a pixel stands in the units of the scene, in text and in JSON") {
+TEST_CASE("command line: the events of a pixel are in the units of the scene, in text and in JSON") {
     CommandLineTest test;
     // A box of fog above a floor, a light straight above: all is known.
     test.write("t.aff", "v from 0 0 8 at 0 -4 0 up 0 1 0 angle 30 hither 1 resolution 9 9\nb 0.5 0.25 0.125\nam 0 0 0\n"
@@ -154,7 +153,7 @@ TEST_CASE("command line: what is told of a pixel stands in the units of the scen
     CHECK(count(odd.out, "t\\\"\\\\\\u0009.aff") == 1);
 }
 
-TEST_CASE("command line: samples are told together or one alone, their sums in any case") {
+TEST_CASE("command line: all samples are printed or one alone, their sums in any case") {
     const CommandLineTest test;
     const std::string command = "inspect fixtures/surfaces.aff 20 30 --frames 1 --json --spp 4";
     const Ran all = test.wisp(command), one = test.wisp(command + " --sample 2"),
@@ -198,7 +197,7 @@ TEST_CASE("command line: a saved map serves to inspect") {
     test.refuses(test.wisp("inspect " + scene + "7 6 --seed 2 --map-in " + test.file("m.map")), 3);
 }
 
-TEST_CASE("command line: what cannot be inspected is told in a line") {
+TEST_CASE("command line: what cannot be inspected is refused with a line") {
     const CommandLineTest test;
     const std::string s = "inspect " + test.s() + " ";
     for (const auto &[words, line] :

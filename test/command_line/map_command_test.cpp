@@ -226,10 +226,10 @@ TEST_CASE("map command: options of the map are refused where they do nothing") {
         CHECK(!test.has("a.map"));
         CHECK(!test.has("x.pfm"));
     };
-    for (const std::string way : {"--smoke direct ", "--reference "})
+    for (const std::string method : {"--smoke direct ", "--reference "})
         for (const std::string &option :
              {"map-out " + a, "map-in " + a, std::string("batches 0:1"), std::string("remap")})
-            refuses(way + "--" + option, "option '" + option.substr(0, option.find(' ')) + "' belongs to --smoke map");
+            refuses(method + "--" + option, "option '" + option.substr(0, option.find(' ')) + "' belongs to --smoke map");
     for (const std::string &option : {"map-out " + a, std::string("batches 0:1"), std::string("remap")})
         refuses("--map-in x --" + option,
                 "option '" + option.substr(0, option.find(' ')) + "' does not go with --map-in: nothing is traced");
@@ -265,13 +265,13 @@ TEST_CASE("map command: photons that the sums might not hold are refused before 
         test.refuses(test.wisp(scene + "--deposit path"), 2, found + "4293967295" + expected);
         test.refuses(test.wisp(scene + "--batches 0:1 --map-out " + test.file("a.map")), 2);
     }
-    // As many as they hold may be asked for; other ways have no such sums.
+    // As many as they hold are accepted; other methods have no such sums.
     CHECK(test.render("--deposit exact --photons 68718476735 --batches 0:1 --map-out " + test.file("a.map")).status ==
           0);
     CHECK(test.render(photons + "--reference --passes 0:1").status == 0);
 }
 
-TEST_CASE("map command: frames whose smoke stays share a map, unless it is to be traced anew") {
+TEST_CASE("map command: frames with the same smoke use one map, unless --remap traces it anew") {
     MapCommandTest test;
     for (int i : {0, 1, 3}) test.write("q_" + std::to_string(i) + ".vtk", CommandLineTest::puff(30));
     test.write("q_2.vtk", CommandLineTest::puff(31));

@@ -15,8 +15,8 @@ using namespace wisp;
 namespace {
 
 // An animation of a textured triangle before another that changes its form, in frames of pixels that cost little.
-struct Reel : CommandLineTest {
-    Reel() {
+struct SequenceCommandTest : CommandLineTest {
+    SequenceCommandTest() {
         write("tiles.ppm", "P6 2 1 255\n\1\2\3\4\5\6");
         write("still.aff", "f 1 1 1 0.5 0 0 0 1\nm vertices 3 -1 0 0 1 0 0 0 1.5 0 texturecoords 3 tiles.ppm 0 0 1 0 "
                            "0 1 triangles 1 0 1 2 0 1 2\n");
@@ -102,7 +102,7 @@ void await(const std::string &path) {
 } // namespace
 
 TEST_CASE("sequence command: frames that are there are kept, others made, and the bits are the same") {
-    Reel test;
+    SequenceCommandTest test;
     const Ran first = test.render("--digest");
     CHECK(first.err.empty());
     CHECK(lines(first.out) == 5);
@@ -146,7 +146,7 @@ TEST_CASE("sequence command: frames that are there are kept, others made, and th
 }
 
 TEST_CASE("sequence command: a frame is kept only for the same scene, options and version of the number system") {
-    Reel test;
+    SequenceCommandTest test;
     CHECK(test.kept() == 0);
     for (const std::string option : {"--arith f64", "--arith fixed", "--size 81x60", "--spp 2", "--depth 3",
                                      "--shadows trace", "--lights cuts", "--seed 2", "--frame-count 6 --frames 1:3"}) {
@@ -169,7 +169,7 @@ TEST_CASE("sequence command: a frame is kept only for the same scene, options an
     CHECK(test.kept() == 0);
     test.flip("tiles.ppm", tiles.size() - 1);
     CHECK(test.kept() == 0);
-    test.write("t.aff", Reel::scene("3")); // all but the first frame move
+    test.write("t.aff", SequenceCommandTest::scene("3")); // all but the first frame move
     CHECK(test.kept() == 1);
     // Others, where they are not several, are always made.
     const std::string one = "render " + test.file("t.aff") + " --frames 2 -o " + test.file("one.pfm");
@@ -184,7 +184,7 @@ TEST_CASE("sequence command: particles of a frame, and grids, are part of its sc
     test.write("g.vol", CommandLineTest::volume(2, 1, 1, 1, 1, 1, {1, 0.5f}));
     test.write("p.aff", CommandLineTest::lit("p_%d.vtk { radius 0.2 mass 1 extinction 0.02 }\nsmoke g.vol { extinction 0.1 }"));
     const auto kept = [&](const std::string &options = "") {
-        return Reel::kept_of(
+        return SequenceCommandTest::kept_of(
             test.wisp("render " + test.file("p.aff") + " --frames 0:1 -o " + test.file("f_%d.png ") + options));
     };
     CHECK(kept() == 0);
@@ -209,17 +209,17 @@ TEST_CASE("sequence command: particles of a frame, and grids, are part of its sc
 }
 
 TEST_CASE("sequence command: digests and statistics of kept frames are true") {
-    Reel test;
+    SequenceCommandTest test;
     const auto png = [&](const std::string &options) {
         return test.wisp("render " + test.file("t.aff") + " -o " + test.file("f_%02d.png ") + options);
     };
     const std::string stats = " --stats " + test.file("s.json");
-    CHECK(Reel::kept_of(png("")) == 0);
-    CHECK(Reel::kept_of(png("")) == 5);
-    const Ran digests = png("--digest"); // which no .png tells
-    CHECK(Reel::kept_of(digests) == 0);
+    CHECK(SequenceCommandTest::kept_of(png("")) == 0);
+    CHECK(SequenceCommandTest::kept_of(png("")) == 5);
+    const Ran digests = png("--digest"); // which follow from no .png
+    CHECK(SequenceCommandTest::kept_of(digests) == 0);
     CHECK(lines(digests.out) == 5);
-    CHECK(Reel::kept_of(png(stats)) == 0);
+    CHECK(SequenceCommandTest::kept_of(png(stats)) == 0);
     const auto digest_of = [&] {
         const std::string json = text_of(test.file("s.json"));
         return json.substr(json.find("\"digest\": "), 76);
@@ -236,7 +236,7 @@ TEST_CASE("sequence command: digests and statistics of kept frames are true") {
 }
 
 TEST_CASE("sequence command: frames of the paper's shadows are never kept, and carry no record") {
-    const Reel test;
+    const SequenceCommandTest test;
     CHECK(test.kept() == 0);
     CHECK(test.kept("--shadows paper") == 0);
     CHECK(test.kept("--shadows paper") == 0);
@@ -245,7 +245,7 @@ TEST_CASE("sequence command: frames of the paper's shadows are never kept, and c
 }
 
 TEST_CASE("sequence command: a .png with its record is a PNG, and the same pixels") {
-    const Reel test;
+    const SequenceCommandTest test;
     test.render("--frames 1");
     test.wisp("render " + test.file("t.aff") + " --frames 1 -o " + test.file("one.png"));
     const Bytes plain = read_file(test.file("one.png")), proved = read_file(test.file("f_01.png"));
@@ -274,7 +274,7 @@ TEST_CASE("sequence command: a .png with its record is a PNG, and the same pixel
 }
 
 TEST_CASE("sequence command: killed at any moment, the next run goes on and leaves what one run leaves") {
-    Reel test;
+    SequenceCommandTest test;
     test.write("out", "");
     test.write("err", "");
     const std::string options = "--digest --size 120x90";
@@ -318,8 +318,8 @@ TEST_CASE("sequence command: killed at any moment, the next run goes on and leav
     CHECK(test.names() == all);
 }
 
-TEST_CASE("sequence command: asked to stop, it stops at a row, says so in one line and leaves nothing aside") {
-    Reel test;
+TEST_CASE("sequence command: after a signal it stops at a row, says so in one line and leaves nothing aside") {
+    SequenceCommandTest test;
     const std::string slow = test.command("--frames 0:1 --size 64x600 --spp 4000 --progress always");
     for (const auto &[signal, name] : {std::pair<int, std::string>{SIGINT, "SIGINT"}, {SIGTERM, "SIGTERM"}}) {
         test.write("err", "");

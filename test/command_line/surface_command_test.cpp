@@ -254,8 +254,8 @@ TEST_CASE("command line: cuts of many lights take fewer shadow rays; where they 
     CHECK(test.wisp(plan + "cuts").out.find("light cuts     ") != std::string::npos);
     CHECK(test.wisp("plan " + test.s() + " --lights cuts").out.find("of no use: there is no surface") !=
           std::string::npos);
-    for (const std::string way : {"", " --reference --passes 0:1"}) {
-        const std::string smoke = "render " + test.s() + " -q --digest" + way;
+    for (const std::string method : {"", " --reference --passes 0:1"}) {
+        const std::string smoke = "render " + test.s() + " -q --digest" + method;
         const Ran all = test.wisp(smoke);
         CHECK(all.status == 0);
         CHECK(test.wisp(smoke + " --lights cuts").out == all.out);

@@ -245,13 +245,13 @@ Mesh sphere_mesh(const Double3 &center, double radius, bool fine) {
 
 Mesh cone_mesh(const Double3 &base, double base_radius, const Double3 &apex, double apex_radius) {
     Mesh mesh = empty_mesh();
-    const Double3 way = apex - base;
+    const Double3 height_vector = apex - base;
     base_radius = std::fabs(base_radius);
     apex_radius = std::fabs(apex_radius);
-    if (largest_component(way) == 0 || (base_radius == 0 && apex_radius == 0)) return mesh;
+    if (largest_component(height_vector) == 0 || (base_radius == 0 && apex_radius == 0)) return mesh;
 
-    const Double3 axis = unit(way);
-    const double height = dot(way, axis);
+    const Double3 axis = unit(height_vector);
+    const double height = dot(height_vector, axis);
     const Double3 size = {std::fabs(axis.x), std::fabs(axis.y), std::fabs(axis.z)};
     const Double3 other = size.x <= size.y && size.x <= size.z ? Double3{1, 0, 0}
                           : size.y <= size.z                   ? Double3{0, 1, 0}
