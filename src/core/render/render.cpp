@@ -89,16 +89,16 @@ template <class Radiance> Status fill(const Frame &frame, Radiance &&radiance) {
                 const Real column = Real(x) + pattern.u(i), row_ = Real(y) + pattern.v(i);
                 const Ray ray = view.ray_through(column, row_);
                 ++statistics.rays.primary;
-                if (recorder) recorder->sample(*recorder, i, column, row_);
+                if (is_recording(recorder)) recorder->sample(*recorder, i, column, row_);
                 const Color seen = radiance(ray, x, y, i, recorder);
-                if (recorder) recorder->sample_end(*recorder, i, seen);
+                if (is_recording(recorder)) recorder->sample_end(*recorder, i, seen);
                 sum += seen;
             }
             const Color mean = sum / Real(static_cast<int32_t>(samples));
             *rgb++ = to_float_scaled(mean.x, scene.radiance_exponent);
             *rgb++ = to_float_scaled(mean.y, scene.radiance_exponent);
             *rgb++ = to_float_scaled(mean.z, scene.radiance_exponent);
-            if (recorder) recorder->pixel(*recorder, samples, mean, rgb - 3);
+            if (is_recording(recorder)) recorder->pixel(*recorder, samples, mean, rgb - 3);
         }
     }
     return Status::done;
@@ -118,10 +118,10 @@ template <class Marcher> Status render_frame(const Frame &frame, Marcher &marche
     if (!frame.surfaces) {
         const Color background = vec_of(frame.scene.background);
         return fill(frame, [&](const Ray &ray, int32_t, int32_t, uint32_t, PixelRecorder *recorder) {
-            if (recorder) recorder->ray(*recorder, RayKind::camera, 0, ray, Color(Real(1)), Real(1));
+            if (is_recording(recorder)) recorder->ray(*recorder, RayKind::camera, 0, ray, Color(Real(1)), Real(1));
             const Segment smoke = march(marcher, ray, infinite_distance, recorder);
             const Color radiance = smoke.radiance + background * smoke.transmittance;
-            if (recorder)
+            if (is_recording(recorder))
                 recorder->ray_end(*recorder, false, smoke.radiance, smoke.transmittance, background, radiance);
             return radiance;
         });
