@@ -1,5 +1,6 @@
 // How a scene is rendered: what the options of the command line become.
 #pragma once
+#include "wisp/shadow_methods.h"
 #include <cstdint>
 
 namespace wisp {
@@ -21,10 +22,6 @@ enum class Estimate : uint8_t { kernel, knn };
 
 // Which lights a point of a surface asks: all, or clusters of them.
 enum class LightChoice : uint8_t { all, cuts };
-
-// How hard shadows of surfaces are found (C): by a ray to every light; by the last occluder first; by the paper's
-// method; without a ray where that is proved; by others' methods.
-enum class ShadowMethod : uint8_t { trace, cache, paper, exact, voxel, lightbuffer, lie };
 
 struct Crop {
     int32_t x0, y0, x1, y1; // pixels, half-open, from the top left

@@ -135,7 +135,7 @@ TEST_CASE("sequence command: frames that are there are kept, others made, and th
             CHECK(text_of(desk.file(name)) == whole);
         }
     }
-    // A picture under the name of another frame, with its proof.
+    // A picture under the name of another frame, with its record.
     for (const char *kind : {".pfm", ".pfm.wisp", ".png"})
         desk.write(std::string("f_00") + kind, text_of(desk.file(std::string("f_03") + kind)));
     CHECK(desk.kept() == 4);
@@ -235,7 +235,7 @@ TEST_CASE("sequence command: digests and statistics of kept frames are true") {
     CHECK(digest_of() == whole);
 }
 
-TEST_CASE("sequence command: frames of the paper's shadows are never kept, and carry no proof") {
+TEST_CASE("sequence command: frames of the paper's shadows are never kept, and carry no record") {
     const Reel desk;
     CHECK(desk.kept() == 0);
     CHECK(desk.kept("--shadows paper") == 0);
@@ -244,7 +244,7 @@ TEST_CASE("sequence command: frames of the paper's shadows are never kept, and c
     CHECK(desk.kept() == 0);
 }
 
-TEST_CASE("sequence command: a .png with its proof is a PNG, and the same pixels") {
+TEST_CASE("sequence command: a .png with its record is a PNG, and the same pixels") {
     const Reel desk;
     desk.render("--frames 1");
     desk.wisp("render " + desk.file("t.aff") + " --frames 1 -o " + desk.file("one.png"));

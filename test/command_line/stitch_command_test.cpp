@@ -131,28 +131,28 @@ TEST_CASE("stitch command: parts that are no whole are refused in one line, and 
     refuses(a + " --spp 2", 2, "there is no option '--spp' of stitch, expected --output, --exposure, --digest, --quiet or --verbose");
     refuses(a + " -o x.map", 2, "option 'output': found 'x.map', expected .pfm or .png of stitch");
     desk.refuses(desk.wisp("stitch" + a), 2, "found nothing to make of the parts, expected --output or --digest");
-    // A picture that is no part, one without its proof, with that of another, and damaged ones.
+    // A picture that is no part, one without its record, with that of another, and damaged ones.
     const std::string none = desk.file("none.pfm");
     desk.wisp(command + " -o " + none);
     refuses(" " + none, 3, none + ".wisp: cannot be opened: No such file or directory");
     refuses(" " + desk.file("nowhere.pfm"), 3,
             desk.file("nowhere.pfm.wisp: cannot be opened: No such file or directory"));
-    const std::string proof = text_of(name(c) + ".wisp"), picture = text_of(name(c));
-    desk.write("none.pfm.wisp", proof);
+    const std::string record = text_of(name(c) + ".wisp"), picture = text_of(name(c));
+    desk.write("none.pfm.wisp", record);
     refuses(a + b + " " + none, 3,
-            none + ": not the picture of which " + none + ".wisp speaks, expected the one as rendered");
+            none + ": not the picture of " + none + ".wisp, expected the one as rendered");
     desk.write("p2.pfm", picture.substr(0, picture.size() - 1) + "x");
     refuses(a + b + c, 3,
-            name(c) + ": not the picture of which " + name(c) + ".wisp speaks, expected the one as rendered");
+            name(c) + ": not the picture of " + name(c) + ".wisp, expected the one as rendered");
     desk.write("p2.pfm", picture.substr(0, picture.size() - 1));
     refuses(a + b + c, 3, name(c) + ": byte 12: 119 bytes of pixels, expected 120");
     desk.write("p2.pfm", picture);
-    desk.write("p2.pfm.wisp", proof.substr(0, proof.size() - 2));
+    desk.write("p2.pfm.wisp", record.substr(0, record.size() - 2));
     refuses(a + b + c, 3,
-            name(c) + ".wisp:2: the file is damaged: its SHA-256 is another, expected " + proof.substr(22, 64));
+            name(c) + ".wisp:2: the file is damaged: its SHA-256 is another, expected " + record.substr(22, 64));
     desk.write("p2.pfm.wisp", "P5");
-    refuses(a + b + c, 3, name(c) + ".wisp:1: not a proof of a picture, expected 'wisp picture 1'");
-    desk.write("p2.pfm.wisp", proof);
+    refuses(a + b + c, 3, name(c) + ".wisp:1: not a record of a picture, expected 'wisp picture 1'");
+    desk.write("p2.pfm.wisp", record);
     CHECK(desk.wisp("stitch" + a + b + c + " -o " + desk.file("y.pfm")).status == 0);
     CHECK(desk.same("y.pfm", "none.pfm"));
     desk.refuses(desk.wisp("stitch" + a + b + c + " -o " + desk.file("no/y.pfm")), 5,

@@ -8,7 +8,7 @@ extern "C" int fuzz_map(const uint8_t *data, size_t size);
 extern "C" int fuzz_particles(const uint8_t *data, size_t size);
 extern "C" int fuzz_passes(const uint8_t *data, size_t size);
 extern "C" int fuzz_pfm(const uint8_t *data, size_t size);
-extern "C" int fuzz_proof(const uint8_t *data, size_t size);
+extern "C" int fuzz_record(const uint8_t *data, size_t size);
 extern "C" int fuzz_scene(const uint8_t *data, size_t size);
 extern "C" int fuzz_texture(const uint8_t *data, size_t size);
 extern "C" int fuzz_volume(const uint8_t *data, size_t size);
@@ -33,7 +33,7 @@ TEST_CASE("the fuzz corpus of particle maps does no harm") { replay("test/corpus
 TEST_CASE("the fuzz corpus of particle files does no harm") { replay("test/corpus/particles", 30, fuzz_particles); }
 TEST_CASE("the fuzz corpus of passes does no harm") { replay("test/corpus/passes", 20, fuzz_passes); }
 TEST_CASE("the fuzz corpus of pictures does no harm") { replay("test/corpus/pfm", 10, fuzz_pfm); }
-TEST_CASE("the fuzz corpus of proofs does no harm") { replay("test/corpus/proof", 25, fuzz_proof); }
+TEST_CASE("the fuzz corpus of records does no harm") { replay("test/corpus/record", 25, fuzz_record); }
 TEST_CASE("the fuzz corpus of scenes does no harm") { replay("test/corpus/scene", 8, fuzz_scene); }
 TEST_CASE("the fuzz corpus of textures does no harm") { replay("test/corpus/texture", 25, fuzz_texture); }
 TEST_CASE("the fuzz corpus of volumes does no harm") { replay("test/corpus/volume", 31, fuzz_volume); }

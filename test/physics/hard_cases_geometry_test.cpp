@@ -1,4 +1,4 @@
-// Hard cases E: rays and boxes, the camera, the march, lights near it.
+// Hard cases E: rays and boxes, the camera, the steps of the march, lights near them. (E1 to E6 and E14 are in test/core.)
 #include "core/lights/light.h"
 #include "host/base/error.h"
 #include "support/built_smoke.h"
@@ -17,7 +17,7 @@ namespace {
 
 constexpr double pi_ = 3.14159265358979323846;
 
-// The picture of one pixel: radiance along the ray from a point, which need not have a direction of length 1.
+// The picture of one pixel: radiance along one ray, whose direction may have any length.
 struct Seen {
     double red;
     Statistics statistics;
@@ -50,7 +50,7 @@ const std::string ball = "\nsmoke p.vtk { radius 0.2 mass 1 extinction 0.02 }\n"
 } // namespace
 
 TEST_CASE(WISP_ARITH_NAME
-          ": hard case E7: rays along the walls of a box are inside, whatever the sign of their zeros") {
+          ": hard case E7: a ray in a face of a box is inside, whatever the sign of its zeros") {
     const Box box = {vec(-1, -1, -1), vec(1, 1, 1)};
     const auto inside = [&](const Vec3 &origin, const Vec3 &direction) {
         Real begin = Real(0), end = Real(100);
@@ -69,20 +69,20 @@ TEST_CASE(WISP_ARITH_NAME
                             origin[axis] = real(-5 * side), origin[u] = real(wall), origin[v] = real(other);
                             CHECK(inside(origin, direction) == 2); // from outside
                             origin[axis] = real(-side);
-                            CHECK(inside(origin, direction) == 2); // from the wall that it enters by
+                            CHECK(inside(origin, direction) == 2); // from the face that it enters by
                             origin[axis] = Real(0);
                             CHECK(inside(origin, direction) == 1); // from within
                             origin[axis] = real(side);
-                            CHECK(inside(origin, direction) == 0); // from the wall that it leaves by
+                            CHECK(inside(origin, direction) == 0); // from the face that it leaves by
                             origin[axis] = real(-5 * side), origin[u] = real(1.01);
-                            CHECK(inside(origin, direction) == 0); // beside the wall
+                            CHECK(inside(origin, direction) == 0); // beside the face
                         }
     CHECK(inside(vec(5, 5, 5), normalize(vec(-1, -1, -1))) == doctest::Approx(2 * std::sqrt(3.0)));
 
-    // The same through smoke, whose particles lie in the planes that the ray runs in.
+    // The same in smoke: the particles lie in the ray's planes.
     const std::vector<Particle> flat = {{{-1, 0, 0}, 1, 1}, {{0, 0, 0}, 1, 1}, {{1, 1, 0}, 1, 1}};
     const BuiltField built(smoke_of(flat));
-    for (double x : {0.0, 1.0, -3.0, 3.0}) { // 3: on the box's wall
+    for (double x : {0.0, 1.0, -3.0, 3.0}) { // 3: on the box's face
         const Real plus = optical_depth(built.field, {vec(x, 0, -5), Vec3(Real(0), Real(0), Real(1))}, Real(10));
         const Real minus = optical_depth(built.field, {vec(x, 0, -5), Vec3(-Real(0), -Real(0), Real(1))}, Real(10));
         CHECK(plus == minus);
@@ -91,7 +91,7 @@ TEST_CASE(WISP_ARITH_NAME
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case E8: rays that graze the box, or leave it behind, see the background") {
+TEST_CASE(WISP_ARITH_NAME ": hard case E8: rays that graze the box or leave it behind see the background") {
     const SmokeDescription smoke = smoke_of(at_origin);
     const std::vector<LightSource> lights = {{LightKind::point, {3, 3, 3}, {0, 0, 1}, 2, {9, 9, 9}}};
     Scene scene = scene_of(smoke, lights);
@@ -102,11 +102,11 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E8: rays that graze the box, or leave it 
     } rays[] = {
         {{0, 0, 4}, {1, 0, -1}, true},    // an edge: enters and leaves at the same distance
         {{0, 4, 0}, {0, -1, 1}, true},    //
-        {{4, 0, -2}, {-2, 2, 0}, true},   // an edge, along a wall
-        {{2, 0, 8}, {0, 0, -1}, false},   // a wall
+        {{4, 0, -2}, {-2, 2, 0}, true},   // an edge, along a face
+        {{2, 0, 8}, {0, 0, -1}, false},   // a face
         {{2, 2, 8}, {0, 0, -1}, false},   // an edge's whole length
-        {{0, 0, 2}, {1, 0, 0}, false},    // a wall, from on it
-        {{0, 0, 2}, {0, 0, 1}, true},     // away, from on the wall
+        {{0, 0, 2}, {1, 0, 0}, false},    // starts on a face, along it
+        {{0, 0, 2}, {0, 0, 1}, true},     // starts on a face, away from the box
         {{0, 0, 8}, {0, 0, 1}, true},     // the box is behind
         {{0, -100, 1}, {0, -1, 0}, true}, //
         {{2.5, 0, 0}, {0, 1, 1}, true},   // beside
@@ -128,7 +128,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E8: rays that graze the box, or leave it 
     CHECK(!first_collision(built.field, {vec(0, 0, 0), vec(0, 0, 1)}, Real(0), photon_event(1, 1)).found);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case E9: a camera inside the smoke sees what lies before it, finite and steady") {
+TEST_CASE(WISP_ARITH_NAME ": hard case E9: radiance at a camera inside the smoke is finite and continuous") {
     const auto particles = cloud(300, 3, 1, 0.3);
     const SmokeDescription smoke = smoke_of(particles);
     SmokeDescription black = smoke;
@@ -141,12 +141,12 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E9: a camera inside the smoke sees what l
     const BuiltField built(black);
     for (const Double3 &eye : {Double3{0, 0, 0}, particle, Double3{0.5, 0.25, 1}, Double3{-2.5, 2.5, -2.5}})
         for (const Double3 &along : {Double3{0, 0, -1}, Double3{0, 0, 1}, Double3{1, 2, -2}}) {
-            // It starts at t = 0: the whole closed depth from there on. The march's own error is below 2e-4.
+            // The march starts at t = 0: the closed depth from there on. The error of the march is below 2e-4.
             const Ray ray = {vec(eye.x, eye.y, eye.z), normalize(vec(along.x, along.y, along.z))};
             const double through = std::exp(-at(optical_depth(built.field, ray, Real(100))));
             CHECK(std::fabs(look(dark, eye, along, with_step(0.0625)).red - through) < 2e-4);
-            // Light, and light that moves with the camera by 1e-6. Per unit of length it changes by less than its own
-            // extinction and, to the side, the integral of the density's gradient: some 10 together.
+            // The radiance, and that of a camera moved by 1e-6. Per unit of length it changes by less than the extinction
+            // and, to the side, the integral of the density's gradient: some 10 together.
             Settings settings = small_settings(1);
             settings.photons = 2000;
             CHECK(std::isfinite(look(lit, eye, along, settings).red));
@@ -172,10 +172,10 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E10: a light inside the smoke, at a parti
         const Illumination there = illuminate(light, vec(t, 0.1, 0), vec(from, 0.1, 0), vec(to, 0.1, 0));
         airlight += at(there.irradiance.x) * std::exp(-(t + 1 + at(there.distance))) * (to - from);
     }
-    // Midpoints are off by less than 1e-5 here; in f32 the stretches of 0.005 have seven digits less two, at random.
+    // The midpoint rule is off by less than 1e-5 here; in f32 segments of 0.005 have five digits, with random errors.
     CHECK(airlight == doctest::Approx(9.1192720747).epsilon(2e-5));
 
-    // At a particle, and at the middle of a step (d = 0): along z from 1.25 in steps of 0.5 the third middle is 0.
+    // At a particle and at the middle of a step (distance 0): along z from 1.25 in steps of 0.5 the third middle is 0.
     const SmokeDescription smoke = smoke_of(at_origin);
     const std::vector<LightSource> lights = {lamp};
     const Scene scene = scene_of(smoke, lights);
@@ -187,8 +187,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E10: a light inside the smoke, at a parti
         const double shadow =
             std::exp(-at(optical_depth(built.field, {vec(0, 0, z), vec(0, 0, sign)}, real(std::fabs(z)))));
         const double scattered = 0.9 / (4 * pi_) * shadow * std::exp(-depth) * (1 - std::exp(-s));
-        // The mean of 1 / z^2. Through the light that of a line at the least distance of 2^-10, along which the light
-        // sees the step under pi or, from there, the angle below.
+        // The mean of 1 / z^2 over the step. A step through the light is taken at the smallest distance of 2^-10: the light
+        // sees it under an angle between that of `least` and pi.
         const bool through = a * b < 0;
         least += scattered * (through ? 2 * std::atan(dx / 2 * 1024) * 1024 / dx : 1 / (a * b));
         most += scattered * (through ? pi_ * 1024 / dx : 1 / (a * b));
@@ -198,8 +198,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E10: a light inside the smoke, at a parti
     CHECK(seen > least * (1 - 1e-5));
     CHECK(seen < most * (1 + 1e-5));
 
-    // Neighbours: radiance falls away from the light about as 1 / distance, from the least distance on. The light lies
-    // in the middle of a step and at the end of one.
+    // Neighbouring pixels: from the smallest distance on radiance falls about as 1 / distance from the light. The light lies
+    // in the middle of a step or at the end of one.
     for (double eye : {8.0, 8.25}) {
         const int pixels = 33;
         const double spacing = 1.0 / 128;
@@ -221,7 +221,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E10: a light inside the smoke, at a parti
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case E11: a light at the camera is finite, and as bright as one beside it") {
+TEST_CASE(WISP_ARITH_NAME ": hard case E11: a light at the camera gives finite radiance, that of a light beside it") {
     const SmokeDescription smoke = smoke_of(at_origin);
     for (const Double3 &eye : {Double3{0, 0, 0}, Double3{0, 0, 1.25}, Double3{0.5, 0.25, 1}, Double3{0, 0, 8}}) {
         const auto seen = [&](double aside) {
@@ -233,12 +233,12 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E11: a light at the camera is finite, and
         CAPTURE(eye.z);
         CHECK(std::isfinite(seen(0)));
         CHECK(seen(0) > 0);
-        // Below the least distance of 2^-10 nothing changes but by the angle at which the light is seen.
+        // Below the smallest distance of 2^-10 radiance changes only by the angle at which the light is seen.
         CHECK(seen(0) == doctest::Approx(seen(0x1p-14)).epsilon(0.01));
         CHECK(seen(0) == doctest::Approx(seen(0x1p-10)).epsilon(0.01));
     }
-    // The irradiance of a stretch that begins, lies or ends at the light: that of one beside it, and a little before or
-    // behind it.
+    // The irradiance of a segment that begins at the light, holds it, or ends there is that of segments beside it, a little
+    // before and behind it.
     const Light light = make_light(lamp);
     const auto mean = [&](double x, double from) {
         const Vec3 a = vec(x, from, 0), b = vec(x, from + 0.5, 0);
@@ -252,19 +252,19 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E11: a light at the camera is finite, and
         CHECK(mean(0, from) == doctest::Approx(mean(0, from - 1e-6)).epsilon(0.01));
     }
     const Vec3 o = vec(0, 0, 0);
-    CHECK(at(illuminate(light, o, o, o).irradiance.x) == 0x1p20); // the plain inverse square of the least distance
+    CHECK(at(illuminate(light, o, o, o).irradiance.x) == 0x1p20); // the inverse square of the smallest distance
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case E12: a million steps of a thousandth are as long as the way") {
-    if (std::is_same_v<Real, float>) { // what adding them up would give
+TEST_CASE(WISP_ARITH_NAME ": hard case E12: a million steps of 0.001 are 1000 long") {
+    if (std::is_same_v<Real, float>) { // a sum of steps in float
         float t = 0, few = 0;
         for (int i = 0; i < 1000000; ++i) t += 1e-3f;
         for (int i = 0; i < 10000; ++i) few += 0.01f;
         CHECK(t == doctest::Approx(991.14).epsilon(1e-5));
         CHECK(few == doctest::Approx(100.00295).epsilon(1e-7));
     }
-    // A weightless particle near the camera, and one at the end of the way of 1000: were the steps longer or shorter,
-    // it would be missed.
+    // A particle of mass 0 near the camera, and a second particle 1000 behind it: were the steps longer or shorter, the march
+    // would miss the second one.
     const std::vector<Particle> ends = {{{0, 0, -498}, 1, 1}, {{0, 0, 498}, 1, 0}};
     SmokeDescription smoke = smoke_of(ends);
     smoke.albedo = {0, 0, 0};
@@ -274,13 +274,12 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E12: a million steps of a thousandth are 
     const Seen seen = look(scene, {0, 0, 512}, {0, 0, -1}, with_step(1e-3));
     CHECK(seen.statistics.smoke.march_samples >= 1000000);
     CHECK(seen.statistics.smoke.march_samples <= 1000001); // the last one may be as short as rounding
-    // Sums of 4000 steps, at places of seven digits in f32.
+    // Sums of 4000 steps; positions have seven digits in f32.
     CHECK(std::fabs(seen.red - std::exp(-0.5968310366)) < (std::is_same_v<Real, float> ? 2e-5 : 1e-6));
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case E13: the last step is as long as what is left of the way") {
-    // Along the axis of one particle, 4 long: in steps of 1.2 the last one is 0.4, as 0.1 is of 1 in steps of 0.3.
-    // (Within a step the density is constant: that of its middle.)
+TEST_CASE(WISP_ARITH_NAME ": hard case E13: the last step is as long as the rest of the segment") {
+    // The axis of one particle is 4 long: of steps of 1.2 the last is 0.4 long. A step has the density of its middle.
     SmokeDescription smoke = smoke_of(at_origin);
     smoke.albedo = {0, 0, 0};
     const std::vector<LightSource> none;
@@ -294,7 +293,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E13: the last step is as long as what is 
         CAPTURE(step);
         scene.background = {1, 1, 1};
         CHECK(std::fabs(look(scene, {0, 0, 8}, {0, 0, -1}, with_step(step)).red - std::exp(-depth)) < 1e-6);
-        // And what the smoke emits is what it takes away.
+        // Smoke that emits radiance 1 adds what it absorbs of background 1.
         smoke.emission = {1, 1, 1};
         scene.background = {0, 0, 0};
         CHECK(std::fabs(look(scene, {0, 0, 8}, {0, 0, -1}, with_step(step)).red - 1 + std::exp(-depth)) < 1e-6);
@@ -302,7 +301,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E13: the last step is as long as what is 
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case E15: nothing, lights alone and smoke alone are pictures") {
+TEST_CASE(WISP_ARITH_NAME ": hard case E15: an empty scene, lights alone and smoke alone give valid pictures") {
     const std::vector<LightSource> none, lights = {lamp};
     const auto particles = cloud(50, 3, 1, 0.3);
     const SmokeDescription empty = smoke_of({}), smoke = smoke_of(particles);
@@ -322,7 +321,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E15: nothing, lights alone and smoke alon
     scene.lights = lights.data();
     scene.light_count = 1;
     CHECK(is_background(render_in_memory(scene, settings))); // lights
-    // Smoke: it takes from the background and gives nothing.
+    // Smoke without light: it absorbs the background.
     scene = scene_of(smoke, none);
     scene.background = {1, 0.5, 0.25};
     const Rendered picture = render_in_memory(scene, settings);
@@ -339,7 +338,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E15: nothing, lights alone and smoke alon
     CHECK(least < 0.9f);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case E16: spots need an angle above 0 and an axis; of 180 degrees they light half of "
+TEST_CASE(WISP_ARITH_NAME ": hard case E16: a spot needs an angle above 0 and an axis; one of 180 degrees lights half of "
                           "space") {
     CHECK(error_of("ls 0 0 0 0 0 1 0 1 1 1") == "s.aff:1: found cone angle 0, expected above 0, at most 360 degrees");
     CHECK(error_of("ls 0 0 0 0 0 1 -30 1 1 1").find("cone angle") != std::string::npos);
@@ -354,7 +353,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E16: spots need an angle above 0 and an a
         for (float value : picture.rgb) CHECK(std::isfinite(value));
         return picture;
     };
-    // From beside the smoke: half of space holds all of it or nothing.
+    // The light stands beside the smoke: its half of space holds all of the smoke or nothing.
     const Rendered towards = picture_of("ls 3 0 0  -1 0 0  180  9 9 9"),
                    away = picture_of("ls 3 0 0  1 0 0  180  9 9 9");
     const Rendered all_around = picture_of("ls 3 0 0  1 0 0  360  9 9 9"), point = picture_of("lp 3 0 0  9 9 9");
@@ -362,13 +361,13 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E16: spots need an angle above 0 and an a
     CHECK(std::memcmp(all_around.rgb.data(), point.rgb.data(), point.rgb.size() * sizeof(float)) == 0);
     for (float value : away.rgb) CHECK(value == 0);
     CHECK(point.rgb[15] > 0);
-    // The axis may be as short or as long as numbers go.
+    // The axis may have any length.
     const Rendered short_axis = picture_of("ls 3 0 0  -1e-30 0 0  180  9 9 9"),
                    long_axis = picture_of("ls 3 0 0  -1e30 0 0  180  9 9 9");
     CHECK(std::memcmp(towards.rgb.data(), short_axis.rgb.data(), point.rgb.size() * sizeof(float)) == 0);
     CHECK(std::memcmp(towards.rgb.data(), long_axis.rgb.data(), point.rgb.size() * sizeof(float)) == 0);
 
-    // From the middle: half of space and half of the photons' power.
+    // The light stands inside: half of space, and half of the power.
     LightSource half = lamp;
     half.kind = LightKind::spot;
     half.one_minus_cosine = 1;
@@ -392,7 +391,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E16: spots need an angle above 0 and an a
 }
 
 TEST_CASE(WISP_ARITH_NAME
-          ": hard case E17: views without an angle or an up are refused, pictures of one pixel are drawn") {
+          ": hard case E17: a view without an angle or an up direction is refused; pictures of one pixel are rendered") {
     const auto view = [](const std::string &up, const std::string &angle, const std::string &size) {
         return "v from 0 0 4 at 0 0 0 up " + up + " angle " + angle + " hither 1 resolution " + size;
     };
@@ -418,7 +417,7 @@ TEST_CASE(WISP_ARITH_NAME
         for (float value : picture.rgb) CHECK((std::isfinite(value) && value >= 0));
         return picture.rgb;
     };
-    // The middle of a picture of one pixel, row or column looks at `at`, whatever the angle; ends lie on the angle.
+    // The middle pixel of a picture of one pixel, row or column looks at `at`, whatever the angle of view.
     const std::vector<float> pixel = picture_of("0 1 0", "30", 1, 1), row = picture_of("0 1 0", "30", 5, 1),
                              column = picture_of("0 1 0", "30", 1, 5), wide = picture_of("0 1 0", "90", 1, 1);
     for (int c = 0; c < 3; ++c) {
@@ -428,12 +427,15 @@ TEST_CASE(WISP_ARITH_NAME
     }
     CHECK(column[0] != column[6]);
     CHECK(row[0] != row[6]);
-    // Almost parallel, almost 0 and almost 180.
+    // An up almost parallel to the view, angles almost 0 and almost 180.
     picture_of("0 1e-6 1", "30", 2, 2);
     picture_of("0 1 0", "1e-9", 2, 2);
     picture_of("0 1 0", "179.9", 2, 2);
-    for (int pixels : {1, 3}) try {
-            picture_of("0 1 0", "179.999", pixels, pixels);
-        } catch (const InputError &) { // or refused with a reason
-        }
+    for (int pixels : {1, 3}) {
+        const std::string refusal = refusal_of([&] { picture_of("0 1 0", "179.999", pixels, pixels); });
+        CAPTURE(pixels);
+        CHECK(refusal == (std::is_same_v<Real, Fixed>
+                              ? "s.aff:1: the view is too wide for fixed point, expected a scene that fits"
+                              : "no error"));
+    }
 }

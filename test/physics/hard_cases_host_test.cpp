@@ -1,4 +1,4 @@
-// Hard cases F that know no arithmetic, or one: what the process must be like, the ends of fixed point, strange pixels.
+// Hard cases F of no arithmetic or of fixed alone: modes of the processor, the ends of fixed point, pixels that are no colour.
 #include "host/images/picture.h"
 #include "support/built.h"
 #include "support/random_input.h"
@@ -25,7 +25,7 @@ std::string fault_of(const ArithmeticProbe &probe) {
     return fault == nullptr ? "none" : fault;
 }
 
-// Runs a command; its exit status and the first line that it writes.
+// The exit status of a command, and the first line that it writes.
 struct Ran {
     int status;
     std::string line;
@@ -38,7 +38,7 @@ Ran run(const std::string &command, const TemporaryFolder &folder) {
     return ran;
 }
 
-// What wisp says when a library that sets up the process otherwise is loaded before it starts.
+// Runs wisp with a library that executes `set_up` as it is loaded.
 Ran wisp_beside(const std::string &set_up, const TemporaryFolder &folder, const std::string &flags = "") {
     std::ofstream(folder.file("a.c")) << "#include <fenv.h>\n__attribute__((constructor)) static void set_up(void) { "
                                       << set_up << " }\n";
@@ -81,13 +81,13 @@ TEST_CASE("hard case F2: contraction is found, and the elementary functions have
         std::ofstream(folder.file("a.cpp")) << "#include \"wisp/self_test.h\"\n#include <cstdio>\n"
                                                "int main() { const char *fault = wisp::arithmetic_fault(); "
                                                "std::puts(fault ? fault : \"none\"); }\n";
-        const std::string compile = "g++ -std=c++17 -Iinclude -o " + folder.file("a") + " " + folder.file("a.cpp");
+        const std::string compile = "g++ -std=c++17 -Iinclude -Isrc -o " + folder.file("a") + " " + folder.file("a.cpp");
         REQUIRE(run(compile + " -O2 -mfma -ffp-contract=fast", folder).status == 0);
         CHECK(run(folder.file("a"), folder).line == "a * b + c is contracted to one rounding");
     }
 #endif
 
-    // Every function over arguments that a hash makes: any compiler, level and machine must give this value.
+    // Every function over random arguments: any compiler, level of optimisation and machine must give this hash.
     uint64_t hash = 0xcbf29ce484222325;
     const auto mix = [&](uint64_t bits) { hash = (hash ^ bits) * 0x100000001b3; };
     Random random;
@@ -137,7 +137,7 @@ TEST_CASE("hard case F3: a process that flushes subnormal numbers is found, and 
     CHECK(flushing.status == 2);
     CHECK(flushing.line == refusal("subnormal results are flushed to zero"));
     CHECK(wisp_beside("__builtin_ia32_ldmxcsr(__builtin_ia32_stmxcsr() | 0x0040);", folder).status == 2);
-    // Nothing needs to be in the library but what the compiler adds.
+    // An empty library built with -ffast-math does so, too.
     CHECK(wisp_beside("", folder, "-ffast-math").line == refusal("subnormal results are flushed to zero"));
 #endif
 }
@@ -227,7 +227,7 @@ TEST_CASE("hard case F8: NaN, infinite, negative and huge pixels have fixed colo
     const Bytes brighter = {255, 0, 255, 0, 0, 0, 255, 0, 255, 255, 0, 255, 255, 0, 255, 255, 0, 255};
     CHECK(srgb_bytes(picture, 1000) == brighter);
     CHECK(png_bytes(picture) == png_bytes(picture));
-    // From 127.5 on, where the curve has 0.5, the next byte is shown.
+    // Bytes are rounded to nearest: from 127.5 on, the sRGB curve's 0.5, the byte is 128.
     const float below = 0x1.b65b32p-3f, above = 0x1.b65b34p-3f; // neighbours of 0.21404114048223255
     CHECK((below < 0.21404114048223255 && 0.21404114048223255 < above));
     CHECK(srgb_bytes({1, 1, {below, above, 0}}) == Bytes{127, 128, 0});

@@ -1,4 +1,4 @@
-// Hard cases of the particle map.
+// Hard cases C13, C14, D6 and D7: the particle map.
 #include "core/photons/packed_light.h"
 #include "support/built_map.h"
 #include "support/mixture.h"
@@ -15,12 +15,12 @@ constexpr double pi_ = 3.14159265358979323846;
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME ": hard case C13: no power is lost on its way to the particles") {
+TEST_CASE(WISP_ARITH_NAME ": hard case C13: deposits have all the power of the photons") {
     const Mixture mixture;
-    for (Deposit way : {Deposit::exact, Deposit::kernel}) {
+    for (Deposit deposit : {Deposit::exact, Deposit::kernel}) {
         Settings settings = small_settings(6);
         settings.photons = 3000;
-        settings.deposit = way;
+        settings.deposit = deposit;
         const TracedMap traced(mixture.scene, settings);
         std::vector<Emitter> room(8);
         Arena arena(room.data(), room.size() * sizeof(Emitter));
@@ -51,7 +51,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C13: no power is lost on its way to the p
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case C14: where all weights are 0 nothing is divided, and the photon is counted") {
+TEST_CASE(WISP_ARITH_NAME ": hard case C14: where all weights are 0 nothing is divided by 0, and the photon is counted as lost") {
     const std::vector<Particle> particles = {{{0, 0, 0}, 1, 2}};
     SmokeDescription smoke = smoke_of(particles, Kernel::poly6);
     smoke.asymmetry = 0.5;
@@ -60,19 +60,19 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C14: where all weights are 0 nothing is d
     for (Direction kept : {Direction::flux, Direction::mean}) {
         int64_t power[3] = {}, flux[3] = {};
         const Deposits deposits = {power, flux, 1, 3, kept};
-        const auto share = [&](double x) {
+        const auto deposits_at = [&](double x) {
             return deposit_by_kernel(deposits, field, vec(x, 0, 0), Color(Real(1)), vec(1, 0, 0));
         };
-        CHECK(!share(2)); // poly6's own h is the support
-        CHECK(!share(2.5));
+        CHECK(!deposits_at(2)); // poly6's own h is the support
+        CHECK(!deposits_at(2.5));
         for (int c = 0; c < 3; ++c) CHECK((power[c] == 0 && flux[c] == 0));
-        CHECK(share(1.9)); // however little weighs there: it is all there is
+        CHECK(deposits_at(1.9)); // however small the weight: the only particle gets all
         for (int c = 0; c < 3; ++c) CHECK(power[c] == int64_t{1} << 24);
         CHECK(flux[0] == int64_t{kept == Direction::mean ? 1 : 3} << 24);
     }
 
-    // A box so dense, and so far from 0, that photons collide on its faces, which rounding puts inside or outside: each
-    // is deposited whole or counted.
+    // A box so dense and so far from 0 that photons collide on its faces. Rounding puts them inside or outside: each
+    // photon is deposited whole or counted as lost.
     GridDescription box = {1, 1, 1, nullptr, unit_error < 1e-12 ? 1e13 : 2e9, {8000, 0, 0}, {0.3, 0.3, 0.3}, {}};
     box.axis[0] = {0.6, 0.8, 0};
     box.axis[1] = {-0.8, 0.6, 0};
@@ -91,7 +91,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C14: where all weights are 0 nothing is d
     CHECK(traced.map.per_smoke[0].power[0] == static_cast<int64_t>(photons.stored) << 24);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case D6: opposite photons have their power, and no direction") {
+TEST_CASE(WISP_ARITH_NAME ": hard case D6: two opposite photons have the sum of their power and no mean direction") {
     const std::vector<Particle> particles = {{{0, 0, 0}, 1, 2}};
     SmokeDescription smoke = smoke_of(particles);
     for (double g : {0.0, 0.7}) {
@@ -102,9 +102,9 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D6: opposite photons have their power, an
         for (Direction kept : {Direction::flux, Direction::mean}) {
             int64_t power = 0, flux[3] = {};
             Deposits deposits = {&power, g == 0 ? nullptr : flux, 1, 1, kept};
-            const Vec3 ways[] = {normalize(vec(0.3, -0.7, 1)), -normalize(vec(0.3, -0.7, 1))};
-            for (const Vec3 &way : ways)
-                CHECK(deposit_by_kernel(deposits, built.medium.smokes[0].field, vec(1, 0, 0), Color(Real(1)), way));
+            const Vec3 directions[] = {normalize(vec(0.3, -0.7, 1)), -normalize(vec(0.3, -0.7, 1))};
+            for (const Vec3 &direction : directions)
+                CHECK(deposit_by_kernel(deposits, built.medium.smokes[0].field, vec(1, 0, 0), Color(Real(1)), direction));
             CHECK(power == int64_t{2} << 24);
             const ParticleMap map = {&deposits, Color(Real(1)), {Real(1), 0}};
             PackedSums packed(scene, map);
@@ -115,7 +115,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D6: opposite photons have their power, an
 }
 
 TEST_CASE(WISP_ARITH_NAME
-          ": hard case D7: a direction out of rounding is none, a whole one is Henyey and Greenstein's") {
+          ": hard case D7: flux from rounding alone counts as isotropic, full flux as Henyey-Greenstein with g") {
     const std::vector<Particle> particles = {{{0, 0, 0}, 1, 2}};
     SmokeDescription smoke = smoke_of(particles);
     smoke.asymmetry = 0.7;
@@ -123,7 +123,7 @@ TEST_CASE(WISP_ARITH_NAME
     const BuiltMedium built({smoke});
     const Scene scene = scene_of(smoke, {});
     Direction kept = Direction::flux;
-    const auto source = [&](int64_t along) { // flux of two photons towards the eye, in units
+    const auto source = [&](int64_t along) { // the flux of two photons towards the eye, in units
         int64_t power = int64_t{2} << 24, flux[3] = {0, 0, along};
         Deposits deposits = {&power, flux, 1, 1, kept};
         const ParticleMap map = {&deposits, Color(Real(1)), {Real(1), 0}};
@@ -139,7 +139,7 @@ TEST_CASE(WISP_ARITH_NAME
     CHECK(source(3) == doctest::Approx(1 / (4 * pi_)).epsilon(1e-6));
     for (int64_t along : {all / 3, all / 5, all / 600}) CHECK(source(along) == doctest::Approx(p(0.7)).epsilon(1e-5));
     CHECK(source(-all / 5) == doctest::Approx(1.7 * 0.3 / (4 * pi_ * std::pow(1.7, 3))).epsilon(1e-5));
-    // Nor when the rounding of an entry makes it longer, in any direction.
+    // The same in any direction, where rounding of a packed entry makes the flux longer.
     smoke.asymmetry = 0.9995;
     const BuiltMedium peaked({smoke});
     Sequence next{8};
@@ -153,7 +153,7 @@ TEST_CASE(WISP_ARITH_NAME
         CHECK(s > 0);
         CHECK(s < 1.001 * p(0.9995) * 0x1p-20);
 
-        // A mean direction has all of g, however short rounding made it.
+        // A mean direction has the full g, even where rounding made its entry shorter.
         const Vec3 entry = normalize(unpack_flux(pack_flux(to)));
         Deposits mean = {&power, flux, 1, 1, Direction::mean};
         CHECK(at(PackedSums(scene, {&mean, Color(Real(1)), {Real(1), -20}})

@@ -1,4 +1,4 @@
-// Hard cases B: coefficients of the medium at the ends of their ranges.
+// Hard cases B: coefficients of the medium that are 0, 1, or far too small or large.
 #include "core/photons/photon_walk.h"
 #include "support/built_smoke.h"
 #include "support/chosen_draws.h"
@@ -19,9 +19,9 @@ constexpr bool is_f32 = std::is_same_v<Real, float>, is_f64 = std::is_same_v<Rea
 
 uint64_t key_of(uint64_t i) { return (i + 1) * 0x9e3779b97f4a7c15u; }
 
-const LightSource lamp = {LightKind::point, {5, 6, 4}, {0, 0, 1}, 2, {8, 4, 2}}; // powers of two: its photons are exact
+const LightSource lamp = {LightKind::point, {5, 6, 4}, {0, 0, 1}, 2, {8, 4, 2}}; // powers of two: the photons' powers are exact
 
-// A scene and what it points to.
+// A scene of one smoke and one light, with what it points to.
 struct LitSmoke {
     explicit LitSmoke(const std::vector<Particle> &particles_, Kernel kernel = Kernel::spline) : particles(particles_) {
         smoke = smoke_of(particles, kernel);
@@ -47,8 +47,8 @@ bool same_bits(const Rendered &a, const Rendered &b) {
     return a.rgb.size() == b.rgb.size() && std::memcmp(a.rgb.data(), b.rgb.data(), a.rgb.size() * sizeof(float)) == 0;
 }
 
-// Smoke whose extinction is `sigma` at every multiple of 1/4 on the axis of z from -246 to 246, to the last bit the
-// same. It ends at -250 and 250; the middles of steps of 10, 100 and 1000 that begin there are such points.
+// Smoke whose extinction on the z axis is `sigma`, to the bit, at every multiple of 1/4 from -246 to 246. It ends at -250
+// and 250, so that the middles of steps of 10, 100 and 1000 are such points.
 std::vector<Particle> even_slab(double sigma) {
     double sum = 0;
     for (int i = -7; i <= 7; ++i) sum += 15 / (64 * pi_) * std::pow(2 - std::abs(i) / 4.0, 3);
@@ -57,7 +57,7 @@ std::vector<Particle> even_slab(double sigma) {
     return particles;
 }
 
-// The radiance along the axis of z from 1024 on.
+// The radiance along the z axis, seen from z = 1024.
 double along_axis(LitSmoke &lit, double step) {
     lit.scene.camera = look_at_origin(1024, 1, 1);
     Settings settings = small_settings(1);
@@ -65,35 +65,35 @@ double along_axis(LitSmoke &lit, double step) {
     return render_in_memory(lit.scene, settings).rgb[0];
 }
 
-// A medium without end, of extinction 1, with an albedo a channel.
-struct Endless {
+// An infinite medium of extinction 1, with an albedo for each channel.
+struct InfiniteMedium {
     Double3 albedo_;
 };
-struct Meeting {
+struct AnyCollision {
     bool found;
     Real distance;
 };
-Meeting first_collision(const Endless &, const Ray &, Real, Event event) {
+AnyCollision first_collision(const InfiniteMedium &, const Ray &, Real, Event event) {
     return {true, -wisp::log(unit_open<Real>(draw(event, 0)))};
 }
-Color albedo(const Endless &medium, const Meeting &) { return vec_of(medium.albedo_); }
-Phase phase(const Endless &, const Meeting &) { return Phase(Real(0)); }
+Color albedo(const InfiniteMedium &medium, const AnyCollision &) { return vec_of(medium.albedo_); }
+Phase phase(const InfiniteMedium &, const AnyCollision &) { return Phase(Real(0)); }
 
-// What the photon carries at its collisions, the last entry after its fate.
-struct Walked {
-    PathEnd fate;
+// How a walk ended, and the photon's power at each collision.
+struct Walk {
+    PathEnd path_end;
     std::vector<Color> powers;
 };
-Walked walk_of(const Double3 &albedos, const Color &power, uint64_t key) {
-    Walked walked = {};
-    walked.fate = walk(Endless{albedos}, Photon{{vec(0, 0, 0), vec(0, 0, 1)}, power, true}, key,
-                       [&](const Meeting &, uint32_t, const Photon &p) { walked.powers.push_back(p.power); });
+Walk walk_of(const Double3 &albedos, const Color &power, uint64_t key) {
+    Walk walked = {};
+    walked.path_end = walk(InfiniteMedium{albedos}, Photon{{vec(0, 0, 0), vec(0, 0, 1)}, power, true}, key,
+                       [&](const AnyCollision &, uint32_t, const Photon &p) { walked.powers.push_back(p.power); });
     return walked;
 }
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME ": hard case B1: particles without extinction change no bit and stop no photon") {
+TEST_CASE(WISP_ARITH_NAME ": hard case B1: particles without extinction change no bit of the picture and stop no photon") {
     LitSmoke clear(cloud(50, 3, 1, 0)), none({});
     for (LitSmoke *lit : {&clear, &none}) {
         lit->scene.light_count = 1;
@@ -115,12 +115,12 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B1: particles without extinction change n
     CHECK(wisp::exp(-optical_depth(field.field, ray, Real(20))) == Real(1));
     for (uint64_t key = 0; key < 3000; ++key)
         CHECK(!first_collision(field.field, ray, Real(20), photon_event(key, 1)).found);
-    for (uint32_t i = 0; i < clear.smoke.count; ++i) // the rarest draw of each particle
+    for (uint32_t i = 0; i < clear.smoke.count; ++i) // the largest draw of each particle
         CHECK(!first_collision(field.field, ray, Real(20), event_with_draw(i, 0)).found);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case B2: the densest smoke is a wall of its source function") {
-    // 2^20 is what the host lets through in fixed; float ends at 3.4e38.
+TEST_CASE(WISP_ARITH_NAME ": hard case B2: the densest smoke looks like a wall with its source function as radiance") {
+    // In fixed the host accepts extinctions up to 2^20; float ends at 3.4e38.
     const double densest = is_fixed ? 0x1p20 : 3e38, dense = is_fixed ? 0x1p20 : 1e30;
     const Ray ray = {vec(-5, 0, 0), vec(1, 0, 0)};
     for (double area : {dense, densest}) {
@@ -134,13 +134,13 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B2: the densest smoke is a wall of its so
         const Rendered picture = wall.picture();
         const size_t middle = (8 * 4 + 4) * 3;
         CHECK(picture.rgb[middle] == doctest::Approx(0.5).epsilon(1e-5));
-        for (size_t i = 0; i < picture.rgb.size(); ++i) { // source function or background, or between
+        for (size_t i = 0; i < picture.rgb.size(); ++i) { // the source function, the background, or a mixture of both
             const float source = i % 3 == 0 ? 0.5f : i % 3 == 1 ? 0.25f : 0.125f;
             CHECK(picture.rgb[i] <= 2 * source);
             CHECK(picture.rgb[i] >= source * (1 - 1e-5f));
         }
-        // Photons stop at the boundary, 3 from the start. Depth grows there as scale d^4 / 4 (the kernel's (2 - q)^3,
-        // numerics L), of which `error` is lost to rounding and `longest` is the longest path.
+        // Photons stop at the boundary, 3 from the start. At a distance d behind it the depth is scale d^4 / 4 (kernel
+        // (2 - q)^3, N-L). `error` is lost to rounding, and `longest` is the longest path.
         const double error = is_f64 ? 3e-14 : is_f32 ? 1.2e-5 : 3e-8, longest = 23;
         const double scale = area * 15 / (64 * pi_);
         const double farthest = 3 + std::pow(4 * (error + longest / scale), 0.25);
@@ -151,7 +151,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B2: the densest smoke is a wall of its so
             CHECK(at(collision.distance) <= farthest + 1e-6);
         }
     }
-    // Many particles, a light and photons: nothing outshines the background and E p <= 10 / 9 / (4 pi) of the light.
+    // Many particles, a light and photons: no pixel exceeds the background or E p <= 10 / 9 / (4 pi) of the light.
     LitSmoke lit(cloud(200, 2, 1, is_fixed ? 1e5 : 1e29));
     lit.scene.light_count = 1;
     lit.light = {LightKind::point, {5, 0, 0}, {0, 0, 1}, 2, {10, 10, 10}};
@@ -162,16 +162,16 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B2: the densest smoke is a wall of its so
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case B3: steps of depth 1e-12 emit what they hold") {
-    // One wide particle: 256 steps of 1, each with a depth of at most 1e-12, whose sum the midpoint rule gives within
-    // 4e-5 (numerics E4, h / 64). The radiance is 1 - e^-tau = tau.
+TEST_CASE(WISP_ARITH_NAME ": hard case B3: steps of depth 1e-12 emit their depth times the source") {
+    // One wide particle and 256 steps of length 1 = h / 64, each with a depth of at most 1e-12. The midpoint rule gives the
+    // sum of depths within 4e-5 (N-E4). The radiance is 1 - e^-tau = tau.
     const double h = 64, area = 1e-12 * h * h * h * 8 * pi_ / 15, tau = area * 15 / (8 * pi_ * h * h);
     LitSmoke lit({{{0, 0, 0}, h, area}});
     lit.smoke.albedo = {0, 0, 0};
     lit.smoke.emission = {1, 1, 1};
     lit.scene.background = {0, 0, 0};
     const double radiance = along_axis(lit, 1 / h);
-    // Fixed cannot hold a depth of 1e-12: each of the 256 steps is wrong by half a unit at most, twice rounded.
+    // Fixed cannot represent a depth of 1e-12: rounding a step twice costs at most a unit.
     CHECK(std::fabs(radiance - tau) <= (is_fixed ? 256 * 0x1p-32 : 1e-4 * tau));
     if (is_fixed) return;
     CHECK(radiance > 0);
@@ -180,25 +180,25 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B3: steps of depth 1e-12 emit what they h
     CHECK(wisp::expm1(-s) != Real(0));
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case B4: a slab of depth 5 has 0.993262 of its source for any step") {
+TEST_CASE(WISP_ARITH_NAME ": hard case B4: a slab of depth 5 has 0.993262 of its source function for any step") {
     for (double step : {10.0, 100.0, 1000.0}) { // depths of 0.1, 1 and 10: the last is longer than the slab
         LitSmoke lit(even_slab(0.01));
         lit.smoke.albedo = {0, 0, 0};
         lit.smoke.emission = {1, 1, 1};
         lit.scene.background = {0, 0, 0};
         CAPTURE(step);
-        // The slab's depth of 500 * 0.01 is rounded in fifteen terms and fifty sums: e^-5 = 0.0067 times that is left.
+        // The slab's depth of 500 * 0.01 is rounded in fifteen terms and fifty sums; e^-5 = 0.0067 times that error is seen.
         CHECK(std::fabs(along_axis(lit, step) - 0.993262053) < 4e-7 + 0.0067 * 5 * 65 * unit_error + unit_error);
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case B5: with an albedo of 0 nothing is scattered, not even by a draw of 0") {
+TEST_CASE(WISP_ARITH_NAME ": hard case B5: for albedo 0 no photon is scattered, not even with a draw of 0") {
     const uint64_t key = key_with_draw(1, dimension_survival, 0);
     REQUIRE(draw(photon_event(key, 1), dimension_survival) == 0);
-    const Walked walked = walk_of({0, 0, 0}, Color(Real(1)), key);
-    CHECK(walked.fate == PathEnd::absorbed);
+    const Walk walked = walk_of({0, 0, 0}, Color(Real(1)), key);
+    CHECK(walked.path_end == PathEnd::absorbed);
     CHECK(walked.powers.size() == 1);
-    CHECK(walk_of({0x1p-20, 0, 0}, Color(Real(1)), key).powers.size() > 1); // the same draw survives anything more
+    CHECK(walk_of({0x1p-20, 0, 0}, Color(Real(1)), key).powers.size() > 1); // with any larger albedo a draw of 0 survives
 
     LitSmoke black(cloud(300, 3, 1, 0.3));
     black.smoke.albedo = {0, 0, 0};
@@ -211,13 +211,13 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B5: with an albedo of 0 nothing is scatte
     CHECK(lit.statistics.photons.stored == 0);
     CHECK(lit.statistics.bytes.photon_map == 0);
     CHECK(lit.statistics.smoke.gathered == 0);
-    // Emission and absorption alone: source (1 - T) + background T, T from the blue channel, which emits nothing.
+    // Emission and absorption alone: source (1 - T) + background T. T comes from the blue channel, which emits nothing.
     for (size_t i = 0; i < lit.rgb.size(); i += 3) {
         const double through = lit.rgb[i + 2] / 0.25;
         CHECK(lit.rgb[i] == doctest::Approx(0.5 * (1 - through) + through).epsilon(1e-5));
         CHECK(lit.rgb[i + 1] == doctest::Approx(0.25 * (1 - through) + 0.5 * through).epsilon(1e-5));
     }
-    // Beside other smoke photons fly, and end where they meet the black one.
+    // With another smoke photons are traced; those that hit the black smoke are absorbed there.
     const std::vector<Particle> far = {{{0, 0, 0}, 1, 1e5}};
     SmokeDescription wall = smoke_of(far);
     wall.albedo = {0, 0, 0};
@@ -233,14 +233,14 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B5: with an albedo of 0 nothing is scatte
     CHECK(beside.statistics.photons.stored == 0);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case B6: with an albedo of 1 nothing is absorbed, and no walk is endless") {
-    // The largest draw survives, and the power stays 1 to the bit.
+TEST_CASE(WISP_ARITH_NAME ": hard case B6: for albedo 1 no photon is absorbed, and every walk ends") {
+    // The largest draw survives the roulette, and the power stays 1 to the bit.
     const uint64_t key = key_with_draw(1, dimension_survival, 0xffffffffu);
     REQUIRE(draw(photon_event(key, 1), dimension_survival) == 0xffffffffu);
     for (double a : {1.0, 1 - 0x1p-12}) {
-        const Walked walked = walk_of({a, a, a}, Color(Real(1)), key);
+        const Walk walked = walk_of({a, a, a}, Color(Real(1)), key);
         CHECK((walked.powers.size() > 1) == (a == 1));
-        CHECK(walked.fate == (a == 1 ? PathEnd::capped : PathEnd::absorbed)); // nothing ends a walk in a closed white box
+        CHECK(walked.path_end == (a == 1 ? PathEnd::capped : PathEnd::absorbed)); // an infinite white medium: only the cap ends a walk
         if (a != 1) continue;
         CHECK(walked.powers.size() == 1000000);
         CHECK(walked.powers.back() == Color(Real(1)));
@@ -259,7 +259,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B6: with an albedo of 1 nothing is absorb
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case B7: smoke that absorbs nothing does not glow") {
+TEST_CASE(WISP_ARITH_NAME ": hard case B7: smoke with albedo 1 emits nothing, whatever its emission") {
     LitSmoke white(cloud(300, 3, 1, 0.3)), glowing(white.particles);
     for (LitSmoke *lit : {&white, &glowing}) lit->smoke.albedo = {1, 1, 1};
     glowing.smoke.emission = {5, 3, 1};
@@ -267,13 +267,13 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B7: smoke that absorbs nothing does not g
     const Rendered dark = glowing.picture(2000);
     CHECK(dark.statistics.photons.emitted == 0);
     CHECK(same_bits(white.picture(0), dark));
-    // Lit, with photons: the same picture again.
+    // Lit, with photons: the pictures are equal again.
     for (LitSmoke *lit : {&white, &glowing}) lit->scene.light_count = 1;
     const Rendered a = white.picture(2000), b = glowing.picture(2000);
     CHECK(a.statistics.photons.stored > 0);
     CHECK(a.statistics.photons.stored == b.statistics.photons.stored);
     CHECK(same_bits(a, b));
-    // Channel by channel.
+    // An albedo of 1 in some channels: those emit nothing.
     glowing.smoke.albedo = {1, 0.5, 1};
     glowing.scene.light_count = 0;
     white.scene.light_count = 0;
@@ -287,7 +287,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B7: smoke that absorbs nothing does not g
 }
 
 TEST_CASE(WISP_ARITH_NAME ": hard case B8: in a furnace every pixel has the furnace's radiance") {
-    // For A = 0: the background lights no smoke, so that for A > 0 there is no such furnace.
+    // Albedo 0 alone: the background does not light the smoke, so a scattering furnace cannot be made.
     for (Kernel kernel : {Kernel::spline, Kernel::poly6})
         for (double g : {0.0, 0.9})
             for (const auto &particles : {cloud(500, 3, 1, 2), cloud(20, 3, 1.75, 0.5, 7), cloud(1, 0.5, 1, 1e4)})
@@ -305,12 +305,12 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B8: in a furnace every pixel has the furn
                 }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case B9: a channel without albedo neither scatters nor spoils the others") {
+TEST_CASE(WISP_ARITH_NAME ": hard case B9: a channel of albedo 0 scatters nothing, and the weights of the others stay right") {
     const Double3 albedos = {0, 0.5, 1};
     const uint64_t never = key_with_draw(1, dimension_survival, 0), always = key_of(3);
-    // White light: q = 1, and the weights are 0, 1/2, 1 exactly.
-    const Walked white = walk_of({0, 0.5, 1}, Color(Real(1)), always);
-    CHECK(white.fate == PathEnd::capped);
+    // White light: the survival probability q is 1, and the weights are 0, 1/2, 1 exactly.
+    const Walk white = walk_of({0, 0.5, 1}, Color(Real(1)), always);
+    CHECK(white.path_end == PathEnd::capped);
     CHECK(white.powers[0] == Color(Real(1)));
     CHECK(white.powers[1] == vec(0, 0.5, 1));
     CHECK(white.powers[2] == vec(0, 0.25, 1));
@@ -318,20 +318,20 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B9: a channel without albedo neither scat
         CHECK(power.y >= Real(0));
         CHECK(power.y <= Real(1));
     }
-    // Red light is absorbed, by any draw; nothing is divided by q = 0.
-    const Walked red = walk_of(albedos, vec(1, 0, 0), never);
-    CHECK(red.fate == PathEnd::absorbed);
+    // Red light is absorbed with any draw; nothing is divided by q = 0.
+    const Walk red = walk_of(albedos, vec(1, 0, 0), never);
+    CHECK(red.path_end == PathEnd::absorbed);
     CHECK(red.powers.size() == 1);
-    // Yellow light: q = 1/2, and what survives is green of the whole power.
-    const Walked yellow = walk_of(albedos, vec(1, 1, 0), never);
+    // Yellow light: q = 1/2, and a survivor has the whole power in green.
+    const Walk yellow = walk_of(albedos, vec(1, 1, 0), never);
     REQUIRE(yellow.powers.size() > 1);
     CHECK(yellow.powers[1] == vec(0, 1, 0));
-    // Roulette keeps the mean of every channel: the power after one scattering is the power times the albedo.
+    // The roulette keeps each channel's mean: after one scattering it is the power times the albedo.
     const Color power = vec(1, 0.75, 0.25);
     double sum[3] = {};
     const int n = 4000;
     for (int i = 0; i < n; ++i) {
-        const Walked one = walk_of({0, 0.5, 0.8}, power, key_of(uint64_t(i)));
+        const Walk one = walk_of({0, 0.5, 0.8}, power, key_of(uint64_t(i)));
         if (one.powers.size() < 2) continue;
         sum[0] += at(one.powers[1].x) / n;
         sum[1] += at(one.powers[1].y) / n;
@@ -342,7 +342,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B9: a channel without albedo neither scat
     CHECK(std::fabs(sum[1] - 0.375) < 4 * 0.375 / q * std::sqrt(q * (1 - q) / n));
     CHECK(std::fabs(sum[2] - 0.2) < 4 * 0.2 / q * std::sqrt(q * (1 - q) / n));
 
-    // The picture: red is what black smoke gives, to the bit, and every channel is finite.
+    // The picture: red is that of black smoke, to the bit, and every channel is finite.
     LitSmoke colored(cloud(300, 3, 1, 0.3)), black(colored.particles);
     colored.smoke.albedo = albedos;
     black.smoke.albedo = {0, 0, 0};
@@ -362,7 +362,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B9: a channel without albedo neither scat
     CHECK(a.statistics.photons.absorbed == 0); // blue is never absorbed
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case B10: transmittance goes to 0 where the numbers end, never below") {
+TEST_CASE(WISP_ARITH_NAME ": hard case B10: transmittance becomes 0 where the numbers end, and is never negative") {
     const auto through = [](double tau) { return wisp::exp(real(-tau)); };
     if (is_fixed) {
         CHECK(at(through(22.2)) == 0x1p-32);
@@ -384,7 +384,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B10: transmittance goes to 0 where the nu
         for (double tau : {745.14, 746.0, 1e300}) CHECK(through(tau) == Real(0));
     }
     for (int i = 0; i < 8000; ++i) CHECK(through(i / 10.0) >= Real(0));
-    // Through smoke of these depths. The march ends at a depth of 16, which leaves 1.2e-7 at most.
+    // Pictures of smoke of these depths. The march ends at a depth of 16, so that 1.2e-7 of the background is left at most.
     for (double tau : {22.2, 22.9, 87.0, 104.0, 745.0, 746.0}) {
         LitSmoke lit({{{0, 0, 0}, 1, tau * 8 * pi_ / 15}});
         lit.smoke.albedo = {0, 0, 0};
@@ -399,10 +399,10 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B10: transmittance goes to 0 where the nu
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case B11: a thousand depths of 0.01 are added, and attenuate once") {
+TEST_CASE(WISP_ARITH_NAME ": hard case B11: a thousand depths of 0.01 are added before one exponential") {
     // Products of a thousand transmittances are wrong by 7e-6 in float and 1.1e-5 in fixed.
     const double bar = is_f64 ? 1e-12 : is_f32 ? 7e-6 : 0x1p-32 / std::exp(-10);
-    // Shadows and photons: a thousand particles, one behind the other. On the axis poly6 is 9 / (2 pi (2 h)^2).
+    // Shadows and photons: a thousand particles in a row. On the axis the depth of one (poly6) is 9 / (2 pi (2 h)^2).
     std::vector<Particle> row;
     for (int i = 0; i < 1000; ++i) row.push_back({{0, 0, 4.0 * i - 2000}, 1, 0.01 * 8 * pi_ / 9});
     const BuiltField field(smoke_of(row, Kernel::poly6));

@@ -1,4 +1,4 @@
-// Hard cases C: particles in the least likely places, and their files.
+// Hard cases C: particles in degenerate positions, of extreme sizes, and their files.
 #include "host/base/error.h"
 #include "host/base/files.h"
 #include "host/formats/particles.h"
@@ -133,7 +133,7 @@ std::string ply(const std::string &row) {
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME ": hard case C1: no particles are no smoke, in a valid picture") {
+TEST_CASE(WISP_ARITH_NAME ": hard case C1: without particles there is no smoke, and the picture is valid") {
     const SmokeDescription empty = smoke_of({});
     const BuiltField built(empty);
     const Ray ray = {vec(0, 0, 0), vec(1, 0, 0)};
@@ -157,7 +157,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C1: no particles are no smoke, in a valid
     CHECK(same_bits(render_in_memory(nothing, small_settings(8)), lit_picture(empty, 0)));
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case C2: one particle has the closed optical depth") {
+TEST_CASE(WISP_ARITH_NAME ": hard case C2: one particle has the optical depth of the closed form") {
     const BuiltField spline(smoke_of({{{0, 0, 0}, 1, 1}}));
     const double offsets[] = {0, 1, 1.5, 1.9, 2};
     const double depths[] = {0.5968310366, 0.1040963072, 0.01072717215, 4.223088e-5, 0};
@@ -176,13 +176,13 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C2: one particle has the closed optical d
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case C3: coincident particles are one particle of their mass") {
+TEST_CASE(WISP_ARITH_NAME ": hard case C3: coincident particles look like one particle of their mass") {
     for (uint32_t count : {1000u, 1024u, 100000u}) {
         const std::vector<Particle> many(count, Particle{{0.5, 0.25, 0}, 1, 2.0 / count}),
             one = {{{0.5, 0.25, 0}, 1, 2}};
         const BuiltField a(smoke_of(many)), b(smoke_of(one));
         // Fixed rounds a particle's scale, which the kernel multiplies by up to 8, and the product. Float adds
-        // count / 8 equal terms in each lane: 1e5 of them are wrong by 1.2e-4, which is within the bound of such sums.
+        // count / 8 equal terms in each lane; the bound of such a sum is count / 8 roundings (measured: 1.2e-4 for 1e5).
         const double own = is_fixed ? count * 5 * 0x1p-32 : 0;
         const double bar = is_f32 && count > 1024 ? count / 8 * 0x1p-24 : 1e-6;
         CAPTURE(count);
@@ -194,11 +194,11 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C3: coincident particles are one particle
         const int pixels = count > 1024 ? 2 : 4;
         const Rendered x = lit_picture(smoke_of(many), 0, pixels), y = lit_picture(smoke_of(one), 0, pixels);
         for (size_t i = 0; i < x.rgb.size(); ++i)
-            CHECK(std::fabs(x.rgb[i] - y.rgb[i]) <= (bar + 16 * own) * y.rgb[i]); // of up to four units of depth
+            CHECK(std::fabs(x.rgb[i] - y.rgb[i]) <= (bar + 16 * own) * y.rgb[i]); // the depth is up to four units
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case C4: particles in a plane, on a line, or two, are smoke like any other") {
+TEST_CASE(WISP_ARITH_NAME ": hard case C4: particles in a plane, on a line, and two alone have the right density, depth and picture") {
     std::vector<Particle> plane, line;
     for (const Particle &p : cloud(200, 3, 1, 0.3)) {
         plane.push_back({{p.position.x, p.position.y, 0.5}, p.h, p.area});
@@ -231,7 +231,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C4: particles in a plane, on a line, or t
         }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case C5: kernels of any width keep their height") {
+TEST_CASE(WISP_ARITH_NAME ": hard case C5: kernels of any width have the right value at their centre") {
     // poly6's own h is 2 H. W(0) = 315 / (64 pi) h^-3: h^9 would be 0, subnormal or infinite in float.
     for (double h : {1e-5, 5e-5, 1e-6, 2e4}) {
         if (is_fixed) break; // below and above the range: the host brings every scene to H in [1, 2), see below
@@ -242,7 +242,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C5: kernels of any width keep their heigh
         if (h == 1e-5) CHECK(expected == doctest::Approx(1.567e15).epsilon(3e-4));
         if (h == 1e-6) CHECK(expected == doctest::Approx(1.567e18).epsilon(3e-4));
     }
-    // The same scene, a power of two smaller or larger, gives the same bits.
+    // The same scene, smaller or larger by a power of two, gives the same bits.
     const TemporaryFolder folder;
     const auto points = points_of(100, 2);
     for (const char *kernel : {"poly6", "spline"}) {
@@ -263,7 +263,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C5: kernels of any width keep their heigh
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case C6: a scene far inside every support is evenly dense") {
+TEST_CASE(WISP_ARITH_NAME ": hard case C6: a scene far inside every support has constant density") {
     // Size 1 and h = 1e6, in the units of the core: a scene of size 2^-20, h = 1. In float and double as written too.
     for (double unit : {0x1p-20, 1.0}) {
         if (is_fixed && unit == 1) break; // 1 / h^2 has no digits: the host brings h to [1, 2)
@@ -281,7 +281,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C6: a scene far inside every support is e
             }
             const double peak = 200 * (kernel == Kernel::spline ? 15 / (8 * pi_) : 315 / (64 * pi_ * 8));
             CHECK(high - low <= 1e-6 * peak);
-            // The spline falls by 1.5 q from its middle, q up to 1.7e-6 / 2; 25 sums a lane are rounded.
+            // The spline falls by 1.5 q from its centre, with q up to 1.7e-6 / 2; 25 sums in each lane are rounded.
             CHECK(std::fabs(high - peak) <= (1.5 * 1.7e-6 + 30 * unit_error) * peak);
             const SmokeDescription smoke = smoke_of(particles, kernel);
             if (unit != 1) check_valid(lit_picture(smoke, 500, 4));
@@ -289,7 +289,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C6: a scene far inside every support is e
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case C7: density is 0 at and beyond 2 h, and never below") {
+TEST_CASE(WISP_ARITH_NAME ": hard case C7: density is 0 at and beyond 2 h, and never negative") {
     for (Kernel kernel : {Kernel::spline, Kernel::poly6})
         for (int k = 0; k < 1000; ++k) {
             const double h = at(real(1 + k * 0x1.06p-10));
@@ -311,8 +311,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C7: density is 0 at and beyond 2 h, and n
         }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case C8: on boundaries of cells and at -0 density is the sum over all, to the bit") {
-    // A lattice, so that particles, walls of leaves and supports coincide; some coordinates are next to nothing.
+TEST_CASE(WISP_ARITH_NAME ": hard case C8: on cell boundaries and at -0 density is the sum over all particles, to the bit") {
+    // A lattice, so that particles, boundaries of leaves and supports coincide; some coordinates are tiny.
     std::vector<Particle> lattice;
     for (int x = -4; x <= 4; ++x)
         for (int y = -4; y <= 4; ++y)
@@ -323,7 +323,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C8: on boundaries of cells and at -0 dens
         for (Kernel kernel : {Kernel::spline, Kernel::poly6}) {
             const SmokeDescription source = smoke_of(particles, kernel);
             SmokeDescription wide = source;
-            wide.largest_h = 50; // no leaf is culled: that adds zeros alone
+            wide.largest_h = 50; // no leaf is culled: the sum gets more terms, all 0
             const BuiltField built(source), everywhere(wide);
             const auto check = [&](double x, double y, double z) {
                 const Vec3 p = vec(x, y, z);
@@ -342,7 +342,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C8: on boundaries of cells and at -0 dens
         }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case C9: bad particles are refused with their line, a mass of 0 weighs nothing") {
+TEST_CASE(WISP_ARITH_NAME ": hard case C9: bad particles are refused with their line; mass 0 contributes nothing") {
     const struct {
         const char *row, *error;
     } bad[] = {
@@ -399,7 +399,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C10: the order of 27,601 particles in the
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case C11: a scene far from the origin is the scene at the origin") {
+TEST_CASE(WISP_ARITH_NAME ": hard case C11: a scene far from the origin gives the picture of the scene at the origin") {
     const TemporaryFolder folder;
     const auto points = points_of(200, 2);
     const auto render_at = [&](double offset, const char *type) {
@@ -414,7 +414,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C11: a scene far from the origin is the s
         CAPTURE(offset);
         CHECK(largest_difference_of_bytes(here.picture, there.picture, 8) <= 1);
     }
-    // Float positions at 1e6 are multiples of 1/16: with h = 1/16 a user is told.
+    // Float positions at 1e6 are multiples of 1/16: with h = 1/16 the user gets a note.
     const double small = 0.0625;
     std::vector<Double3> fine = points;
     for (Double3 &p : fine) p = {p.x * small, p.y * small, p.z * small};
@@ -430,8 +430,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C11: a scene far from the origin is the s
     CHECK(notes_at(0) == "");
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case C12: smoothing lengths that differ 1e4 times are all found") {
-    // Fixed goes to 4096 times, and the host refuses 1e4.
+TEST_CASE(WISP_ARITH_NAME ": hard case C12: particles are found whose smoothing lengths differ 1e4 times") {
+    // Fixed holds a ratio of 4096; the host refuses 1e4 there.
     for (double large : {64.0, is_fixed ? 4000 : 1e4})
         for (Kernel kernel : {Kernel::spline, Kernel::poly6}) {
             const double area = large == 64 ? 500 : 1e9;
@@ -440,8 +440,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C12: smoothing lengths that differ 1e4 ti
             particles.push_back({{3, 3, 3}, 8, 20});
             sort_canonically(particles);
             const BuiltField built(smoke_of(particles, kernel));
-            // In fixed 1 / h^2 of the large one (h = 2 H for poly6) is rounded by half a unit. Its kernel f(q^2) moves
-            // by that share of q^2 f', which is at most 1.8 (spline) or 0.45 (poly6), times area C / h^3.
+            // In fixed 1 / h^2 of the large one (h = 2 H for poly6) is rounded by half a unit. Its kernel f(q^2) changes
+            // by that fraction of q^2 f', which is at most 1.8 (spline) or 0.45 (poly6), times area C / h^3.
             const double h = kernel == Kernel::spline ? large : 2 * large,
                          steepest = kernel == Kernel::spline ? 15 / (64 * pi_) * 1.8 : 315 / (64 * pi_) * 0.45;
             const double loss = is_fixed ? steepest * area / (h * h * h) * (h * h * 0x1p-33) : 0;
@@ -453,7 +453,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C12: smoothing lengths that differ 1e4 ti
                 CHECK(std::fabs(at(extinction(built.field, x)) - expected) < 1e-5 * expected + 1e-8 + loss);
             }
         }
-    // Such a file is drawn, or refused.
+    // A file with such particles is rendered or, in fixed, refused.
     const TemporaryFolder folder;
     const std::string text = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty "
                              "float z\nproperty double h\nend_header\n0 0 0 1e4\n1 1 1 1\n";
@@ -471,7 +471,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C12: smoothing lengths that differ 1e4 ti
     CHECK(error.find(is_fixed ? "for fixed point, expected a scene that fits" : "no error") != std::string::npos);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case C15: optical depth over a plane is C_ext times the mass") {
+TEST_CASE(WISP_ARITH_NAME ": hard case C15: optical depth integrated over a plane is C_ext times the mass") {
     const auto particles = cloud(100, 3, 1, 0.25);
     for (Kernel kernel : {Kernel::spline, Kernel::poly6}) {
         const BuiltField built(smoke_of(particles, kernel));

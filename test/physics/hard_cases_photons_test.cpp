@@ -1,4 +1,4 @@
-// Hard cases D: the photon map and the estimate from it (S2, numerics E5, E6).
+// Hard cases D: the photon map and its estimate (S2, N-E5, N-E6).
 #include "core/photons/photon_walk.h"
 #include "host/base/error.h"
 #include "host/results/statistics_json.h"
@@ -19,8 +19,8 @@ namespace {
 constexpr double pi_ = 3.14159265358979323846;
 constexpr bool is_fixed = std::is_same_v<Real, Fixed>;
 
-// Relative error of an estimate of known photons and radius: sixteen roundings; in fixed those of 1 / (4 pi), of which
-// the resolution is 1.5e-9, and of intermediate results above 2^-7.
+// Relative error of an estimate from known photons and a known radius: sixteen roundings. In fixed it is that of
+// 1 / (4 pi), whose resolution is 1.5e-9, and of intermediate results above 2^-7.
 constexpr double digits = is_fixed ? 1e-7 : 16 * unit_error;
 
 bool near(double found, double expected, double relative = digits) {
@@ -29,7 +29,7 @@ bool near(double found, double expected, double relative = digits) {
 
 double ball(double radius) { return 4 * pi_ / 3 * radius * radius * radius; }
 
-// Photons of equal power and no direction. An estimate is given in units of power per volume.
+// Photons of equal power without directions. Estimates are power per volume.
 struct Photons {
     explicit Photons(const std::vector<Vec3> &points, uint32_t most = 500)
         : memory(point_tree_bytes(static_cast<uint32_t>(points.size())) + gather_bytes(most) + 4096),
@@ -78,19 +78,19 @@ std::vector<Vec3> photons_in_box(int count, double x, double y, double z, Sequen
 
 const LightSource point_light = {LightKind::point, {6, 8, 4}, {0, 0, 1}, 2, {100, 80, 60}};
 
-// A medium without end, of extinction 1: what `walk` needs, and nothing else.
+// An infinite medium of extinction 1 with isotropic scattering, with the functions that `walk` calls.
 struct Infinite {
     double albedo_;
 };
-struct Anywhere {
+struct AnyCollision {
     bool found;
     Real distance;
 };
-Anywhere first_collision(const Infinite &, const Ray &, Real, Event event) {
+AnyCollision first_collision(const Infinite &, const Ray &, Real, Event event) {
     return {true, -wisp::log(unit_open<Real>(draw(event, 0)))};
 }
-Color albedo(const Infinite &medium, const Anywhere &) { return Color(real(medium.albedo_)); }
-Phase phase(const Infinite &, const Anywhere &) { return Phase(Real(0)); }
+Color albedo(const Infinite &medium, const AnyCollision &) { return Color(real(medium.albedo_)); }
+Phase phase(const Infinite &, const AnyCollision &) { return Phase(Real(0)); }
 
 double total(const Rendered &picture) {
     double sum = 0;
@@ -100,7 +100,7 @@ double total(const Rendered &picture) {
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME ": hard case D1: fewer photons than K spread over the search radius, none give 0") {
+TEST_CASE(WISP_ARITH_NAME ": hard case D1: fewer than K photons are divided by the ball of the search radius; no photons give 0") {
     const Vec3 o = vec(0, 0, 0);
     Photons none({}), one({vec(0.25, 0, 0)}), two({vec(0.25, 0, 0), vec(0, 0.5, 0)});
     CHECK(none.raw_estimate(o, 500, Real(2)) == Real(0));
@@ -108,9 +108,9 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D1: fewer photons than K spread over the 
     CHECK(near(one.estimate(o, 500, Real(2)), 1 / ball(2)));
     CHECK(near(one.estimate(o, 2, Real(2)), 1 / ball(2)));
     CHECK(one.raw_estimate(vec(3, 0, 0), 2, Real(2)) == Real(0)); // beyond the radius
-    CHECK(near(two.estimate(o, 2, Real(2)), 1 / ball(0.5)));      // full: the farthest only sets the ball
+    CHECK(near(two.estimate(o, 2, Real(2)), 1 / ball(0.5)));      // K were found: the farthest photon only sets the radius
     Options options;
-    CHECK_THROWS_AS(set_option(options, "gather", "1", ""), Error); // K >= 2, so that one photon is left
+    CHECK_THROWS_AS(set_option(options, "gather", "1", ""), Error); // K >= 2: one photon is left when the farthest is not counted
     set_option(options, "gather", "2", "");
 
     std::vector<Vec3> points;
@@ -119,7 +119,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D1: fewer photons than K spread over the 
     CHECK(near(ten.estimate(o, 500, Real(2)), 10 / ball(2)));
     CHECK(near(ten.estimate(o, 500, Real(5)), 10 / ball(5)));
 
-    // Whole pictures of so few photons.
+    // Pictures with so few photons.
     SmokeDescription smoke = {};
     const auto particles = cloud(100, 1, 1, 3);
     smoke = smoke_of(particles);
@@ -138,22 +138,22 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D1: fewer photons than K spread over the 
     CHECK(dark.statistics.photons.emitted == 0);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case D2: photons at one point give the estimate of the least radius") {
+TEST_CASE(WISP_ARITH_NAME ": hard case D2: photons at one point give a finite estimate, with the smallest radius") {
     Photons photons(std::vector<Vec3>(20, vec(0.5, 0.5, 0.5)));
     photons.map.unit.exponent = -20;
-    // The least radius is 1e-3 of the search radius, by default the support. In fixed 1e-3 has a relative error of
+    // The smallest radius is 1e-3 of the search radius, by default the support. In fixed 1e-3 has a relative error of
     // 2^-33 / 1e-3, and its cube three times that.
     const double expected = 9 / ball(2e-3) * 0x1p-20, relative = is_fixed ? 4e-7 : digits;
     CHECK(near(photons.estimate(vec(0.5, 0.5, 0.5), 10, Real(2)), expected, relative));
     CHECK(near(photons.estimate(vec(0.5, 0.5, 0.501), 10, Real(2)), expected, relative)); // nearer than that
     const double farther = photons.estimate(vec(0.5, 0.5, 0.5625), 10, Real(2));
     CHECK(near(farther, 9 / ball(0.0625) * 0x1p-20));
-    CHECK(near(photons.estimate(vec(0.5, 0.5, 0.5), 20, Real(2)), expected * 19 / 9, relative)); // all are tied
+    CHECK(near(photons.estimate(vec(0.5, 0.5, 0.5), 20, Real(2)), expected * 19 / 9, relative)); // all photons tie
     photons.map.unit.exponent = 0;
     CHECK(near(photons.estimate(vec(0.5, 0.5, 0.5), 21, Real(2)), 20 / ball(2))); // not full
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case D3: of photons at equal distances the first are taken, whatever the tree") {
+TEST_CASE(WISP_ARITH_NAME ": hard case D3: ties of distance are broken by the photons' index, whatever the tree") {
     std::vector<Vec3> lattice;
     for (int i = 0; i < 729; ++i) lattice.push_back(vec(i % 9, i / 9 % 9, i / 81));
     // The same photons, and others that are too far away to count but change the tree.
@@ -182,7 +182,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D3: of photons at equal distances the fir
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case D4: of an even field the estimate is 1 for every K, where K over the ball is "
+TEST_CASE(WISP_ARITH_NAME ": hard case D4: the estimate of a uniform field is unbiased for every K, where K / V_K has a bias of "
                           "K / (K - 1)") {
     // 40 photons to a unit of volume, queries where no ball reaches the boundary.
     const int n = 30000;
@@ -191,37 +191,38 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D4: of an even field the estimate is 1 fo
     Photons photons(photons_in_box(n, half, half, half, next));
     const struct {
         uint32_t k;
-        double paper; // what K over the ball gives
+        double biased; // the mean of K / V_K, relative to the density
         int queries;
     } rows[] = {{2, 2.0, 6000}, {10, 1.111, 2000}, {50, 1.0204, 1000}, {500, 1.0020, 100}};
     for (const auto &row : rows) {
-        double sum = 0, sum_of_paper = 0;
+        double sum = 0, sum_of_biased = 0;
         for (int q = 0; q < row.queries; ++q) {
             const double u = next(), v = next(), w = next();
             const Vec3 x = vec((2 * u - 1) * middle, (2 * v - 1) * middle, (2 * w - 1) * middle);
             Real radius_squared;
             photons.ids_of_nearest(x, row.k, Real(3), &radius_squared);
             const double value = photons.estimate(x, row.k, Real(3));
-            const double paper = row.k / ball(std::sqrt(at(radius_squared)));
+            const double biased = row.k / ball(std::sqrt(at(radius_squared)));
             // (K - 1) / V_K, photon by photon. In fixed the squared radius has a resolution of 2^-33 / r^2, and its
             // root and cube half and three times that.
             const double resolution = is_fixed ? 3 * 0x1p-33 / at(radius_squared) : 0;
-            CHECK(near(value, paper * (row.k - 1) / row.k, 2 * digits + resolution));
+            CHECK(near(value, biased * (row.k - 1) / row.k, 2 * digits + resolution));
             sum += value / density;
-            sum_of_paper += paper / density;
+            sum_of_biased += biased / density;
         }
-        // Its relative deviation is 1 / sqrt(K - 2), of as many balls as fit side by side; at K = 2 the variance grows
-        // with the logarithm of the queries: P(X > x) = 1 / (2 x^2), so a mean of n has about sqrt(ln(n) / n).
+        // The relative deviation of one estimate is 1 / sqrt(K - 2); as many are independent as balls fit side by side. At
+        // K = 2 the variance grows with the logarithm of the queries: P(X > x) = 1 / (2 x^2), so the mean of n estimates
+        // has about sqrt(ln(n) / n).
         const double apart = std::min<double>(row.queries, 8 * middle * middle * middle * density / row.k);
         const double deviation = row.k == 2 ? std::sqrt(std::log(apart) / apart) : 1 / std::sqrt((row.k - 2) * apart);
         CAPTURE(row.k);
         CHECK(std::fabs(sum / row.queries - 1) < 4 * deviation);
-        CHECK(std::fabs(sum_of_paper / row.queries - row.paper) < 4 * deviation * row.paper + 5e-4);
+        CHECK(std::fabs(sum_of_biased / row.queries - row.biased) < 4 * deviation * row.biased + 5e-4);
     }
     CHECK(photons.statistics.smoke.gathers == 6000 + 2000 + 1000 + 100);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case D5: at the flat boundary of an even half-space the estimate is half") {
+TEST_CASE(WISP_ARITH_NAME ": hard case D5: at the flat boundary of a uniform half-space the estimate is half the density") {
     Sequence next;
     const int n = 20000, queries = 2000;
     std::vector<Vec3> points = photons_in_box(n, 19, 19, 1, next);
@@ -241,9 +242,9 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D5: at the flat boundary of an even half-
     CHECK(std::fabs(sum - 0.5) < 4 * 0.5 / std::sqrt(8 * std::min<double>(apart, queries)));
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case D8: the power of many photons is their number times one's, without a sum's "
-                          "error") {
-    if (std::is_same_v<Real, float>) { // the naive sums: 6.5 % and 0.9 % off, and one that stalls
+TEST_CASE(WISP_ARITH_NAME ": hard case D8: the power of many photons is their number times the power of one, without rounding "
+                          "errors of a sum") {
+    if (std::is_same_v<Real, float>) { // naive sums: 6.5 % and 0.9 % off, and one that stops growing
         float sum = 0, many = 16777216;
         for (int i = 1; i <= 10000000; ++i) {
             sum += 1e-7f;
@@ -262,7 +263,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D8: the power of many photons is their nu
     photons.map.unit.exponent = -24;
     const double expected = n * 1e-7 / ball(0x1p-3);
     CHECK(near(photons.estimate(vec(0, 0, 0), n + 1, Real(0x1p-3)), expected));
-    // With powers of their own, too: whole numbers of photons add exactly.
+    // The same with a power for each photon: whole numbers add exactly.
     const std::vector<Color> powers(n, Color(Real(1)));
     photons.map.power = powers.data();
     CHECK(near(photons.estimate(vec(0, 0, 0), n + 1, Real(0x1p-3)), expected));
@@ -276,7 +277,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D9: a photon's power of 1e-10 keeps its d
     // The estimate itself has 2e-5 / 2^-32 = 8e4 units in fixed.
     CHECK(
         near(photons.estimate(vec(0, 0, 0), 50, Real(0.0078125)), 10e-10 / ball(0.0078125), is_fixed ? 2e-5 : digits));
-    // So it is by tracing: unit in [1, 2), and unit 2^exponent times all photons is the light's power.
+    // Tracing makes such a unit: unit in [1, 2), and unit 2^exponent times the emitted photons is the light's power.
     const auto particles = cloud(200, 1, 1, 0.5);
     const SmokeDescription smoke = smoke_of(particles);
     Settings settings = small_settings(1);
@@ -296,7 +297,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D9: a photon's power of 1e-10 keeps its d
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case D10: balls of every radius have their volume") {
+TEST_CASE(WISP_ARITH_NAME ": hard case D10: estimates with the smallest and largest radius have the right volume") {
     // In fixed 4/3 pi r^3 would be 0 below 3.8e-4 and overflow above 800, 1 / r^2 below 2.2e-5. Instead 3 / (16 pi^2)
     // times the photons is divided by r three times, and scaled by a third of the map's exponent in between: results of
     // about that size, each with a resolution of 2^-33, of the quotient before its scaling.
@@ -311,7 +312,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D10: balls of every radius have their vol
         CAPTURE(r);
         CHECK(near(photons.estimate(vec(0, 0, 0), 50, real(r)), expected, resolution(3, r)));
     }
-    // The ball of the K-th photon, from the least radius on.
+    // The radius is the K-th photon's distance, from the smallest radius on.
     for (double r : {0.002, 0.0078125, 0.25, 40.0, 4000.0}) {
         Photons photons({vec(0, 0, 0), vec(r, 0, 0)});
         photons.map.unit.exponent = exponent_for(r);
@@ -323,7 +324,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D10: balls of every radius have their vol
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case D11: the map of an infinite medium has the published fluence but for the first "
+TEST_CASE(WISP_ARITH_NAME ": hard case D11: the map of an infinite medium has the published fluence, less that of first "
                           "collisions") {
     // A = 0.9, isotropic: fluence 0.143284 at r = 1, of which e^-1 / (4 pi) is direct and not in the map.
     const int n = 200000;
@@ -336,20 +337,20 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D11: the map of an infinite medium has th
         const Vec3 direction = deflect(vec(0, 0, 1), uniform.sample(unit_open<Real>(draw(birth, 1))),
                                        unit_half_open<Real>(draw(birth, 2)));
         walk(Infinite{0.9}, Photon{{vec(0, 0, 0), direction}, Color(Real(1)), true}, key,
-             [&](const Anywhere &, uint32_t number, const Photon &p) {
+             [&](const AnyCollision &, uint32_t number, const Photon &p) {
                  const double r2 = at(dot(p.ray.origin, p.ray.origin));
                  if (r2 < low * low || r2 > high * high) return;
                  all += 1;
                  later += number > 0 ? 1 : 0;
              });
     }
-    // The shell's mean against its middle: below 0.5 %, and the count's noise.
+    // The mean over the shell differs from its middle by less than 0.5 %; the rest is the noise of the count.
     const auto bar = [&](double count, double fluence) { return 4 * std::sqrt(count) / n / volume + 0.005 * fluence; };
     CHECK(std::fabs(all / n / volume - 0.143284) < bar(all, 0.143284));
     CHECK(std::fabs(later / n / volume - 0.114009) < bar(later, 0.114009));
     CHECK(std::fabs((all - later) / n / volume - 0.0292749) < bar(all - later, 0.0292749));
 
-    // The renderer's own map: every collision but each photon's first.
+    // The renderer's map has every collision but each photon's first.
     const auto particles = cloud(300, 2, 1, 0.5);
     const SmokeDescription smoke = smoke_of(particles);
     const std::vector<LightSource> lights = {point_light};
@@ -369,8 +370,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D11: the map of an infinite medium has th
     CHECK(traced.maps.per_smoke[0].tree.count == traced.statistics.photons.stored);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case D12: photons stored before the roulette, times the albedo, are those stored "
-                          "after it") {
+TEST_CASE(WISP_ARITH_NAME ": hard case D12: photons stored before the roulette, times the albedo, give the estimate of those "
+                          "stored after it") {
     const auto particles = cloud(300, 2, 1, 1.5);
     SmokeDescription smoke = smoke_of(particles);
     smoke.albedo = {0.5, 0.5, 0.5};
@@ -386,7 +387,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D12: photons stored before the roulette, 
     without.photons = 0;
     const double before = total(picture) - total(render_in_memory(scene, without));
 
-    // The same photons, but where they scatter for the second time or more.
+    // The same photons at their second and later scatterings.
     const BuiltMedium built({smoke});
     const Light light = make_light(lights[0]);
     const Emitter emitter = make_emitter(light, built.medium.sphere);
@@ -396,16 +397,16 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D12: photons stored before the roulette, 
         for (uint32_t i = 0; i < batch_photons; ++i) {
             const uint64_t upper = generator();
             const uint64_t key = upper << 32 | generator();
-            std::vector<Vec3> met;
-            const PathEnd fate =
+            std::vector<Vec3> collisions;
+            const PathEnd path_end =
                 walk(built.medium, emit(emitter, built.medium.sphere, photon_event(key, 0)), key,
-                     [&](const MediumCollision &, uint32_t, const Photon &p) { met.push_back(p.ray.origin); });
-            if (fate == PathEnd::absorbed) met.pop_back();
-            for (size_t c = 1; c < met.size(); ++c) scattered.push_back(met[c]);
+                     [&](const MediumCollision &, uint32_t, const Photon &p) { collisions.push_back(p.ray.origin); });
+            if (path_end == PathEnd::absorbed) collisions.pop_back();
+            for (size_t c = 1; c < collisions.size(); ++c) scattered.push_back(collisions[c]);
         }
     }
-    // No albedo here: their power per volume is the scattered light itself. Where there is no smoke none scatters,
-    // whatever the estimate blurs into it.
+    // No factor of albedo: the power of scattered photons per volume is the scattered light. Where there is no smoke the
+    // light is 0, whatever the estimate blurs into it.
     Photons after(scattered, settings.gather);
     const double photon_power = at(emitter.power.x) / double(settings.photons);
     const BuiltField field(smoke);
@@ -424,12 +425,12 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D12: photons stored before the roulette, 
             }
         }
     CHECK(picture.statistics.smoke.gathered > 0);
-    // The roulette's noise: one coin a photon; and half a per cent between the two quadratures.
+    // The noise of one roulette for each photon, and half a per cent between the two quadratures.
     REQUIRE(scattered.size() > 2000);
     CHECK(std::fabs(before / sum - 1) < 4 / std::sqrt(double(scattered.size())) + 0.005);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case D14: photons that hit nothing end at the number asked for, and store nothing") {
+TEST_CASE(WISP_ARITH_NAME ": hard case D14: a light whose photons hit nothing emits the given number and stores nothing") {
     // A light beside the smoke that points away, and one that is behind it.
     const auto particles = cloud(100, 1, 1, 1);
     const SmokeDescription smoke = smoke_of(particles);
@@ -446,7 +447,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D14: photons that hit nothing end at the 
         CHECK(!p.store_full);
         for (float value : picture.rgb) CHECK(value == 0);
     }
-    // A light that shines between two puffs.
+    // A light that shines between two clouds.
     const std::vector<Particle> puffs = {{{-60, 0, 0}, 1, 1}, {{60, 0, 0}, 1, 1}};
     const SmokeDescription two = smoke_of(puffs);
     const std::vector<LightSource> lights = {{LightKind::parallel, {0, 0, 0}, {0, 0, -1}, 0, {1, 1, 1}}};
@@ -468,7 +469,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D15: a full store ends tracing, and power
     settings.photons = 2 * batch_photons;
     const BuiltPhotons two(scene, settings); // there is room for all
     CHECK(!two.statistics.photons.store_full);
-    // A third batch that does not fit, but for one photon or by far.
+    // A third batch does not fit: by one photon, or by far.
     settings.photons = 3 * batch_photons;
     const uint64_t stored_by_three = BuiltPhotons(scene, settings).statistics.photons.stored;
     for (uint64_t capacity : {two.statistics.photons.stored, stored_by_three - 1, stored_by_three}) {
@@ -483,10 +484,10 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D15: a full store ends tracing, and power
         CHECK(p.emitted == p.absorbed + p.escaped + p.blocked + p.capped);
         CHECK(p.stored <= capacity);
         CHECK(map.tree.count == p.stored);
-        // All directions from inside: 4 pi over what was emitted, neither stored nor asked for.
+        // The light emits in all directions: a photon's power is 4 pi over the emitted photons, not the stored or requested.
         CHECK(near(std::ldexp(at(map.unit.unit), map.unit.exponent), 4 * pi_ / double(p.emitted)));
         if (!p.store_full) continue;
-        // Nothing of the batch that did not fit remains.
+        // No photon of the batch that did not fit is stored.
         CHECK(p.collisions == two.statistics.photons.collisions);
         CHECK(p.absorbed == two.statistics.photons.absorbed);
         const PhotonMap &expected = two.maps.per_smoke[0];

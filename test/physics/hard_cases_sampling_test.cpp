@@ -1,4 +1,4 @@
-// Hard cases A: sampling at the ends of its ranges.
+// Hard cases A: sampling with the smallest and largest random numbers and parameters.
 #include "core/photons/photon_walk.h"
 #include "host/scene/scene_file.h"
 #include "support/built_smoke.h"
@@ -19,26 +19,26 @@ constexpr bool is_f32 = std::is_same_v<Real, float>, is_fixed = std::is_same_v<R
 
 uint64_t key_of(uint64_t i) { return (i + 1) * 0x9e3779b97f4a7c15u; }
 
-// The depth of the line through the middle of one particle with h = 1. (numerics L)
+// The optical depth along a line through the middle of one particle with h = 1 and cross-section 1 (N-L).
 constexpr double depth_of_area = 15 / (8 * pi_);
 
-// A medium without end, of extinction 1; flight `still` has length 0.
-struct Endless {
+// An infinite medium of extinction 1. Flight number `zero_flight` of the photon with this key has length 0.
+struct InfiniteMedium {
     double albedo_, g;
     uint64_t key;
-    uint32_t still; // number of the flight, from 1; 0 for none
+    uint32_t zero_flight; // from 1; 0: none
 };
-struct Meeting {
+struct AnyCollision {
     bool found;
     Real distance;
 };
-Meeting first_collision(const Endless &medium, const Ray &, Real, Event event) {
-    const Event stuck = photon_event(medium.key, medium.still);
-    if (medium.still && event.low == stuck.low && event.high == stuck.high) return {true, Real(0)};
+AnyCollision first_collision(const InfiniteMedium &medium, const Ray &, Real, Event event) {
+    const Event zero = photon_event(medium.key, medium.zero_flight);
+    if (medium.zero_flight && event.low == zero.low && event.high == zero.high) return {true, Real(0)};
     return {true, -wisp::log(unit_open<Real>(draw(event, 0)))};
 }
-Color albedo(const Endless &medium, const Meeting &) { return Color(real(medium.albedo_)); }
-Phase phase(const Endless &medium, const Meeting &) { return Phase(real(medium.g)); }
+Color albedo(const InfiniteMedium &medium, const AnyCollision &) { return Color(real(medium.albedo_)); }
+Phase phase(const InfiniteMedium &medium, const AnyCollision &) { return Phase(real(medium.g)); }
 
 Photon photon_along_z() { return {{vec(0, 0, 0), vec(0, 0, 1)}, Color(Real(1)), true}; }
 
@@ -50,37 +50,37 @@ std::string error_of_phase(const std::string &g) {
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME ": hard case A1: the longest free path is finite, and known") {
+TEST_CASE(WISP_ARITH_NAME ": hard case A1: the longest free path is finite and has the known length") {
     // 32 bits of a draw become the middle of their bin, 1 - 2^-33 at most: 33 ln 2 = 22.87. Float rounds that to
     // 1 - 2^-24, 24 ln 2 = 16.64, and fixed has the bin's lower end, 1 - 2^-32, 32 ln 2 = 22.18.
     const double longest = (is_f32 ? 24 : is_fixed ? 32 : 33) * ln2;
     const Real by_log1p = -wisp::log1p(-unit_open<Real>(0xffffffffu));
     CHECK(at(by_log1p) == doctest::Approx(longest).epsilon(1e-6));
-    // The other way round the smallest number counts: 2^-33, or 2^-32 in fixed.
+    // -log(u) is longest for the smallest number: 2^-33, or 2^-32 in fixed.
     CHECK(at(-wisp::log(unit_open<Real>(0))) == doctest::Approx((is_fixed ? 32 : 33) * ln2).epsilon(1e-6));
 
-    // Smoke a thousandth deeper stops a photon with such a draw, smoke a thousandth thinner lets it through.
+    // A photon with that draw collides in smoke that is a thousandth deeper, and passes smoke a thousandth thinner.
     const Ray ray = {vec(-5, 0, 0), vec(1, 0, 0)};
     const uint32_t bits = 0xffffffffu;
-    const Event rare = event_with_draw(0, bits);
-    REQUIRE(draw(rare, 0) == bits);
+    const Event largest_draw = event_with_draw(0, bits);
+    REQUIRE(draw(largest_draw, 0) == bits);
     const double depth = at(-wisp::log1p(-unit_open<Real>(bits)));
     for (double factor : {0.5, 0.999, 1.001, 30.0}) {
         const BuiltField built(smoke_of({{{0, 0, 0}, 1, factor * depth / depth_of_area}}));
-        const auto collision = first_collision(built.field, ray, Real(20), rare);
+        const auto collision = first_collision(built.field, ray, Real(20), largest_draw);
         CAPTURE(factor);
         CHECK(collision.found == (factor > 1));
         if (!collision.found) continue;
         CHECK(collision.distance > Real(3));
         CHECK(collision.distance < Real(7));
-        // The line integral is wrong by up to 1.2e-5 of its maximum 8 in float, at either end (numerics L).
+        // The line integral is wrong by up to 1.2e-5 of its maximum 8 in float, at either end (N-L).
         CHECK(at(optical_depth(built.field, ray, collision.distance)) ==
               doctest::Approx(depth).epsilon(is_f32 ? 3e-6 * std::max(factor, 1.0) : 1e-6));
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case A2: a path of length 0 is one more collision in the same place, then on") {
-    // The shortest path, in smoke so dense that it is below the resolution: at the light, and again from there.
+TEST_CASE(WISP_ARITH_NAME ": hard case A2: a path of length 0 is one more collision in the same place, and the walk goes on") {
+    // In dense smoke the shortest path is below the resolution. A longer path from there moves on.
     const BuiltField dense(smoke_of({{{0, 0, 0}, 1, 1e5}}));
     const Ray inside = {vec(0.5, 0, 0), vec(1, 0, 0)};
     const Event shortest = event_with_draw(0, 0);
@@ -93,12 +93,12 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A2: a path of length 0 is one more collis
     REQUIRE(onward.found);
     CHECK(onward.distance > near.distance);
 
-    // A walk whose third flight has length 0 meets the same place twice and goes on.
+    // A walk whose third flight has length 0 collides twice in the same place and goes on.
     const uint64_t key = key_of(5);
     std::vector<Vec3> places;
-    const PathEnd fate = walk(Endless{0.999, 0, key, 3}, photon_along_z(), key,
-                           [&](const Meeting &, uint32_t, const Photon &p) { places.push_back(p.ray.origin); });
-    CHECK(fate == PathEnd::absorbed);
+    const PathEnd path_end = walk(InfiniteMedium{0.999, 0, key, 3}, photon_along_z(), key,
+                           [&](const AnyCollision &, uint32_t, const Photon &p) { places.push_back(p.ray.origin); });
+    CHECK(path_end == PathEnd::absorbed);
     REQUIRE(places.size() > 5);
     int repeated = 0;
     for (size_t i = 1; i < places.size(); ++i)
@@ -108,7 +108,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A2: a path of length 0 is one more collis
         }
     CHECK(repeated == 1);
 
-    // A light in the densest smoke: every photon's first collision is at the light, and none of these is stored.
+    // A light in the densest smoke: every photon first collides at the light, and no first collision is stored.
     const std::vector<Particle> one = {{{0, 0, 0}, 1, 1e5}};
     SmokeDescription smoke = smoke_of(one);
     smoke.albedo = {0.25, 0.25, 0.25};
@@ -130,7 +130,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A2: a path of length 0 is one more collis
     for (float value : picture.rgb) CHECK(std::isfinite(value));
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case A3: without anisotropy the cosine is 2 xi - 1 to the bit, and p 1 / (4 pi)") {
+TEST_CASE(WISP_ARITH_NAME ": hard case A3: for g = 0 the cosine is 2 xi - 1 to the bit, and p is 1 / (4 pi)") {
     const Phase phase(Real(0));
     CHECK(phase.isotropic());
     const auto check = [&](Real xi) { CHECK(phase.sample(xi).cosine == Real(2) * xi - Real(1)); };
@@ -141,30 +141,31 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A3: without anisotropy the cosine is 2 xi
     CHECK(at(inv_four_pi<Real>) == doctest::Approx(0.0795774715459477).epsilon(1e-7));
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case A4: next to no anisotropy loses no digits") {
-    // The bars are those of numerics N-E1 against the exact cosine 2 xi - 1 + 3/2 g (1 - (2 xi - 1)^2) + O(g^2): the
-    // term in g is itself 1.5e-8 for g = 1e-8. Fixed rounds six quotients and products to 2^-33, and doubles twice.
+TEST_CASE(WISP_ARITH_NAME ": hard case A4: a tiny g loses no digits") {
+    // Errors against the exact cosine 2 xi - 1 + 3/2 g (1 - (2 xi - 1)^2) + O(g^2), with the bounds of N-E1. The term in
+    // g is 1.5e-8 for g = 1e-8. Fixed rounds six quotients and products to 2^-33, and doubles their error twice.
     const double bar = is_f32 ? 4e-8 : is_fixed ? 12 * 0x1p-33 : 5e-16;
     for (double g : {1e-8, 1e-12, -1e-8, -1e-12}) {
         const Real g_real = real(g);
         const Phase phase(g_real);
-        double worst = 0, worst_to_even = 0;
+        double worst = 0, worst_to_isotropic = 0;
         Sequence next;
         for (int i = 0; i < 3002; ++i) {
             const Real xi = i < 2 ? Real(i) : real(next());
             const double s = 2 * at(xi) - 1, cosine = at(phase.sample(xi).cosine);
             worst = std::max(worst, std::fabs(cosine - (s + 1.5 * at(g_real) * (1 - s * s))));
-            worst_to_even = std::max(worst_to_even, std::fabs(cosine - s));
+            worst_to_isotropic = std::max(worst_to_isotropic, std::fabs(cosine - s));
         }
         CAPTURE(g);
         CHECK(worst <= bar);
-        CHECK(worst_to_even <= bar + 1.5 * std::fabs(at(g_real)));
+        CHECK(worst_to_isotropic <= bar + 1.5 * std::fabs(at(g_real)));
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case A5: the sharpest peaks keep their angle") {
-    // Small angles are in the sine: 1 - cos = sin^2 / (1 + cos). g rounds 1 - |g| = 1e-4 to 3e-8 in float, twice that
-    // relative to the square; in fixed to 2^-33, likewise the denominator, and what is left has a resolution of 2^-32.
+TEST_CASE(WISP_ARITH_NAME ": hard case A5: the sharpest peaks of the phase function have the right angles") {
+    // Small angles are read from the sine: 1 - cos = sin^2 / (1 + cos). In float 1 - |g| = 1e-4 is rounded by 3e-8, and
+    // its square has twice that relative error. In fixed 1 - |g| and the denominator are rounded by 2^-33, and the
+    // result has a resolution of 2^-32.
     const double xis[] = {0, 0x1p-32, 0.5, 1 - 0x1p-24, 1};
     const double forward[] = {2, 1.9999813755, 1.49995e-8, 5.96e-16, 0};
     const double backward[] = {0, 2.3284e-18, 1.49995e-8, 1.9952406, 2};
@@ -174,7 +175,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A5: the sharpest peaks keep their angle")
             return cosine > 0 ? sine * sine / (1 + cosine) : 1 - cosine;
         };
         const auto bar = [](double value) {
-            // Half a unit of the last digit above, and the arithmetic's own.
+            // Half a unit of the last digit printed above, and the error of the arithmetic.
             return value * (is_f32     ? 1e-3
                             : is_fixed ? 1e-5
                                        : 1e-3 * (value < 1e-9)) +
@@ -192,7 +193,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A5: the sharpest peaks keep their angle")
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case A6: |g| = 1 and more, or no number, is refused with a line") {
+TEST_CASE(WISP_ARITH_NAME ": hard case A6: |g| >= 1 and g that is no number are refused with the line of the file") {
     for (const char *g : {"1", "-1", "1.5", "+1.0"})
         CHECK(error_of_phase(g) == std::string("s.aff:2: found phase ") + g + ", expected above -1 and below 1");
     for (const char *g : {"nan", "NaN", "-nan", "inf"})
@@ -202,8 +203,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A6: |g| = 1 and more, or no number, is re
 }
 
 TEST_CASE(WISP_ARITH_NAME ": hard case A7: the forward peak is finite") {
-    // The bar of float is for g's own rounding. In fixed (1 - g)^2 = 1e-8 has 42.9 units, which are rounded by half a
-    // unit, and 3/2 times that is in its power.
+    // In float the error comes from rounding g. In fixed (1 - g)^2 = 1e-8 has 42.9 units and is rounded by half a unit;
+    // its power of 3/2 has 3/2 of that relative error.
     const double bar = is_fixed ? 1.5 * 0.5 / 42.9 : 1e-3;
     const Phase forward(real(0.9999)), backward(real(-0.9999));
     for (const Vec3 &d : {vec(0, 1, 0), vec(0, 0, -1), normalize(vec(1, -2, 0.5))}) {
@@ -212,7 +213,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A7: the forward peak is finite") {
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case A8: the frame about any direction is orthonormal, and turns by the angle") {
+TEST_CASE(WISP_ARITH_NAME ": hard case A8: the frame about any direction is orthonormal, and directions have the sampled angle") {
     const double bar = is_f32 ? 1e-6 : is_fixed ? 2e-9 : 2e-15;
     for (const Vec3 &d : {vec(0, 0, 1), vec(0, 0, -1), vec(1e-20, 0, -1), Vec3(Real(0), -Real(0), Real(-1)),
                           Vec3(Real(0), Real(0), -Real(1)), vec(1, 0, 0), vec(-1, 0, 0), vec(0, 1, 0),
@@ -224,7 +225,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A8: the frame about any direction is orth
             CHECK(std::fabs(at(dot(a, d))) < bar);
         }
         CHECK(std::fabs(at(dot(u, v))) < bar);
-        CHECK(worst_component(cross(u, v) - d) < 2 * bar); // of the same hand everywhere
+        CHECK(worst_component(cross(u, v) - d) < 2 * bar); // right-handed
         for (double cosine : {-1.0, -0.3, 0.0, 0.999, 1.0})
             for (double turns : {0.0, 0.2, 0.5, 0.9}) {
                 const Vec3 w = deflect(d, {real(cosine), real(std::sqrt(1 - cosine * cosine))}, real(turns));
@@ -234,15 +235,15 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A8: the frame about any direction is orth
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case A9: a million scatterings keep the direction a unit vector, <r^2> is exact") {
+TEST_CASE(WISP_ARITH_NAME ": hard case A9: the direction stays a unit vector in a million scatterings, and <r^2> is exact") {
     double worst = 0;
     uint32_t scatterings = 0;
-    const PathEnd fate =
-        walk(Endless{1, 0.5, 0, 0}, photon_along_z(), key_of(1), [&](const Meeting &, uint32_t, const Photon &p) {
+    const PathEnd path_end =
+        walk(InfiniteMedium{1, 0.5, 0, 0}, photon_along_z(), key_of(1), [&](const AnyCollision &, uint32_t, const Photon &p) {
             worst = std::max(worst, std::fabs(std::sqrt(at(dot(p.ray.direction, p.ray.direction))) - 1));
             ++scatterings;
         });
-    CHECK(fate == PathEnd::capped);
+    CHECK(path_end == PathEnd::capped);
     CHECK(scatterings == 1000000);
     CHECK(worst < 2e-6);
 
@@ -252,8 +253,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A9: a million scatterings keep the direct
             const int n = 5000;
             for (int i = 0; i < n; ++i) {
                 double r2 = 0;
-                walk(Endless{c, g, 0, 0}, photon_along_z(), key_of(uint64_t(i)),
-                     [&](const Meeting &, uint32_t, const Photon &p) { r2 = at(dot(p.ray.origin, p.ray.origin)); });
+                walk(InfiniteMedium{c, g, 0, 0}, photon_along_z(), key_of(uint64_t(i)),
+                     [&](const AnyCollision &, uint32_t, const Photon &p) { r2 = at(dot(p.ray.origin, p.ray.origin)); });
                 sum += r2;
                 square += r2 * r2;
             }
@@ -264,7 +265,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A9: a million scatterings keep the direct
         }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case A10: isotropic light goes everywhere alike") {
+TEST_CASE(WISP_ARITH_NAME ": hard case A10: isotropic light has a mean direction of 0 and <dz^2> of 1/3") {
     double mean[3] = {}, square_z = 0;
     const auto add = [&](const Vec3 &d, int n) {
         mean[0] += at(d.x) / n;
@@ -286,7 +287,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A10: isotropic light goes everywhere alik
     const int n = 1000000;
     for (int i = 0; i < n; ++i) add(emit(emitter, around, photon_event(key_of(uint64_t(i)), 0)).ray.direction, n);
     check(n);
-    // What glows, and what scatters evenly about a slanted direction.
+    // The same for photons that smoke emits, and for isotropic scattering about a slanted direction.
     const int fewer = 100000;
     const std::vector<Particle> one = {{{0, 0, 0}, 1, 1}};
     SmokeDescription glow = smoke_of(one);

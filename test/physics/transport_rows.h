@@ -2,7 +2,6 @@
 // them.
 #pragma once
 #include "support/built.h"
-#include "support/built.h"
 #include <algorithm>
 #include <cmath>
 #include <cstdint>

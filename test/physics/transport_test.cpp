@@ -20,19 +20,19 @@ struct UnitMedium {
     std::function<bool(const Vec3 &)> inside;
     mutable Vec3 exit = Vec3(Real(0));
 };
-struct Collision {
+struct UnitCollision {
     bool found;
     Real distance;
 };
-Collision first_collision(const UnitMedium &medium, const Ray &ray, Real, Event event) {
+UnitCollision first_collision(const UnitMedium &medium, const Ray &ray, Real, Event event) {
     const Real distance = -wisp::log(unit_open<Real>(draw(event, 0)));
     const Vec3 end = ray.origin + ray.direction * distance;
     const bool found = medium.inside(end); // a convex shape holds the whole flight
     if (!found) medium.exit = end;
     return {found, distance};
 }
-Color albedo(const UnitMedium &medium, const Collision &) { return Color(real(medium.albedo_)); }
-Phase phase(const UnitMedium &medium, const Collision &) { return Phase(real(medium.g)); }
+Color albedo(const UnitMedium &medium, const UnitCollision &) { return Color(real(medium.albedo_)); }
+Phase phase(const UnitMedium &medium, const UnitCollision &) { return Phase(real(medium.g)); }
 
 uint64_t key_of(uint64_t row, uint64_t i) { return (row * 1000003 + i + 1) * 0x9e3779b97f4a7c15u; }
 
@@ -54,7 +54,7 @@ Score half_space(uint64_t row, double a, double g, double depth, double cosine, 
     const Vec3 direction = vec(std::sqrt(1 - cosine * cosine), 0, cosine);
     return score_photons(row, 6000, [&](uint64_t key) {
         const PathEnd path_end =
-            walk(slab, photon_at(vec(0, 0, 0), direction), key, [](const Collision &, uint32_t, const Photon &) {});
+            walk(slab, photon_at(vec(0, 0, 0), direction), key, [](const UnitCollision &, uint32_t, const Photon &) {});
         return path_end == PathEnd::escaped && (slab.exit.z <= Real(0)) == reflected ? 1.0 : 0.0;
     });
 }
@@ -85,7 +85,7 @@ bool measure(const Row &row, uint64_t seed, Score &result) {
         result = score_photons(seed, c > 0.98 ? 3000 : 10000, [&](uint64_t key) {
             Vec3 last(Real(0));
             double collisions = 0;
-            walk(medium, photon_at(vec(0, 0, 0), vec(0, 0, 1)), key, [&](const Collision &, uint32_t, const Photon &p) {
+            walk(medium, photon_at(vec(0, 0, 0), vec(0, 0, 1)), key, [&](const UnitCollision &, uint32_t, const Photon &p) {
                 last = p.ray.origin;
                 ++collisions;
             });
@@ -101,7 +101,7 @@ bool measure(const Row &row, uint64_t seed, Score &result) {
         if (row.value * 4 * pi_ * x * x * width * photons < 100) return false; // too few would fall there
         result = score_photons(seed, photons, [&](uint64_t key) {
             double sum = 0;
-            walk(medium, isotropic_photon(vec(0, 0, 0), key), key, [&](const Collision &, uint32_t, const Photon &p) {
+            walk(medium, isotropic_photon(vec(0, 0, 0), key), key, [&](const UnitCollision &, uint32_t, const Photon &p) {
                 const double r2 = at(dot(p.ray.origin, p.ray.origin));
                 if (r2 >= low * low && r2 < high * high) sum += 1 / (4 * pi_ * x * x * width);
             });
@@ -121,7 +121,7 @@ bool measure(const Row &row, uint64_t seed, Score &result) {
             }
             double collisions = 0;
             const PathEnd path_end = walk(ball, isotropic_photon(start, key), key,
-                                          [&](const Collision &, uint32_t, const Photon &) { ++collisions; });
+                                          [&](const UnitCollision &, uint32_t, const Photon &) { ++collisions; });
             return escapes ? (path_end == PathEnd::escaped ? 1.0 : 0.0) : collisions;
         });
         return true;

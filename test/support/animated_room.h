@@ -1,4 +1,4 @@
-// A random room from frame to frame, its camera rays, and every shadow that they ask for.
+// A random room from frame to frame, its camera rays, and every shadow query that shading makes for them.
 #pragma once
 #include "core/geometry/camera.h"
 #include "support/random_rooms.h"
@@ -7,14 +7,35 @@
 
 namespace wisp::WISP_ARITH {
 
-// Shadows that are heard of as they are asked.
-struct HeardShadows : Shadows {
-    std::function<void(const ShadowQuery &, bool)> heard;
-};
-// The shading that asks them.
-Color trace_heard(const Whitted &tracer, const Ray &ray);
+// Shadows that report each query and its answer to a callback.
+struct RecordedShadows {
+    Shadows inner = {}; // which answer
 
-// Bodies move, vanish and come back, morphs change their form, lights move, turn and stay.
+    static const ShadowTechnique technique;
+    Shadows recorder() { return {inner.scene, inner.surfaces, inner.lights, &unused, &technique, this}; }
+
+    std::function<void(const ShadowQuery &, bool)> on_query;
+
+  private:
+    Statistics unused; // `inner` counts
+};
+inline const ShadowTechnique RecordedShadows::technique = {
+    [](Shadows &shadows, const ShadowQuery &query) {
+        RecordedShadows &recorded = memory_of<RecordedShadows>(shadows);
+        const bool shadowed = is_shadowed(recorded.inner, query);
+        recorded.on_query(query, shadowed);
+        return shadowed;
+    },
+    nullptr,
+    nullptr,
+    nullptr,
+    nullptr,
+    nullptr,
+    [](Shadows &shadows, const Ray &ray, const Hit &hit) {
+        record_primary_hit(memory_of<RecordedShadows>(shadows).inner, ray, hit);
+    }};
+
+// Instances move, vanish and come back; deforming triangles change; lights move, turn and stay.
 class RoomFrames : public RandomRoom {
   public:
     RoomFrames(uint64_t seed, double size_, uint32_t light_count, ShadowMethod method, bool moving_camera = true)
@@ -40,7 +61,7 @@ class RoomFrames : public RandomRoom {
         Arena arena(kept_.data(), kept_.size());
         surfaces = make_surfaces(scene, arena);
         REQUIRE(make_shadow_memory(scene, settings, arena, memory_));
-        heard.method = shadow_method(scene, settings);
+        recorded.inner.technique = shadow_technique(scene, settings);
     }
 
     void change() {
@@ -65,25 +86,23 @@ class RoomFrames : public RandomRoom {
         place_surfaces(scene, arena, surfaces);
         REQUIRE(surfaces.ready);
         const Light *placed = make_lights(scene, arena);
-        heard.scene = &scene;
-        heard.surfaces = &surfaces;
-        heard.lights = placed;
-        heard.statistics = &statistics;
-        heard.memory = memory_;
-        REQUIRE(begin_frame(heard, settings, arena));
+        Shadows &inner = recorded.inner;
+        inner = {&scene, &surfaces, placed, &statistics, inner.technique, memory_};
+        REQUIRE(begin_frame(inner, settings, arena));
+        Shadows recorder = recorded.recorder();
         Whitted whitted = tracer;
         whitted.surfaces = &surfaces;
         whitted.lights = placed;
-        whitted.shadows = &heard;
+        whitted.shadows = &recorder;
         const View view(scene.camera);
         for (int y = 0; y < room_pixels; ++y)
             for (int x = 0; x < room_pixels; ++x) {
                 const Ray ray = view.ray_through(Real(x) + Real(0.5), Real(y) + Real(0.5));
                 before(x, y, ray);
-                begin_sample(heard, x, y, 0);
-                trace_heard(whitted, ray);
+                begin_sample(inner, x, y, 0);
+                trace(whitted, ray);
             }
-        end_frame(heard);
+        end_frame(inner);
     }
     bool blocked(const ShadowQuery &query) {
         TreeCounts unused = {};
@@ -91,7 +110,7 @@ class RoomFrames : public RandomRoom {
     }
 
     Settings settings = {};
-    HeardShadows heard = {};
+    RecordedShadows recorded;
 
   private:
     Double3 somewhere(double part) {

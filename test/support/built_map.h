@@ -1,4 +1,4 @@
-// Particle maps for tests: traced, or made of sums of the test's own.
+// Particle maps for tests: traced, or made of sums that a test chooses.
 #pragma once
 #include "core/photons/packed_particle_map.h"
 #include "support/built_smoke.h"
@@ -37,7 +37,7 @@ struct PackedSums {
     }
     static PhotonNeeds needs_of(const ParticleMap &map) { return {true, true, false, map.per_smoke[0].channels == 3}; }
 
-    // What an element sends towards the eye.
+    // The source function of an element towards the eye.
     Color source(const Scene &scene, const Medium &medium, const Vec3 &eye, uint32_t element = 0) {
         const size_t before = arena.mark();
         const Color *const *sources = make_sources(scene, medium, packed, eye, arena);

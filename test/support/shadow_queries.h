@@ -1,4 +1,4 @@
-// Shadow rays by the thousand, frame after frame, asked of a method and of tracing.
+// Shadow queries by the thousand, frame after frame, answered by a technique and by tracing.
 #pragma once
 #include "core/shadows/visibility_cells.h"
 #include "host/base/double3.h"
@@ -8,7 +8,7 @@
 
 namespace wisp::WISP_ARITH {
 
-constexpr ShadowMethod exact_methods[] = {ShadowMethod::cache, ShadowMethod::exact, ShadowMethod::voxel,
+constexpr ShadowMethod equivalent_methods[] = {ShadowMethod::cache, ShadowMethod::exact, ShadowMethod::voxel,
                                           ShadowMethod::lightbuffer, ShadowMethod::lie};
 
 inline std::vector<float> picture(const Scene &scene, const Settings &settings, std::vector<unsigned char> &block,
@@ -36,13 +36,13 @@ inline void add_box(Room &room, const Double3 &middle, const Double3 &half, uint
         }
 }
 
-// The shadow ray of a point of a still triangle, as whitted.cpp sends it.
+// The shadow query of a point of a static triangle, as shading makes it.
 inline ShadowQuery query_at(const Room &room, uint32_t triangle, uint32_t light, Real u, Real v) {
     const Double3 *c = room.triangles[triangle].corner;
     const Vec3 corner = vec_of(c[0]), edge1 = vec_of(c[1]) - corner, edge2 = vec_of(c[2]) - corner;
     const Vec3 position = corner + edge1 * u + edge2 * v;
     const Illumination from = illuminate(room.tracer.lights[light], position, position, position);
-    return {{position, -from.direction}, from.distance - room.surfaces.ray_epsilon, light, triangle, true, u, v, 0};
+    return make_shadow_query(room.surfaces, position, light, from, triangle, u, v, room.surfaces.instance_count);
 }
 
 inline CellPlace random_cell(Sequence &next) {
@@ -69,12 +69,12 @@ inline void random_weights(const CellPlace &cell, Sequence &next, Real &u, Real 
     if (kind == 5) t = 1 - s;
     u = real((cell.u + s * cell.size) / finest_cell);
     v = real((cell.v + t * cell.size) / finest_cell);
-    // What `meet` gives: each is 0 or more, and their sum exceeds 1 by no more than their rounding.
+    // What intersect() gives: each is 0 or more, and their sum exceeds 1 by no more than their rounding.
     u = max(u, Real(0));
     v = max(v, Real(0));
 }
 
-// Of a triangle that moves, where it is.
+// The query of a point of a moving triangle, where it is in this frame.
 inline ShadowQuery moving_query_at(const Room &room, uint32_t triangle, uint32_t light, Real u, Real v) {
     const Double3 *c = room.triangles[triangle].corner;
     Vec3 corner = vec_of(c[0]), edge1 = vec_of(c[1]) - corner, edge2 = vec_of(c[2]) - corner;
@@ -91,13 +91,13 @@ inline ShadowQuery moving_query_at(const Room &room, uint32_t triangle, uint32_t
     }
     const Vec3 position = corner + edge1 * u + edge2 * v;
     const Illumination from = illuminate(room.tracer.lights[light], position, position, position);
-    return {{position, -from.direction}, from.distance - room.surfaces.ray_epsilon, light, triangle, false, u, v, instance};
+    return make_shadow_query(room.surfaces, position, light, from, triangle, u, v, instance);
 }
 
-class AskedShadows {
+class ShadowQueries {
   public:
-    // The room has its triangles, bodies, and as many lights as there will be.
-    AskedShadows(Room &room, ShadowMethod method) : room_(room) {
+    // The room has its triangles, instances, and as many lights as there will be.
+    ShadowQueries(Room &room, ShadowMethod method) : room_(room) {
         room_.build();
         settings_.shadows = method;
         kept_.resize(static_cast<size_t>(shadow_bytes(room.scene, settings_)));
@@ -109,7 +109,7 @@ class AskedShadows {
     // The room is as it is now.
     void begin() {
         room_.build();
-        room_.shadows.method = shadow_method(room_.scene, settings_);
+        room_.shadows.technique = shadow_technique(room_.scene, settings_);
         room_.shadows.memory = memory_;
         Arena arena(frame_.data(), frame_.size());
         REQUIRE(begin_frame(room_.shadows, settings_, arena));
@@ -118,12 +118,12 @@ class AskedShadows {
         TreeCounts unused = {};
         const bool right =
             is_blocked(room_.surfaces, query.ray, room_.surfaces.ray_epsilon, query.end, query.triangle, unused);
-        ++asked;
+        ++queries;
         shadowed += right;
         wrong += is_shadowed(room_.shadows, query) != right;
     }
     // Around `spots` points of the triangle, most of them where the shadow of something begins: `rays` each.
-    void ask_triangle(uint32_t triangle, uint32_t light, int spots, int rays, Sequence &next) {
+    void query_triangle(uint32_t triangle, uint32_t light, int spots, int rays, Sequence &next) {
         Double3 corner[3], other[3];
         load(triangle, corner);
         if (!has_area(vec_of(corner[0]), vec_of(corner[1]), vec_of(corner[2]))) return;
@@ -154,13 +154,13 @@ class AskedShadows {
             }
         }
     }
-    void ask_everywhere(int spots, int rays, Sequence &next) {
+    void query_everywhere(int spots, int rays, Sequence &next) {
         for (uint32_t light = 0; light < room_.lights.size(); ++light)
-            for (uint32_t i = 0; i < room_.triangles.size(); ++i) ask_triangle(i, light, spots, rays, next);
+            for (uint32_t i = 0; i < room_.triangles.size(); ++i) query_triangle(i, light, spots, rays, next);
     }
     uint64_t known() const { return room_.statistics.rays.shadow_culled + room_.statistics.rays.shadow_dynamic_only; }
 
-    uint64_t asked = 0, shadowed = 0, wrong = 0;
+    uint64_t queries = 0, shadowed = 0, wrong = 0;
 
   private:
     void load(uint32_t triangle, Double3 (&corner)[3]) const { // in the world

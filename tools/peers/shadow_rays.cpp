@@ -14,31 +14,18 @@
 namespace wisp::WISP_ARITH {
 namespace {
 
-struct KeptShadows : Shadows {
+// What shading asks for, and the answers of tracing.
+struct Queries {
+    Shadows traced;
     std::vector<ShadowQuery> queries;
     std::vector<bool> shadowed;
 };
-
-bool is_shadowed_and_kept(Shadows &shadows, const ShadowQuery &query) {
-    KeptShadows &kept = static_cast<KeptShadows &>(shadows);
-    kept.queries.push_back(query);
-    kept.shadowed.push_back(is_shadowed(shadows, query));
-    return kept.shadowed.back();
-}
-
-} // namespace
-} // namespace wisp::WISP_ARITH
-
-#define is_shadowed            is_shadowed_and_kept
-#define trace                  trace_kept
-#define make_surface_materials make_kept_materials
-#include "core/render/whitted.cpp"
-#undef is_shadowed
-#undef trace
-#undef make_surface_materials
-
-namespace wisp::WISP_ARITH {
-namespace {
+const ShadowTechnique recording_technique = {[](Shadows &shadows, const ShadowQuery &query) {
+    Queries &all = memory_of<Queries>(shadows);
+    all.queries.push_back(query);
+    all.shadowed.push_back(is_shadowed(all.traced, query));
+    return all.shadowed.back();
+}};
 
 using Bytes = std::vector<unsigned char>;
 
@@ -62,7 +49,7 @@ void measure(const std::string &name, int64_t frames, int64_t step) {
     Way ways[] = {{"trace", ShadowMethod::trace, {}, {}}, {"exact", ShadowMethod::exact, {}, {}},
                   {"cache", ShadowMethod::cache, {}, {}}, {"lightbuffer", ShadowMethod::lightbuffer, {}, {}},
                   {"voxel", ShadowMethod::voxel, {}, {}}, {"lie", ShadowMethod::lie, {}, {}}};
-    Bytes still, placed;
+    Bytes kept_trees, placed;
     Surfaces surfaces;
     double rival_seconds[2] = {0, 0};
     uint64_t rival_different[2] = {0, 0};
@@ -73,8 +60,8 @@ void measure(const std::string &name, int64_t frames, int64_t step) {
         settings.crop = {0, 0, pixels, pixels};
         settings.samples = 1;
         if (f == 0) {
-            still.resize(surface_bytes(scene));
-            Arena arena(still.data(), still.size());
+            kept_trees.resize(surface_bytes(scene));
+            Arena arena(kept_trees.data(), kept_trees.size());
             surfaces = make_surfaces(scene, arena);
             for (Way &way : ways) {
                 settings.shadows = way.method;
@@ -90,12 +77,13 @@ void measure(const std::string &name, int64_t frames, int64_t step) {
         place_surfaces(scene, arena, surfaces);
         const Light *lights = make_lights(scene, arena);
         Statistics statistics;
-        KeptShadows kept = {{&scene, &surfaces, lights, &statistics}, {}, {}};
+        Queries kept = {{&scene, &surfaces, lights, &statistics}, {}, {}};
+        Shadows recorder = {&scene, &surfaces, lights, &statistics, &recording_technique, &kept};
         const Whitted tracer = {&scene,
                                 &surfaces,
-                                make_kept_materials(scene, arena),
+                                make_surface_materials(scene, arena),
                                 lights,
-                                &kept,
+                                &recorder,
                                 vec_of(scene.background),
                                 10,
                                 length(vec_of(scene.camera.down)),
@@ -103,9 +91,9 @@ void measure(const std::string &name, int64_t frames, int64_t step) {
         const View view(scene.camera);
         for (int y = 0; y < pixels; ++y)
             for (int x = 0; x < pixels; ++x)
-                trace_kept(tracer, view.ray_through(Real(x) + Real(0.5), Real(y) + Real(0.5)));
+                trace(tracer, view.ray_through(Real(x) + Real(0.5), Real(y) + Real(0.5)));
         for (Way &way : ways) {
-            Shadows shadows = {&scene, &surfaces, lights, &way.statistics, way.method, way.memory};
+            Shadows shadows = {&scene, &surfaces, lights, &way.statistics, find_technique(way.method), way.memory};
             settings.shadows = way.method;
             Arena own(way.frame.data(), way.frame.size());
             const double start = now();

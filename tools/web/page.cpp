@@ -148,8 +148,8 @@ PAGE(page_inspect) const char *page_inspect(int x, int y) {
     Settings settings = picture.settings;
     settings.crop = {x, y, x + 1, y + 1};
     float rgb[3];
-    const PixelTrace journal = inspection.journal();
-    if (const char *fault = render(settings, rgb, &journal)) return fault;
+    const PixelTrace trace = inspection.trace();
+    if (const char *fault = render(settings, rgb, &trace)) return fault;
     text = inspection_text(inspection);
     json = inspection_json(inspection);
     return nullptr;

@@ -422,12 +422,10 @@ bool make_shading(const Scene &scene, const Settings &settings, const FrameScene
     const SurfaceMaterial *materials = make_surface_materials(scene, arena);
     const bool cut = settings.lights == LightChoice::cuts;
     if (!materials || (cut && !make_light_cuts(world.lights, scene.light_count, arena, shading.cuts))) return false;
-    shading.shadows = {&scene, world.surfaces, world.lights, &statistics, shadow_method(scene, settings), kept.shadows};
+    shading.shadows = {&scene, world.surfaces, world.lights, &statistics, shadow_technique(scene, settings), kept.shadows};
     statistics.bytes.mode_words = shadow_bytes(scene, settings);
     if (!begin_frame(shading.shadows, settings, arena)) return false;
-    shading.in_smoke = shading.shadows;
-    // The paper's method knows triangles alone.
-    if (shading.in_smoke.method == ShadowMethod::paper) shading.in_smoke.method = ShadowMethod::trace;
+    shading.in_smoke = shadows_in_space(shading.shadows);
     shading.tracer = {&scene,           world.surfaces,
                       materials,        world.lights,
                       &shading.shadows, vec_of(scene.background),

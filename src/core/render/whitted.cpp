@@ -124,14 +124,8 @@ bool shade_light(const Whitted &tracer, const Point &point, const Vec3 &directio
         if (is_recording(recorder)) recorder->light(*recorder, {-1, i, false, from});
         return false;
     }
-    const ShadowQuery query = {{point.position, to_light},
-                               from.distance - tracer.surfaces->ray_epsilon,
-                               i,
-                               point.triangle,
-                               point.still,
-                               point.u,
-                               point.v,
-                               point.instance};
+    const ShadowQuery query = make_shadow_query(*tracer.surfaces, point.position, i, from, point.triangle, point.u,
+                                                point.v, point.instance);
     if (record_shadow(recorder, 0, *tracer.statistics, [&] { return is_shadowed(*tracer.shadows, query); })) {
         if (is_recording(recorder)) recorder->light(*recorder, {-1, i, true, from});
         return false;
@@ -255,8 +249,8 @@ Color shade(const Whitted &tracer, const Beam &beam, const Hit &hit, uint32_t de
 
 Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight) {
     TreeCounts unused = {};
-    const Hit hit = nearest_hit(*tracer.surfaces, beam.ray, begin, infinite_distance, beam.skip, unused);
-    if (depth == 0) see(*tracer.shadows, beam.ray, hit);
+    const Hit hit = tracer.nearest_hit(*tracer.surfaces, beam.ray, begin, infinite_distance, beam.skip, unused);
+    if (depth == 0) record_primary_hit(*tracer.shadows, beam.ray, hit);
     Segment smoke = empty_segment();
     if (tracer.medium)
         smoke = tracer.march(tracer.marcher, beam.ray, hit.found ? hit.distance : infinite_distance, tracer.recorder);

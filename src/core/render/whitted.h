@@ -34,6 +34,9 @@ struct Whitted {
     void *marcher = nullptr;
     Segment (*march)(void *marcher, const Ray &ray, Real end, PixelRecorder *recorder) = nullptr;
     PixelRecorder *recorder = nullptr; // of the pixel that is traced, or nullptr
+    // What finds the surface that a ray hits.
+    Hit (*nearest_hit)(const Surfaces &, const Ray &, Real begin, Real end, uint32_t ignore_triangle,
+                       TreeCounts &) = wisp::WISP_ARITH::nearest_hit;
 };
 
 // Radiance along a camera ray.

@@ -1,4 +1,4 @@
-// What can stop a shadow ray that starts anywhere in a box.
+// Shafts of boxes, and the search of the static tree for what lies in them.
 #include "core/shadows/box_shaft.h"
 #include <algorithm>
 
@@ -6,7 +6,7 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr int lattice_bits = 26, finer = 3; // the tree's coordinates are below 2^23 steps
+constexpr int lattice_bits = 26, finer = 3; // coordinates of the tree are below 2^23 of its steps
 constexpr uint32_t leaf_axis = 3;
 
 using Triple = LatticePoint;
@@ -19,7 +19,7 @@ detail::Wide wide_dot(const Triple &a, const Triple &b) {
     return detail::product<detail::Wide>(a.x[0], b.x[0]) + detail::product<detail::Wide>(a.x[1], b.x[1]) +
            detail::product<detail::Wide>(a.x[2], b.x[2]);
 }
-// Of w: 1 or -1 where its magnitude is above the slack, which is not negative; else 0.
+// The sign of w where its magnitude is above the slack, otherwise 0; the slack is not negative.
 int sign_beyond(detail::Wide w, detail::Wide slack) {
     const bool negative = detail::high_word(w) < 0;
     const detail::Wide rest = (negative ? detail::negated(w) : w) + detail::negated(slack);
@@ -48,18 +48,18 @@ void lattice_triangle(const Scene &scene, uint32_t triangle, int exponent, Latti
 
 } // namespace
 
-int static_exponent(const TriangleTree &still) { return still.step_exponent - finer; }
+int static_exponent(const TriangleTree &tree) { return tree.step_exponent - finer; }
 
-int exponent_for(const TriangleTree &still, Real farthest) {
-    int exponent = static_exponent(still);
+int exponent_for(const TriangleTree &tree, Real farthest) {
+    int exponent = static_exponent(tree);
     while (!(farthest < scale_pow2(Real(1), min(exponent + lattice_bits, 30)))) ++exponent;
     return exponent;
 }
 
-int light_exponent(const TriangleTree &still, const Light &light) {
-    if (light.kind == LightKind::parallel) return static_exponent(still);
+int light_exponent(const TriangleTree &tree, const Light &light) {
+    if (light.kind == LightKind::parallel) return static_exponent(tree);
     const Vec3 &p = light.position;
-    return exponent_for(still, max(abs(p.x), max(abs(p.y), abs(p.z))));
+    return exponent_for(tree, max(abs(p.x), max(abs(p.y), abs(p.z))));
 }
 
 ShaftLattice make_shaft_lattice(const Surfaces &surfaces, int exponent) {
@@ -71,15 +71,15 @@ ShaftLattice make_shaft_lattice(const Surfaces &surfaces, int exponent) {
     return {exponent, error + 3, blur, steps(surfaces.ray_epsilon)};
 }
 
-bool follow_light(ShaftLight &light, const Shadows &shadows, uint32_t number, bool known) {
-    if (known && same_shadows(light.light, shadows.lights[number])) return false;
+bool update_light(ShaftLight &light, const Shadows &shadows, uint32_t number, bool first) {
+    if (!first && same_shadows(light.light, shadows.lights[number])) return false;
     light.light = shadows.lights[number];
-    light.lattice = make_shaft_lattice(*shadows.surfaces, light_exponent(shadows.surfaces->still, light.light));
+    light.lattice = make_shaft_lattice(*shadows.surfaces, light_exponent(shadows.surfaces->static_tree, light.light));
     return true;
 }
 
-bool is_on_lattice(const TriangleTree &still, const Vec3 &p) {
-    const Real farthest = still.largest * Real(2); // the lattice reaches as far
+bool is_on_lattice(const TriangleTree &tree, const Vec3 &p) {
+    const Real farthest = tree.largest * Real(2); // the lattice reaches as far as this
     return abs(p.x) <= farthest && abs(p.y) <= farthest && abs(p.z) <= farthest;
 }
 
@@ -91,9 +91,9 @@ LatticePoint lattice_point(const Vec3 &p, int exponent) {
 BoxShaft::BoxShaft(const ShaftLattice &lattice, const LatticeBounds &box, const Light &light)
     : lattice_(lattice), from_(widened(box, lattice.margin)), to_(from_) {
     if (light.kind == LightKind::parallel) {
-        // 2^(lattice_bits + 2) steps lead beyond all that is still.
-        const LatticePoint way = lattice_point(light.direction, -lattice_bits - 2);
-        to_ = {minus(from_.low, way), minus(from_.high, way)};
+        // 2^(lattice_bits + 2) steps lead beyond all static triangles.
+        const LatticePoint shift = lattice_point(light.direction, -lattice_bits - 2);
+        to_ = {minus(from_.low, shift), minus(from_.high, shift)};
     } else {
         const LatticePoint at = lattice_point(light.position, lattice.exponent);
         to_ = widened({at, at}, lattice.margin);
@@ -102,8 +102,8 @@ BoxShaft::BoxShaft(const ShaftLattice &lattice, const LatticeBounds &box, const 
         around_.low.x[a] = std::min(from_.low.x[a], to_.low.x[a]);
         around_.high.x[a] = std::max(from_.high.x[a], to_.high.x[a]);
     }
-    // Along each axis the shaft is seen as the hull of two rectangles. A line through corners of the same name is a
-    // side where that corner is the farthest along its normal.
+    // Projected along an axis, the shaft is the hull of two rectangles. The line through their corners of one name is a
+    // side of the hull if that corner is the farthest of each rectangle along the line's normal.
     for (int a = 0; a < 3; ++a) {
         const int b = a == 2 ? 0 : a + 1;
         for (int name = 0; name < 4; ++name) {
@@ -121,7 +121,7 @@ BoxShaft::BoxShaft(const ShaftLattice &lattice, const LatticeBounds &box, const 
     }
 }
 
-bool BoxShaft::may_meet(const LatticeBounds &box) const {
+bool BoxShaft::may_intersect(const LatticeBounds &box) const {
     for (int a = 0; a < 3; ++a)
         if (box.high.x[a] < around_.low.x[a] || box.low.x[a] > around_.high.x[a]) return false;
     for (int i = 0; i < side_count_; ++i) {
@@ -136,7 +136,7 @@ bool BoxShaft::may_meet(const LatticeBounds &box) const {
     return true;
 }
 
-bool BoxShaft::may_meet(const LatticePoint (&t)[3]) const {
+bool BoxShaft::may_intersect(const LatticePoint (&t)[3]) const {
     LatticeBounds box = {t[0], t[0]};
     for (int a = 0; a < 3; ++a) {
         box.low.x[a] = std::min(t[0].x[a], std::min(t[1].x[a], t[2].x[a]));
@@ -162,12 +162,12 @@ bool BoxShaft::may_meet(const LatticePoint (&t)[3]) const {
     return !apart;
 }
 
-// The volume of four points changes by no more than 6 D^2 `blur` when one of them is moved by that in each coordinate,
-// where D is the largest difference of coordinates: its sign is that of all triangles nearby where it is beyond 32 D^2
-// blur. Whether a ray passes an edge on the one side or the other is the sign of the volume of two of its points and
-// the edge's ends; it is linear in each, so corners of boxes stand for all that is in them. The boxes are wider by the
-// skin and twice the margin: hits are counted from there to there only.
-bool BoxShaft::is_cut_by(const LatticePoint (&t)[3]) const {
+// The volume of four points changes by no more than 6 D^2 `blur` when one of the points moves by `blur` in each
+// coordinate, where D is the largest difference of coordinates. So where the volume is beyond 32 D^2 blur, its sign is
+// that of all triangles nearby. The side on which a ray passes an edge is the sign of the volume of two of the ray's
+// points and the edge's ends. The volume is linear in each point, so the corners of a box decide for all of the box. The
+// boxes are wider by ray_epsilon and twice the margin, because a hit counts only between the ends of the ray.
+bool BoxShaft::is_shadowed_by(const LatticePoint (&t)[3]) const {
     const int64_t more = lattice_.ray_epsilon + lattice_.margin;
     const LatticeBounds from = widened(from_, more), to = widened(to_, more);
     int64_t widest = 2 * lattice_.blur;
@@ -200,38 +200,38 @@ bool BoxShaft::is_cut_by(const LatticePoint (&t)[3]) const {
     return true;
 }
 
-bool find_blockers(const Shadows &shadows, const ShaftLattice &lattice, const BoxShaft &shaft, uint32_t most,
+bool find_blockers(const Shadows &shadows, const ShaftLattice &lattice, const BoxShaft &shaft, uint32_t max_count,
                    uint32_t *blocker, uint32_t &count) {
-    const TriangleTree &tree = shadows.surfaces->still;
+    const TriangleTree &tree = shadows.surfaces->static_tree;
     TreeCounts &counts = shadows.statistics->shadow.proofs;
     count = 0;
     if (tree.triangle_count == 0) return true;
-    // From the tree's steps to the shaft's, which are longer or shorter by a power of two.
+    // Converts the tree's steps to the lattice's, which are longer or shorter by a power of two.
     const int shift = tree.step_exponent - lattice.exponent;
     const auto down = [shift](int64_t x) { return shift >= 0 ? x * (int64_t{1} << shift) : x >> -shift; };
     const auto up = [&down](int64_t x) { return -down(-x); };
-    struct Waiting {
+    struct Entry {
         uint32_t node;
         LatticeBounds cell; // in the tree's steps
-    } waiting[max_tree_depth + 1];
+    } stack[max_tree_depth + 1];
     const LatticePoint low = lattice_point(tree.bounds.low, tree.step_exponent),
                        high = lattice_point(tree.bounds.high, tree.step_exponent);
-    waiting[0] = {0, {low, {{high.x[0] + 1, high.x[1] + 1, high.x[2] + 1}}}};
-    for (uint32_t waiting_count = 1; waiting_count > 0;) {
-        const Waiting now = waiting[--waiting_count];
+    stack[0] = {0, {low, {{high.x[0] + 1, high.x[1] + 1, high.x[2] + 1}}}};
+    for (uint32_t stack_size = 1; stack_size > 0;) {
+        const Entry now = stack[--stack_size];
         ++counts.node_visits;
         LatticeBounds cell;
         for (int a = 0; a < 3; ++a) {
             cell.low.x[a] = down(now.cell.low.x[a]);
             cell.high.x[a] = up(now.cell.high.x[a]);
         }
-        if (!shaft.may_meet(cell)) continue;
+        if (!shaft.may_intersect(cell)) continue;
         const TriangleNode &node = tree.nodes[now.node];
         if (node.axis() != leaf_axis) {
             const int64_t plane = plane_of(node.value, tree);
             const int axis = static_cast<int>(node.axis());
             for (const bool above : {true, false}) {
-                Waiting &next = waiting[waiting_count++];
+                Entry &next = stack[stack_size++];
                 next = {node.first() + (above ? 1 : 0), now.cell};
                 (above ? next.cell.low : next.cell.high).x[axis] = plane;
             }
@@ -239,24 +239,24 @@ bool find_blockers(const Shadows &shadows, const ShaftLattice &lattice, const Bo
         }
         for (uint32_t i = 0; i < node.value; ++i) {
             const uint32_t triangle = tree.groups[node.first() + i / group_triangles].triangle[i % group_triangles];
-            if ((triangle & lets_light_through) != 0) continue;
+            if ((triangle & transmissive_bit) != 0) continue;
             if (std::find(blocker, blocker + count, triangle) != blocker + count) continue;
             LatticePoint corner[3];
             ++counts.triangle_tests;
             lattice_triangle(*shadows.scene, triangle, lattice.exponent, corner);
-            if (!shaft.may_meet(corner)) continue;
-            if (count == most) return false;
+            if (!shaft.may_intersect(corner)) continue;
+            if (count == max_count) return false;
             blocker[count++] = triangle;
         }
     }
     return true;
 }
 
-bool is_cut_by(const Shadows &shadows, const ShaftLattice &lattice, const BoxShaft &shaft, uint32_t triangle) {
+bool is_shaft_shadowed(const Shadows &shadows, const ShaftLattice &lattice, const BoxShaft &shaft, uint32_t triangle) {
     ++shadows.statistics->shadow.proofs.triangle_tests;
     LatticePoint corner[3];
     lattice_triangle(*shadows.scene, triangle, lattice.exponent, corner);
-    return shaft.is_cut_by(corner);
+    return shaft.is_shadowed_by(corner);
 }
 
 } // namespace wisp::WISP_ARITH

@@ -1,4 +1,4 @@
-// Shadows of and on bodies.
+// Rasters of instances, and lists of the static triangles before them.
 #include "core/shadows/box_shaft.h"
 #include "core/shadows/instance_shadows.h"
 #include <algorithm>
@@ -7,16 +7,16 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr uint32_t max_lights = 32;           // with rasters
-constexpr uint32_t max_instance_lights = 1 << 16; // of whole lights
+constexpr uint32_t max_raster_lights = 32;        // lights with rasters
+constexpr uint32_t max_instance_lights = 1 << 16; // entries, of whole lights
 constexpr uint32_t finest_side = 32, sides = 6;
-constexpr uint32_t max_steps = 24; // of a body's rectangles for one light, on average; 6 is enough for a side of 1
+constexpr uint32_t max_steps = 24; // of an instance in a light's rasters, on average; 6 suffice for sides of one step
 constexpr uint8_t rays_before_shaft = 16;
-constexpr Real beside = Real(1.0 / 32), rim = Real(1.0 / 16); // as the header has them
-constexpr Real narrowest = Real(1.0 / 256);                   // raster
+constexpr Real box_margin = Real(1.0 / 32), step_margin = Real(1.0 / 16); // as derived in the header
+constexpr Real min_width = Real(1.0 / 256);                               // of a raster
 
 uint32_t raster_lights_of(const Scene &scene) {
-    return scene.instance_count ? std::min(scene.light_count, max_lights) : 0;
+    return scene.instance_count ? std::min(scene.light_count, max_raster_lights) : 0;
 }
 uint32_t instance_lights_of(const Scene &scene) {
     return scene.instance_count ? std::min(scene.light_count, max_instance_lights / scene.instance_count) : 0;
@@ -44,10 +44,10 @@ struct Rectangle {
 
 Real quotient(Real x, Real a) { return x >= a ? Real(1) : x <= -a ? Real(-1) : x / a; } // clamped; a >= 0
 
-// The rectangle of a box on a side of the light's cube; false: it is not there.
+// The rectangle of a box on a side of the light's cube; false: the box is not seen there.
 bool rectangle_on_side(const Light &light, uint32_t side, const Box &box, Rectangle &rectangle) {
     const Axes axes = axes_from(side / 2);
-    Vec3 low = box.low - light.position - Vec3(beside), high = box.high - light.position + Vec3(beside);
+    Vec3 low = box.low - light.position - Vec3(box_margin), high = box.high - light.position + Vec3(box_margin);
     if (side % 2 == 1) std::swap(low, high), low = -low, high = -high;
     const int across[2] = {axes.b, axes.c};
     Real near = low[axes.a];
@@ -63,14 +63,14 @@ bool rectangle_on_side(const Light &light, uint32_t side, const Box &box, Rectan
     return true;
 }
 
-// In the plane across a parallel light.
+// The coordinates of p in the plane across a parallel light's largest coordinate.
 void place_in_plane(const Vec3 &direction, const Axes &axes, const Vec3 &p, Real (&place)[2]) {
     place[0] = p[axes.b] - p[axes.a] * (direction[axes.b] / direction[axes.a]);
     place[1] = p[axes.c] - p[axes.a] * (direction[axes.c] / direction[axes.a]);
 }
 Rectangle rectangle_in_plane(const Light &light, const Box &box) {
     const Axes axes = axes_from(largest_axis(light.direction));
-    const Vec3 low = box.low - Vec3(beside), high = box.high + Vec3(beside);
+    const Vec3 low = box.low - Vec3(box_margin), high = box.high + Vec3(box_margin);
     Rectangle all = {};
     for (int i = 0; i < 8; ++i) {
         const Vec3 corner(i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z);
@@ -89,7 +89,7 @@ bool rectangle_of(const Light &light, uint32_t side, const Box &box, Rectangle &
     return side == 0;
 }
 
-// Steps first to last, both included, of the raster's two coordinates.
+// A range of steps, first to last, of the raster's two coordinates.
 struct Steps {
     int32_t first[2], last[2];
 
@@ -101,13 +101,13 @@ Steps steps_of(const LightRaster &raster, const Rectangle &rectangle) {
     for (int i = 0; i < 2; ++i) {
         const Real from = (rectangle.low[i] - raster.low[i]) * raster.steps[i],
                    to = (rectangle.high[i] - raster.low[i]) * raster.steps[i];
-        steps.first[i] = min(max(floor_to_int(from - rim), 0), end);
-        steps.last[i] = min(max(floor_to_int(to + rim), 0), end);
+        steps.first[i] = min(max(floor_to_int(from - step_margin), 0), end);
+        steps.last[i] = min(max(floor_to_int(to + step_margin), 0), end);
     }
     return steps;
 }
 
-// visit(group, rectangle) for the bodies that are seen on the side.
+// Calls visit(group, rectangle) for the instances that are seen on the side.
 template <class Visit>
 void for_each_rectangle(const Surfaces &surfaces, const Light &light, uint32_t side, Visit &&visit) {
     Rectangle rectangle;
@@ -116,7 +116,7 @@ void for_each_rectangle(const Surfaces &surfaces, const Light &light, uint32_t s
             visit(g, rectangle);
 }
 
-// The light's rasters, as fine as `room` for their bodies allows. Returns how much of it they use.
+// The light's rasters, as fine as `room` for their instances allows. Returns how much of it they use.
 uint32_t make_rasters(const Surfaces &surfaces, const Light &light, LightRaster *rasters, uint32_t *groups,
                       uint32_t begin, uint32_t room) {
     Rectangle all[sides] = {};
@@ -136,7 +136,7 @@ uint32_t make_rasters(const Surfaces &surfaces, const Light &light, LightRaster 
             raster.side = finest;
             for (int i = 0; i < 2; ++i) {
                 raster.low[i] = all[s].low[i];
-                raster.steps[i] = Real(static_cast<int32_t>(finest)) / max(all[s].high[i] - all[s].low[i], narrowest);
+                raster.steps[i] = Real(static_cast<int32_t>(finest)) / max(all[s].high[i] - all[s].low[i], min_width);
             }
             for_each_rectangle(surfaces, light, s,
                                [&](uint32_t, const Rectangle &r) { used += steps_of(raster, r).count(); });
@@ -164,35 +164,35 @@ uint32_t make_rasters(const Surfaces &surfaces, const Light &light, LightRaster 
     return end - begin;
 }
 
-// The raster and the step of a query; nullptr: there is no body.
+// The start of a query's step in its raster; nullptr: no instance is seen there.
 const uint32_t *find_step(const InstanceShadows &instances, const Light &light, const ShadowQuery &query) {
-    const Vec3 &way = query.ray.direction; // the light sees the point along -way
+    const Vec3 &d = query.ray.direction; // the light sees the point along -d
     const bool parallel = light.kind == LightKind::parallel;
-    const Axes axes = axes_from(largest_axis(parallel ? light.direction : way));
-    const uint32_t side = parallel ? 0 : 2 * static_cast<uint32_t>(axes.a) + (way[axes.a] > Real(0) ? 1 : 0);
+    const Axes axes = axes_from(largest_axis(parallel ? light.direction : d));
+    const uint32_t side = parallel ? 0 : 2 * static_cast<uint32_t>(axes.a) + (d[axes.a] > Real(0) ? 1 : 0);
     const LightRaster &raster = instances.rasters[query.light * sides + side];
     if (raster.side == 0) return nullptr;
-    Real place[2] = {way[axes.b] / way[axes.a], way[axes.c] / way[axes.a]};
+    Real place[2] = {d[axes.b] / d[axes.a], d[axes.c] / d[axes.a]};
     if (parallel) place_in_plane(light.direction, axes, query.ray.origin, place);
     int32_t step[2];
     const int32_t end = static_cast<int32_t>(raster.side);
     for (int i = 0; i < 2; ++i) {
         const Real at = (place[i] - raster.low[i]) * raster.steps[i];
-        if (at < -rim || at > Real(end) + rim) return nullptr;
+        if (at < -step_margin || at > Real(end) + step_margin) return nullptr;
         step[i] = min(max(floor_to_int(at), 0), end - 1);
     }
     return raster.starts + static_cast<uint32_t>(step[1] * end + step[0]);
 }
 
-// The triangles between a body and a light, if they are few.
-void look_for_blockers(InstanceLight &instance, const Shadows &shadows, const ShadowQuery &query) {
+// Lists the static triangles between the query's instance and light, if they are few.
+void list_blockers(InstanceLight &instance, const Shadows &shadows, const ShadowQuery &query) {
     const Surfaces &surfaces = *shadows.surfaces;
     const Light &light = shadows.lights[query.light];
     const Box &box = surfaces.boxes[query.instance];
     Real farthest = Real(0);
     for (int a = 0; a < 3; ++a) farthest = max(farthest, max(abs(box.low[a]), abs(box.high[a])));
     const ShaftLattice lattice = make_shaft_lattice(
-        surfaces, std::max(light_exponent(surfaces.still, light), exponent_for(surfaces.still, farthest)));
+        surfaces, std::max(light_exponent(surfaces.static_tree, light), exponent_for(surfaces.static_tree, farthest)));
     LatticeBounds bounds = {lattice_point(box.low, lattice.exponent), lattice_point(box.high, lattice.exponent)};
     for (int64_t &x : bounds.high.x) ++x;
     uint32_t count;
@@ -230,7 +230,7 @@ InstanceShadows make_instance_shadows(const Shadows &shadows, Arena &arena) {
         used += make_rasters(*shadows.surfaces, shadows.lights[l], instances.rasters + size_t{l} * sides, instances.groups,
                              used, room);
     for (size_t i = 0; i < entries; ++i) {
-        instances.lights[i].blocker_count = InstanceLight::not_known;
+        instances.lights[i].blocker_count = InstanceLight::not_listed;
         instances.lights[i].rays = 0;
     }
     return instances;
@@ -240,7 +240,7 @@ InstanceLight *find_instance_light(InstanceShadows &instances, const Shadows &sh
     const uint32_t instance_count = shadows.surfaces->instance_count;
     if (query.light >= instances.light_count || query.instance >= instance_count) return nullptr;
     InstanceLight &instance = instances.lights[size_t{query.light} * instance_count + query.instance];
-    if (instance.rays < rays_before_shaft && ++instance.rays == rays_before_shaft) look_for_blockers(instance, shadows, query);
+    if (instance.rays < rays_before_shaft && ++instance.rays == rays_before_shaft) list_blockers(instance, shadows, query);
     return &instance;
 }
 
@@ -253,18 +253,18 @@ bool is_blocked_by_listed(const InstanceLight &instance, const Shadows &shadows,
     return false;
 }
 
-bool is_blocked_by_moving(const InstanceShadows &instances, const Shadows &shadows, const ShadowQuery &query, bool &asked) {
+bool is_blocked_by_moving(const InstanceShadows &instances, const Shadows &shadows, const ShadowQuery &query, bool &tested) {
     const Surfaces &surfaces = *shadows.surfaces;
     TreeCounts &counts = shadows.statistics->shadow.traced;
-    asked = surfaces.deforming_count > 0;
+    tested = surfaces.deforming_count > 0;
     if (query.light >= instances.raster_lights) {
-        asked = asked || surfaces.group_count > 0;
+        tested = tested || surfaces.group_count > 0;
         return is_blocked_by_moving(shadows, query);
     }
     if (is_blocked_by_deforming(surfaces, query.ray, surfaces.ray_epsilon, query.end, query.triangle, counts)) return true;
     const uint32_t *step = find_step(instances, shadows.lights[query.light], query);
     if (!step) return false;
-    asked = asked || step[0] < step[1];
+    tested = tested || step[0] < step[1];
     for (uint32_t i = step[0]; i < step[1]; ++i) {
         const InstanceNode &group = surfaces.groups[instances.groups[i]];
         Real begin = Real(0), end = query.end;

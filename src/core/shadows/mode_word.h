@@ -1,9 +1,9 @@
-// What a triangle knows of its shadows, in 32 bits (C1): its occlusion mode, and a shadow mode for each of 15 lights.
+// The mode word of a triangle, 32 bits (C1): its occlusion mode, and its shadow mode for each of 15 lights.
 //
 //   31 30 29                   4 3   2 1         0
 //  | l14 | l13 | ... | l2 | l1 |  l0  | occlusion |
 //
-// The shadow mode of light i is in bits 2 i + 3 and 2 i + 2. Further lights have none.
+// The shadow mode of light i has bits 2 i + 3 and 2 i + 2. Lights beyond the fifteenth have none.
 #pragma once
 #include <cstdint>
 
@@ -11,11 +11,11 @@ namespace wisp {
 
 enum class OcclusionMode : uint32_t { init, partially_occluded, fully_rendered, dynamic };
 
-// Two bits: some ray was stopped; some ray got through.
+// Two bits: some ray was blocked (full); some ray reached the light (none); both (partial).
 enum class ShadowMode : uint32_t { init, full, none, partial };
 static_assert(static_cast<uint32_t>(ShadowMode::partial) ==
                   (static_cast<uint32_t>(ShadowMode::full) | static_cast<uint32_t>(ShadowMode::none)),
-              "what was seen of a light is or-ed together (C4)");
+              "answers of rays are or-ed together (C4)");
 
 class ModeWord {
   public:

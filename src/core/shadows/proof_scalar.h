@@ -1,8 +1,8 @@
-// What proofs of shadows reckon with, wider than Real: double for float and double; in Fixed integers, lengths in units
-// of 2^-18.
+// The scalar in which shadows are proved, wider than Real: double for float and double; for Fixed 64-bit integers, with
+// lengths in units of 2^-18.
 //
-// Directions need no digits: whatever vector they are, sides told by them are told. Integer ones are shortened to 25
-// bits, so that their products with positions of 35 bits add up in 64.
+// Directions of axes need no accuracy: whichever vector an axis is, what lies on two sides of a plane across it is
+// separated. Integer axes are shortened to 25 bits, so that their dot products with positions of 35 bits fit 64.
 #pragma once
 #include "core/geometry/triangle.h"
 
@@ -39,27 +39,27 @@ template <class T> T along(const Triple<T> &axis, const Triple<T> &v) {
 inline double length_bound(const Triple<double> &v) { return (largest_of(v) + sum_of(v)) * 0.5; }
 inline int64_t length_bound(const Triple<int64_t> &v) { return ((largest_of(v) + sum_of(v)) >> 1) + 1; }
 
-// x part / 256; x small / large.
-inline double share(double x, int part) { return x * part * 0x1p-8; }
-inline int64_t share(int64_t x, int part) { return (x * part) >> 8; }
+// x k / 256; x small / large.
+inline double scaled_256(double x, int k) { return x * k * 0x1p-8; }
+inline int64_t scaled_256(int64_t x, int k) { return (x * k) >> 8; }
 inline double ratio(double x, double small, double large) { return x * (small / large); }
 inline int64_t ratio(int64_t x, int64_t small, int64_t large) { return x * small / large; }
 
-// The skin at least, at most: that of a direction's length, and of the skin itself.
-inline double at_least(double ray_epsilon) { return ray_epsilon - ray_epsilon * 0x1p-10; }
-inline int64_t at_least(int64_t ray_epsilon) { return min(max(int64_t{0}, ray_epsilon - (ray_epsilon >> 10) - 2), int64_t{1} << 28); }
-inline double at_most(double ray_epsilon) { return ray_epsilon + ray_epsilon * 0x1p-10; }
-inline int64_t at_most(int64_t ray_epsilon) { return ray_epsilon + (ray_epsilon >> 10) + 2; }
+// Bounds of t d' at t = ray_epsilon: a direction's length is rounded, and so is ray_epsilon.
+inline double lower_bound(double ray_epsilon) { return ray_epsilon - ray_epsilon * 0x1p-10; }
+inline int64_t lower_bound(int64_t ray_epsilon) { return min(max(int64_t{0}, ray_epsilon - (ray_epsilon >> 10) - 2), int64_t{1} << 28); }
+inline double upper_bound(double ray_epsilon) { return ray_epsilon + ray_epsilon * 0x1p-10; }
+inline int64_t upper_bound(int64_t ray_epsilon) { return ray_epsilon + (ray_epsilon >> 10) + 2; }
 
-// What is far enough along a unit vector's component where nothing is farther than `largest` from 0, and that within
-// 2^14 in Fixed.
+// A component of a vector that leads beyond everything, along a unit vector with this component. Nothing is farther than
+// `largest` from 0, in Fixed not farther than 2^14.
 inline double far_along(float component, double largest) { return 4 * largest * component; }
 inline double far_along(double component, double largest) { return 4 * largest * component; }
 inline int64_t far_along(Fixed component, int64_t) { return component.raw() * 4; }
 constexpr bool in_range(double) { return true; }
 constexpr bool in_range(int64_t largest) { return largest <= int64_t{1} << (14 + length_bits); }
 
-// A plane of a TriangleTree.
+// The position of a node's plane; TriangleNode has the encoding.
 inline double plane_at(uint32_t value, int, double) { return from_bits<float>(value); }
 inline int64_t plane_at(uint32_t value, int step_exponent, int64_t) {
     const int64_t steps = static_cast<int32_t>(value);
@@ -95,7 +95,7 @@ inline Triple<int64_t> shifted(const WideProduct &w, int shift) {
     return result;
 }
 
-// A vector along a x b, or nearly; along v.
+// A vector along a x b, or nearly; a vector along v.
 inline Triple<double> across(const Triple<double> &a, const Triple<double> &b) { return glm::cross(a, b); }
 inline Triple<int64_t> across(const Triple<int64_t> &a, const Triple<int64_t> &b) {
     const WideProduct w = wide_product(a, b);
@@ -107,9 +107,9 @@ inline Triple<int64_t> axis_along(const Triple<int64_t> &v) {
     return Triple<int64_t>(v.x >> shift, v.y >> shift, v.z >> shift);
 }
 
-// The sign of w . (a x b), or 0 where it might be another with each coordinate of the three `margin` off. The terms of
-// an error of one are at most margin |a x b|_1 and so on; of two, where |error x b| <= 2 margin |b| in each coordinate,
-// 6 margin^2 |b|; of three, 6 margin^3.
+// The sign of w . (a x b), or 0 where it may differ if each coordinate of the three vectors is `margin` off. Errors of
+// one vector change the volume by at most margin |a x b|_1 and so on; of two by 6 margin^2 |b|, because |error x b| <= 2
+// margin |b| in each coordinate; of three by 6 margin^3.
 inline int sure_side(const Triple<double> &a, const Triple<double> &b, const Triple<double> &w, double margin) {
     const Triple<double> ab = glm::cross(a, b);
     const double first = sum_of(ab) + sum_of(glm::cross(w, a)) + sum_of(glm::cross(w, b));
@@ -121,7 +121,7 @@ inline int sure_side(const Triple<double> &a, const Triple<double> &b, const Tri
 inline int sure_side(const Triple<int64_t> &a, const Triple<int64_t> &b, const Triple<int64_t> &w, int64_t margin) {
     const WideProduct ab = wide_product(a, b), wa = wide_product(w, a), wb = wide_product(w, b);
     const int shift = max(0, ab.digits - axis_bits);
-    if (max(wa.digits, wb.digits) - shift > 54) return 0; // no room; seen from there, a and b are nearly one
+    if (max(wa.digits, wb.digits) - shift > 54) return 0; // no room: seen from the origin, a and b are nearly one
     const Triple<int64_t> axis = shifted(ab, shift);
     const int64_t first = sum_of(axis) + sum_of(shifted(wa, shift)) + sum_of(shifted(wb, shift)) + 9;
     const int64_t second = (6 * margin * (largest_of(a) + largest_of(b) + largest_of(w) + margin)) >> shift;

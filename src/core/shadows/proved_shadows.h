@@ -1,5 +1,6 @@
-// Shadows without rays, where that is proved (C8): of cells of still triangles (shadow_cells.h), for as long as the
-// light stays, and of bodies (body_shadows.h), for one frame. Whatever is known, shadows are those of tracing.
+// `exact`: shadows without rays where a proof says so (C8). Proofs about cells of static triangles (visibility_cells.h)
+// hold as long as the light stays. Proofs about instances (instance_shadows.h) hold for one frame. The answers are
+// those of `trace`, whatever has been proved.
 #pragma once
 #include "core/shadows/instance_shadows.h"
 #include "core/shadows/visibility_cells.h"
@@ -10,10 +11,5 @@ struct ProvedShadows {
     ShadowCells cells;
     InstanceShadows instances;
 };
-
-uint64_t proved_shadow_bytes(const Scene &scene);
-ProvedShadows *make_proved_shadows(const Scene &scene, Arena &arena);          // nullptr: the arena was too small
-bool begin_frame(ProvedShadows &exact, const Shadows &shadows, Arena &arena); // false: the arena was too small
-bool is_shadowed(ProvedShadows &exact, Shadows &shadows, const ShadowQuery &query);
 
 } // namespace wisp::WISP_ARITH

@@ -1,84 +1,57 @@
-// Hard shadows of surfaces (C): whether anything opaque stands between a point of a surface and a light. However they
-// are found, what is seen is the same but for the paper's own method.
+// Hard shadows of surfaces: whether an opaque triangle stands between a point and a light. A frame calls the technique
+// that the settings name through these functions. All techniques but `paper` give the answers of `trace`.
 #pragma once
-#include "core/lights/light.h"
-#include "core/surfaces/surfaces.h"
-#include "wisp/settings.h"
+#include "core/shadows/shadow_query.h"
 
 namespace wisp::WISP_ARITH {
 
-// A point of a triangle asks for a light.
-struct ShadowQuery {
-    Ray ray;           // from the point towards the light
-    Real end;          // its distance, less the skin: what is farther stands behind the light
-    uint32_t light;    // of the scene
-    uint32_t triangle; // that holds the point: it does not stand in its own light
-    bool still;        // that triangle never moves
-    Real u, v;         // where the point is in it: the weights of corners 1 and 2
-    uint32_t instance;     // that it belongs to, or none of the scene's
-};
+const ShadowTechnique *find_technique(ShadowMethod method);
 
-struct Shadows {
-    const Scene *scene;
-    const Surfaces *surfaces;
-    const Light *lights;
-    Statistics *statistics;
-    ShadowMethod method = ShadowMethod::trace; // of which ...
-    void *memory = nullptr;                    // ... this is what it keeps from frame to frame, if anything
-};
-
-// That of the settings; without lights there is nothing to keep.
-inline ShadowMethod shadow_method(const Scene &scene, const Settings &settings) {
-    return scene.light_count == 0 ? ShadowMethod::trace : settings.shadows;
+// The technique of the settings. Without lights it is `trace`, which keeps nothing.
+inline const ShadowTechnique *shadow_technique(const Scene &scene, const Settings &settings) {
+    return scene.light_count == 0 ? &trace_technique : find_technique(settings.shadows);
 }
 
-// What a method keeps from frame to frame, as long as the scene has the same still triangles and number of lights;
-// false: the arena was too small. And the bytes of that and of a frame, at most.
-bool make_shadow_memory(const Scene &scene, const Settings &settings, Arena &arena, void *&memory);
-uint64_t shadow_bytes(const Scene &scene, const Settings &settings);
+// What the technique keeps from frame to frame (nullptr: nothing), and the bytes of that and of a frame, at most.
+// False: the arena was too small.
+inline bool make_shadow_memory(const Scene &scene, const Settings &settings, Arena &arena, void *&memory) {
+    const ShadowTechnique &technique = *shadow_technique(scene, settings);
+    memory = technique.make ? technique.make(scene, arena) : nullptr;
+    return memory || !technique.make;
+}
+inline uint64_t shadow_bytes(const Scene &scene, const Settings &settings) {
+    const ShadowTechnique &technique = *shadow_technique(scene, settings);
+    return technique.bytes ? technique.bytes(scene, settings) : 0;
+}
 
-// Before the first ray of a frame, false: the arena was too small; and behind the last one.
-bool begin_frame(Shadows &shadows, const Settings &settings, Arena &arena);
-void end_frame(Shadows &shadows);
-// In between: a sample of a pixel begins, pixel after pixel; its camera ray has met something, or nothing.
-void begin_sample(Shadows &shadows, int32_t x, int32_t y, uint32_t sample);
-void see(Shadows &shadows, const Ray &ray, const Hit &hit);
+// The events of a frame, as ShadowTechnique has them.
+inline bool begin_frame(Shadows &shadows, const Settings &settings, Arena &arena) {
+    return !shadows.technique->begin_frame || shadows.technique->begin_frame(shadows, settings, arena);
+}
+inline void end_frame(Shadows &shadows) {
+    if (shadows.technique->end_frame) shadows.technique->end_frame(shadows);
+}
+inline void begin_sample(Shadows &shadows, int32_t x, int32_t y, uint32_t sample) {
+    if (shadows.technique->begin_sample) shadows.technique->begin_sample(shadows, x, y, sample);
+}
+inline void record_primary_hit(Shadows &shadows, const Ray &ray, const Hit &hit) {
+    if (shadows.technique->record_primary_hit) shadows.technique->record_primary_hit(shadows, ray, hit);
+}
 
-bool is_shadowed(Shadows &shadows, const ShadowQuery &query);
-// Of a point of space that the light reaches so; nothing where `shadows` is nullptr.
+inline bool is_shadowed(Shadows &shadows, const ShadowQuery &query) {
+    ++shadows.statistics->rays.shadow;
+    return shadows.technique->is_shadowed(shadows, query);
+}
+// The same of a point of space that the light reaches as `from` says; false without surfaces (nullptr).
 inline bool is_shadowed(Shadows *shadows, uint32_t light, const Vec3 &x, const Illumination &from) {
-    return shadows && is_shadowed(*shadows, {{x, -from.direction},
-                                             from.distance - shadows->surfaces->ray_epsilon,
-                                             light,
-                                             no_triangle,
-                                             false,
-                                             Real(0),
-                                             Real(0),
-                                             shadows->surfaces->instance_count});
-}
-// The same where it is known that nothing still is in the way, without a test.
-bool is_shadowed_by_moving_alone(Shadows &shadows, const ShadowQuery &query);
-
-// By a ray, counted as traced: as those of surfaces.h.
-inline bool is_blocked(const Shadows &shadows, const ShadowQuery &query) {
-    const Surfaces &surfaces = *shadows.surfaces;
-    return is_blocked(surfaces, query.ray, surfaces.ray_epsilon, query.end, query.triangle, shadows.statistics->shadow.traced);
-}
-inline bool is_blocked_by_static(const Shadows &shadows, const ShadowQuery &query, uint32_t &occluder) {
-    const Surfaces &surfaces = *shadows.surfaces;
-    return is_blocked_by_static(surfaces, query.ray, surfaces.ray_epsilon, query.end, query.triangle, occluder,
-                               shadows.statistics->shadow.traced);
-}
-inline bool is_blocked_by_moving(const Shadows &shadows, const ShadowQuery &query) {
-    const Surfaces &surfaces = *shadows.surfaces;
-    return is_blocked_by_moving(surfaces, query.ray, surfaces.ray_epsilon, query.end, query.triangle,
-                                shadows.statistics->shadow.traced);
+    return shadows && is_shadowed(*shadows, make_shadow_query(*shadows->surfaces, x, light, from));
 }
 
-// Whether shadows of the one light are those of the other.
-inline bool same_shadows(const Light &a, const Light &b) {
-    return a.kind == b.kind && a.position == b.position && a.direction == b.direction &&
-           a.one_minus_cosine == b.one_minus_cosine;
+// The shadows of the same frame for points of space.
+inline Shadows shadows_in_space(const Shadows &shadows) {
+    Shadows result = shadows;
+    if (result.technique->triangles_only) result.technique = &trace_technique;
+    return result;
 }
 
 } // namespace wisp::WISP_ARITH

@@ -1,4 +1,4 @@
-// Shafts of shadow rays against triangles.
+// Shafts of cells against triangles, by separating planes.
 #include "core/shadows/triangle_shaft.h"
 
 namespace wisp::WISP_ARITH {
@@ -7,19 +7,19 @@ namespace {
 
 using namespace detail;
 
-// Margins of the floating arithmetics, e being half a last place of 1; and of Fixed.
+// Margins as derived in the header: in float and double, e being half a last place of 1; in Fixed.
 constexpr double e = sizeof(Real) == 4 ? 0x1p-24 : 0x1p-53;
-inline double margin_of(double edge, double corner, double way, double largest) {
-    return max(e * (5 * edge + 3 * corner), e * 8 * way) + 0x1p-48 * largest;
+inline double margin_of(double edge, double corner, double to_light, double largest) {
+    return max(e * (5 * edge + 3 * corner), e * 8 * to_light) + 0x1p-48 * largest;
 }
 inline int64_t margin_of(int64_t, int64_t, int64_t, int64_t) { return 10; }
 inline double hit_margin(double reach) { return 15 * e * reach; }
-inline int64_t hit_margin(int64_t) { return 0; } // margin_of has it
+inline int64_t hit_margin(int64_t) { return 0; } // margin_of includes it
 
 Position position_of(const Vec3 &v) { return Position(to_proof_scalar(v.x), to_proof_scalar(v.y), to_proof_scalar(v.z)); }
 
-Position share(const Position &v, int part) {
-    return Position(detail::share(v.x, part), detail::share(v.y, part), detail::share(v.z, part));
+Position scaled_256(const Position &v, int k) {
+    return Position(detail::scaled_256(v.x, k), detail::scaled_256(v.y, k), detail::scaled_256(v.z, k));
 }
 
 struct Range {
@@ -48,12 +48,13 @@ Range range_of(const Position (&triangle)[3], const Position &axis) {
     return range;
 }
 
-// Whether two convex bodies, widened by the margin, are on two sides of a plane across the axis.
+// Whether a plane across the axis separates two convex sets that are widened by the margin.
 bool are_apart(const Range &a, const Range &b, const Position &axis, ProofScalar margin) {
     return max(a.low - b.high, b.low - a.high) > margin * sum_of(axis);
 }
 
-// Of all axes that may tell convex bodies apart, those of their faces and edges, the likely ones first.
+// Whether the triangle blocks no ray of the shaft: some plane separates them. It tries the axes of the separating axis
+// theorem, those of faces and of pairs of edges, likely ones first.
 bool misses(const TriangleShaft &shaft, const Position (&triangle)[3]) {
     ProofScalar largest = ProofScalar(0);
     for (const Position &p : triangle) largest = max(largest, largest_of(p));
@@ -65,14 +66,14 @@ bool misses(const TriangleShaft &shaft, const Position (&triangle)[3]) {
     for (const TriangleShaft::Face &face : shaft.faces)
         if (range_of(triangle, face.outward).low - face.support > margin * sum_of(face.outward)) return true;
     const Position edges[3] = {triangle[1] - triangle[0], triangle[2] - triangle[1], triangle[0] - triangle[2]};
-    const auto tells = [&](const Position &axis) {
+    const auto separates = [&](const Position &axis) {
         return are_apart(range_of(shaft, axis), range_of(triangle, axis), axis, margin);
     };
-    if (tells(across(edges[0], edges[1]))) return true;
+    if (separates(across(edges[0], edges[1]))) return true;
     for (const Position &edge : edges)
         for (int i = 0; i < 3; ++i) {
-            if (tells(across(edge, shaft.begin[i == 2 ? 0 : i + 1] - shaft.begin[i]))) return true;
-            if ((i == 0 || !shaft.parallel) && tells(across(edge, shaft.light[i] - shaft.begin[i]))) return true;
+            if (separates(across(edge, shaft.begin[i == 2 ? 0 : i + 1] - shaft.begin[i]))) return true;
+            if ((i == 0 || !shaft.parallel) && separates(across(edge, shaft.light[i] - shaft.begin[i]))) return true;
         }
     return false;
 }
@@ -83,15 +84,15 @@ TriangleShaft make_triangle_shaft(const TriangleTree &tree, const Vec3 (&receive
                               const Light &light, Real ray_epsilon) {
     TriangleShaft shaft = {};
     const Position a = position_of(receiver[0]), b = position_of(receiver[1]) - a, c = position_of(receiver[2]) - a;
-    shaft.origin = a + share(b, cell.u) + share(c, cell.v);
-    shaft.corner[1] = share(b, cell.size);
-    shaft.corner[2] = share(c, cell.size);
+    shaft.origin = a + scaled_256(b, cell.u) + scaled_256(c, cell.v);
+    shaft.corner[1] = scaled_256(b, cell.size);
+    shaft.corner[2] = scaled_256(c, cell.size);
     shaft.parallel = light.kind == LightKind::parallel;
-    ProofScalar largest = to_proof_scalar(tree.largest) + ProofScalar(1), way = ProofScalar(0);
+    ProofScalar largest = to_proof_scalar(tree.largest) + ProofScalar(1), to_light = ProofScalar(0);
     if (shaft.parallel) {
-        const Vec3 to_light = -light.direction;
-        const Position step(far_along(to_light.x, largest), far_along(to_light.y, largest),
-                            far_along(to_light.z, largest));
+        const Vec3 towards = -light.direction;
+        const Position step(far_along(towards.x, largest), far_along(towards.y, largest),
+                            far_along(towards.z, largest));
         for (int i = 0; i < 3; ++i) shaft.light[i] = shaft.corner[i] + step;
     } else {
         const Position at = position_of(light.position);
@@ -103,14 +104,14 @@ TriangleShaft make_triangle_shaft(const TriangleTree &tree, const Vec3 (&receive
     ProofScalar longest = ProofScalar(0);
     for (int i = 0; i < 3; ++i) {
         longest = max(longest, length_bound(shaft.light[i] - shaft.corner[i]));
-        if (!shaft.parallel) way = max(way, largest_of(shaft.light[i] - shaft.corner[i]));
+        if (!shaft.parallel) to_light = max(to_light, largest_of(shaft.light[i] - shaft.corner[i]));
         shaft.width = max(shaft.width, largest_of(shaft.corner[i]));
     }
-    const ProofScalar begin = min(at_least(to_proof_scalar(ray_epsilon)), longest);
+    const ProofScalar begin = min(lower_bound(to_proof_scalar(ray_epsilon)), longest);
     ProofScalar corner = ProofScalar(0);
     for (const Vec3 &v : receiver) corner = max(corner, largest_of(position_of(v)));
-    shaft.margin = margin_of(max(largest_of(b), largest_of(c)), corner, way, 8 * largest);
-    shaft.begin_most = at_most(to_proof_scalar(ray_epsilon));
+    shaft.margin = margin_of(max(largest_of(b), largest_of(c)), corner, to_light, 8 * largest);
+    shaft.begin_max = upper_bound(to_proof_scalar(ray_epsilon));
     for (int i = 0; i < 3; ++i) {
         const Position all = shaft.light[i] - shaft.corner[i];
         shaft.begin[i] = shaft.corner[i];
@@ -140,13 +141,13 @@ TriangleShaft make_triangle_shaft(const TriangleTree &tree, const Vec3 (&receive
     return shaft;
 }
 
-bool is_shaft_free(const TriangleTree &tree, const TriangleShaft &shaft, uint32_t skip, TreeCounts &counts) {
+bool is_shaft_lit(const TriangleTree &tree, const TriangleShaft &shaft, uint32_t ignore_triangle, TreeCounts &counts) {
     if (!shaft.provable) return false;
     if (tree.triangle_count == 0) return true;
-    struct Part { // of a node's cell, in the shaft's box
+    struct Part { // what is left of a node's cell in the shaft's box
         uint32_t node;
         Position low, high;
-    } waiting[max_tree_depth + 1];
+    } stack[max_tree_depth + 1];
     const Position low = position_of(tree.bounds.low) - shaft.origin,
                    high = position_of(tree.bounds.high) - shaft.origin;
     Part first = {0, shaft.low, shaft.high};
@@ -155,10 +156,10 @@ bool is_shaft_free(const TriangleTree &tree, const TriangleShaft &shaft, uint32_
         first.high[i] = min(first.high[i], high[i]);
         if (first.low[i] > first.high[i]) return true;
     }
-    waiting[0] = first;
+    stack[0] = first;
     uint32_t last = no_triangle;
     for (uint32_t count = 1; count > 0;) {
-        const Part part = waiting[--count];
+        const Part part = stack[--count];
         ++counts.node_visits;
         bool outside = false;
         for (const TriangleShaft::Face &face : shaft.faces) {
@@ -173,12 +174,12 @@ bool is_shaft_free(const TriangleTree &tree, const TriangleShaft &shaft, uint32_
             const int axis = static_cast<int>(node.axis());
             const ProofScalar plane = plane_at(node.value, tree.step_exponent, ProofScalar()) - shaft.origin[axis];
             if (part.high[axis] >= plane) {
-                Part &above = waiting[count++] = part;
+                Part &above = stack[count++] = part;
                 above.node = node.first() + 1;
                 above.low[axis] = max(part.low[axis], plane);
             }
             if (part.low[axis] <= plane) {
-                Part &below = waiting[count++] = part;
+                Part &below = stack[count++] = part;
                 below.node = node.first();
                 below.high[axis] = min(part.high[axis], plane);
             }
@@ -187,8 +188,8 @@ bool is_shaft_free(const TriangleTree &tree, const TriangleShaft &shaft, uint32_
         for (uint32_t i = 0; i < node.value; ++i) {
             const TriangleGroup &group = tree.groups[node.first() + i / group_triangles];
             const uint32_t lane = i % group_triangles, triangle = group.triangle[lane];
-            if (triangle == last || triangle == skip || (triangle & lets_light_through) != 0) continue;
-            last = triangle; // again in the next leaf, as often as not
+            if (triangle == last || triangle == ignore_triangle || (triangle & transmissive_bit) != 0) continue;
+            last = triangle; // often it is in the next leaf, too
             ++counts.triangle_tests;
             Position corners[3];
             for (int c = 0; c < 3; ++c)
@@ -201,14 +202,16 @@ bool is_shaft_free(const TriangleTree &tree, const TriangleShaft &shaft, uint32_
     return true;
 }
 
-// All lines from the cell to the light pass the three edges on one side, which is linear in where they begin, and its
-// error convex: so it is enough that those of the corners do. Sheared corners are off by less than the margin, and each
-// line by as much at either end; a line on one side of all edges of what `meet` sees is what it calls a hit. The
-// distance of that is between the skin and the end, as the triangle is so far from the cell, and from the light, in
-// some direction: x' + t d' is within the margin of it, x' of the cell, and what has been gone at the whole distance of
-// the light. So t d' is at least a gap less two margins, which are below 4 in the terms of length_bound, along that
-// direction; d' is no longer than at_most has it.
-bool is_shaft_blocked(const TriangleShaft &shaft, const Vec3 (&occluder)[3]) {
+// Sides: a ray hits the triangle if its line passes the three edges on one side. The side is linear in where the line
+// begins, and the side's error is convex, so the lines of the cell's corners decide for all. Sheared corners are off by
+// less than the margin, and each line by as much at either end. A line on one side of all edges of what intersect() sees
+// is what intersect() calls a hit.
+//
+// Distances: the hit is between ray_epsilon and the end because the triangle is so far from the cell, and from the light,
+// along some axis. x' + t d' is within the margin of the triangle, x' within that of the cell, and the point at the whole
+// distance of the light within that of the light. So t d' is at least a gap less two margins along that axis, which are
+// below 4 in the terms of length_bound. d' is not longer than upper_bound allows.
+bool is_shaft_shadowed(const TriangleShaft &shaft, const Vec3 (&occluder)[3]) {
     if (!shaft.provable) return false;
     Position triangle[3];
     ProofScalar largest = ProofScalar(0);
@@ -221,20 +224,20 @@ bool is_shaft_blocked(const TriangleShaft &shaft, const Vec3 (&occluder)[3]) {
     for (int i = 0; i < 3; ++i)
         for (int k = 0; k < 3; ++k) {
             const Position &from = shaft.corner[k];
-            const int now =
+            const int side_here =
                 sure_side(triangle[i] - from, triangle[i == 2 ? 0 : i + 1] - from, shaft.light[k] - from, margin);
-            if (now == 0 || now == -side) return false;
-            side = now;
+            if (side_here == 0 || side_here == -side) return false;
+            side = side_here;
         }
-    const auto between = [&](Position axis) {
+    const auto is_between = [&](Position axis) {
         if (along(axis, shaft.light[0] - shaft.corner[0]) < ProofScalar(0)) axis = -axis;
-        const Range there = range_of(triangle, axis), cell = range_of(shaft.corner, axis),
+        const Range blocker = range_of(triangle, axis), cell = range_of(shaft.corner, axis),
                     lights = range_of(shaft.light, axis);
-        const ProofScalar gap = (shaft.begin_most + 4 * margin) * length_bound(axis);
-        return there.low - cell.high > gap && lights.low - there.high > gap;
+        const ProofScalar gap = (shaft.begin_max + 4 * margin) * length_bound(axis);
+        return blocker.low - cell.high > gap && lights.low - blocker.high > gap;
     };
-    return between(across(triangle[1] - triangle[0], triangle[2] - triangle[0])) ||
-           between(across(shaft.corner[1], shaft.corner[2])) || between(axis_along(shaft.light[0]));
+    return is_between(across(triangle[1] - triangle[0], triangle[2] - triangle[0])) ||
+           is_between(across(shaft.corner[1], shaft.corner[2])) || is_between(axis_along(shaft.light[0]));
 }
 
 } // namespace wisp::WISP_ARITH

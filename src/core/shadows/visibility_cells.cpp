@@ -1,4 +1,4 @@
-// Cells of triangles: their place, and their memory.
+// Cells of triangles: how they are found, and how their memory is taken and returned.
 #include "core/shadows/visibility_cells.h"
 
 namespace wisp::WISP_ARITH {
@@ -9,12 +9,12 @@ constexpr uint64_t max_blocks = uint64_t{1} << 19;
 
 uint32_t roots_for(const Scene &scene) { return scene.static_count / 4 + 1; }
 
-// Some tens for each triangle and light, and some for large ones.
+// Some tens of blocks for each triangle and light, and some for large triangles.
 uint64_t blocks_for(const Scene &scene) {
     return min(max_blocks, (uint64_t{1} << 13) + 32 * uint64_t{scene.light_count} * scene.static_count);
 }
 
-// 0: there is none left.
+// 0: no block is left.
 uint32_t take_block(ShadowCells &cells, uint32_t occluder) {
     uint32_t block = cells.spare;
     if (block != 0)
@@ -27,19 +27,19 @@ uint32_t take_block(ShadowCells &cells, uint32_t occluder) {
     return block;
 }
 
-void give_back(ShadowCells &cells, uint32_t block) {
+void return_block(ShadowCells &cells, uint32_t block) {
     for (const ShadowCell &cell : cells.blocks[block])
-        if (cell.children() != 0) give_back(cells, cell.children());
+        if (cell.children() != 0) return_block(cells, cell.children());
     cells.blocks[block][0].set_children(cells.spare);
     cells.spare = block;
 }
 
-bool same_place(const Light &a, const Light &b) { // a cone says only who asks
+bool same_place(const Light &a, const Light &b) { // a cone decides only whether there is a query
     if (a.kind != b.kind) return false;
     return a.kind == LightKind::parallel ? a.direction == b.direction : a.position == b.position;
 }
 
-// In units of 2^-62 of what it was, rounded down.
+// A weight in units of 2^-62, rounded down.
 inline int64_t weight_of(double x) { return static_cast<int64_t>(x * 0x1p62); }
 inline int64_t weight_of(float x) { return weight_of(static_cast<double>(x)); }
 inline int64_t weight_of(Fixed x) { return x.raw() * (int64_t{1} << 30); }
@@ -63,7 +63,7 @@ ShadowCells make_shadow_cells(const Scene &scene, Arena &arena) {
     if (!cells.ready) return cells;
     for (size_t i = 0; i < roots; ++i) cells.roots[i] = 0;
     cells.light_count = scene.light_count;
-    cells.used = 1; // 0: no block
+    cells.used = 1; // block 0 means none
     return cells;
 }
 
@@ -73,7 +73,7 @@ void update_shadow_cells(ShadowCells &cells, const Light *lights, uint32_t light
         cells.lights[i] = lights[i];
         uint32_t *roots = cells.roots + size_t{i} * cells.roots_per_light;
         for (uint32_t r = 0; r < cells.roots_per_light; ++r) {
-            if (roots[r] != 0) give_back(cells, roots[r]);
+            if (roots[r] != 0) return_block(cells, roots[r]);
             roots[r] = 0;
         }
     }
@@ -87,26 +87,26 @@ ShadowCell *find_shadow_cell(ShadowCells &cells, uint32_t light, uint32_t triang
     ShadowCell *cell = &cells.blocks[root][triangle % 4];
     place = {0, 0, finest_cell};
     constexpr int64_t one = int64_t{1} << 62;
-    int64_t x = min(weight_of(u), one - 1), y = min(weight_of(v), one - 1); // in the cell
+    int64_t x = min(weight_of(u), one - 1), y = min(weight_of(v), one - 1); // in the cell, its size being `one`, 2 half, ...
     for (int64_t half = one / 2; cell->children() != 0; half /= 2) {
-        const int part = place.size / 2;
+        const int half_size = place.size / 2;
         uint32_t child = 0;
         if (x >= half) {
             child = 1;
             x -= half;
-            place.u += part;
+            place.u += half_size;
         } else if (y >= half) {
             child = 2;
             y -= half;
-            place.v += part;
+            place.v += half_size;
         } else if (x + y >= half) {
             child = 3;
             x = half - x;
             y = half - y;
-            place.u += part;
-            place.v += part;
+            place.u += half_size;
+            place.v += half_size;
         }
-        place.size = child == 3 ? -part : part;
+        place.size = child == 3 ? -half_size : half_size;
         cell = &cells.blocks[cell->children()][child];
     }
     return cell;

@@ -6,10 +6,10 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr uint32_t deepest = 40; // groups are halved: far more than 2^32 bodies need
+constexpr uint32_t max_depth = 40; // of the top-level tree: groups are halved, so 2^32 instances need less
 
-// By how much boxes of bodies are wider than what they hold: coordinates are below 2^13 and every step towards them, or
-// along a ray, rounds them by less than 2^-22 of that.
+// Boxes of instances are wider than what they hold by this. Coordinates are below 2^13, and each operation towards them,
+// or along a ray, rounds them by less than 2^-22 of that.
 constexpr Real margin = Real(0x1p-4);
 
 Box box_of(const Triangle *triangles, uint32_t count) {
@@ -37,9 +37,9 @@ Box world_box(const PlacedInstance &instance) {
     return {middle - reach, middle + reach};
 }
 
-Real middle_of(const Box &box, int axis) { return box.low[axis] + box.high[axis]; } // twice it
+Real middle_of(const Box &box, int axis) { return box.low[axis] + box.high[axis]; } // doubled
 
-// The groups of bodies order[0 .. count - 1], at groups[first] and behind it; returns how many there are.
+// Makes the nodes of instances order[0 .. count - 1], at groups[first] and after it; returns their number.
 uint32_t make_groups(const Surfaces &surfaces, const Box *boxes, uint32_t *order, uint32_t count, uint32_t first) {
     InstanceNode &group = surfaces.groups[first];
     group = {boxes[order[0]], 0, order[0]};
@@ -62,14 +62,15 @@ uint32_t make_groups(const Surfaces &surfaces, const Box *boxes, uint32_t *order
     return 1 + made + make_groups(surfaces, boxes, order + count / 2, count - count / 2, group.second);
 }
 
-// visit(body) for each body whose box the ray passes before end(), the nearer half of each group first.
+// Calls visit(instance) for each instance whose box the ray enters before end(), the nearer half of each group first,
+// until visit returns false.
 template <class End, class Visit>
 void for_each_instance(const Surfaces &surfaces, const Ray &ray, uint64_t &visits, End &&end, Visit &&visit) {
     if (surfaces.group_count == 0) return;
     struct Entry {
         uint32_t group;
         Real begin;
-    } stack[deepest];
+    } stack[max_depth];
     const auto entry = [&](uint32_t group, Entry &found) {
         Real from = Real(0), to = infinite_distance;
         ++visits;
@@ -124,9 +125,9 @@ Surfaces make_surfaces(const Scene &scene, Arena &arena) {
     surfaces.deforming_first = scene.static_count + scene.instance_triangle_count;
     surfaces.deforming_count = scene.deforming_count;
     surfaces.ray_epsilon = to_real<Real>(scene.ray_epsilon);
-    surfaces.still = make_triangle_tree(scene.triangles, scene.static_count, scene.materials, arena);
+    surfaces.static_tree = make_triangle_tree(scene.triangles, scene.static_count, scene.materials, arena);
     surfaces.instances = arena.make<PlacedInstance>(scene.instance_count);
-    surfaces.ready = surfaces.still.ready && surfaces.instances;
+    surfaces.ready = surfaces.static_tree.ready && surfaces.instances;
     for (uint32_t i = 0; surfaces.ready && i < scene.instance_count; ++i) {
         const Instance &source = scene.instances[i];
         PlacedInstance &instance = surfaces.instances[i];
@@ -141,13 +142,13 @@ Surfaces make_surfaces(const Scene &scene, Arena &arena) {
 }
 
 void place_surfaces(const Scene &scene, Arena &arena, Surfaces &surfaces) {
-    surfaces.morphs =
+    surfaces.deforming_tree =
         make_triangle_tree(scene.triangles + surfaces.deforming_first, scene.deforming_count, scene.materials, arena);
     surfaces.groups = arena.make<InstanceNode>(2 * size_t{scene.instance_count});
     surfaces.group_count = 0;
     surfaces.boxes = arena.make<Box>(scene.instance_count);
     uint32_t *order = arena.make<uint32_t>(scene.instance_count), visible = 0;
-    surfaces.ready = surfaces.morphs.ready && surfaces.groups && surfaces.boxes && order;
+    surfaces.ready = surfaces.deforming_tree.ready && surfaces.groups && surfaces.boxes && order;
     if (!surfaces.ready) return;
     for (uint32_t i = 0; i < scene.instance_count; ++i) {
         const Instance &source = scene.instances[i];
@@ -166,27 +167,27 @@ void place_surfaces(const Scene &scene, Arena &arena, Surfaces &surfaces) {
 
 namespace {
 
-// By a tree's search(tree, ray, begin, end, skip, hit, counts).
+// The nearest hit of all trees, each found by search(tree, ray, begin, end, ignore_triangle, hit, counts).
 template <class Search>
-Hit find_nearest(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts,
+Hit find_nearest(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle, TreeCounts &counts,
                  Search &&search) {
     Hit hit = {false, end, Real(0), Real(0), no_triangle, surfaces.instance_count};
-    const auto look = [&](const TriangleTree &tree, const TriangleRay &local, uint32_t first, uint32_t count,
+    const auto search_tree = [&](const TriangleTree &tree, const TriangleRay &local, uint32_t first, uint32_t count,
                           uint32_t instance) {
         SurfaceHit found;
-        // A little beyond the hit so far, for one at the same distance.
+        // A little beyond the nearest hit so far, to find another at the same distance.
         const Real reach = min(end, hit.distance + (hit.distance * Real(0x1p-20) + Real(0x1p-32)));
-        if (!search(tree, local, begin, reach, within(skip, first, count), found, counts)) return;
+        if (!search(tree, local, begin, reach, within(ignore_triangle, first, count), found, counts)) return;
         if (found.distance < hit.distance || (found.distance == hit.distance && first + found.triangle < hit.triangle))
             hit = {true, found.distance, found.u, found.v, first + found.triangle, instance};
     };
     const TriangleRay world(ray.origin, ray.direction);
-    look(surfaces.still, world, 0, surfaces.static_count, surfaces.instance_count);
-    look(surfaces.morphs, world, surfaces.deforming_first, surfaces.deforming_count, surfaces.instance_count);
+    search_tree(surfaces.static_tree, world, 0, surfaces.static_count, surfaces.instance_count);
+    search_tree(surfaces.deforming_tree, world, surfaces.deforming_first, surfaces.deforming_count, surfaces.instance_count);
     for_each_instance(
         surfaces, ray, counts.node_visits, [&hit] { return hit.distance; },
         [&](const PlacedInstance &instance) {
-            look(instance.tree, ray_in(instance, ray), instance.first, instance.count, static_cast<uint32_t>(&instance - surfaces.instances));
+            search_tree(instance.tree, ray_in(instance, ray), instance.first, instance.count, static_cast<uint32_t>(&instance - surfaces.instances));
             return true;
         });
     return hit;
@@ -194,8 +195,8 @@ Hit find_nearest(const Surfaces &surfaces, const Ray &ray, Real begin, Real end,
 
 } // namespace
 
-Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts) {
-    return find_nearest(surfaces, ray, begin, end, skip, counts, [](auto &&...all) { return nearest_hit(all...); });
+Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle, TreeCounts &counts) {
+    return find_nearest(surfaces, ray, begin, end, ignore_triangle, counts, [](auto &&...all) { return nearest_hit(all...); });
 }
 
 Hit nearest_opaque_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, TreeCounts &counts) {
@@ -203,43 +204,43 @@ Hit nearest_opaque_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Rea
                         [](auto &&...all) { return nearest_opaque_hit(all...); });
 }
 
-bool is_blocked_by_static(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
+bool is_blocked_by_static(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,
                          uint32_t &occluder, TreeCounts &counts) {
-    return any_hit(surfaces.still, TriangleRay(ray.origin, ray.direction), begin, end,
-                   within(skip, 0, surfaces.static_count), occluder, counts);
+    return any_hit(surfaces.static_tree, TriangleRay(ray.origin, ray.direction), begin, end,
+                   within(ignore_triangle, 0, surfaces.static_count), occluder, counts);
 }
 
-bool is_blocked_by_deforming(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
+bool is_blocked_by_deforming(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,
                           TreeCounts &counts) {
     uint32_t occluder;
     return surfaces.deforming_count > 0 &&
-           any_hit(surfaces.morphs, TriangleRay(ray.origin, ray.direction), begin, end,
-                   within(skip, surfaces.deforming_first, surfaces.deforming_count), occluder, counts);
+           any_hit(surfaces.deforming_tree, TriangleRay(ray.origin, ray.direction), begin, end,
+                   within(ignore_triangle, surfaces.deforming_first, surfaces.deforming_count), occluder, counts);
 }
 
-bool is_blocked_by_instance(const PlacedInstance &instance, const Ray &ray, Real begin, Real end, uint32_t skip,
+bool is_blocked_by_instance(const PlacedInstance &instance, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,
                         TreeCounts &counts) {
     uint32_t occluder;
-    return any_hit(instance.tree, ray_in(instance, ray), begin, end, within(skip, instance.first, instance.count), occluder, counts);
+    return any_hit(instance.tree, ray_in(instance, ray), begin, end, within(ignore_triangle, instance.first, instance.count), occluder, counts);
 }
 
-bool is_blocked_by_moving(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
+bool is_blocked_by_moving(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,
                           TreeCounts &counts) {
-    bool blocked = is_blocked_by_deforming(surfaces, ray, begin, end, skip, counts);
+    bool blocked = is_blocked_by_deforming(surfaces, ray, begin, end, ignore_triangle, counts);
     if (blocked) return true;
     for_each_instance(
         surfaces, ray, counts.node_visits, [end] { return end; },
         [&](const PlacedInstance &instance) {
-            blocked = is_blocked_by_instance(instance, ray, begin, end, skip, counts);
+            blocked = is_blocked_by_instance(instance, ray, begin, end, ignore_triangle, counts);
             return !blocked;
         });
     return blocked;
 }
 
-bool is_blocked(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts) {
+bool is_blocked(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle, TreeCounts &counts) {
     uint32_t occluder;
-    return is_blocked_by_static(surfaces, ray, begin, end, skip, occluder, counts) ||
-           is_blocked_by_moving(surfaces, ray, begin, end, skip, counts);
+    return is_blocked_by_static(surfaces, ray, begin, end, ignore_triangle, occluder, counts) ||
+           is_blocked_by_moving(surfaces, ray, begin, end, ignore_triangle, counts);
 }
 
 } // namespace wisp::WISP_ARITH

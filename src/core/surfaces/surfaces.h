@@ -1,6 +1,7 @@
-// All surfaces of a scene: triangles that never move in one kd-tree, those of each body in another in its own space,
-// those that change their form in a third, built anew for each frame. Still and moving ones are kept strictly apart, so
-// that what is known of still ones holds in every frame.
+// All surfaces of a scene. Triangles that never move (static) have one tree in the world's space. The triangles of each
+// instance, which move as one, have a tree in the instance's own space. Triangles that change their form (deforming) have
+// a third kind of tree, built anew in each frame. Static and moving triangles are strictly separated, so that what is
+// known of static ones holds in every frame.
 #pragma once
 #include "core/geometry/ray.h"
 #include "core/surfaces/triangle_kdtree.h"
@@ -8,54 +9,55 @@
 
 namespace wisp::WISP_ARITH {
 
-// A body in this frame. Rays are taken into its space, their distances stay those of the world.
+// An instance in this frame. Rays are transformed into its space; their distances stay those of the world.
 struct PlacedInstance {
     TriangleTree tree;
     Box bounds; // in its own space
     uint32_t first, count;
-    Vec3 axis[3], origin, inverse[3];
+    Vec3 axis[3], origin, inverse[3]; // columns of its matrix, where its space begins, columns of the inverse matrix
 };
 
-// The visible bodies, halved by the middles of their boxes down to one. Children lie behind their parents: the first
-// next to it, the second at `second`; 0: this is the body `body`.
+// A node of the top-level tree: visible instances, halved by the middles of their boxes down to one. The first child
+// follows its parent, the second is at `second`. In a leaf, of instance `instance`, `second` is 0.
 struct InstanceNode {
-    Box box; // of the world, and a margin for what is rounded
+    Box box; // in the world, with a margin for roundings
     uint32_t second, instance;
 };
 
 struct Surfaces {
-    TriangleTree still, morphs;
+    TriangleTree static_tree, deforming_tree;
     PlacedInstance *instances;
     uint32_t instance_count;
-    Box *boxes; // of the visible bodies in the world, as those of the groups
-    InstanceNode *groups;
+    Box *boxes;           // by instance: of visible ones, as InstanceNode::box
+    InstanceNode *groups; // the top-level tree, root first
     uint32_t group_count;
     uint32_t static_count, deforming_first, deforming_count; // triangles of the scene
     Real ray_epsilon;
     bool ready; // false: the arena was too small
 };
 
-// Bytes of what make_surfaces and place_surfaces need, at most.
+// Upper bounds of the bytes that make_surfaces and place_surfaces take.
 uint64_t surface_bytes(const Scene &scene);
 uint64_t placement_bytes(const Scene &scene);
 
-// The trees of what never changes its form: as long as the scene's triangles are the same, these are.
+// The trees of static triangles and of instances. They are valid as long as the scene has the same triangles.
 Surfaces make_surfaces(const Scene &scene, Arena &arena);
 
-// Moves the bodies to where they are in this frame, and builds the tree of what has changed its form.
+// Moves the instances to where they are in this frame, and builds the tree of deforming triangles.
 void place_surfaces(const Scene &scene, Arena &arena, Surfaces &surfaces);
 
-// The nearest triangle at a distance in (begin, end), of several the first of the scene; `skip` is passed by.
+// The nearest triangle at a distance in (begin, end); at one distance, the first of the scene. `ignore_triangle` is
+// never hit.
 struct Hit {
     bool found;
     Real distance, u, v; // of corners 1 and 2
     uint32_t triangle;   // of the scene
-    uint32_t instance;       // or instance_count: none
+    uint32_t instance;   // or Surfaces::instance_count: none
 };
-Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts);
+Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle, TreeCounts &counts);
 Hit nearest_opaque_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, TreeCounts &counts);
 
-// The distance above `begin` at which an opaque triangle stops the ray; infinite_distance where none does, or where
+// The distance beyond `begin` at which an opaque triangle blocks the ray; infinite_distance where none does, or where
 // `surfaces` is nullptr. These rays are not counted.
 inline Real distance_to_surface(const Surfaces *surfaces, const Ray &ray, Real begin) {
     if (!surfaces) return infinite_distance;
@@ -63,19 +65,19 @@ inline Real distance_to_surface(const Surfaces *surfaces, const Ray &ray, Real b
     return nearest_opaque_hit(*surfaces, ray, begin, infinite_distance, unused).distance;
 }
 
-// Whether an opaque triangle is at a distance in (begin, end): one that never moves, and then which; one that changes
-// its form; one of a body; one of those two; any.
-bool is_blocked_by_static(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
+// Whether an opaque triangle is at a distance in (begin, end): a static one, and which; a deforming one; one of an
+// instance; a moving one, that is, one of those two; any.
+bool is_blocked_by_static(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,
                          uint32_t &occluder, TreeCounts &counts);
-bool is_blocked_by_deforming(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
+bool is_blocked_by_deforming(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,
                           TreeCounts &counts);
-bool is_blocked_by_instance(const PlacedInstance &instance, const Ray &ray, Real begin, Real end, uint32_t skip,
+bool is_blocked_by_instance(const PlacedInstance &instance, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,
                         TreeCounts &counts);
-bool is_blocked_by_moving(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip,
+bool is_blocked_by_moving(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,
                           TreeCounts &counts);
-bool is_blocked(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t skip, TreeCounts &counts);
+bool is_blocked(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle, TreeCounts &counts);
 
-// Whether one triangle that never moves, and has an area, is at a distance in (begin, end): as its tree finds it.
+// Whether this static triangle, which has an area, is at a distance in (begin, end): as its tree finds it.
 inline bool intersects(const Scene &scene, uint32_t triangle, const TriangleRay &ray, Real begin, Real end) {
     const Double3 *corner = scene.triangles[triangle].corner;
     TriangleHit hit;

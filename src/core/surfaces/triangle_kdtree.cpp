@@ -11,13 +11,13 @@ namespace {
 // ---- building: integers in steps of a lattice ----
 
 constexpr int lattice_bits = 23;  // coordinates are below 2^23 steps
-constexpr int fine_bits = 7;      // corners are cut off at cells in units of 2^-7 steps, of which ...
-constexpr int64_t fine_slack = 8; // ... a corner's rounding, one, and six cuts, one each, take up less
+constexpr int fine_bits = 7;      // triangles are clipped to cells in units of 2^-7 steps
+constexpr int64_t fine_slack = 8; // of those units, more than a corner's rounding (one) and six cuts (one each)
 
-// Costs of the heuristic: of going through a node, and of testing a group of triangles.
+// Costs of the heuristic: to traverse a node, to test a group of triangles.
 constexpr uint64_t node_cost = 1, group_cost = 2;
-constexpr uint32_t few = 64;   // triangles whose bounds are tried one and all
-constexpr uint32_t bins = 256; // where there are more, only the bounds about the best border of bins are
+constexpr uint32_t few = 64;   // of so few triangles, planes at all bounds are tried
+constexpr uint32_t bins = 256; // of more, planes at the bounds around the best border of so many bins
 
 constexpr uint32_t leaf_axis = 3;
 
@@ -25,22 +25,22 @@ struct LatticeBox {
     int32_t low[3], high[3];
 };
 
-// A triangle in a node: the part of it in the node's cell lies in the box.
+// A triangle in a node. The box holds the part of the triangle that lies in the node's cell.
 struct Item {
     uint32_t triangle;
     LatticeBox box;
 };
 
-// Every list has its room, and what would not fit is not split.
-struct Rooms {
+// The capacities of the lists. A node that would not fit is not split.
+struct Capacities {
     uint64_t groups, nodes, items;
 };
-constexpr Rooms rooms_for(uint64_t count) { return {count + 8, 4 * count + 8, 3 * count + 8}; }
+constexpr Capacities capacities_for(uint64_t count) { return {count + 8, 4 * count + 8, 3 * count + 8}; }
 
 constexpr uint32_t groups_for(uint32_t triangles) { return (triangles + group_triangles - 1) / group_triangles; }
 
-// Of a plane across an axis: those of the triangles that reach below it, above it, and lie in it, and where the last
-// go.
+// A plane across an axis that splits a node: how many triangles go to the child below and above; triangles that lie in the
+// plane go below if flat_below, otherwise above.
 struct Split {
     uint64_t cost = UINT64_MAX;
     uint32_t axis = 0;
@@ -49,7 +49,7 @@ struct Split {
     uint32_t below = 0, above = 0;
 };
 
-// Costs of planes across an axis of a cell. Areas are in units that leave room for the count.
+// SAH costs of planes across an axis of a cell. Areas are shifted so that area times count fits 64 bits.
 class CutCosts {
   public:
     CutCosts(const LatticeBox &cell, uint32_t axis) : axis_(axis), low_(cell.low[axis]), high_(cell.high[axis]) {
@@ -88,7 +88,7 @@ struct FinePoint {
     int64_t x[3];
 };
 
-// What is left of a convex polygon, `count` corners, where sign (x[axis] - at) <= 0; each cut adds a corner at most.
+// Clips a convex polygon of `count` corners to sign (x[axis] - at) <= 0; each clip adds a corner at most.
 uint32_t cut_off(const FinePoint *from, uint32_t count, uint32_t axis, int64_t at, int64_t sign, FinePoint *to) {
     uint32_t left = 0;
     for (uint32_t i = 0; i < count; ++i) {
@@ -105,7 +105,7 @@ uint32_t cut_off(const FinePoint *from, uint32_t count, uint32_t axis, int64_t a
     return left;
 }
 
-// Narrows the box to the part of the triangle that is in it; false where none is.
+// Narrows the box to the part of the triangle in it; false: no part is.
 bool narrow(const FinePoint (&corner)[3], LatticeBox &box) {
     FinePoint polygons[2][10]; // three corners and one for each of six cuts
     std::copy(corner, corner + 3, polygons[0]);
@@ -147,11 +147,11 @@ Vec3 corner_of(const Triangle &triangle, uint32_t i) { return vec_of(triangle.co
 class TriangleTreeBuilder {
   public:
     TriangleTreeBuilder(const Triangle *triangles, uint32_t count, const Material *materials, Arena &arena)
-        : triangles_(triangles), materials_(materials), rooms_(rooms_for(count)) {
+        : triangles_(triangles), materials_(materials), capacities_(capacities_for(count)) {
         const size_t start = arena.mark();
-        groups_ = arena.make<TriangleGroup>(static_cast<size_t>(rooms_.groups));
-        nodes_ = arena.make<TriangleNode>(static_cast<size_t>(rooms_.nodes));
-        items_ = arena.make<Item>(static_cast<size_t>(rooms_.items));
+        groups_ = arena.make<TriangleGroup>(static_cast<size_t>(capacities_.groups));
+        nodes_ = arena.make<TriangleNode>(static_cast<size_t>(capacities_.nodes));
+        items_ = arena.make<Item>(static_cast<size_t>(capacities_.items));
         events_ = arena.make<uint32_t>(size_t{2} * count);
         if (!groups_ || !nodes_ || !items_ || !events_) {
             arena.rewind(start);
@@ -159,7 +159,7 @@ class TriangleTreeBuilder {
         }
         find_items(count);
         grow();
-        // What was not needed is given back: nodes move down behind the last group.
+        // Memory that was not needed is returned: nodes move down to follow the last group.
         arena.rewind(start);
         tree_.groups = arena.make<TriangleGroup>(tree_.group_count);
         TriangleNode *nodes = arena.make<TriangleNode>(tree_.node_count);
@@ -174,7 +174,7 @@ class TriangleTreeBuilder {
         uint32_t node, depth;
         uint64_t first; // of its items
         uint32_t count;
-        uint64_t room; // for groups below it
+        uint64_t room; // for groups in its leaves
         LatticeBox cell;
     };
 
@@ -223,8 +223,8 @@ class TriangleTreeBuilder {
 
     // ---- the best plane ----
 
-    // The planes from `from` to `to`, at the bounds of items that lie there; `below` items begin before `from`, `above`
-    // end there or later.
+    // Tries planes at the bounds of items, from `from` to `to`. `below` items begin before `from`, `above` items end at
+    // `from` or later.
     void sweep(const Task &task, uint32_t axis, int32_t from, int32_t to, uint32_t below, uint32_t above, Split &best) {
         enum : uint32_t { end, flat, begin }; // in this order at one plane
         const Item *items = items_ + task.first;
@@ -253,7 +253,7 @@ class TriangleTreeBuilder {
         }
     }
 
-    // First which border of bins is the best, then which plane from the border before to that behind it.
+    // Finds the best border of bins, then the best plane between the borders before and after it.
     void sweep_bins(const Task &task, uint32_t axis, Split &best) {
         const int32_t low = task.cell.low[axis], high = task.cell.high[axis];
         int shift = 0;
@@ -302,7 +302,7 @@ class TriangleTreeBuilder {
                 const Triangle *triangle = empty ? nullptr : triangles_ + items_[task.first + first + lane].triangle;
                 group.triangle[lane] = empty ? no_triangle : items_[task.first + first + lane].triangle;
                 if (!empty && total_order_key(materials_[triangle->material].transmission) > 0)
-                    group.triangle[lane] |= lets_light_through;
+                    group.triangle[lane] |= transmissive_bit;
                 for (uint32_t c = 0; c < 3; ++c) {
                     const Vec3 p = empty ? Vec3(Real(0)) : corner_of(*triangle, c);
                     for (int axis = 0; axis < 3; ++axis) group.corner[c][axis][lane] = p[axis];
@@ -311,7 +311,7 @@ class TriangleTreeBuilder {
         }
     }
 
-    // Leaves the items of the upper child where the node's were, and those of the lower one behind them.
+    // Leaves the items of the upper child where those of the node were, followed by those of the lower child.
     void divide(const Split &split, const Task &task, Task &below, Task &above) {
         const uint32_t axis = split.axis;
         below = {tree_.node_count, task.depth + 1, 0, 0, 0, task.cell};
@@ -335,7 +335,7 @@ class TriangleTreeBuilder {
         }
         below.first = task.first + above.count;
         std::copy(lower, lower + below.count, items_ + below.first);
-        // Room is shared by the number of triangles.
+        // Spare room is divided in proportion to the numbers of triangles.
         const uint64_t needed_below = groups_for(below.count),
                        spare = task.room - needed_below - groups_for(above.count);
         below.room = needed_below + spare * below.count / max(uint64_t{1}, uint64_t{below.count} + above.count);
@@ -343,35 +343,35 @@ class TriangleTreeBuilder {
     }
 
     void grow() {
-        Task waiting[max_tree_depth]; // upper children, at most one of each depth
-        uint32_t waiting_count = 0;
-        nodes_[1] = {0, leaf_axis}; // of nobody: children are at even places and those behind
+        Task stack[max_tree_depth]; // upper children, at most one of each depth
+        uint32_t stack_size = 0;
+        nodes_[1] = {0, leaf_axis}; // unused: pairs of children begin at even places
         tree_.node_count = 2;
-        Task task = {0, 0, 0, tree_.triangle_count, rooms_.groups, around(tree_.bounds)};
+        Task task = {0, 0, 0, tree_.triangle_count, capacities_.groups, around(tree_.bounds)};
         for (;;) {
             Split split;
             if (task.count > 0 && task.depth < max_tree_depth) split = find_split(task);
             const bool worth = split.cost < CutCosts(task.cell, split.axis).of_leaf(task.count);
-            if (worth && tree_.node_count + 2 <= rooms_.nodes &&
-                task.first + task.count + split.below <= rooms_.items &&
+            if (worth && tree_.node_count + 2 <= capacities_.nodes &&
+                task.first + task.count + split.below <= capacities_.items &&
                 groups_for(split.below) + groups_for(split.above) <= task.room) {
                 Task below, above;
                 divide(split, task, below, above);
-                waiting[waiting_count++] = above;
+                stack[stack_size++] = above;
                 task = below;
                 continue;
             }
             make_leaf(task);
-            if (waiting_count == 0) return;
+            if (stack_size == 0) return;
             const uint64_t left = task.room - groups_for(task.count);
-            task = waiting[--waiting_count];
+            task = stack[--stack_size];
             task.room += left;
         }
     }
 
     const Triangle *triangles_;
     const Material *materials_;
-    Rooms rooms_;
+    Capacities capacities_;
     TriangleGroup *groups_;
     TriangleNode *nodes_;
     Item *items_;
@@ -382,9 +382,9 @@ class TriangleTreeBuilder {
 } // namespace
 
 uint64_t triangle_tree_bytes(uint32_t count) {
-    const Rooms rooms = rooms_for(count);
-    return Arena::bytes<TriangleGroup>(rooms.groups) + Arena::bytes<TriangleNode>(rooms.nodes) +
-           Arena::bytes<Item>(rooms.items) + Arena::bytes<uint32_t>(uint64_t{2} * count);
+    const Capacities capacities = capacities_for(count);
+    return Arena::bytes<TriangleGroup>(capacities.groups) + Arena::bytes<TriangleNode>(capacities.nodes) +
+           Arena::bytes<Item>(capacities.items) + Arena::bytes<uint32_t>(uint64_t{2} * count);
 }
 
 TriangleTree make_triangle_tree(const Triangle *triangles, uint32_t count, const Material *materials, Arena &arena) {
@@ -413,7 +413,7 @@ inline int64_t times(int64_t a, int64_t b) { // b in units of 2^-32
     return static_cast<int64_t>((static_cast<uint64_t>(detail::high_word(w)) << 32) | (detail::low_word(w) >> 32));
 }
 
-// Where the ray is at a distance, rounded to either side.
+// The ray's parameter at a distance, rounded to either side.
 template <class T> struct Span { T low, high; };
 inline Span<float> span_of(float distance, float) { return {distance, distance}; }
 inline Span<double> span_of(double distance, double) { return {distance, distance}; }
@@ -426,8 +426,8 @@ inline Span<int64_t> span_of(Fixed distance, Fixed dominant) {
     return {low, low + 1};
 }
 
-// 1 / component in terms of parameters, and the margin of crossings, as a parameter. `reach` is not less than any
-// corner's coordinate and the origin's together; `dominant` is the direction's largest component.
+// 1 / component as a parameter per length, and the margin of crossings as a parameter. `reach` is not less than the
+// magnitudes of any corner's coordinate and the origin's together; `dominant` is the direction's largest component.
 template <class T> struct Slope { T inverse, margin; };
 template <class T> Slope<T> slope_of(T component, T dominant, T reach) {
     constexpr T e = sizeof(T) == 4 ? T(0x1p-24) : T(0x1p-53);
@@ -456,14 +456,14 @@ inline Slope<int64_t> slope_of(Fixed component, Fixed dominant, Fixed reach) {
     return {component.raw() < 0 ? -inverse : inverse, times(margin, inverse) + 1};
 }
 
-// No corner's coordinate less the origin's is more.
+// An upper bound of a corner's coordinate less the origin's, in magnitude.
 Real reach_of(const TriangleTree &tree, const TriangleRay &ray) {
     return tree.largest + max(abs(ray.origin.x), max(abs(ray.origin.y), abs(ray.origin.z)));
 }
 
-// The ray as planes are tested against it.
+// The ray as it is tested against planes.
 struct PlaneRay {
-    Parameter inverse[3], to_low[3], to_high[3]; // crossings are plane * inverse - to_low, or to_high, or between
+    Parameter inverse[3], to_low[3], to_high[3]; // crossings lie from plane * inverse - to_low to plane * inverse - to_high
     uint32_t backward[3];
     int shift; // of planes in Fixed
 
@@ -482,8 +482,8 @@ struct PlaneRay {
     }
 };
 
-// What finds the triangles of a group that may be hit: all that are, and of others few. In f32 and f64 by the test's
-// own sheared corners; the sign of a difference of rounded products is that of the exact one, or it is 0.
+// A filter finds the triangles of a group that may be hit: all that are hit, and few others. In f32 and f64 it computes
+// the test's own sheared corners; the sign of a difference of rounded products is that of the exact difference, or 0.
 template <class T> struct ExactFiltering {
     using Number = T;
     using Product = T;
@@ -495,7 +495,7 @@ template <class T> struct ExactFiltering {
     static Product room(Number) { return Product(0); }
 };
 
-// Fixed by doubles in units of 2^-32. A corner less the origin is exact, of at most M = 2^47; sheared, it is less than
+// For Fixed, by doubles in units of 2^-32. A corner less the origin is exact, of at most M = 2^47; sheared, it is less than
 // 2^-51 M + 2^-14 off the test's: 2^-53 M each by the shear, its product and (two) the difference, 2^-14 by the test's
 // rounding down. `slack` is twice that. Hence cross products of corners p and q are less than half of
 // slack (|p_x| + |p_y| + |q_x| + |q_y| + slack) off, and as much again by three roundings of 2^-53 of products below
@@ -507,7 +507,7 @@ struct DoubleFiltering {
 
     explicit DoubleFiltering(Fixed) {}
     static Number number_of(int64_t shear) { return static_cast<double>(shear) * 0x1p-62; }
-    static Number difference(Fixed a, Fixed b) { // 2^52 + 2^51 + the integer, less that
+    static Number difference(Fixed a, Fixed b) { // 2^52 + 2^51 + the integer, less 2^52 + 2^51
         const uint64_t integer = static_cast<uint64_t>(a.raw()) - static_cast<uint64_t>(b.raw());
         return detail::from_bits<double>(integer + 0x4338000000000000) - 0x1.8p52;
     }
@@ -515,7 +515,7 @@ struct DoubleFiltering {
     static Product room(Number sum) { return 2 * slack * (sum + slack); }
 };
 
-// Fixed by words of 32 bits, in units such that a corner less the origin is at most 2^27. Sheared, it is less than 3.2
+// For Fixed, by words of 32 bits, in units such that a corner less the origin is at most 2^27. Sheared, it is less than 3.2
 // off the test's: 1 each by rounding down the coordinate, that along the ray and the product, 2^-3 by the shear in
 // units of 2^-30. Hence cross products of corners p and q are less than 3.2 (|p_x| + |p_y| + |q_x| + |q_y|) + 2 * 3.2^2
 // off. The room is more.
@@ -548,7 +548,7 @@ struct Filter : Filtering {
         for (int i = 0; i < 3; ++i) from[i] = ray.origin[static_cast<int>(axis[i])];
     }
 
-    // Of the first `count`.
+    // A mask of the first `count` triangles that may be hit.
     WISP_INLINE uint32_t candidates(const TriangleGroup &group, uint32_t count) const {
         Number x[3][group_triangles], y[3][group_triangles];
         for (uint32_t c = 0; c < 3; ++c) {
@@ -580,11 +580,11 @@ struct Filter : Filtering {
     }
 };
 
-// Calls visit(group, lane, hit) for hits of triangles that the ray meets, as a line, in leaves that it passes through
-// between the spans; visit narrows `end`, and returns whether the search is over.
+// Calls visit(triangle, hit) for triangles that the ray's line hits, in leaves that the ray passes between parameters
+// `begin` and `end`. visit may lower `end`, and returns whether the search is over.
 template <class Visit>
 WISP_INLINE void search(const TriangleTree &tree, const TriangleRay &ray, Parameter begin, Parameter &end,
-                         uint32_t skip, TreeCounts &counts, Visit &&visit) {
+                         uint32_t ignore_triangle, TreeCounts &counts, Visit &&visit) {
     if (tree.triangle_count == 0) return;
     const PlaneRay planes(tree, ray);
     const Filter filter(tree, ray);
@@ -596,12 +596,12 @@ WISP_INLINE void search(const TriangleTree &tree, const TriangleRay &ray, Parame
         to = min(to, max(low, high) - planes.to_high[a]);
     }
     if (to < from) return;
-    struct Waiting {
+    struct StackEntry {
         uint32_t node;
         Parameter from, to;
     };
-    Waiting waiting[max_tree_depth];
-    uint32_t waiting_count = 0;
+    StackEntry stack[max_tree_depth];
+    uint32_t stack_size = 0;
     uint64_t visits = 0, tests = 0;
     uint32_t last = no_triangle;
     const TriangleNode *node = tree.nodes;
@@ -618,7 +618,7 @@ WISP_INLINE void search(const TriangleTree &tree, const TriangleRay &ray, Parame
             } else if (near_to < from) {
                 node = tree.nodes + far;
             } else {
-                waiting[waiting_count++] = {far, max(from, far_from), to};
+                stack[stack_size++] = {far, max(from, far_from), to};
                 to = min(to, near_to);
                 node = tree.nodes + near;
             }
@@ -631,8 +631,8 @@ WISP_INLINE void search(const TriangleTree &tree, const TriangleRay &ray, Parame
             for (uint32_t mask = filter.candidates(group, tested); mask != 0 && !done; mask &= mask - 1) {
                 const uint32_t lane = static_cast<uint32_t>(__builtin_ctz(mask));
                 const uint32_t triangle = group.triangle[lane];
-                if (triangle == last || (triangle & ~lets_light_through) == skip) continue;
-                last = triangle; // again in the next leaf, as often as not
+                if (triangle == last || (triangle & ~transmissive_bit) == ignore_triangle) continue;
+                last = triangle; // often it is in the next leaf, too
                 const auto sheared = [&](uint32_t c) {
                     const auto along = [&](uint32_t i) {
                         return group.corner[c][filter.axis[i]][lane] - filter.from[i];
@@ -644,11 +644,11 @@ WISP_INLINE void search(const TriangleTree &tree, const TriangleRay &ray, Parame
             }
         }
         for (;;) {
-            if (waiting_count == 0) {
+            if (stack_size == 0) {
                 done = true;
                 break;
             }
-            const Waiting &next = waiting[--waiting_count];
+            const StackEntry &next = stack[--stack_size];
             if (next.from > end) continue;
             node = tree.nodes + next.node;
             from = next.from;
@@ -663,15 +663,15 @@ WISP_INLINE void search(const TriangleTree &tree, const TriangleRay &ray, Parame
 } // namespace
 
 template <bool opaque_only>
-WISP_INLINE bool find_nearest(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t skip,
+WISP_INLINE bool find_nearest(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t ignore_triangle,
                                SurfaceHit &hit, TreeCounts &counts) {
     const Real dominant = ray.direction[static_cast<int>(ray.z)];
     Parameter search_end = span_of(end, dominant).high;
     hit = {end, no_triangle, Real(0), Real(0)};
-    search(tree, ray, span_of(begin, dominant).low, search_end, skip, counts,
+    search(tree, ray, span_of(begin, dominant).low, search_end, ignore_triangle, counts,
            [&](uint32_t marked, const TriangleHit &found) {
-               if (opaque_only && (marked & lets_light_through) != 0) return false;
-               const uint32_t triangle = marked & ~lets_light_through;
+               if (opaque_only && (marked & transmissive_bit) != 0) return false;
+               const uint32_t triangle = marked & ~transmissive_bit;
                if (!(found.distance > begin) || !(found.distance < end)) return false;
                if (hit.distance < found.distance || (found.distance == hit.distance && hit.triangle < triangle))
                    return false;
@@ -682,25 +682,25 @@ WISP_INLINE bool find_nearest(const TriangleTree &tree, const TriangleRay &ray, 
     return hit.triangle != no_triangle;
 }
 
-WISP_MULTIVERSIONED bool nearest_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t skip,
+WISP_MULTIVERSIONED bool nearest_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t ignore_triangle,
                            SurfaceHit &hit, TreeCounts &counts) {
-    return find_nearest<false>(tree, ray, begin, end, skip, hit, counts);
+    return find_nearest<false>(tree, ray, begin, end, ignore_triangle, hit, counts);
 }
 
-WISP_MULTIVERSIONED bool nearest_opaque_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t skip,
+WISP_MULTIVERSIONED bool nearest_opaque_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t ignore_triangle,
                                   SurfaceHit &hit, TreeCounts &counts) {
-    return find_nearest<true>(tree, ray, begin, end, skip, hit, counts);
+    return find_nearest<true>(tree, ray, begin, end, ignore_triangle, hit, counts);
 }
 
-WISP_MULTIVERSIONED bool any_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t skip,
+WISP_MULTIVERSIONED bool any_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t ignore_triangle,
                        uint32_t &occluder, TreeCounts &counts) {
     const Real dominant = ray.direction[static_cast<int>(ray.z)];
     Parameter search_end = span_of(end, dominant).high;
     occluder = no_triangle;
-    search(tree, ray, span_of(begin, dominant).low, search_end, skip, counts,
+    search(tree, ray, span_of(begin, dominant).low, search_end, ignore_triangle, counts,
            [&](uint32_t triangle, const TriangleHit &found) {
                if (!(found.distance > begin) || !(found.distance < end)) return false;
-               if ((triangle & lets_light_through) != 0) return false;
+               if ((triangle & transmissive_bit) != 0) return false;
                occluder = triangle;
                return true;
            });

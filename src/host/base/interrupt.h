@@ -1,4 +1,4 @@
-// A signal that asks the process to end, heard where the work can be left.
+// Signals that end the process: they are noted, and the work stops at the next point where it can.
 #pragma once
 
 namespace wisp {

@@ -1,4 +1,4 @@
-// JSON, as it is written.
+// Writing JSON.
 #pragma once
 #include <charconv>
 #include <cmath>

@@ -43,8 +43,7 @@ double depth_of_length(const Scene &scene) {
     return deepest;
 }
 
-// What the options leave open. On the smoke of Table 2 these are the fastest steps whose pictures err by no more than
-// their photons' noise (tools/README.md).
+// On the smoke of fixtures/table2.aff these are the fastest steps whose pictures err by no more than the photons' noise.
 void choose_defaults(const Options &options, const Scene &scene, Settings &settings) {
     const bool resamples = can_resample(scene), nearest = options.estimate == Estimate::knn;
     const bool maps = !options.map_in.empty() || !options.map_out.empty() || options.batches || options.remap;
@@ -54,14 +53,14 @@ void choose_defaults(const Options &options, const Scene &scene, Settings &setti
         throw Error(exit_usage, "option 'irradiance': found a map, expected none with --estimate knn of --smoke map");
     if (settings.method == Method::volume && options.density_step == 0.0)
         throw Error(exit_usage, "option 'density-step': found 0, expected cells with --smoke volume");
-    // What is kept on particles needs their exact densities.
+    // A particle map on particles needs their exact densities.
     const bool on_particles =
         settings.method == Method::map && (nearest || options.deposit || options.direction == Direction::mean ||
                                            settings.irradiance == IrradianceMap::none);
     if (on_particles && options.density_step.value_or(0) > 0)
         throw Error(exit_usage, "option 'density-step': found resampled smoke, expected 0 with --deposit, --direction "
                                 "mean, --estimate knn or --irradiance none of --smoke map");
-    // What particles send to the eye is not what mirrors see of them.
+    // The particles' radiance is towards the eye, and mirrors see other directions of it.
     bool anisotropic = false;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) anisotropic |= scene.smokes[i].asymmetry != 0;
     if (scene.triangle_count() > 0 && anisotropic && on_particles && !nearest &&

@@ -1,4 +1,4 @@
-// How a scene is rendered where the options leave it open.
+// Settings that the options leave open.
 #pragma once
 #include "host/scene/options.h"
 #include "wisp/scene.h"
@@ -6,11 +6,11 @@
 
 namespace wisp {
 
-// Sets the method and the steps of what is kept. Throws Error(exit_usage) for options that exclude each other.
+// Sets the method and the spacings of grids and samples. Throws Error(exit_usage) for options that exclude each other.
 void choose_defaults(const Options &options, const Scene &scene, Settings &settings);
 
-// The optical depth of a smoothing length of the finest smoke, in the mean over the volume of the smoke (counted in
-// cells of a support's size); 0 without smoke.
+// The mean optical depth of one smoothing length (the smallest of all smokes) in the densest smoke; 0 without smoke. The volume of a
+// smoke of particles is that of the cells, of a support's size, that have particles.
 double depth_of_length(const Scene &scene);
 
 } // namespace wisp

@@ -1,4 +1,3 @@
-// `wisp inspect`: a scene and a pixel in, what the core tells of it out.
 #include "host/commands/arguments.h"
 #include "host/commands/commands.h"
 #include "host/commands/inspection.h"
@@ -109,7 +108,7 @@ int inspect_command(const std::vector<std::string> &arguments) {
     if (inspection.x < crop.x0 || inspection.x >= crop.x1 || inspection.y < crop.y0 || inspection.y >= crop.y1)
         throw Error(exit_usage, "option 'crop' does not have the pixel " + inspect.x + " " + inspect.y);
     if (!options.crop) settings.crop = {inspection.x, inspection.y, inspection.x + 1, inspection.y + 1};
-    // What comes behind the pixel is of no use.
+    // The pixels after this one do not change it.
     settings.crop.y1 = inspection.y + 1;
 
     const Plan plan = checked_plan(request, prepared.scene, settings);
@@ -127,12 +126,12 @@ int inspect_command(const std::vector<std::string> &arguments) {
                            static_cast<size_t>(settings.crop.y1 - settings.crop.y0) * 3);
     Statistics statistics;
     install_signal_handlers();
-    Progress watch(options, frame);
+    Progress progress(options, frame);
     const Status status =
         core(options.arithmetic)
-            .inspect(prepared.scene, settings, arena, watch.observer(), rgb.data(), statistics,
+            .inspect(prepared.scene, settings, arena, progress.observer(), rgb.data(), statistics,
                      uses_map(settings) ? &sums : nullptr, inspection.trace());
-    watch.finish();
+    progress.finish();
     if (status == Status::stopped) stop(request, frame);
     if (status != Status::done) fail(request, plan, frame, status);
     const std::string text = inspect.options.json ? inspection_json(inspection) : inspection_text(inspection);

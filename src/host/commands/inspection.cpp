@@ -12,7 +12,7 @@ PixelTrace Inspection::trace() {
 
 void Inspection::add_light(const TraceEvent::Light &light) {
     if (light.step >= 0)
-        waiting_.push_back(light);
+        pending_.push_back(light);
     else
         open_.back()->lights.push_back(light);
 }
@@ -58,9 +58,9 @@ void Inspection::record(const TraceEvent &event) {
         radiance(step.step.single, step.step.multiple, step.step.emission, step.step.radiance);
         for (Double3 *source : {&step.step.single, &step.step.multiple, &step.step.emission}) *source = *source * scale;
         std::vector<TraceEvent::Light> later;
-        for (const TraceEvent::Light &light : waiting_)
+        for (const TraceEvent::Light &light : pending_)
             (light.step == event.step.step ? step.lights : later).push_back(light);
-        waiting_ = std::move(later);
+        pending_ = std::move(later);
         open_.back()->steps.push_back(std::move(step));
         break;
     }
@@ -149,16 +149,16 @@ std::string triple(const Double3 &v) {
 }
 
 std::string shadow_text(const TraceEvent::Light &light) {
-    const std::string asked = " (" + std::to_string(light.node_visits) + " nodes, " +
+    const std::string counts = " (" + std::to_string(light.node_visits) + " nodes, " +
                               std::to_string(light.triangle_tests) + " triangles of trees, " +
                               std::to_string(light.extra_tests) + " others)";
     const std::string found = light.blocked ? "in shadow, " : "not in shadow, ";
     switch (light.decision) {
     case ShadowDecision::none: return light.blocked ? "in shadow" : "no shadow asked for";
     case ShadowDecision::culled: return found + "known without asking any triangle";
-    case ShadowDecision::culled_static: return found + "known of what is still; asked of what moves" + asked;
-    case ShadowDecision::tested: return found + "of still triangles some were tried" + asked;
-    case ShadowDecision::traced: return found + "asked by a ray" + asked;
+    case ShadowDecision::culled_static: return found + "known of what is still; asked of what moves" + counts;
+    case ShadowDecision::tested: return found + "of still triangles some were tried" + counts;
+    case ShadowDecision::traced: return found + "asked by a ray" + counts;
     }
     return "";
 }
@@ -178,15 +178,15 @@ void print_light(Text &text, int depth, const TraceEvent::Light &light) {
 void print_march(Text &text, int depth, const Inspection::Ray &ray) {
     text.line(depth, "smoke may be from %.6g to %.6g: %d steps of %.6g, %zu of them in smoke", ray.march->begin,
               ray.march->end, ray.march->steps, ray.march->step, ray.steps.size());
-    for (const Inspection::Step &of : ray.steps) {
-        const TraceEvent::Step &s = of.step;
+    for (const Inspection::Step &step : ray.steps) {
+        const TraceEvent::Step &s = step.step;
         text.line(depth + 1,
                   "step %d at %.6g, %.6g long: extinction %.6g, behind depth %.6g passes %.6g; per length single %s, "
                   "multiple %s, emission %s; arrives %s",
                   s.step, s.distance, s.length, s.extinction, s.optical_depth, s.transmittance,
                   triple(s.single).c_str(), triple(s.multiple).c_str(), triple(s.emission).c_str(),
                   triple(s.radiance).c_str());
-        for (const TraceEvent::Light &light : of.lights) print_light(text, depth + 2, light);
+        for (const TraceEvent::Light &light : step.lights) print_light(text, depth + 2, light);
     }
     text.line(depth, "smoke sends %s; its depth %.6g passes %.6g", triple(ray.march_end.radiance).c_str(),
               ray.march_end.optical_depth, ray.march_end.transmittance);
@@ -259,8 +259,8 @@ std::string light_json(const TraceEvent::Light &light) {
         .text();
 }
 
-std::string step_json(const Inspection::Step &of) {
-    const TraceEvent::Step &s = of.step;
+std::string step_json(const Inspection::Step &step) {
+    const TraceEvent::Step &s = step.step;
     return Object()
         .add("step", whole(s.step))
         .add("distance", exact(s.distance))
@@ -272,7 +272,7 @@ std::string step_json(const Inspection::Step &of) {
         .add("multiple", exact(s.multiple))
         .add("emission", exact(s.emission))
         .add("radiance", exact(s.radiance))
-        .add("lights", list(of.lights, light_json))
+        .add("lights", list(step.lights, light_json))
         .text();
 }
 

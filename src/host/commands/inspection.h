@@ -1,4 +1,4 @@
-// What `wisp inspect` has heard of a pixel, in the units of the scene's file, as text and as JSON.
+// The events of one pixel as a tree of rays, in the units of the scene's file, and the tree as text and as JSON.
 #pragma once
 #include "wisp/pixel_trace.h"
 #include <memory>
@@ -15,10 +15,10 @@ struct Inspection {
     };
     struct Ray {
         TraceEvent::Ray ray;
-        std::optional<TraceEvent::March> march; // none: it meets no smoke
+        std::optional<TraceEvent::March> march; // none: the ray enters no smoke
         std::vector<Step> steps;
         TraceEvent::MarchEnd march_end;
-        std::optional<TraceEvent::Hit> hit; // none: it sees the background
+        std::optional<TraceEvent::Hit> hit; // none: the ray leaves the scene
         std::vector<TraceEvent::Light> lights;
         TraceEvent::DirectLight direct_light;
         std::vector<std::unique_ptr<Ray>> rays;
@@ -30,12 +30,12 @@ struct Inspection {
         std::unique_ptr<Ray> ray;
         TraceEvent::SampleEnd end;
     };
-    // Of what, for the words around it.
+    // What is inspected.
     std::string scene, arithmetic;
     int64_t frame;
     int x, y, width, height;
-    std::optional<uint32_t> only; // of the samples; else all
-    // How the core's units become the file's.
+    std::optional<uint32_t> only; // this sample's rays are shown; else those of all
+    // From the core's units to the file's: see PreparedScene and Scene::radiance_exponent.
     Double3 center;
     double scale;
     int radiance_exponent;
@@ -43,15 +43,15 @@ struct Inspection {
     std::vector<Sample> samples;
     TraceEvent::Pixel pixel;
 
-    // Of the pixel x, y: its events are added to this.
+    // What to hand to inspect(): a trace of the pixel x, y whose events are recorded here.
     PixelTrace trace();
 
   private:
     void record(const TraceEvent &event);
     void add_light(const TraceEvent::Light &light);
 
-    std::vector<Ray *> open_;                  // rays in one another that have not ended
-    std::vector<TraceEvent::Light> waiting_; // lights of steps that are not told yet
+    std::vector<Ray *> open_;                  // rays that have not ended, each started by the one before it
+    std::vector<TraceEvent::Light> pending_; // lights whose step has not been recorded yet
 };
 
 std::string inspection_text(const Inspection &inspection);

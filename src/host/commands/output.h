@@ -1,4 +1,4 @@
-// Writing what was asked for of a picture: its files, their records and its digest.
+// The outputs of a picture: files, their records, and the digest.
 #pragma once
 #include "host/results/passes.h"
 #include "host/results/picture_record.h"

@@ -15,19 +15,6 @@ void print_stage(const char *name, bool needed, uint64_t bytes, const std::strin
                 why.c_str());
 }
 
-std::string how_shadows(ShadowMethod method) {
-    switch (method) {
-    case ShadowMethod::trace: return "a ray for each";
-    case ShadowMethod::cache: return "the last occluder first, then a ray";
-    case ShadowMethod::paper: return "by what rays met before, else a ray";
-    case ShadowMethod::exact: return "no ray where proved for a cell of a still triangle";
-    case ShadowMethod::voxel: return "no ray where proved for a voxel";
-    case ShadowMethod::lightbuffer: return "lists of what each light sees";
-    case ShadowMethod::lie: return "lists for the cells of an octree";
-    }
-    return "";
-}
-
 // What a scene of triangles needs.
 void print_surface_stages(const Request &request, const Scene &scene, const Plan &plan) {
     const auto number = [](uint64_t n) { return std::to_string(n); };
@@ -52,7 +39,7 @@ void print_surface_stages(const Request &request, const Scene &scene, const Plan
     print_stage("textures", scene.texture_count > 0, 0,
                 scene.texture_count ? number(scene.texture_count) + " of " + number(texels) + " texels" : "none");
     print_stage("shadows", scene.light_count > 0, plan.bytes.shadows,
-                scene.light_count ? how_shadows(request.options.shadows) + ", " + number(scene.light_count) + " lights"
+                scene.light_count ? std::string(shadow_method_descriptions[static_cast<size_t>(request.options.shadows)]) + ", " + number(scene.light_count) + " lights"
                                   : "there is no light");
     if (request.options.lights == LightChoice::cuts)
         print_stage("light cuts", scene.light_count > 1, plan.bytes.light_cuts,

@@ -1,4 +1,4 @@
-// The time that frames take, and how far they are.
+// How far a frame is, and the seconds of its stages.
 #pragma once
 #include "host/base/interrupt.h"
 #include "host/scene/options.h"
@@ -13,7 +13,7 @@ inline double now() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-// Hears the core: measures the seconds of its stages and shows how far it is.
+// An observer of the core: measures the seconds of stages and, where it is wanted, shows how much of a stage is done.
 class Progress {
   public:
     Progress(const Options &options, int64_t frame) : frame_(frame) {
@@ -23,7 +23,7 @@ class Progress {
     }
     Observer observer() {
         return {this, [](void *self, Stage stage, uint64_t done, uint64_t total) {
-                    static_cast<Progress *>(self)->hear(stage, done, total);
+                    static_cast<Progress *>(self)->update(stage, done, total);
                     return received_signal() == 0;
                 }};
     }
@@ -34,7 +34,7 @@ class Progress {
     double seconds(Stage stage) const { return seconds_[static_cast<int>(stage)]; }
 
   private:
-    void hear(Stage stage, uint64_t done, uint64_t total) {
+    void update(Stage stage, uint64_t done, uint64_t total) {
         static const char *const names[] = {"trees", "photons", "irradiance", "render"};
         const double time = now();
         if (done == 0) {

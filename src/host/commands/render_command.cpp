@@ -18,7 +18,7 @@ namespace wisp {
 
 namespace {
 
-// Whether all that is asked for of a frame can be had from files of an earlier run. Only a .pfm tells the digest.
+// Whether the files of an earlier run can be all that the options want of a frame. The digest is that of a .pfm.
 bool can_keep(const Options &options) {
     if (options.outputs.empty() || !options.error_out.empty() || !options.map_out.empty()) return false;
     bool exact = false;
@@ -29,7 +29,7 @@ bool can_keep(const Options &options) {
     return exact || (!options.digest && options.stats.empty());
 }
 
-// The sums of `--reference`, empty as yet.
+// The sums of `--reference`, all 0.
 Passes make_passes(const Request &request, const PreparedScene &prepared, const Settings &settings) {
     Passes passes;
     passes.scene = fingerprint_of_samples(prepared.scene, settings, core(request.options.arithmetic).name);
@@ -46,12 +46,12 @@ Batches batches_of(const Options &options, const Settings &settings) {
     return options.batches ? Batches{options.batches->first, options.batches->last} : all_batches(settings);
 }
 
-// Makes `map`, which holds that of the frame before, this frame's: from the file of --map-in, the same where nothing
-// has changed, or an empty one. True when it is still to be traced.
+// `map` is the particle map of the frame before, and becomes that of this frame: the file of --map-in; the same map, where nothing that
+// it depends on has changed; or an empty one, which is then to be traced: the result is true.
 bool load_or_reset_map(const Request &request, int64_t frame, const PreparedScene &prepared, const Settings &settings,
               const Plan &plan, MapFile &map) {
     const Options &options = request.options;
-    std::string scene; // hashing all particles takes a while: not for a map that nobody else will see
+    std::string scene; // hashing all particles takes time, so only for a map that is compared with another
     if (!options.map_in.empty() || !options.map_out.empty() || several_frames(request))
         scene = fingerprint_of_map(prepared.scene, settings, core(options.arithmetic).name);
     if (!options.map_in.empty()) {
@@ -69,22 +69,22 @@ bool load_or_reset_map(const Request &request, int64_t frame, const PreparedScen
     return true;
 }
 
-// What lives from frame to frame.
+// What is kept from frame to frame.
 struct Sequence {
     PreparedScene prepared;
-    std::string shapes; // fingerprint_of_shapes(), where it was asked for
+    std::string shapes; // fingerprint_of_shapes(); empty until it is needed
     std::unique_ptr<unsigned char[]> block;
     uint64_t bytes = 0; // of the block
-    FrameCache kept = {};     // in it
-    std::string smoke;  // fingerprint_of_smoke() of what is kept
+    FrameCache cache = {}; // in the block
+    std::string smoke; // fingerprint_of_smoke() of the cache
     MapFile map;        // the particle map of the frame before
     Sha256 digest;
 };
 
 std::optional<PictureRecord> find_record(const Options &options, const Settings &settings, Sequence &sequence) {
-    bool asked = false;
-    for (const std::string &output : options.outputs) asked = asked || carries_record(options, output);
-    if (!asked) return std::nullopt;
+    bool needed = false;
+    for (const std::string &output : options.outputs) needed = needed || carries_record(options, output);
+    if (!needed) return std::nullopt;
     const PreparedScene &prepared = sequence.prepared;
     if (sequence.shapes.empty()) sequence.shapes = fingerprint_of_shapes(prepared.scene);
     const std::string scene = fingerprint_of_picture(prepared.scene, sequence.shapes, settings, prepared.width,
@@ -92,11 +92,11 @@ std::optional<PictureRecord> find_record(const Options &options, const Settings 
     return PictureRecord{scene, prepared.width, prepared.height, settings.crop};
 }
 
-// True when every output of the frame is there already, as it would be made; then its digest is told.
-bool keep_frame(const Options &options, const PictureRecord &proof, int64_t frame, Sequence &sequence) {
+// True when every output of the frame is there already, as it would be made. Then its digest is printed.
+bool keep_frame(const Options &options, const PictureRecord &record, int64_t frame, Sequence &sequence) {
     Bytes pfm;
     for (const std::string &output : options.outputs) {
-        auto bytes = recorded_bytes(numbered(output, frame), record_of(options, output, proof));
+        auto bytes = recorded_bytes(numbered(output, frame), record_of(options, output, record));
         if (!bytes) return false;
         if (ends_in(output, ".pfm")) pfm = std::move(*bytes);
     }
@@ -121,8 +121,8 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     if (options.verbose)
         for (const std::string &note : prepared.notes) std::fprintf(stderr, "%s\n", note.c_str());
     const Settings settings = settings_of(options, prepared);
-    const std::optional<PictureRecord> proof = find_record(options, settings, sequence);
-    report.kept = can_keep(options) && keep_frame(options, *proof, frame, sequence);
+    const std::optional<PictureRecord> record = find_record(options, settings, sequence);
+    report.kept = can_keep(options) && keep_frame(options, *record, frame, sequence);
     if (report.kept) return report;
     const Plan plan = checked_plan(request, prepared.scene, settings);
     check_picture(request, settings, plan);
@@ -131,25 +131,25 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     if (sequence.bytes < plan.bytes.arena) {
         sequence.block = make_block(request.name, plan.bytes.arena);
         sequence.bytes = plan.bytes.arena;
-        sequence.kept = {};
+        sequence.cache = {};
     }
     report.seconds.read = now() - start;
 
     Picture picture;
     Passes passes;
     Arena arena(sequence.block.get(), plan.bytes.arena);
-    Progress watch(options, frame);
+    Progress progress(options, frame);
     Status status = Status::done;
     PhotonSums sums = {map.sums.data(), map.sums.size(), traced ? 0 : map.sums.size()};
     if (options.batches) {
         if (traced)
             status = core(options.arithmetic)
-                         .trace_map(prepared.scene, settings, batches_of(options, settings), arena, watch.observer(),
+                         .trace_map(prepared.scene, settings, batches_of(options, settings), arena, progress.observer(),
                                     sums, report.statistics);
     } else if (settings.reference) {
         passes = make_passes(request, prepared, settings);
         status = core(options.arithmetic)
-                     .render_reference(prepared.scene, settings, arena, watch.observer(), passes.pixels.data(),
+                     .render_reference(prepared.scene, settings, arena, progress.observer(), passes.pixels.data(),
                                        report.statistics);
         picture = mean_picture(passes);
     } else {
@@ -158,14 +158,14 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
         picture.rgb.resize(static_cast<size_t>(picture.width) * static_cast<size_t>(picture.height) * 3);
         if (plan.smoke && several_frames(request)) {
             const std::string smoke = fingerprint_of_smoke(prepared.scene, settings, core(options.arithmetic).name);
-            sequence.kept.same_smoke = smoke == sequence.smoke;
+            sequence.cache.same_smoke = smoke == sequence.smoke;
             sequence.smoke = smoke;
         }
         status = core(options.arithmetic)
-                     .render(prepared.scene, settings, arena, watch.observer(), picture.rgb.data(), report.statistics,
-                             mapped ? &sums : nullptr, &sequence.kept);
+                     .render(prepared.scene, settings, arena, progress.observer(), picture.rgb.data(), report.statistics,
+                             mapped ? &sums : nullptr, &sequence.cache);
     }
-    watch.finish();
+    progress.finish();
     if (status == Status::stopped) stop(request, frame);
     if (status != Status::done) fail(request, plan, frame, status);
     if (report.statistics.photons.store_full && !options.quiet)
@@ -184,13 +184,13 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     if (!options.map_out.empty()) write_output(options, numbered(options.map_out, frame), map_bytes(map));
     if (!options.batches) {
         const Bytes pfm = pfm_bytes(picture);
-        write_outputs(options, picture, pfm, settings.reference ? &passes : nullptr, frame, proof);
+        write_outputs(options, picture, pfm, settings.reference ? &passes : nullptr, frame, record);
         sequence.digest.update(pfm.data(), pfm.size());
     }
-    report.seconds.trees = watch.seconds(Stage::trees);
-    report.seconds.photons = watch.seconds(Stage::photons);
-    report.seconds.irradiance = watch.seconds(Stage::irradiance);
-    report.seconds.render = watch.seconds(Stage::render);
+    report.seconds.trees = progress.seconds(Stage::trees);
+    report.seconds.photons = progress.seconds(Stage::photons);
+    report.seconds.irradiance = progress.seconds(Stage::irradiance);
+    report.seconds.render = progress.seconds(Stage::render);
     report.seconds.total = now() - start;
     return report;
 }

@@ -12,7 +12,7 @@ namespace wisp {
 
 namespace {
 
-// The frames to render: of an animated scene those that it has, unless others are asked for.
+// The frames to render: those of --frames, else all of the animation, else frame 0.
 Options::Frames frames_of(const Request &request) {
     const Options &options = request.options;
     if (!request.file.animation) {
@@ -110,13 +110,13 @@ void check_picture(const Request &request, const Settings &settings, const Plan 
     const uint64_t picture = picture_bytes(request.options, settings);
     const uint64_t machine =
         static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
-    const bool asked = request.options.memory && plan.bytes.arena + picture > *request.options.memory;
-    if (!asked && picture <= machine) return;
-    const std::string most =
-        asked ? std::to_string(*request.options.memory) + " of --memory" : std::to_string(machine) + " of this machine";
+    const bool beyond_option = request.options.memory && plan.bytes.arena + picture > *request.options.memory;
+    if (!beyond_option && picture <= machine) return;
+    const std::string limit =
+        beyond_option ? std::to_string(*request.options.memory) + " of --memory" : std::to_string(machine) + " of this machine";
     throw Error(exit_memory, request.name + ": the picture needs " + std::to_string(picture) +
                                  " bytes beside the plan's " + std::to_string(plan.bytes.arena) +
-                                 ", expected at most the " + most + "; a smaller --size or --crop needs less");
+                                 ", expected at most the " + limit + "; a smaller --size or --crop needs less");
 }
 
 MapFile saved_map(const Request &request, int64_t frame, const std::string &scene, const Plan &plan) {

@@ -1,4 +1,4 @@
-// What a command line asks of a scene: its file, the options, and what the core is to do for them.
+// A command line that renders a scene: the scene's file, the options, and the settings of the core that follow from both.
 #pragma once
 #include "host/commands/arguments.h"
 #include "host/commands/core.h"
@@ -30,23 +30,23 @@ Settings settings_of(const Options &options, const PreparedScene &prepared);
 
 inline bool uses_map(const Settings &settings) { return !settings.reference && settings.method == Method::map; }
 
-// The core's plan, if it can be followed; throws Error for one that cannot, or that is beyond --memory.
+// The core's plan. Throws Error for a plan that cannot be followed, or that needs more than --memory.
 Plan checked_plan(const Request &request, const Scene &scene, const Settings &settings);
 
-// The picture is kept twice, as numbers and as the bytes of its file, those of --reference with their sums.
+// Bytes of the picture, which is held twice, as numbers and as its file, and of the sums of --reference.
 uint64_t picture_bytes(const Options &options, const Settings &settings);
-// Throws Error for a picture that is beyond --memory with the plan, or by itself beyond the machine's memory, all of which
-// is written; what the system promises and cannot give ends a process without a word.
+// Throws Error for a picture that needs more than --memory together with the plan, or more than the machine's memory alone. All of a
+// picture is written, and a system that has promised more memory than it has ends the process without an error.
 void check_picture(const Request &request, const Settings &settings, const Plan &plan);
 
 // The particle map of --map-in; `scene`: fingerprint_of_map(). Throws InputError.
 MapFile saved_map(const Request &request, int64_t frame, const std::string &scene, const Plan &plan);
 
-// Why the core did not finish, as an Error.
+// Throws the Error of a core that did not finish.
 [[noreturn]] void fail(const Request &request, const Plan &plan, int64_t frame, Status status);
-[[noreturn]] void stop(const Request &request, int64_t frame); // by a signal
+[[noreturn]] void stop(const Request &request, int64_t frame); // after a signal
 
-// The arena's block is not touched until the core does, so what a plan reserves and a scene does not use costs nothing.
+// The arena's memory, not initialised: pages that the core never writes cost nothing.
 std::unique_ptr<unsigned char[]> make_block(const std::string &name, uint64_t bytes);
 
 } // namespace wisp

@@ -1,4 +1,4 @@
-// Which particles are noise (S7): those without which no ray that a picture asks shows anything else.
+// --thin: which particles can be removed because their opacity is negligible on every ray (S7, prepare/README).
 #pragma once
 #include "wisp/scene.h"
 #include <vector>
@@ -6,19 +6,19 @@
 namespace wisp {
 
 struct Removal {
-    uint32_t index; // of a particle that goes
-    uint32_t mass_receiver;  // the particle that its mass goes to; itself where there is none
+    uint32_t index;         // of a particle that is removed
+    uint32_t mass_receiver; // the particle that gets its mass; itself where the mass is lost
 };
 
-// Particles of each block that may go together, by ascending index: no ray that leaves the eye or a light, and no part
-// of one, loses more than `epsilon` of its opacity by what goes, nor gains more by what is given; 0 < epsilon < 1.
-// The same in every arithmetic. Of `smokes` the kernels are used, of the lights kind, position and direction; units are
-// those of the particles, whatever they are.
+// The removable particles of each smoke, by ascending index. On every segment of every ray that leaves the eye or a light, the removed
+// particles together have an opacity of at most `epsilon`, and the moved mass adds at most as much; 0 < epsilon < 1. All in double, so
+// that the result is the same in every arithmetic. Only the kernels of `smokes` are used, and kind, position and direction of the lights.
+// All lengths are in the units of the particles.
 std::vector<std::vector<Removal>> find_negligible(const std::vector<std::vector<Particle>> &particles,
                                              const std::vector<SmokeDescription> &smokes, const Double3 &eye,
                                              const std::vector<LightSource> &lights, double epsilon);
 
-// Takes these away and gives their mass to their heirs.
+// Removes these particles, and adds their mass to that of their receivers.
 void remove_particles(std::vector<Particle> &particles, const std::vector<Removal> &removals);
 
 } // namespace wisp

@@ -1,6 +1,6 @@
-// Curves through keys at uneven times: Kochanek and Bartels' cubics for positions and scales, and for rotations squad,
-// whose control quaternions have the same tangents. Only the keys' logarithms and the shape of the tangents decide, so
-// that whole turns between two keys vanish.
+// Curves through keys at uneven times. Positions and scales: the cubics of Kochanek and Bartels, "Interpolating Splines with Local
+// Tension, Continuity, and Bias Control", SIGGRAPH 1984. Rotations: squad (Shoemake), with control quaternions that give the same
+// tangents. A quaternion does not count whole turns, so a whole turn between two keys is no rotation.
 #include "host/base/double3.h"
 #include "host/prepare/motion.h"
 
@@ -9,16 +9,16 @@ namespace wisp {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-// Angles whose sine is less are no angles between quaternions: of the two, the first is taken for both.
+// Quaternions whose angle has a smaller sine count as equal, and slerp() returns the first.
 constexpr double smallest_sine = 1e-3;
 
-// Where a time lies in a track: u of the way from key first + 1 to key first + 2.
+// A time within a track: the fraction u from key first + 1 to key first + 2.
 struct Segment {
     size_t first;
     double u;
 };
 
-// The first segment that ends behind the time: those without length, or backwards in time, are passed over.
+// The first segment that ends after the time. This skips segments without length, and those backwards in time.
 Segment segment_at(const std::vector<Key> &track, double time) {
     const size_t last = track.size() - 4;
     if (time <= track[1].time) return {0, 0};
@@ -29,15 +29,15 @@ Segment segment_at(const std::vector<Key> &track, double time) {
     return {i, (time - start) / (track[i + 2].time - start)};
 }
 
-// By how much a tangent at a key is longer in the segment on one side than the mean of both sides: 0 to 2 where times
-// ascend. Where they do not there may be no such number, and 2 is the limit.
+// The length of the segment on one side of a key over the mean of both sides, which scales the key's tangent: 0 to 2 where times ascend.
+// Where times do not ascend, it is 2 at most.
 double adjustment(double segment, double both) { return std::fabs(segment) < std::fabs(both) ? 2 * segment / both : 2; }
 
 struct Tangents {
-    Double3 out, in; // of the second key, into the segment; of the third
+    Double3 out, in; // at the start of the segment, and at its end
 };
 
-// Of the segment between the second and the third of four keys, from the differences of each key to the next.
+// Tangents of the segment between the second and the third of four keys, from the differences of each key to the next.
 Tangents tangents(const Key *k, const Double3 &before, const Double3 &along, const Double3 &behind) {
     const double span = k[2].time - k[1].time;
     const double out = 0.5 * adjustment(span, k[2].time - k[0].time) * (1 - k[1].tension);
@@ -67,7 +67,7 @@ Quaternion quaternion_of(const Key &key) {
     return q;
 }
 
-// The logarithm of the rotation from a to b, of unit quaternions. A whole turn has none, and is no turn.
+// The logarithm of the rotation from a to b, unit quaternions; 0 for a whole turn.
 Double3 log_between(const Quaternion &a, const Quaternion &b) {
     const Quaternion q = Quaternion{a.w, a.v * -1} * b;
     const double sine = length(q.v);
@@ -84,7 +84,7 @@ Quaternion exp(const Double3 &v) {
     return q;
 }
 
-// From a to b as they are, which may be the longer way.
+// From a to b without a change of sign, so perhaps along the longer arc.
 Quaternion slerp(double t, const Quaternion &a, const Quaternion &b) {
     const double turns = acos(dot(a, b)) / (2 * pi);
     double all, to_a, to_b, unused;
@@ -139,7 +139,7 @@ Double3 value_at(const std::vector<Key> &track, double time) {
 
 Matrix rotation_at(const std::vector<Key> &track, double time) {
     const auto [first, u] = segment_at(track, time);
-    // Each key from the third on has the sign that is nearer to the key before.
+    // Each key from the third on gets the sign that is nearer to the key before it.
     Quaternion q0 = {}, q1 = quaternion_of(track[0]), q2 = quaternion_of(track[1]);
     for (size_t i = 0; i <= first; ++i) {
         q0 = q1;

@@ -1,4 +1,4 @@
-// Where things are at a time: key frames, placements, the camera, lights. Times and lengths are those of the file.
+// Positions at a time: key frames, placements, the camera, lights. Times and lengths are those of the file.
 #pragma once
 #include "host/scene/scene_file.h"
 #include "host/scene/scene_graph.h"
@@ -13,27 +13,27 @@ Matrix operator*(const Matrix &a, const Matrix &b); // b first
 Double3 transform_point(const Matrix &m, const Double3 &p);
 Double3 transform_vector(const Matrix &m, const Double3 &v);
 
-// A position or a scale of a track that has keys: the curve between its second key and its last but one, and what it
-// begins and ends with before and behind.
+// The position or scale of a track that has keys. The curve runs from the second key to the last but one; before and after, it is
+// constant.
 Double3 value_at(const std::vector<Key> &track, double time);
-// A rotation, likewise.
+// The rotation of a track, likewise.
 Matrix rotation_at(const std::vector<Key> &track, double time);
 
 Matrix placement_matrix(const Placement &placement);
 Matrix motion_matrix(const Motion &motion, double time);
-// Of the thing itself; what is around it may hide it still.
+// Whether the motion shows its node; a node around it may hide it.
 bool is_visible(const Motion &motion, double time);
 
 // `k NAME`, or nullptr.
 const Motion *find_motion(const SceneGraph &graph, const std::string &name);
 
-// The view moved by the motion `camera`, where there is one. `at` is then one unit before the eye, or as far as in
-// `view` if that gives the direction.
+// The view moved by the motion `camera`, where there is one. Its `at` is then one unit before the eye, or at the distance of view.at if
+// the motion has no rotation.
 SceneFile::View view_at(const SceneFile::View &view, const SceneGraph &graph, double time);
-// A light that is at `position` without the motion `name`.
+// The position of a light that the motion `name` moves, and that is at `position` without it.
 Double3 light_position_at(const Double3 &position, const std::string &name, const SceneGraph &graph, double time);
 
-// The time of frame 0 <= i < count; a single frame is the first.
+// The time of a frame, 0 <= frame < count; of a single frame it is `start`.
 double time_of_frame(double start, double end, int64_t count, int64_t frame);
 
 } // namespace wisp

@@ -1,4 +1,4 @@
-// The error of a density that is made of particles. Take them as drawn independently of each other from the smoke that
+// The error of a density that is made of particles. Take the particles as drawn independently of each other from the smoke that
 // they stand for (a Poisson process of intensity n); then at any point (Campbell's theorem; Chiu, Stoyan, Kendall and
 // Mecke, "Stochastic Geometry and its Applications", 2013)
 //
@@ -10,9 +10,9 @@
 // - the second is sum_i a_i rho_i, rho_i the density that the *others* have at particle i: others are as independent
 //   of it as of any point (Slivnyak and Mecke), so this is unbiased, and the particle's own a_i W(0) is not in it
 //   (leave-one-out, as in cross-validation: Silverman, "Density Estimation", 1986, 3.4).
-// In even smoke this is int W^2 / (n (int W)^2), 1 / number. Two halves of the particles against each other estimate
-// the same, with the chance of the halving added. Particles that keep their distance (SPH) err less than independent
-// ones. What the kernel blurs is no part of it: more particles at the same smoothing length do not mend that.
+// In even smoke this is int W^2 / (n (int W)^2), 1 / number. The difference of two halves of the particles estimates the same error, with
+// the noise of the halving added. Particles that keep their distance (SPH) err less than independent ones. The blur of the kernel is not
+// in it: more particles with the same smoothing length do not reduce the blur.
 #include "host/prepare/decimate.h"
 #include "host/prepare/particle_report.h"
 #include <algorithm>
@@ -74,9 +74,9 @@ double density_error(const SmokeDescription &smoke, const std::vector<DensitySta
 std::vector<std::string> particle_report(const PreparedScene &prepared, const Core &core) {
     std::vector<std::string> lines;
     const double epsilons[] = {0.001, 0.01, 0.1};
-    std::vector<std::vector<Removal>> noise[3];
+    std::vector<std::vector<Removal>> removable[3];
     for (int e = 0; e < 3; ++e)
-        noise[e] =
+        removable[e] =
             find_negligible(prepared.particles, prepared.smokes, prepared.scene.camera.origin, prepared.lights, epsilons[e]);
     for (size_t i = 0; i < prepared.smokes.size(); ++i) {
         const SmokeDescription &smoke = prepared.smokes[i];
@@ -88,7 +88,7 @@ std::vector<std::string> particle_report(const PreparedScene &prepared, const Co
         lines.push_back(resampling_line(i + 1, smoke, statistics));
         std::string line = "smoke " + std::to_string(i + 1) + ": no ray would miss";
         for (int e = 0; e < 3; ++e)
-            line += (e ? ", " : " ") + std::to_string(noise[e][i].size()) + " of them (--thin " +
+            line += (e ? ", " : " ") + std::to_string(removable[e][i].size()) + " of them (--thin " +
                     (e == 0   ? "0.001"
                      : e == 1 ? "0.01"
                               : "0.1") +

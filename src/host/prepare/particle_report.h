@@ -1,4 +1,4 @@
-// Whether a smoke has as many particles as its picture needs (S7), in words: for `wisp plan -v`.
+// Whether a smoke has enough particles for its picture (S7, prepare/README), as text for `wisp plan -v`.
 #pragma once
 #include "host/commands/core.h"
 #include "host/prepare/prepare.h"
@@ -11,7 +11,7 @@ namespace wisp {
 // of all of them; infinite where there is no neighbour.
 double density_error(const SmokeDescription &smoke, const std::vector<DensityStatistics> &statistics);
 
-// Two lines for each smoke of particles: whether they suffice, and how many of them are noise.
+// Two lines for each smoke of particles: the error of the density, and how many particles are negligible.
 std::vector<std::string> particle_report(const PreparedScene &prepared, const Core &core);
 
 } // namespace wisp

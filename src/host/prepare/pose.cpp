@@ -10,17 +10,17 @@ namespace {
 
 using Corners = std::array<Double3, 3>;
 
-// What moves or hides the node itself.
+// The motion that moves or hides the node; nullptr for none.
 const Motion *motion_of(const SceneGraph &graph, const Node &node) {
     const Motion *m = find_motion(graph, node.name);
     const bool any = m && !(m->translation.empty() && m->rotation.empty() && m->scale.empty() && m->visibility.empty());
     return any ? m : nullptr;
 }
 
-// One more than a node's index: the world is 0.
-size_t place_of(int32_t node) { return static_cast<size_t>(node + 1); }
+// The index of a node in arrays whose first element is the world's.
+size_t index_of(int32_t node) { return static_cast<size_t>(node + 1); }
 
-// From the space of a node to the nearest space that moves, or to that of the world.
+// From the space of a node to that of the nearest moving node around it (the mover), or to that of the world.
 struct Frame {
     int32_t mover = -1;
     Matrix matrix;
@@ -30,7 +30,7 @@ std::vector<Frame> static_frames(const SceneGraph &graph) {
     std::vector<Frame> frames(1);
     for (size_t i = 0; i < graph.nodes.size(); ++i) {
         const Node &node = graph.nodes[i];
-        Frame frame = frames[place_of(node.parent)];
+        Frame frame = frames[index_of(node.parent)];
         if (motion_of(graph, node))
             frame = {static_cast<int32_t>(i), Matrix()};
         else
@@ -49,7 +49,7 @@ struct Pose {
 std::vector<Pose> poses_at(const SceneGraph &graph, double time) {
     std::vector<Pose> poses(1);
     for (const Node &node : graph.nodes) {
-        Pose pose = poses[place_of(node.parent)];
+        Pose pose = poses[index_of(node.parent)];
         if (const Motion *motion = motion_of(graph, node)) {
             pose.matrix = pose.matrix * motion_matrix(*motion, time);
             pose.visible = pose.visible && is_visible(*motion, time);
@@ -61,8 +61,8 @@ std::vector<Pose> poses_at(const SceneGraph &graph, double time) {
     return poses;
 }
 
-// The inverse transpose of a matrix, but for a factor above 0; of a matrix without inverse the cofactors, which still
-// know the normal of a plane.
+// The inverse transpose of a matrix times a factor above 0: the matrix of cofactors, which exists without an inverse too, and maps the
+// normal of a plane.
 Matrix normal_matrix(const Matrix &m) {
     const double size = std::max({largest_component(m.axis[0]), largest_component(m.axis[1]),
                                   largest_component(m.axis[2]), std::numeric_limits<double>::min()});
@@ -88,7 +88,7 @@ void check_range(const std::string &name, const Double3 &p) {
             throw InputError(name + ":1: the transforms of a scene enlarge it beyond +-1e100, expected smaller scales");
 }
 
-// A mesh by a matrix, from `triangle` on.
+// Transforms a mesh into the triangles from `triangle` on.
 void bake(const std::string &name, const Mesh &mesh, const Matrix &matrix, Triangle *triangle) {
     std::vector<Double3> positions, normals;
     for (const Double3 &p : mesh.positions) {
@@ -110,7 +110,7 @@ void bake(const std::string &name, const Mesh &mesh, const Matrix &matrix, Trian
     }
 }
 
-// `tpa` at a time, in the space of its node.
+// A deforming triangle at a time, in the space of its node.
 Morph::Pose shape_at(const Morph &morph, double time) {
     const std::vector<Morph::Pose> &poses = morph.poses;
     if (time <= poses.front().time) return poses.front();
@@ -131,9 +131,9 @@ Morph::Pose shape_at(const Morph &morph, double time) {
 
 Shapes make_shapes(const std::string &name, const SceneGraph &graph) {
     const std::vector<Frame> frames = static_frames(graph);
-    // Where the triangles of each mover are to begin; the world is the first of them.
+    // Where the triangles of each mover begin; the world is the first mover.
     std::vector<uint64_t> begin(graph.nodes.size() + 2);
-    for (const Mesh &mesh : graph.meshes) begin[place_of(frames[place_of(mesh.node)].mover) + 1] += mesh.rows.size();
+    for (const Mesh &mesh : graph.meshes) begin[index_of(frames[index_of(mesh.node)].mover) + 1] += mesh.rows.size();
     for (size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
     const uint64_t all = begin.back() + graph.morphs.size();
     if (all > std::numeric_limits<uint32_t>::max())
@@ -153,8 +153,8 @@ Shapes make_shapes(const std::string &name, const SceneGraph &graph) {
         shapes.instance_nodes.push_back(static_cast<int32_t>(i));
     }
     for (const Mesh &mesh : graph.meshes) {
-        const Frame &frame = frames[place_of(mesh.node)];
-        uint64_t &next = begin[place_of(frame.mover)];
+        const Frame &frame = frames[index_of(mesh.node)];
+        uint64_t &next = begin[index_of(frame.mover)];
         bake(name, mesh, frame.matrix, shapes.triangles.data() + next);
         next += mesh.rows.size();
     }
@@ -165,7 +165,7 @@ void pose_shapes(const std::string &name, const SceneGraph &graph, double time, 
     const std::vector<Pose> poses = poses_at(graph, time);
     for (size_t i = 0; i < shapes.instances.size(); ++i) {
         Instance &instance = shapes.instances[i];
-        const Pose &pose = poses[place_of(shapes.instance_nodes[i])];
+        const Pose &pose = poses[index_of(shapes.instance_nodes[i])];
         std::copy_n(pose.matrix.axis, 3, instance.axis);
         instance.origin = pose.matrix.origin;
         instance.visible = pose.visible && has_inverse(pose.matrix);
@@ -173,7 +173,7 @@ void pose_shapes(const std::string &name, const SceneGraph &graph, double time, 
     }
     Triangle *triangle = shapes.triangles.data() + shapes.static_count + shapes.instance_triangle_count;
     for (const Morph &morph : graph.morphs) {
-        const Pose &pose = poses[place_of(morph.node)];
+        const Pose &pose = poses[index_of(morph.node)];
         const Morph::Pose shape = shape_at(morph, time);
         const Matrix to_normals = normal_matrix(pose.matrix);
         Triangle &t = *triangle++;

@@ -1,5 +1,5 @@
-// Lengths are divided by a power of two and radiances by another, so that nothing is rounded here but the distance to
-// the middle of the smoke, in double; decisions that depend on the arithmetic are the core's.
+// Lengths and radiances are scaled by powers of two, so that only subtractions of the centre round, in double. The result is the same
+// for every arithmetic; what depends on the arithmetic is done by the core.
 #include "core/numbers/elementary.h"
 #include "host/base/double3.h"
 #include "host/base/error.h"
@@ -8,8 +8,8 @@
 #include "host/formats/volume.h"
 #include "host/prepare/decimate.h"
 #include "host/prepare/motion.h"
-#include "host/scene/placement.h"
 #include "host/prepare/prepare.h"
+#include "host/scene/placement.h"
 #include "wisp/settings.h"
 #include <algorithm>
 #include <array>
@@ -27,7 +27,7 @@ void sort_canonically(std::vector<Particle> &particles) {
     });
 }
 
-// The particles of one block in the units of the scene, in canonical order.
+// The particles of one smoke in the units of the scene, in canonical order.
 std::vector<Particle> load_particles(const std::vector<Node> &nodes, const SceneFile::SmokeVolume &smoke,
                                      const std::string &path, const Bytes &bytes, std::vector<std::string> &notes) {
     const Particles table = parse_particles(path, bytes.data(), bytes.size());
@@ -53,7 +53,7 @@ std::vector<Particle> load_particles(const std::vector<Node> &nodes, const Scene
         for (double x : {p.x, p.y, p.z}) farthest = std::max(farthest, std::fabs(x));
         smallest_h = std::min(smallest_h, particle.h);
     }
-    // Formats hold float32: positions far from 0 may be coarser than the smoke.
+    // Files hold float32, whose spacing far from 0 may be coarse beside the smoothing length.
     if (!particles.empty() && farthest * scale * 0x1p-24 > 0.01 * smallest_h)
         notes.push_back(path +
                         ": as 32-bit numbers its positions are coarser than a hundredth of the smoothing length");
@@ -61,7 +61,7 @@ std::vector<Particle> load_particles(const std::vector<Node> &nodes, const Scene
     return particles;
 }
 
-// A box of cells in the units of the scene, transformed like particles; `density` outlives it.
+// A box of one cell in the units of the scene, transformed as particles are.
 GridDescription place_grid(const std::vector<Node> &nodes, const SceneFile::SmokeVolume &smoke, const Double3 &low,
                       const Double3 &high) {
     GridDescription grid = {};
@@ -77,7 +77,7 @@ GridDescription place_grid(const std::vector<Node> &nodes, const SceneFile::Smok
     return grid;
 }
 
-// One block in the units of the scene, into `source` and the memory behind it.
+// Loads one smoke, in the units of the scene: into `particles` or `density`, and the rest into `source`.
 void load(const std::vector<Node> &nodes, const SceneFile::SmokeVolume &smoke, int64_t frame, SmokeDescription &source,
           std::vector<Particle> &particles, std::vector<float> &density, std::vector<std::string> &notes) {
     source.kernel = smoke.kernel;
@@ -107,32 +107,32 @@ void load(const std::vector<Node> &nodes, const SceneFile::SmokeVolume &smoke, i
     density = std::move(volume.density);
 }
 
-// Takes the particles away that are noise (--thin). Before anything else: strays do not widen the smoke.
+// --thin: removes negligible particles. This comes first, so that the extent of the smoke is that of the particles that stay.
 void decimate(const SceneFile &file, double epsilon, PreparedScene &prepared) {
     std::vector<LightSource> lights;
     for (const SceneFile::Light &l : file.lights) lights.push_back({l.kind, l.position, l.direction, 2, l.color});
-    const auto noise = find_negligible(prepared.particles, prepared.smokes, file.view->from, lights, epsilon);
-    for (size_t i = 0; i < noise.size(); ++i) {
+    const auto removals = find_negligible(prepared.particles, prepared.smokes, file.view->from, lights, epsilon);
+    for (size_t i = 0; i < removals.size(); ++i) {
         if (prepared.particles[i].empty()) continue;
-        size_t given = 0;
-        for (const Removal &r : noise[i]) given += r.mass_receiver != r.index;
+        size_t moved = 0;
+        for (const Removal &r : removals[i]) moved += r.mass_receiver != r.index;
         prepared.notes.push_back("smoke " + std::to_string(i + 1) + ": --thin leaves out " +
-                                 std::to_string(noise[i].size()) + " of " +
-                                 std::to_string(prepared.particles[i].size()) + " particles; " + std::to_string(given) +
+                                 std::to_string(removals[i].size()) + " of " +
+                                 std::to_string(prepared.particles[i].size()) + " particles; " + std::to_string(moved) +
                                  " give their mass to a neighbour");
-        remove_particles(prepared.particles[i], noise[i]);
-        sort_canonically(prepared.particles[i]); // heirs have another mass
+        remove_particles(prepared.particles[i], removals[i]);
+        sort_canonically(prepared.particles[i]); // receivers have another mass
     }
 }
 
-// What --step multiplies for a grid: the shortest edge of a cell, of a box a twentieth of its own.
+// The unit of --step for a grid: the shortest edge of its cells. For a box: a twentieth of its shortest edge.
 double step_length(const GridDescription &grid) {
     if (!grid.density) return std::min({grid.half.x, grid.half.y, grid.half.z}) * 0.1;
     return 2 * std::min({grid.half.x / grid.nx, grid.half.y / grid.ny, grid.half.z / grid.nz});
 }
 
-// Half the edges of the upright box around a turned one.
-Double3 reach(const GridDescription &grid) {
+// Half the edges of the axis-aligned box around a rotated grid.
+Double3 aligned_half(const GridDescription &grid) {
     const Double3 *a = grid.axis, &h = grid.half;
     return {std::fabs(a[0].x) * h.x + std::fabs(a[1].x) * h.y + std::fabs(a[2].x) * h.z,
             std::fabs(a[0].y) * h.x + std::fabs(a[1].y) * h.y + std::fabs(a[2].y) * h.z,
@@ -158,14 +158,14 @@ Extent extent_of(const PreparedScene &prepared) {
         for (const Particle &p : particles) add(p.position, p.h);
     for (const SmokeDescription &smoke : prepared.smokes) {
         if (!smoke.is_grid()) continue;
-        add(smoke.grid.center - reach(smoke.grid), step_length(smoke.grid));
-        add(smoke.grid.center + reach(smoke.grid), step_length(smoke.grid));
+        add(smoke.grid.center - aligned_half(smoke.grid), step_length(smoke.grid));
+        add(smoke.grid.center + aligned_half(smoke.grid), step_length(smoke.grid));
     }
     return e;
 }
 
-// The block in normalised lengths, and what is to be known of all of it. A grid's largest density becomes 1 to 2, so
-// that fixed point keeps the digits of all.
+// Scales one smoke to normalised lengths, and sums up its area and range of smoothing lengths. A grid's largest density becomes 1 to 2,
+// so that fixed point keeps the digits of every sample.
 void normalize(SmokeDescription &source, std::vector<Particle> &particles, std::vector<float> &densities,
                const Double3 &center, double scale) {
     for (Particle &p : particles) {
@@ -193,7 +193,7 @@ void normalize(SmokeDescription &source, std::vector<Particle> &particles, std::
     source.smallest_h = source.largest_h = step_length(grid);
     double sum = grid.density ? 0 : 1;
     for (uint64_t i = 0; grid.density && i < grid.count(); ++i) sum += static_cast<double>(grid.density[i]);
-    // Each sample's tent has the volume of a cell.
+    // The integral of a sample's trilinear tent is the volume of a cell.
     source.total_area =
         grid.extinction * sum * (8 * grid.half.x * grid.half.y * grid.half.z / static_cast<double>(grid.count()));
 }
@@ -201,7 +201,7 @@ void normalize(SmokeDescription &source, std::vector<Particle> &particles, std::
 Camera make_camera(const SceneFile::View &view, int width, int height, const Double3 &center, double scale) {
     double sine, cosine;
     sincos_turns(view.angle / 720, sine, cosine);
-    // The angle spans the centres of the first and the last row; with one row, the row.
+    // The angle is between the centres of the first and the last row; of a single row, its height.
     const double pixel = 2 * sine / cosine / std::max(height - 1, 1);
     const Double3 forward = unit(view.at - view.from), right = unit(cross(forward, view.up)),
                   up = cross(right, forward);
@@ -213,16 +213,16 @@ Camera make_camera(const SceneFile::View &view, int width, int height, const Dou
     return camera;
 }
 
-// The largest irradiance that the light gives to the smoke, or to a point in its middle.
+// The largest irradiance of the light in the ball of `radius` around `middle`. Distances below half the radius count as that.
 double brightness(const LightSource &light, const Double3 &middle, double radius) {
     const double color = largest(light.color);
     if (light.kind == LightKind::parallel || light.kind == LightKind::constant) return color;
-    const Double3 way = light.position - middle;
-    const double distance = std::max(std::sqrt(dot(way, way)) - radius, std::max(radius, 1.0) * 0.5);
+    const Double3 to_light = light.position - middle;
+    const double distance = std::max(std::sqrt(dot(to_light, to_light)) - radius, std::max(radius, 1.0) * 0.5);
     return color / (distance * distance);
 }
 
-// The same for surfaces, of which all else is within coordinate_limit.
+// As check_range(), for a scene with surfaces. Their corners are within coordinate_limit already.
 void check_surface_range(const std::string &name, const PreparedScene &prepared, const Options &options) {
     const bool fixed = options.arithmetic == Arithmetic::fixed;
     const auto refuse = [&name](const std::string &what) {
@@ -245,10 +245,10 @@ void check_surface_range(const std::string &name, const PreparedScene &prepared,
     if (!fixed) return;
     for (uint32_t i = 0; i < prepared.scene.instance_count; ++i) {
         const Instance &instance = prepared.scene.instances[i];
-        double most = 0;
+        double largest_stretch = 0;
         for (int k = 0; instance.visible && k < 3; ++k)
-            most = std::max({most, largest_component(instance.axis[k]), largest_component(instance.inverse[k])});
-        if (most > 0x1p11) refuse("something is stretched more than 2048 times, too much for fixed point");
+            largest_stretch = std::max({largest_stretch, largest_component(instance.axis[k]), largest_component(instance.inverse[k])});
+        if (largest_stretch > 0x1p11) refuse("something is stretched more than 2048 times, too much for fixed point");
     }
     for (uint32_t i = 0; i < prepared.scene.material_count; ++i) {
         const Material &m = prepared.scene.materials[i];
@@ -257,8 +257,8 @@ void check_surface_range(const std::string &name, const PreparedScene &prepared,
     }
 }
 
-// Surfaces give the unit of length, so that it is that of every frame; in fixed point smoke is neither fine nor coarse
-// in it.
+// With surfaces the unit of length follows from them, and is the same in every frame. In fixed point the smoothing lengths must lie in a
+// range of that unit.
 void check_beside_surfaces(const std::string &name, const Extent &extent, double scale, const Options &options) {
     if (options.arithmetic != Arithmetic::fixed) return;
     if (!(extent.smallest_h * scale >= 0x1p-4 && extent.largest_h * scale <= 0x1p7))
@@ -267,7 +267,7 @@ void check_beside_surfaces(const std::string &name, const Extent &extent, double
                          " for fixed point, expected smoothing lengths of 1/10000 to 1/10 of their size");
 }
 
-// Refuses what leaves the range of the arithmetic: of float, and of fixed-point numbers, which end at 2^31.
+// Refuses a scene with a number beyond the range of the arithmetic: that of float, or of fixed point, which ends at 2^31.
 void check_range(const std::string &name, const SceneFile &file, const PreparedScene &prepared, const Extent &extent,
                  const Options &options) {
     if (!extent.any) return;
@@ -292,7 +292,7 @@ void check_range(const std::string &name, const SceneFile &file, const PreparedS
         const SmokeDescription &smoke = prepared.smokes[i];
         const GridDescription &grid = smoke.grid;
         if (smoke.is_grid()) {
-            const Double3 half = reach(grid);
+            const Double3 half = aligned_half(grid);
             for (double x : {std::fabs(grid.center.x) + half.x, std::fabs(grid.center.y) + half.y,
                              std::fabs(grid.center.z) + half.z})
                 if (!(x <= coordinate_limit)) refuse(where, "the grid is too wide for its smallest edge");
@@ -302,7 +302,7 @@ void check_range(const std::string &name, const SceneFile &file, const PreparedS
             if (!(grid.extinction * densest <= (fixed ? 0x1p15 : 1e30)))
                 refuse(where, "the smoke's extinction is too large for this arithmetic");
         }
-        // 1 - |g| keeps some digits, and p = (1 + |g|) / (4 pi (1 - |g|)^2) stays in range.
+        // 1 - |g| must keep some digits, and p = (1 + |g|) / (4 pi (1 - |g|)^2) must be in range.
         const double least = fixed ? 0x1p-16 : options.arithmetic == Arithmetic::f32 ? 0x1p-20 : 0x1p-40;
         if (!(1 - std::fabs(smoke.asymmetry) >= least))
             refuse(where, "the phase is nearer to 1 or -1 than this arithmetic can tell");
@@ -314,14 +314,14 @@ void check_range(const std::string &name, const SceneFile &file, const PreparedS
     }
     if (distance(prepared.scene.camera.origin) > 0x1p18)
         refuse(scene_line, "the camera is more than 262144 smoothing lengths from the smoke");
-    if (fixed && distance(prepared.scene.camera.corner) > 0x1p15) // of the longest ray, before it is normalised
+    if (fixed && distance(prepared.scene.camera.corner) > 0x1p15) // the longest ray before it is normalised
         refuse(scene_line, "the view is too wide for fixed point");
     if (fixed && extent.largest_h > 4096 * extent.smallest_h)
         refuse(scene_line, "smoothing lengths differ by more than 4096, too much for fixed point");
     for (const LightSource &light : prepared.lights) {
         const double color = largest(light.color), d = distance(light.position) + radius;
-        const bool somewhere = light.kind != LightKind::parallel;
-        if (somewhere && d > (fixed ? 0x1p14 : 0x1p18))
+        const bool has_position = light.kind != LightKind::parallel;
+        if (has_position && d > (fixed ? 0x1p14 : 0x1p18))
             refuse(scene_line, "a light is more than " + std::to_string(fixed ? 16384 : 262144) +
                                    " smoothing lengths from the smoke, too far for this arithmetic");
         power += color * 4 * 3.15 *

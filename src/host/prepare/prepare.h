@@ -1,5 +1,4 @@
-// From a scene's file to what the core renders: one frame's particles and grids read, transformed,
-// normalised and put in order.
+// From a scene file to the core's Scene: one frame's particles, grids, surfaces, lights and camera, in the core's units and order.
 #pragma once
 #include "host/prepare/prepare_surfaces.h"
 #include "host/scene/options.h"
@@ -19,20 +18,19 @@ struct PreparedScene {
     std::vector<SmokeDescription> smokes;
     std::vector<std::vector<Particle>> particles;
     std::vector<std::vector<float>> densities; // of grids
-    std::vector<std::string> notes;            // what a user may want to know (-v)
-    std::optional<PreparedSurfaces> surfaces;  // made by the first frame, for all
+    std::vector<std::string> notes;            // for --verbose
+    std::optional<PreparedSurfaces> surfaces;  // made by the first frame, used by all
     int width = 0, height = 0;
     Double3 center = {0, 0, 0}; // p' = (p - center) * scale: from the units of the scene's file to the core's
     double scale = 1;
 };
 
-// How many frames the animation has, and when one is. Without a statement `a` all are at time 0.
+// The number of frames of the animation, and the time of a frame. Without a statement `a` every frame is at time 0.
 int64_t frame_count_of(const SceneFile &file, const Options &options);
 double time_of(const SceneFile &file, const Options &options, int64_t frame);
 
-// Frame `frame` of the scene at path `name`. `prepared` is empty or holds another frame of the same scene. Throws
-// InputError for particle files, for a scene without a view, and for one that does not fit the arithmetic: then the
-// line says what does not.
+// Makes frame `frame` of the scene at path `name`. `prepared` is empty or holds another frame of the same scene. Throws InputError for
+// a file that cannot be read, for a scene without a view, and for a number beyond the range of the arithmetic.
 void prepare_scene(const std::string &name, const SceneFile &file, const Options &options, int64_t frame,
                    PreparedScene &prepared);
 

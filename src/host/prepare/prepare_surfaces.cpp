@@ -7,8 +7,8 @@ namespace wisp {
 
 namespace {
 
-// Still triangles reach to 2^10 to 2^11 from their middle; where lights or the camera are farther out than four times
-// that, less, down to 2^4.
+// The static triangles reach 2^10 to 2^11 from their centre. Where lights or the camera are more than four times as far away, the
+// triangles reach less, down to 2^4.
 constexpr int size_exponent = 10, least_exponent = 4, reach_exponent = 12;
 
 struct Extent {
@@ -26,7 +26,7 @@ struct Extent {
     Double3 middle() const { return (low + high) * 0.5; }
 };
 
-// How far lights and the camera are from a point, and go by their key frames.
+// The largest distance (of a component) of lights and the camera from a point, at any of their key frames.
 double farthest_from(const Double3 &center, const SceneFile &file) {
     double farthest = 0;
     const auto add = [&](const Double3 &p, const std::string &name) {
@@ -51,7 +51,7 @@ PreparedSurfaces::PreparedSurfaces(const std::string &name, const SceneFile &fil
     const SceneGraph &graph = file.graph;
     shapes_ = make_shapes(name, graph);
     pose_shapes(name, graph, start, shapes_);
-    // Bodies and morphs may go anywhere: only where nothing is still do they give the scene its size.
+    // The size of the scene is that of its static triangles. Without any it is that of instances and deforming triangles at the start.
     Extent extent;
     extent.add(shapes_.triangles.data(), shapes_.static_count);
     if (!extent.any()) {
@@ -76,10 +76,10 @@ PreparedSurfaces::PreparedSurfaces(const std::string &name, const SceneFile &fil
     for (const Instance &instance : shapes_.instances) {
         Extent own;
         own.add(shapes_.triangles.data() + instance.first, instance.count);
-        double size = 0; // of the body's units in the world
+        double size = 0; // of the instance's unit of length, in the world
         for (const Double3 &axis : instance.axis) size = std::max(size, length(axis));
         Space space = {own.middle(), size > 0 ? scale * std::ldexp(1.0, exponent_of(size)) : scale};
-        // One that is flattened may be far larger than what is seen of it.
+        // An instance that is flattened may be far larger in its own space than in the world.
         const double reach = largest_component(own.high - space.center);
         if (reach * space.scale > coordinate_limit)
             space.scale = std::ldexp(1.0, exponent_of(coordinate_limit) - 1 - exponent_of(reach));
@@ -115,7 +115,7 @@ void PreparedSurfaces::pose(const std::string &name, const SceneFile &file, doub
         for (Double3 &axis : instance.axis) axis = axis * (scale / space.scale);
         const Double3 *a = instance.axis, yz = cross(a[1], a[2]), zx = cross(a[2], a[0]), xy = cross(a[0], a[1]);
         const double volume = dot(a[0], yz);
-        // The rows of the inverse are these over the volume; its columns are asked for.
+        // The rows of the inverse are x, y and z; Instance has its columns.
         const Double3 x = yz * (1 / volume), y = zx * (1 / volume), z = xy * (1 / volume);
         instance.inverse[0] = {x.x, y.x, z.x};
         instance.inverse[1] = {x.y, y.y, z.y};

@@ -1,6 +1,6 @@
 #include "host/base/sha256.h"
-#include "host/results/checksummed_file.h"
 #include "host/base/text.h"
+#include "host/results/checksummed_file.h"
 
 namespace wisp {
 
@@ -38,7 +38,7 @@ Ranges read_ranges(ByteReader &reader, const char *what, int64_t end) {
         if (!first || !last || *first < 0 || *first >= *last || *last > end)
             reader.fail(ByteReader::quoted(range) + ", expected a range A:B of " + what);
         if (!ranges.empty() && *first <= int64_t{ranges.back().second})
-            reader.fail(ByteReader::quoted(range) + ", expected a range behind the one before, apart from it");
+            reader.fail(ByteReader::quoted(range) + ", expected a range above the one before, and not touching it");
         ranges.emplace_back(static_cast<uint32_t>(*first), static_cast<uint32_t>(*last));
     }
     reader.end_line();
@@ -51,17 +51,17 @@ int64_t read_integer(ByteReader &reader, const char *what, int64_t low, int64_t 
     return *value;
 }
 
-Bytes seal(const std::string &first, const std::string &about, const Bytes &words) {
+Bytes checksummed_bytes(const std::string &first, const std::string &lines, const Bytes &words) {
     Sha256 digest;
-    digest.update(about.data(), about.size());
+    digest.update(lines.data(), lines.size());
     digest.update(words.data(), words.size());
-    const std::string head = first + "\nsha256 " + digest.finish().text + "\n" + about;
+    const std::string head = first + "\nsha256 " + digest.finish().text + "\n" + lines;
     Bytes bytes(head.begin(), head.end());
     bytes.insert(bytes.end(), words.begin(), words.end());
     return bytes;
 }
 
-void unseal(ByteReader &reader, const std::string &first, const char *kind) {
+void read_checksum(ByteReader &reader, const std::string &first, const char *kind) {
     if (reader.peek(first.size() + 1) != first + "\n")
         reader.fail(std::string("not a ") + kind + ", expected '" + first + "'");
     reader.line();

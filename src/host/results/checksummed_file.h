@@ -1,5 +1,5 @@
-// What files of sums have in common, parts of which are made apart and added up: `.passes` and `.map`. Lines of text
-// (what it is, the SHA-256 of all behind that line, more lines), then 64-bit words, little-endian.
+// The file format that `.passes`, `.map` and records of pictures share: a line that names the kind, a line with the SHA-256 of all bytes
+// after it, more lines of text, then 64-bit words, little-endian. Files of sums also share ranges: which parts of the work are in a file.
 #pragma once
 #include "host/base/byte_reader.h"
 #include "host/base/files.h"
@@ -7,28 +7,27 @@
 
 namespace wisp {
 
-// Parts that are done, by number: half-open, ascending, apart.
+// Parts of the work that are done, by number: half-open, ascending, with gaps between them.
 using Ranges = std::vector<std::pair<uint32_t, uint32_t>>;
 
 // " A:B C:D"
 std::string ranges_text(const Ranges &ranges);
 
-// Adds parts of the kind `what`; those that touch become one range, so that the same parts are the same text. Throws
-// InputError with `name` in front, and changes nothing, when some are there already.
+// Adds parts of the kind `what`; ranges that touch become one, so that the same parts are always the same text. Throws InputError with
+// `name` in front, and changes nothing, when some parts are in `ranges` already.
 void add_ranges(Ranges &ranges, const Ranges &more, const char *what, const std::string &name);
 
 // The rest of the line as ranges of parts below `end`.
 Ranges read_ranges(ByteReader &reader, const char *what, int64_t end);
 
-// The next word as a whole number; `what` is expected.
+// The next word as a whole number from `low` to `high`; an error says that `what` was expected.
 int64_t read_integer(ByteReader &reader, const char *what, int64_t low, int64_t high);
 
-// A file that begins with the line `first`; `about` are more whole lines.
-Bytes seal(const std::string &first, const std::string &about, const Bytes &words);
+// A file of the line `first`, the checksum, `lines` (whole lines) and `words`.
+Bytes checksummed_bytes(const std::string &first, const std::string &lines, const Bytes &words);
 
-// The reader steps over the first two lines; fails unless the first is `first`, that of `kind`, and the SHA-256 is
-// right.
-void unseal(ByteReader &reader, const std::string &first, const char *kind);
+// Reads the first two lines. Fails unless the first line is `first`, which files of `kind` have, and the SHA-256 is right.
+void read_checksum(ByteReader &reader, const std::string &first, const char *kind);
 
 void put_word(Bytes &bytes, uint64_t word);
 uint64_t read_word(ByteReader &reader);

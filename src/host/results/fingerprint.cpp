@@ -7,7 +7,7 @@ namespace wisp {
 
 namespace {
 
-// Numbers into a digest, value by value: structures have gaps.
+// Hashes numbers value by value, because the padding of structures has no certain value.
 class Digest {
   public:
     template <class... Numbers> void add(const Numbers &...numbers) { (add_one(numbers), ...); }
@@ -54,7 +54,7 @@ void add_instances(Digest &digest, const Scene &scene) {
     }
 }
 
-// Of surfaces what photons know: where they are, and whether light passes.
+// What photons depend on of surfaces: where triangles are, and whether they let light through.
 void add_walls(Digest &digest, const Scene &scene) {
     digest.add(scene.static_count, scene.instance_triangle_count);
     for (uint32_t i = 0; i < scene.triangle_count(); ++i) {
@@ -65,7 +65,7 @@ void add_walls(Digest &digest, const Scene &scene) {
     add_instances(digest, scene);
 }
 
-// What moves and changes its form; what never does is in fingerprint_of_shapes.
+// Where instances are, and deforming triangles. The rest is in fingerprint_of_shapes().
 void add_moving(Digest &digest, const Scene &scene) {
     add_instances(digest, scene);
     add_triangles(digest, scene, scene.static_count + scene.instance_triangle_count, scene.deforming_count);
@@ -114,7 +114,7 @@ std::string fingerprint_of_shapes(const Scene &scene) {
     digest.add(scene.static_count, scene.instance_triangle_count, scene.material_count, scene.texture_count);
     add_triangles(digest, scene, 0, scene.static_count + scene.instance_triangle_count);
     if (scene.material_count > 0) digest.add_array(scene.materials, scene.material_count * sizeof(Material));
-    for (uint32_t i = 0; i < scene.texture_count; ++i) { // the smaller levels follow from the first
+    for (uint32_t i = 0; i < scene.texture_count; ++i) { // the other levels are averages of the first
         const Texture &texture = scene.textures[i];
         digest.add(texture.width, texture.height);
         const size_t texels = static_cast<size_t>(texture.width) * static_cast<size_t>(texture.height);

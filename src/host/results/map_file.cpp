@@ -22,13 +22,13 @@ uint64_t photons_of(const MapFile &map) {
     return photons;
 }
 
-// Each photon of the batches ends in one way, unless nothing sends any.
+// Each photon of the batches is absorbed, escapes, is blocked or capped; without an emitter there is none.
 bool counts_add_up(const MapFile &map) {
     const Statistics::Photons &counts = map.counts;
     uint64_t left = counts.emitted;
-    for (uint64_t part : {counts.absorbed, counts.escaped, counts.blocked, counts.capped}) {
-        if (part > left) return false;
-        left -= part;
+    for (uint64_t count : {counts.absorbed, counts.escaped, counts.blocked, counts.capped}) {
+        if (count > left) return false;
+        left -= count;
     }
     if (left != 0 || counts.stored > counts.collisions) return false;
     return counts.emitted == photons_of(map) || (counts.emitted == 0 && counts.collisions == 0);
@@ -67,24 +67,24 @@ void check_map(const MapFile &map, const std::string &scene, uint64_t max_sums, 
 }
 
 Bytes map_bytes(const MapFile &map) {
-    std::string about = "scene " + map.scene + "\nphotons " + std::to_string(map.photons) + "\nbatches" +
+    std::string lines = "scene " + map.scene + "\nphotons " + std::to_string(map.photons) + "\nbatches" +
                         ranges_text(map.batches) + "\ncounts";
-    for (auto counter : counters) about += " " + std::to_string(map.counts.*counter);
-    about += "\nsums " + std::to_string(map.sums.size()) + "\n";
+    for (auto counter : counters) lines += " " + std::to_string(map.counts.*counter);
+    lines += "\nsums " + std::to_string(map.sums.size()) + "\n";
     Bytes words;
     words.reserve(map.sums.size() * 8);
     for (int64_t sum : map.sums) put_word(words, static_cast<uint64_t>(sum));
-    return seal(first_line, about, words);
+    return checksummed_bytes(first_line, lines, words);
 }
 
 MapFile parse_map(const Bytes &bytes, const std::string &name) {
     ByteReader reader(name, bytes.data(), bytes.size());
-    unseal(reader, first_line, "particle map");
+    read_checksum(reader, first_line, "particle map");
     const auto key = [&reader](const std::string &word) {
         if (reader.word(word.c_str()) != word) reader.fail("expected '" + word + "'");
     };
-    const auto number = [&reader](const char *what, int64_t most = INT64_MAX) {
-        return static_cast<uint64_t>(read_integer(reader, what, 0, most));
+    const auto number = [&reader](const char *what, int64_t high = INT64_MAX) {
+        return static_cast<uint64_t>(read_integer(reader, what, 0, high));
     };
     MapFile map;
     key("scene");

@@ -1,4 +1,4 @@
-// Particle maps in `.map` files: traced once for many views, or in parts on many machines and merged.
+// Particle maps in `.map` files: traced once for many views, or in batches on many machines and merged.
 #pragma once
 #include "host/results/checksummed_file.h"
 #include "wisp/statistics.h"
@@ -6,23 +6,24 @@
 namespace wisp {
 
 struct MapFile {
-    std::string scene;               // SHA-256 of all that the sums depend on but the batches
-    uint64_t photons = 0;            // of all batches together
-    Ranges batches;                  // of photons, that were traced
-    Statistics::Photons counts = {}; // what became of the photons of those
-    std::vector<int64_t> sums;       // what they left
+    std::string scene;               // fingerprint_of_map()
+    uint64_t photons = 0;            // in all batches, traced or not
+    Ranges batches;                  // those that were traced
+    Statistics::Photons counts = {}; // how many of their photons collided, escaped, ...
+    std::vector<int64_t> sums;       // what they deposited (PhotonSums)
 };
 
-// Adds batches of the same map that are not in `map` yet. Throws InputError, with `name` in front, for others.
+// Adds the batches of `more`. Throws InputError with `name` in front, and changes nothing, unless both are of the same map, without a
+// common batch.
 void add_map(MapFile &map, const MapFile &more, const std::string &name);
 
-// Throws InputError, with `name` in front, unless `map` has all batches, is that of `scene`, and has `max_sums`
-// numbers at most: none only where that is 0.
+// Throws InputError, with `name` in front, unless `map` is that of `scene`, has all batches, and has at most `max_sums` sums, and at
+// least one unless that is 0.
 void check_map(const MapFile &map, const std::string &scene, uint64_t max_sums, const std::string &name);
 
-// A sealed file `wisp map 1` of the lines scene, photons, batches, counts (emitted, collisions, stored, absorbed,
-// escaped, blocked, capped) and sums (their number), then the sums as words. Reading throws InputError for a file that
-// is none, is damaged, was cut, or whose numbers cannot be.
+// A checksummed file `wisp map 1` of the lines scene, photons, batches, counts (emitted, collisions, stored, absorbed, escaped, blocked,
+// capped) and sums (their number), then the sums as words. parse_map() throws InputError for another file, a damaged or truncated one,
+// and for impossible numbers.
 Bytes map_bytes(const MapFile &map);
 MapFile parse_map(const Bytes &bytes, const std::string &name);
 

@@ -63,18 +63,18 @@ Bytes passes_bytes(const Passes &passes) {
         for (const PixelSums::Channel &channel : pixel.channels)
             for (uint64_t word : {channel.sum.low, channel.sum.high, channel.square.low, channel.square.high})
                 put_word(sums, word);
-    const std::string about = "scene " + passes.scene + "\nsize " + std::to_string(passes.width) + " " +
+    const std::string lines = "scene " + passes.scene + "\nsize " + std::to_string(passes.width) + " " +
                               std::to_string(passes.height) + "\nsamples " + std::to_string(passes.samples) +
                               "\nexponent " + std::to_string(passes.exponent) + "\npasses" +
                               ranges_text(passes.ranges) + "\n";
-    return seal(first_line, about, sums);
+    return checksummed_bytes(first_line, lines, sums);
 }
 
 Passes parse_passes(const Bytes &bytes, const std::string &name) {
     ByteReader reader(name, bytes.data(), bytes.size());
-    unseal(reader, first_line, "file of passes");
+    read_checksum(reader, first_line, "file of passes");
 
-    // What follows is as it was written.
+    // The checksum was right, so the keywords need no check.
     const auto number = [&reader](const char *what, int64_t low = 1) {
         return read_integer(reader, what, low, 0x7fffffff);
     };

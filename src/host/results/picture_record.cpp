@@ -1,7 +1,6 @@
 #include "host/base/sha256.h"
 #include "host/results/checksummed_file.h"
 #include "host/results/picture_record.h"
-#include "host/base/text.h"
 #include <cstdio>
 #include <zlib.h>
 
@@ -14,21 +13,21 @@ constexpr const char *keyword = "wisp";
 constexpr int longest_side = 65536; // as of --size
 constexpr size_t chunk_frame = 12;  // bytes of a chunk beside its data: length, name, CRC; all of IEND
 
-Bytes record_bytes(const PictureRecord &proof, const Bytes &picture) {
+Bytes record_bytes(const PictureRecord &record, const Bytes &picture) {
     const auto number = [](int n) { return " " + std::to_string(n); };
-    std::string about = "scene " + proof.scene + "\nsize" + number(proof.width) + number(proof.height) + "\ncrop" +
-                        number(proof.crop.x0) + number(proof.crop.y0) + number(proof.crop.x1) + number(proof.crop.y1) +
+    std::string lines = "scene " + record.scene + "\nsize" + number(record.width) + number(record.height) + "\ncrop" +
+                        number(record.crop.x0) + number(record.crop.y0) + number(record.crop.x1) + number(record.crop.y1) +
                         "\npicture " + sha256(picture.data(), picture.size()).text + "\n";
-    if (proof.exposure) {
+    if (record.exposure) {
         char digits[40];
-        std::snprintf(digits, sizeof digits, "%.17g", *proof.exposure);
-        about += std::string("exposure ") + digits + "\n";
+        std::snprintf(digits, sizeof digits, "%.17g", *record.exposure);
+        lines += std::string("exposure ") + digits + "\n";
     }
-    return seal(first_line, about, {});
+    return checksummed_bytes(first_line, lines, {});
 }
 
-Bytes with_record(const Bytes &png, const PictureRecord &proof) {
-    const Bytes text = record_bytes(proof, png);
+Bytes with_record(const Bytes &png, const PictureRecord &record) {
+    const Bytes text = record_bytes(record, png);
     return add_png_text(png, keyword, std::string(text.begin(), text.end()));
 }
 
@@ -51,61 +50,61 @@ Bytes add_png_text(const Bytes &png, const std::string &word, const std::string 
     return bytes;
 }
 
-void write_recorded(const std::string &path, const Bytes &picture, const PictureRecord &proof) {
-    if (proof.exposure) {
-        write_file(path, with_record(picture, proof));
+void write_recorded(const std::string &path, const Bytes &picture, const PictureRecord &record) {
+    if (record.exposure) {
+        write_file(path, with_record(picture, record));
         return;
     }
     write_file(path, picture);
-    write_file(record_path(path), record_bytes(proof, picture));
+    write_file(record_path(path), record_bytes(record, picture));
 }
 
-// Nothing is parsed: the proof is made again, and must be what is there.
-std::optional<Bytes> recorded_bytes(const std::string &path, const PictureRecord &proof) {
+// Nothing is parsed: the record is made again, and compared with the one in the file.
+std::optional<Bytes> recorded_bytes(const std::string &path, const PictureRecord &record) {
     try {
         Bytes bytes = read_plain_file(path);
-        if (!proof.exposure) {
-            if (read_plain_file(record_path(path)) != record_bytes(proof, bytes)) return std::nullopt;
+        if (!record.exposure) {
+            if (read_plain_file(record_path(path)) != record_bytes(record, bytes)) return std::nullopt;
             return bytes;
         }
         const Bytes whole = bytes;
-        const size_t size = with_record(Bytes(chunk_frame), proof).size() - chunk_frame; // of the chunk
+        const size_t size = with_record(Bytes(chunk_frame), record).size() - chunk_frame; // of the chunk
         if (whole.size() < size + chunk_frame) return std::nullopt;
         bytes.erase(bytes.end() - static_cast<ptrdiff_t>(size + chunk_frame), bytes.end() - chunk_frame);
-        if (whole != with_record(bytes, proof)) return std::nullopt;
+        if (whole != with_record(bytes, record)) return std::nullopt;
         return bytes;
     } catch (const InputError &) {
-        return std::nullopt; // it is not there, or cannot be read
+        return std::nullopt; // no such file, or it cannot be read
     }
 }
 
 PfmRecord parse_record(const Bytes &bytes, const std::string &name) {
     ByteReader reader(name, bytes.data(), bytes.size());
-    unseal(reader, first_line, "proof of a picture");
+    read_checksum(reader, first_line, "record of a picture");
     const auto key = [&reader](const std::string &word) {
         if (reader.word(word.c_str()) != word) reader.fail("expected '" + word + "'");
     };
     const auto number = [&reader](const char *what, int64_t low, int64_t high) {
         return static_cast<int>(read_integer(reader, what, low, high));
     };
-    PfmRecord of;
-    PictureRecord &proof = of.proof;
+    PfmRecord pfm;
+    PictureRecord &record = pfm.record;
     key("scene");
-    proof.scene = reader.word("a SHA-256");
+    record.scene = reader.word("a SHA-256");
     key("size");
-    proof.width = number("a width", 1, longest_side);
-    proof.height = number("a height", 1, longest_side);
+    record.width = number("a width", 1, longest_side);
+    record.height = number("a height", 1, longest_side);
     key("crop");
     const char *within = "a crop within the picture";
-    proof.crop.x0 = number(within, 0, proof.width - 1);
-    proof.crop.y0 = number(within, 0, proof.height - 1);
-    proof.crop.x1 = number(within, proof.crop.x0 + int64_t{1}, proof.width);
-    proof.crop.y1 = number(within, proof.crop.y0 + int64_t{1}, proof.height);
+    record.crop.x0 = number(within, 0, record.width - 1);
+    record.crop.y0 = number(within, 0, record.height - 1);
+    record.crop.x1 = number(within, record.crop.x0 + int64_t{1}, record.width);
+    record.crop.y1 = number(within, record.crop.y0 + int64_t{1}, record.height);
     key("picture");
-    of.sha256 = reader.word("a SHA-256");
+    pfm.sha256 = reader.word("a SHA-256");
     reader.end_line();
-    if (reader.left() > 0) reader.fail("more behind the proof of a .pfm, expected the end");
-    return of;
+    if (reader.left() > 0) reader.fail("more bytes after the record of a .pfm, expected the end");
+    return pfm;
 }
 
 } // namespace wisp

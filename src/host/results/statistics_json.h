@@ -1,4 +1,4 @@
-// `--stats`: the counters, seconds and bytes of a run as one JSON object (names as in the README).
+// `--stats`: the counters, seconds and bytes of a run as one JSON object.
 #pragma once
 #include "wisp/statistics.h"
 #include <string>
@@ -8,7 +8,7 @@ namespace wisp {
 
 struct FrameReport {
     int64_t frame;
-    bool kept; // the files of an earlier run: nothing was counted
+    bool kept; // the files are those of an earlier run: nothing was counted
     struct {
         double read, trees, photons, irradiance, render, total;
     } seconds;

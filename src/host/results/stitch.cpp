@@ -11,7 +11,7 @@ namespace {
 
 struct Part {
     std::string name;
-    PictureRecord proof;
+    PictureRecord record;
     Picture picture;
 };
 
@@ -23,24 +23,24 @@ uint64_t area_of(const Crop &crop) {
 
 Part read_part(const std::string &name) {
     const std::string record_name = record_path(name);
-    const PfmRecord of = parse_record(read_file(record_name), record_name);
+    const PfmRecord pfm = parse_record(read_file(record_name), record_name);
     const Bytes bytes = read_file(name);
-    const Crop &crop = of.proof.crop;
-    Part part = {name, of.proof, parse_pfm(bytes, name)};
-    if (sha256(bytes.data(), bytes.size()).text != of.sha256 || part.picture.width != crop.x1 - crop.x0 ||
+    const Crop &crop = pfm.record.crop;
+    Part part = {name, pfm.record, parse_pfm(bytes, name)};
+    if (sha256(bytes.data(), bytes.size()).text != pfm.sha256 || part.picture.width != crop.x1 - crop.x0 ||
         part.picture.height != crop.y1 - crop.y0)
-        throw InputError(name + ": not the picture of which " + record_name + " speaks, expected the one as rendered");
+        throw InputError(name + ": not the picture of " + record_name + ", expected the one as rendered");
     return part;
 }
 
 void check_part(const Part &part, const std::vector<Part> &others) {
-    const Crop &a = part.proof.crop;
+    const Crop &a = part.record.crop;
     for (const Part &other : others) {
-        if (part.proof.scene != other.proof.scene || part.proof.width != other.proof.width ||
-            part.proof.height != other.proof.height)
+        if (part.record.scene != other.record.scene || part.record.width != other.record.width ||
+            part.record.height != other.record.height)
             throw InputError(part.name + ": a part of another picture than " + other.name +
                              ": another scene, frame, size, options, arithmetic or version, expected the same");
-        const Crop &b = other.proof.crop;
+        const Crop &b = other.record.crop;
         if (a.x0 < b.x1 && b.x0 < a.x1 && a.y0 < b.y1 && b.y0 < a.y1)
             throw InputError(part.name + ": pixel " + std::to_string(std::max(a.x0, b.x0)) + "," +
                              std::to_string(std::max(a.y0, b.y0)) + " is in " + other.name +
@@ -48,20 +48,21 @@ void check_part(const Part &part, const std::vector<Part> &others) {
     }
 }
 
-// Says which is the first pixel that is missing, of whole rows from the top: it lies behind parts, or at the borders.
+// Throws for the first missing pixel, in rows from the top. Its column is 0 or the right end of a part, its row 0 or the lower end of
+// one.
 [[noreturn]] void refuse_gap(const std::vector<Part> &parts) {
     std::vector<int> columns = {0}, rows = {0};
     for (const Part &part : parts) {
-        columns.push_back(part.proof.crop.x1);
-        rows.push_back(part.proof.crop.y1);
+        columns.push_back(part.record.crop.x1);
+        rows.push_back(part.record.crop.y1);
     }
     std::sort(columns.begin(), columns.end());
     std::sort(rows.begin(), rows.end());
-    const PictureRecord &whole = parts[0].proof;
+    const PictureRecord &whole = parts[0].record;
     for (int y : rows)
         for (int x : columns) {
             const bool found = std::any_of(parts.begin(), parts.end(),
-                                           [x, y](const Part &part) { return has(part.proof.crop, x, y); });
+                                           [x, y](const Part &part) { return has(part.record.crop, x, y); });
             if (!found && x < whole.width && y < whole.height)
                 throw InputError(parts[0].name + ": of its picture's " + std::to_string(whole.width) + " x " +
                                  std::to_string(whole.height) + " pixels no part has " + std::to_string(x) + "," +
@@ -78,10 +79,10 @@ Picture stitch(const std::vector<std::string> &names) {
     for (const std::string &name : names) {
         Part part = read_part(name);
         check_part(part, parts);
-        covered += area_of(part.proof.crop);
+        covered += area_of(part.record.crop);
         parts.push_back(std::move(part));
     }
-    const PictureRecord &whole = parts.at(0).proof;
+    const PictureRecord &whole = parts.at(0).record;
     if (covered != static_cast<uint64_t>(whole.width) * static_cast<uint64_t>(whole.height)) refuse_gap(parts);
     Picture picture;
     picture.width = whole.width;
@@ -89,7 +90,7 @@ Picture stitch(const std::vector<std::string> &names) {
     picture.rgb.resize(covered * 3); // as many as were read
     const auto row_size = [](int width) { return static_cast<size_t>(width) * 3; };
     for (const Part &part : parts) {
-        const Crop &crop = part.proof.crop;
+        const Crop &crop = part.record.crop;
         const size_t size = row_size(part.picture.width);
         for (int y = crop.y0; y < crop.y1; ++y)
             std::copy_n(part.picture.rgb.begin() + static_cast<ptrdiff_t>(static_cast<size_t>(y - crop.y0) * size),

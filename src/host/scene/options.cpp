@@ -154,10 +154,10 @@ const OptionTable<Options> &scene_options() {
          to_word(&Options::lights, {"all", "cuts"})},
         {"depth", "N", "longest chain of reflected and refracted rays behind a camera ray (10)",
          to_integer_in(&Options::depth, 0, 64)},
-        {"shadows", "trace|cache|paper|exact|voxel|lightbuffer|lie",
+        {"shadows", shadow_method_choices + 1,
          "how shadows of surfaces are found: by rays; the last occluder first; by what was met before; without rays "
          "where proved, of cells, of voxels; by lists of what a light sees, of what may be in the way (exact)",
-         to_word(&Options::shadows, {"trace", "cache", "paper", "exact", "voxel", "lightbuffer", "lie"})},
+         to_word(&Options::shadows, {std::begin(shadow_method_names), std::end(shadow_method_names)})},
         {"frame-count", "N", "divide the animation's time into N frames instead of the scene's own number",
          to_integer_in(&Options::frame_count, 1, 1000000000)},
     };

@@ -73,8 +73,8 @@ TEST_CASE(WISP_ARITH_NAME ": narrow spots keep their cone") {
         const double half = degrees / 2 * pi_ / 180, sine = std::sin(half / 2);
         const LightSource source = {LightKind::spot, {0, 0, 0}, {1, 0, 0}, 2 * sine * sine, {1e4, 1e4, 1e4}};
         const Light light = light_of(source);
-        const auto lit = [&](double share) {
-            const Vec3 p = vec(100, 100 * std::tan(half * share), 0);
+        const auto lit = [&](double fraction) {
+            const Vec3 p = vec(100, 100 * std::tan(half * fraction), 0);
             return largest(illuminate(light, p, p, p).irradiance) > Real(0);
         };
         CAPTURE(degrees);

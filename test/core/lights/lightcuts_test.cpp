@@ -95,15 +95,15 @@ struct Spot {
         lit.shininess = real(shininess[numbers.pick(5)]);
     }
     Color factor(const Light &light, const Illumination &from) const {
-        const Vec3 way = -from.direction;
-        const Real cosine = dot(lit.normal, way);
-        if (!(dot(lit.plane, way) > Real(0)) || !(cosine > Real(0)) || !(largest(from.irradiance) > Real(0)))
+        const Vec3 to_light = -from.direction;
+        const Real cosine = dot(lit.normal, to_light);
+        if (!(dot(lit.plane, to_light) > Real(0)) || !(cosine > Real(0)) || !(largest(from.irradiance) > Real(0)))
             return Color(Real(0));
-        const Vec3 off = -way + lit.normal * (Real(2) * cosine);
+        const Vec3 off = -to_light + lit.normal * (Real(2) * cosine);
         const Real lambert = light.kind == LightKind::constant ? cosine : cosine * inv_pi<Real>;
         return lit.diffuse * lambert + lit.specular * power(dot(off, -look), lit.shininess);
     }
-    Color given(const Light &light) const {
+    Color reflected(const Light &light) const {
         const Illumination from = illuminate(light, lit.position, lit.position, lit.position);
         return from.irradiance * factor(light, from);
     }
@@ -114,7 +114,7 @@ struct Spot {
 
 bool is_visible(uint64_t seed, uint32_t light) { return draw(photon_event(seed, 5), light) % 3 != 0; }
 
-double most(const Double3 &c) { return std::max({c.x, c.y, c.z}); }
+double max_channel(const Double3 &c) { return std::max({c.x, c.y, c.z}); }
 Double3 added(const Double3 &sum, const Color &c) { return sum + Double3{at(c.x), at(c.y), at(c.z)}; }
 
 bool contains(const Box &a, const Box &b) { return min(a.low, b.low) == a.low && max(a.high, b.high) == a.high; }
@@ -166,11 +166,11 @@ TEST_CASE(WISP_ARITH_NAME ": every light is in one leaf; nodes contain their chi
             CHECK(node.children > n);
             Color sum(Real(0));
             for (const uint32_t child : {node.children, node.children + 1}) {
-                const LightNode &part = cuts.nodes[child];
-                CHECK(contains(node.box, part.box));
-                CHECK(contains(node.directions, part.directions));
-                CHECK(!(node.max_one_minus_cosine < part.max_one_minus_cosine));
-                sum += part.color;
+                const LightNode &child_node = cuts.nodes[child];
+                CHECK(contains(node.box, child_node.box));
+                CHECK(contains(node.directions, child_node.directions));
+                CHECK(!(node.max_one_minus_cosine < child_node.max_one_minus_cosine));
+                sum += child_node.color;
                 depth[child] = depth[n] + 1;
             }
             CHECK(node.color == sum);
@@ -196,7 +196,7 @@ TEST_CASE(WISP_ARITH_NAME ": near lights are together, and bright ones stand for
     for (const uint32_t light : together) CHECK(light % 2 == together[0] % 2);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": no cluster gives more than its bound") {
+TEST_CASE(WISP_ARITH_NAME ": no cluster is brighter than its bound") {
     uint64_t known = 0, near = 0, dark = 0, wrong = 0, tight = 0, leaves = 0;
     for (uint64_t seed = 0; seed < 60; ++seed) {
         const double size = seed % 3 == 0 ? 1 : seed % 3 == 1 ? 30 : 1000;
@@ -211,18 +211,18 @@ TEST_CASE(WISP_ARITH_NAME ": no cluster gives more than its bound") {
                 if (node.children)
                     sum[n] = sum[node.children] + sum[node.children + 1];
                 else
-                    sum[n] = added({0, 0, 0}, spot.given(lamps.lights[node.light]));
+                    sum[n] = added({0, 0, 0}, spot.reflected(lamps.lights[node.light]));
                 if (bound == no_bound) {
                     ++near;
                     continue;
                 }
-                const double alone = most(added({0, 0, 0}, spot.given(representative(lamps.cuts, node))));
-                wrong += !(most(sum[n]) <= at(bound)) || !(alone <= at(bound));
+                const double alone = max_channel(added({0, 0, 0}, spot.reflected(representative(lamps.cuts, node))));
+                wrong += !(max_channel(sum[n]) <= at(bound)) || !(alone <= at(bound));
                 ++known;
                 dark += !(bound > Real(0));
-                if (node.children || !(most(sum[n]) > 1e-4)) continue;
+                if (node.children || !(max_channel(sum[n]) > 1e-4)) continue;
                 ++leaves; // whose box is a point
-                tight += at(bound) <= most(sum[n]) * 1.02 + 1e-6;
+                tight += at(bound) <= max_channel(sum[n]) * 1.02 + 1e-6;
             }
         }
     }
@@ -251,7 +251,7 @@ TEST_CASE(WISP_ARITH_NAME ": a spot's cone that excludes the point is dark, one 
     CHECK(bound({0, 11, 0}) == Real(0));
 }
 
-TEST_CASE(WISP_ARITH_NAME ": no node of a cut errs by more than two hundredths of what it gives") {
+TEST_CASE(WISP_ARITH_NAME ": no node of a cut errs by more than 2 % of the sum") {
     uint64_t clusters = 0, lights = 0, asked = 0;
     for (uint64_t seed = 0; seed < 60; ++seed) {
         const double size = seed % 3 == 0 ? 1 : seed % 3 == 1 ? 30 : 1000;
@@ -261,23 +261,23 @@ TEST_CASE(WISP_ARITH_NAME ": no node of a cut errs by more than two hundredths o
             const Spot spot(numbers, size, lamps);
             if (!(largest(spot.lit.diffuse + spot.lit.specular) > Real(0))) continue;
             std::vector<int> times(lamps.lights.size(), 0);
-            const auto respond = [&](uint32_t light, const Illumination &from) {
+            const auto shade_light = [&](uint32_t light, const Illumination &from) {
                 ++times[light];
                 return is_visible(seed, light) ? spot.factor(lamps.lights[light], from) : Color(Real(0));
             };
-            const LightOfCut cut = light_of_cut(lamps.cuts, spot.lit, respond);
+            const LightOfCut cut = light_of_cut(lamps.cuts, spot.lit, shade_light);
             for (const int t : times) CHECK(t <= 1);
             asked += static_cast<uint64_t>(std::count(times.begin(), times.end(), 1));
             lights += times.size();
             clusters += cut.clusters;
             const auto seen = [&](uint32_t light) {
-                return is_visible(seed, light) ? spot.given(lamps.lights[light]) : Color(Real(0));
+                return is_visible(seed, light) ? spot.reflected(lamps.lights[light]) : Color(Real(0));
             };
             Color exactly(Real(0));
             for (uint32_t l = 0; l < lamps.lights.size(); ++l) exactly += seen(l);
             const Double3 all = added({0, 0, 0}, exactly);
             // Half a last place for each light, and relative to the sum where those are of floats.
-            const double rounding = 4 * static_cast<double>(lamps.lights.size()) * eps * std::max(1.0, most(all));
+            const double rounding = 4 * static_cast<double>(lamps.lights.size()) * eps * std::max(1.0, max_channel(all));
             const double largest_error = 0.02 * at(largest(cut.sum)) + rounding;
             double error = rounding;
             for (uint32_t c = 0; c < cut.clusters; ++c) {
@@ -285,21 +285,21 @@ TEST_CASE(WISP_ARITH_NAME ": no node of a cut errs by more than two hundredths o
                 Double3 right = {0, 0, 0};
                 for (const uint32_t light : lamps.lights_of(node.node)) right = added(right, seen(light));
                 const Double3 wrong = added(right, -node.contribution);
-                CHECK(std::max(most(wrong), most(wrong * -1.0)) <= largest_error);
+                CHECK(std::max(max_channel(wrong), max_channel(wrong * -1.0)) <= largest_error);
                 CHECK(at(node.bound) <= largest_error);
                 error += at(node.bound);
             }
             const Double3 wrong = added(all, -cut.sum);
-            CHECK(std::max(most(wrong), most(wrong * -1.0)) <= error);
+            CHECK(std::max(max_channel(wrong), max_channel(wrong * -1.0)) <= error);
 
             // With no error allowed every light is asked, but for those that cannot be seen.
             LightCuts every = lamps.cuts;
             every.error = Real(0);
             every.max_nodes = ~0u;
-            const LightOfCut exact = light_of_cut(every, spot.lit, respond);
+            const LightOfCut exact = light_of_cut(every, spot.lit, shade_light);
             CHECK(exact.clusters == 0);
             const Double3 none = added(all, -exact.sum);
-            CHECK(std::max(most(none), most(none * -1.0)) <= rounding);
+            CHECK(std::max(max_channel(none), max_channel(none * -1.0)) <= rounding);
             if (std::is_same_v<Real, Fixed>) CHECK(exact.sum == exactly);
         }
     }
@@ -365,7 +365,7 @@ TEST_CASE(WISP_ARITH_NAME ": pictures of surfaces differ from those of all light
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": pictures by cuts take fewer shadow rays, are the same by every way to find shadows") {
+TEST_CASE(WISP_ARITH_NAME ": pictures by cuts take fewer shadow rays, are the same by every shadow method") {
     uint64_t by_all = 0, by_cuts = 0;
     for (uint64_t seed = 40; seed < 44; ++seed) {
         RoomFrames room(seed, 16, 500, ShadowMethod::trace);
@@ -383,10 +383,10 @@ TEST_CASE(WISP_ARITH_NAME ": pictures by cuts take fewer shadow rays, are the sa
         }
         settings.shadows = ShadowMethod::trace;
         settings.crop = {3, 5, 14, 9};
-        const std::vector<float> part = picture(room.scene, settings, unused);
+        const std::vector<float> cropped = picture(room.scene, settings, unused);
         for (size_t y = 0; y < 4; ++y)
-            CHECK(std::equal(part.begin() + static_cast<int64_t>(33 * y),
-                             part.begin() + static_cast<int64_t>(33 * y + 33),
+            CHECK(std::equal(cropped.begin() + static_cast<int64_t>(33 * y),
+                             cropped.begin() + static_cast<int64_t>(33 * y + 33),
                              whole.begin() + static_cast<int64_t>(3 * (room_pixels * (y + 5) + 3))));
     }
     CHECK(by_cuts < by_all); // most points of these rooms are dark, and there no light can be left out

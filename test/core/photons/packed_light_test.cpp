@@ -58,9 +58,9 @@ TEST_CASE(WISP_ARITH_NAME ": packed colours are the nearest, in the same bits ev
         const uint32_t packed = pack_color(color(channel[0], channel[1], channel[2]), exponent);
         CHECK(packed == packed_by_definition(channel, exponent));
         const Color back = unpack_color(packed, exponent);
-        const double most = std::max({channel[0], channel[1], channel[2]}),
+        const double largest_channel = std::max({channel[0], channel[1], channel[2]}),
                      found[3] = {at(back.x), at(back.y), at(back.z)};
-        for (int c = 0; c < 3; ++c) CHECK(std::fabs(found[c] - channel[c]) <= most / 512);
+        for (int c = 0; c < 3; ++c) CHECK(std::fabs(found[c] - channel[c]) <= largest_channel / 512);
         CHECK(pack_color(back, exponent) == packed);
     }
 }

@@ -1,5 +1,5 @@
-// The sums of a particle map at the core's door: traced in parts, kept for other views, and refused when they cannot be
-// right.
+// The sums of a particle map at the core's door: traced in parts, reused for other views, and refused when they cannot
+// be right.
 #include "wisp/wisp.h"
 #include "core/photons/particle_map.h"
 #include "support/mixture.h"
@@ -15,7 +15,7 @@ namespace {
 
 constexpr uint64_t photons = 3 * batch_photons + 100;
 
-// A scene, and room for what its photons leave.
+// A scene, and memory for the sums of its photons.
 struct Sums {
     explicit Sums(const Scene &scene_, const Settings &settings_)
         : scene(scene_), settings(settings_),
@@ -58,14 +58,14 @@ bool same(const Statistics::Photons &a, const Statistics::Photons &b) {
 struct Scenes {
     Mixture mixture; // colours, flux, and a smoke that glows
     std::vector<Particle> particles = cloud(200, 2, 0.8, 0.2);
-    SmokeDescription single_channel = smoke_of(particles); // all photons are alike
+    SmokeDescription grey = smoke_of(particles); // all photons are alike
     std::vector<LightSource> lights = {{LightKind::point, {6, 5, 4}, {0, 0, 1}, 2, {40, 40, 40}}};
-    Scene list[2] = {mixture.scene, scene_of(single_channel, lights)};
+    Scene list[2] = {mixture.scene, scene_of(grey, lights)};
 };
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME ": batches traced apart, in any order, leave the sums and counts of one run") {
+TEST_CASE(WISP_ARITH_NAME ": batches traced apart, in any order, give the sums and counts of one run") {
     const Scenes scenes;
     for (const Scene &scene : scenes.list)
         for (Deposit deposit : {Deposit::exact, Deposit::path}) {
@@ -85,32 +85,32 @@ TEST_CASE(WISP_ARITH_NAME ": batches traced apart, in any order, leave the sums 
         }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": a picture from kept sums is that of photons traced for it, from every view") {
+TEST_CASE(WISP_ARITH_NAME ": a picture from stored sums is that of photons traced for it, from every view") {
     const Scenes scenes;
     for (const Scene &scene : scenes.list) {
         const Settings settings = map_settings(Deposit::exact);
-        Sums traced(scene, settings), kept(scene, settings);
+        Sums traced(scene, settings), stored(scene, settings);
         const Rendered alone = render_in_memory(scene, settings);
         std::vector<float> rgb;
         REQUIRE(traced.render(scene, settings, rgb) == Status::done);
         CHECK(rgb == alone.rgb);
         CHECK(traced.statistics.photons.emitted == photons);
-        REQUIRE(kept.trace(all_batches(settings)) == Status::done);
-        CHECK(traced.values == kept.values);
+        REQUIRE(stored.trace(all_batches(settings)) == Status::done);
+        CHECK(traced.values == stored.values);
 
         Scene other = scene;
         other.camera = look_at_origin(9, 7, 7);
         Settings wide = settings;
         wide.crop = {0, 0, 7, 3};
         wide.step = 0.25;
-        const std::vector<int64_t> before = kept.values;
-        kept.statistics = {};
-        REQUIRE(kept.render(other, wide, rgb) == Status::done);
+        const std::vector<int64_t> before = stored.values;
+        stored.statistics = {};
+        REQUIRE(stored.render(other, wide, rgb) == Status::done);
         CHECK(rgb == render_in_memory(other, wide).rgb);
         CHECK(rgb != alone.rgb);
-        CHECK(kept.statistics.photons.emitted == 0);
-        CHECK(kept.statistics.bytes.particle_map == alone.statistics.bytes.particle_map);
-        CHECK(kept.values == before);
+        CHECK(stored.statistics.photons.emitted == 0);
+        CHECK(stored.statistics.bytes.particle_map == alone.statistics.bytes.particle_map);
+        CHECK(stored.values == before);
     }
 }
 
@@ -150,19 +150,19 @@ TEST_CASE(WISP_ARITH_NAME ": tracing ends before deposits that a sum might not h
     const Scenes scenes;
     for (Deposit deposit : {Deposit::exact, Deposit::path}) {
         const Settings settings = map_settings(deposit);
-        // The largest flux of a deposit: of R + G + B, or of what a flight may leave.
+        // The largest flux of a deposit: of R + G + B, or the largest deposit of a flight.
         const double largest = (deposit == Deposit::exact ? 3 : 127) * 0x1p24;
-        const uint64_t most = max_deposits(settings);
-        CHECK(plan(scenes.list[0], settings).max_photons == most);
-        CHECK((static_cast<double>(most) + 1e6) * largest < 0x1p63);
-        CHECK(static_cast<double>(most) * 2 * 127 * 0x1p24 > (deposit == Deposit::exact ? 0x1p67 : 0x1p63));
+        const uint64_t limit = max_deposits(settings);
+        CHECK(plan(scenes.list[0], settings).max_photons == limit);
+        CHECK((static_cast<double>(limit) + 1e6) * largest < 0x1p63);
+        CHECK(static_cast<double>(limit) * 2 * 127 * 0x1p24 > (deposit == Deposit::exact ? 0x1p67 : 0x1p63));
         Sums sums(scenes.list[0], settings);
         REQUIRE(sums.trace({0, 1}) == Status::done);
         const uint64_t deposits = sums.statistics.photons.stored + sums.statistics.photons.emitted;
         Sums fits(scenes.list[0], settings), full(scenes.list[0], settings);
-        fits.statistics.photons.stored = most - deposits;
+        fits.statistics.photons.stored = limit - deposits;
         CHECK(fits.trace({0, 1}) == Status::done);
-        full.statistics.photons.stored = most - deposits + 1;
+        full.statistics.photons.stored = limit - deposits + 1;
         CHECK(full.trace({0, 1}) == Status::overflow);
     }
 }

@@ -1,4 +1,4 @@
-// Moments of light, and how it scatters by them.
+// Spherical harmonics of light, and scattering with them.
 #include "core/photons/spherical_harmonics.h"
 #include "support/built_smoke.h"
 #include <cmath>
@@ -11,35 +11,35 @@ namespace {
 
 Vec3 direction(Sequence &next) { return normalize(vec(next() - 0.5, next() - 0.5, next() - 0.375)); }
 
-// Of sums of products of two directions' moments: some five operations on numbers below 4 make a moment, and a length
-// that is not quite 1 changes order l by l times as much.
+// Bounds the rounding of sums of products of two directions' harmonics: some five operations on numbers below 4 make a
+// harmonic, and an error of a direction's length changes order l by l times as much.
 double rounding(const Vec3 &a, const Vec3 &b) {
     return 100 * unit_error + 8 * (std::fabs(at(dot(a, a)) - 1) + std::fabs(at(dot(b, b)) - 1));
 }
 
-// Light of beams with a width: Henyey and Greenstein's about each, which scattered is again so, with the product of
-// both. What it scatters is relative to even light.
+// Light of three beams, each a Henyey-Greenstein lobe of asymmetry `width`. Scattered with g, each is again such a
+// lobe, of asymmetry g * width. Scattered light is relative to isotropic light.
 struct Beams {
-    double share[3], width;
-    Vec3 way[3];
+    double fraction[3], width;
+    Vec3 axis[3];
 
     Vec3 flux() const {
         Vec3 sum(Real(0));
-        for (int i = 0; i < 3; ++i) sum += way[i] * real(share[i] * width);
+        for (int i = 0; i < 3; ++i) sum += axis[i] * real(fraction[i] * width);
         return sum;
     }
     double scattered(double g, const Vec3 &out) const {
         double p = 0;
-        for (int i = 0; i < 3; ++i) p += share[i] * at(Phase(real(g * width))(way[i], out));
+        for (int i = 0; i < 3; ++i) p += fraction[i] * at(Phase(real(g * width))(axis[i], out));
         return 4 * 3.14159265358979 * p;
     }
     double orders_2_and_3(double g, const Vec3 &out) const {
         const SphericalHarmonics seen = phase_harmonics(Phase(real(g)), out);
         double sum = 0;
         for (int i = 0; i < 3; ++i) {
-            const SphericalHarmonics m = harmonics_of(way[i]);
+            const SphericalHarmonics m = harmonics_of(axis[i]);
             for (uint32_t k = 0; k < harmonic_count; ++k)
-                sum += share[i] * std::pow(width, k < 5 ? 2 : 3) * at(m.value[k]) * at(seen.value[k]);
+                sum += fraction[i] * std::pow(width, k < 5 ? 2 : 3) * at(m.value[k]) * at(seen.value[k]);
         }
         return sum;
     }
@@ -47,7 +47,8 @@ struct Beams {
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME ": moments of one order of two directions make up Legendre's polynomial of their cosine") {
+TEST_CASE(WISP_ARITH_NAME
+          ": harmonics of one order of two directions sum up to the Legendre polynomial of their cosine") {
     Sequence next{3};
     for (int i = 0; i < 200; ++i) {
         const Vec3 a = direction(next), b = direction(next);
@@ -86,15 +87,16 @@ TEST_CASE(WISP_ARITH_NAME ": light from several sides scatters as each of its be
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": of one beam and of even light the flux tells all, whatever the phase function") {
+TEST_CASE(WISP_ARITH_NAME
+          ": of one beam, and of isotropic light, the flux alone is right, whatever the phase function") {
     Sequence next{5};
     for (double g : {0.3, -0.5, 0.577, -0.577})
         for (int i = 0; i < 50; ++i) {
-            const Vec3 way = direction(next), out = direction(next);
-            const Beams one = {{1, 0, 0}, next(), {way, way, way}};
+            const Vec3 axis = direction(next), out = direction(next);
+            const Beams one = {{1, 0, 0}, next(), {axis, axis, axis}};
             const Phase phase(real(g));
             CHECK(std::fabs(one.orders_2_and_3(g, out) - at(henyey_greenstein_closure(phase, one.flux(), out))) <
-                  4 * rounding(way, out)); // weights below 2, of both
+                  4 * rounding(axis, out)); // weights below 2, of both
             CHECK(at(henyey_greenstein_closure(phase, Vec3(Real(0)), out)) == 0);
         }
 }

@@ -1,4 +1,4 @@
-// Shadows of and on bodies: rasters of lights and lists of blockers against asking every body and every triangle.
+// Shadows of and on instances: rasters of lights and lists of blockers against tests of every instance and every triangle.
 #include "core/shadows/instance_shadows.h"
 #include "support/random_rooms.h"
 
@@ -6,7 +6,7 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-// Bodies of four triangles, large and small, in heaps and far apart, above a rough floor; lights of all kinds among
+// Instances of four triangles, large and small, in heaps and far apart, above a rough floor; lights of all kinds among
 // them, in them, and where they begin.
 struct Crowd : Room {
     explicit Crowd(uint64_t seed, int max_instances = 0) : next{seed * 919 + 3} {
@@ -64,7 +64,7 @@ struct Crowd : Room {
     }
     ShadowQuery query(const Vec3 &from, uint32_t light) const {
         const Illumination lit = illuminate(tracer.lights[light], from, from, from);
-        return {{from, -lit.direction}, lit.distance - surfaces.ray_epsilon, light, no_triangle, false, Real(0), Real(0), 0};
+        return make_shadow_query(surfaces, from, light, lit);
     }
 
     Sequence next;
@@ -83,8 +83,8 @@ struct InstanceMemory {
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME ": a light's raster has every body that its rays may hit, and few others") {
-    int asked = 0, blocked = 0, wrong = 0, unasked = 0;
+TEST_CASE(WISP_ARITH_NAME ": a light's raster has every instance that its rays may hit, and few others") {
+    int queries = 0, blocked = 0, wrong = 0, untested = 0;
     uint64_t visits = 0, all_visits = 0;
     for (uint64_t seed = 0; seed < 400; ++seed) {
         Crowd room(seed);
@@ -92,7 +92,7 @@ TEST_CASE(WISP_ARITH_NAME ": a light's raster has every body that its rays may h
         for (int i = 0; i < 600; ++i) {
             const auto light = static_cast<uint32_t>(room.below(room.lights.size()));
             Vec3 from = vec_of(room.point(1.5));
-            if (room.pick(2)) { // behind a corner of a body, seen from the light
+            if (room.pick(2)) { // behind a corner of an instance, seen from the light
                 const Instance &instance = room.instances[room.below(room.instances.size())];
                 const Double3 p = room.triangles[instance.first + room.below(4)].corner[0];
                 const Double3 corner = instance.axis[0] * p.x + instance.axis[1] * p.y + instance.axis[2] * p.z + instance.origin;
@@ -111,20 +111,20 @@ TEST_CASE(WISP_ARITH_NAME ": a light's raster has every body that its rays may h
             wrong += is_blocked_by_moving(memory.instances, room.shadows, query, any) != right;
             visits += room.statistics.shadow.traced.node_visits - before;
             all_visits += counts.node_visits;
-            ++asked;
+            ++queries;
             blocked += right;
-            unasked += !any;
+            untested += !any;
             if (right) CHECK(any);
         }
     }
     CHECK(wrong == 0);
-    CHECK(asked > 200000);
-    CHECK(blocked > asked / 10);
-    CHECK(unasked > asked / 10);
+    CHECK(queries > 200000);
+    CHECK(blocked > queries / 10);
+    CHECK(untested > queries / 10);
     CHECK(2 * visits < all_visits);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": whatever ray passes the box of a body is asked of it") {
+TEST_CASE(WISP_ARITH_NAME ": whatever ray passes the box of an instance is tested against it") {
     int passed = 0;
     for (uint64_t seed = 0; seed < 600; ++seed) {
         Crowd room(seed, 1);
@@ -137,17 +137,17 @@ TEST_CASE(WISP_ARITH_NAME ": whatever ray passes the box of a body is asked of i
                 const Illumination lit = illuminate(room.tracer.lights[light], at, at, at);
                 const Vec3 from = at + lit.direction * real(room.size * (room.pick(2) ? 0.01 : 2) * room.next());
                 const ShadowQuery query = room.query(from, light);
-                bool asked;
-                is_blocked_by_moving(memory.instances, room.shadows, query, asked);
-                CHECK(asked);
+                bool tested;
+                is_blocked_by_moving(memory.instances, room.shadows, query, tested);
+                CHECK(tested);
                 ++passed;
             }
     }
     CHECK(passed > 10000);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": what stands between a body and a light is all on its list") {
-    int asked = 0, known = 0, free = 0, blocked = 0, wrong = 0;
+TEST_CASE(WISP_ARITH_NAME ": what stands between an instance and a light is all on its list") {
+    int queries = 0, known = 0, free = 0, blocked = 0, wrong = 0;
     for (uint64_t seed = 0; seed < 400; ++seed) {
         Crowd room(seed);
         InstanceMemory memory(room);
@@ -164,9 +164,9 @@ TEST_CASE(WISP_ARITH_NAME ": what stands between a body and a light is all on it
                 ShadowQuery query = room.query(vec_of(at), light);
                 query.instance = b;
                 if (!(query.end > Real(0))) continue;
-                ++asked;
+                ++queries;
                 const InstanceLight *found = find_instance_light(memory.instances, room.shadows, query);
-                if (!found || !found->known()) continue;
+                if (!found || !found->is_listed()) continue;
                 ++known;
                 free += found->blocker_count == 0;
                 TreeCounts counts = {};
@@ -179,9 +179,9 @@ TEST_CASE(WISP_ARITH_NAME ": what stands between a body and a light is all on it
         }
     }
     CHECK(wrong == 0);
-    CHECK(known > asked / 4);
-    CHECK(free > asked / 20);
-    CHECK(blocked > asked / 100);
+    CHECK(known > queries / 4);
+    CHECK(free > queries / 20);
+    CHECK(blocked > queries / 100);
 }
 
 } // namespace wisp::WISP_ARITH

@@ -1,6 +1,38 @@
-// The light buffer.
+// `lightbuffer`: the light buffer (Haines & Greenberg 1986) (C7). A grid of cells surrounds each light. Each cell lists
+// the opaque static triangles that the light may see through it, nearest first.
+//
+// A shadow ray tests the triangles of the cell through which it reaches the light, as far as its own point. Each is
+// tested as its tree tests it. A list holds every triangle that a ray through the cell may hit, so the answers are those
+// of `trace`. Where one triangle covers all of a cell, points behind it are in shadow without a test. The grid of a light
+// is made when the first ray asks, and made again when the light has changed. Rays are traced where a grid has no list:
+// for points beside the grid, and for cells with too many triangles.
+//
+// Triangles are sorted into cells by integers, on the lattice of box_shaft.h, in coordinates of the light:
+//
+//   along   distance from the light along an axis. A light amid the triangles has a cube of six faces. A light far from
+//           them has one face, along the axis nearest to its direction to them.
+//   across  along the next two axes, less along * slope (of that direction), times gain. The gain is such that all
+//           triangles lie in -along to along, for a parallel light in -reach to reach. A cube's slopes are 0, its gains 1.
+//
+// So cells are cells of across / along. A parallel light is one before which all points have along = `reach`. A ray hits
+// what lies within box_shaft.h's margin M of the segment from the light to its point. In coordinates of the light that is:
+//
+//   along: M; across: (M + 1 + (M + 1) slope) gain, where 1 covers the rounding of across; and 2 in both covers that of
+//   a point and of a corner to units of 2^coarser steps. For parallel lights the slope is off by 2^-26 at most, so M
+//   grows by 2 steps in 2^27.
+//
+// A cell is the cone of all (u, v, 1) * z with z >= 0 and low <= u, v <= high; the segments lie in it. The cell lists
+// each triangle of which a corner is above low and one below high, in u and v, and which is not beside one of its own
+// edges: in the plane of the light and an edge no point q of the cone that is within `margin` of the triangle is beyond
+// the edge by more than margin * normal, and all such q are at least at the triangle's least distance from the light, in
+// the largest coordinate, less the margin.
+//
+// A triangle covers a cell where all of the cone is inside its edges by so much that no rounding of corners and ray
+// changes a sign of intersect() (triangle.h): of volumes (light, q, corner, corner) with coordinates below R. Each of
+// those points is off by `margin` at most, with the light at 0 the three by twice that, which changes the volume by less
+// than 3 * 3 * 2 R^2 * 2 margin = 36 R^2 margin.
 #include "core/numbers/double_bits.h"
-#include "core/shadows/rivals/light_buffer.h"
+#include "core/shadows/box_shaft.h"
 #include <algorithm>
 
 namespace wisp::WISP_ARITH {
@@ -10,12 +42,51 @@ namespace {
 constexpr uint32_t least_edge = 16, max_edge = 256; // of a cube's face, in cells
 constexpr uint64_t max_entries = 1u << 23;          // of all lights
 constexpr uint32_t max_listed = 512;                // in a cell
-constexpr int32_t nowhere = 0x7fffffff;              // depth
+constexpr int32_t no_depth = 0x7fffffff;            // farther than all
 
 constexpr int coarser = 7, slope_bits = 30, gain_bits = 8;
 constexpr int64_t parallel_reach = 1 << 19;
 constexpr int64_t max_gain = 1 << 16, max_margin = 1 << 10; // so that numbers stay below 2^63
-constexpr int64_t farthest = 1 << 26;                         // steps, as shaft.h says
+constexpr int64_t farthest = 1 << 26;                       // steps, as box_shaft.h says
+
+struct BufferEntry {
+    uint32_t triangle;
+    int32_t depth; // along, in units: no ray that hits it ends nearer to the light
+};
+
+struct BufferCell {
+    uint32_t first, count; // of entries; count may be `traced`: there is no list
+    int32_t covered;       // a point farther than this is in shadow
+
+    static constexpr uint32_t traced = 0xffffffff;
+};
+
+// The coordinates of a light.
+struct BufferView {
+    LatticePoint origin;
+    bool cube;
+    int axis, sign; // of the face, if there is only one
+    int64_t edge;   // of a face, in cells
+    int64_t slope[2], gain[2];
+    int64_t reach; // 0: not a parallel light
+    int64_t margin[3], depth_margin;
+};
+
+struct BufferLight {
+    Light light; // as it was when its lists were made
+    enum : uint8_t { unresolved, listed, unlisted } state; // unlisted: rounding is too large for cells
+    ShaftLattice lattice;
+    BufferView view;
+    BufferCell *cells;
+    BufferEntry *entries;
+};
+
+struct LightBuffer {
+    uint32_t light_count;
+    uint32_t edge;        // of the face of a cube, in cells
+    uint32_t entry_count; // of each light
+    BufferLight *lights;
+};
 
 // Cells along an edge of a cube's face: twice the root of the number of triangles. A single face has as many as a cube.
 uint32_t cube_edge(uint32_t triangles) {
@@ -29,7 +100,7 @@ int64_t single_edge(int64_t edge) { return edge * 12 / 5; }
 int64_t size_of(int64_t x) { return x < 0 ? -x : x; }
 int64_t floor_divide(int64_t a, int64_t b) { return a >= 0 ? a / b : -((b - 1 - a) / b); } // b > 0
 
-struct Seen {
+struct Projected {
     int64_t x[3]; // across twice, along
     int64_t depth;
 };
@@ -44,16 +115,16 @@ struct Face {
                           : 1),
           cells(view.edge) {}
 
-    Seen see(const BufferView &view, const LatticePoint &p) const {
-        Seen seen;
+    Projected project(const BufferView &view, const LatticePoint &p) const {
+        Projected result;
         const int64_t far = sign * (p.x[along] - view.origin.x[along]);
         for (int k = 0; k < 2; ++k) {
             const int64_t at = p.x[across[k]] - view.origin.x[across[k]] - ((far * view.slope[k]) >> slope_bits);
-            seen.x[k] = (at * view.gain[k]) >> (gain_bits + coarser);
+            result.x[k] = (at * view.gain[k]) >> (gain_bits + coarser);
         }
-        seen.depth = far >> coarser;
-        seen.x[2] = view.reach != 0 ? view.reach : seen.depth;
-        return seen;
+        result.depth = far >> coarser;
+        result.x[2] = view.reach != 0 ? view.reach : result.depth;
+        return result;
     }
     // across is -along to along, along > 0
     int64_t row_of(int64_t across_, int64_t along_) const {
@@ -72,12 +143,12 @@ LatticePoint corner_of(const LatticeBounds &box, int i) {
 }
 
 // false: what is rounded is too much for cells.
-bool make_view(BufferView &view, const Light &light, const ShaftLattice &lattice, const TriangleTree &still,
+bool make_view(BufferView &view, const Light &light, const ShaftLattice &lattice, const TriangleTree &tree,
                uint32_t edge) {
     view = {};
     const bool parallel = light.kind == LightKind::parallel;
-    LatticeBounds box = {lattice_point(still.bounds.low, lattice.exponent),
-                         lattice_point(still.bounds.high, lattice.exponent)};
+    LatticeBounds box = {lattice_point(tree.bounds.low, lattice.exponent),
+                         lattice_point(tree.bounds.high, lattice.exponent)};
     LatticePoint way; // of the light to the middle
     if (parallel) {
         way = lattice_point(light.direction, -28);
@@ -130,11 +201,11 @@ class Outline {
         : view_(view), cells_(face.cells) {
         nearest_ = farthest_ = 0;
         for (int c = 0; c < 3; ++c) {
-            t_[c] = face.see(view, corner[c]);
+            t_[c] = face.project(view, corner[c]);
             nearest_ = c == 0 ? t_[c].depth : std::min(nearest_, t_[c].depth);
             farthest_ = c == 0 ? t_[c].depth : std::max(farthest_, t_[c].depth);
         }
-        skin_ = (lattice.ray_epsilon >> coarser) + 1;
+        ray_epsilon_ = (lattice.ray_epsilon >> coarser) + 1;
     }
 
     struct Cells {
@@ -157,7 +228,7 @@ class Outline {
         for (int k = 0; k < 2 && before; ++k) {
             all.low[k] = cells_;
             all.high[k] = 0;
-            for (const Seen &t : t_)
+            for (const Projected &t : t_)
                 for (const int64_t along : {t.x[2] - m[2], t.x[2] + m[2]}) {
                     all.low[k] = std::min(all.low[k], face.row_of(t.x[k] - m[k], along));
                     all.high[k] = std::max(all.high[k], face.row_of(t.x[k] + m[k], along) + 1);
@@ -185,16 +256,16 @@ class Outline {
             if (steepest <= 0) return false;
             nearest = std::max(nearest, height_ * cells_ / steepest);
         }
-        depth = static_cast<int32_t>(std::min(nearest, int64_t{nowhere}));
+        depth = static_cast<int32_t>(std::min(nearest, int64_t{no_depth}));
         return true;
     }
 
-    // Behind which all is in its shadow, or nowhere.
-    int32_t shaded_behind(const Cells &cell) const {
-        if (!may_cover_) return nowhere;
+    // Behind which all is in its shadow, or no_depth.
+    int32_t covered_beyond(const Cells &cell) const {
+        if (!may_cover_) return no_depth;
         for (const auto &line : line_)
-            if (range_of(line, cell).low <= inside_) return nowhere;
-        return static_cast<int32_t>(farthest_ + 4 * view_.depth_margin + skin_);
+            if (range_of(line, cell).low <= inside_) return no_depth;
+        return static_cast<int32_t>(farthest_ + 4 * view_.depth_margin + ray_epsilon_);
     }
 
   private:
@@ -218,7 +289,7 @@ class Outline {
         for (int k = 0; k < 2; ++k) {
             const int64_t low = 2 * cells.low[k] - cells_, high = 2 * cells.high[k] - cells_;
             bool above = false, below = false;
-            for (const Seen &t : t_) {
+            for (const Projected &t : t_) {
                 const int64_t at = t.x[k] * cells_, more = cells_ * view_.margin[k];
                 above = above || at - low * t.x[2] + more + size_of(low) * view_.margin[2] >= 0;
                 below = below || high * t.x[2] - at + more + size_of(high) * view_.margin[2] >= 0;
@@ -263,13 +334,13 @@ class Outline {
                 low = -high;
             }
             height_ = low - size(normal_);
-            if (nearest_ < skin_ + 8 * depth_margin) return; // too near to the light to be sure that it is before it
+            if (nearest_ < ray_epsilon_ + 8 * depth_margin) return; // too near to the light to be sure that it is before it
         }
         // All cones are looked at as far away as the farthest corner.
         const int64_t plane = view_.reach != 0 ? view_.reach : farthest_;
         if (side_ == 0 || plane <= 4 * off) return;
         int64_t reach = plane;
-        for (const Seen &t : t_)
+        for (const Projected &t : t_)
             for (const int64_t x : t.x) reach = std::max(reach, size_of(x));
         reach += 2 * off;
         may_cover_ = true;
@@ -277,9 +348,9 @@ class Outline {
     }
 
     const BufferView &view_;
-    int64_t cells_, nearest_, farthest_, skin_;
+    int64_t cells_, nearest_, farthest_, ray_epsilon_;
     int64_t least_ = 0; // along, of all in cells that is hit
-    Seen t_[3];
+    Projected t_[3];
     int side_ = 0; // of its edges' planes on which it is, 0: either
     int64_t line_[3][3], beyond_[3];
     bool may_cover_ = false;
@@ -316,11 +387,11 @@ void for_each_cell_of(const BufferLight &light, const LatticePoint (&corner)[3],
 
 void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &shadows) {
     const Scene &scene = *shadows.scene;
-    const TriangleTree &still = shadows.surfaces->still;
-    light.lattice = make_shaft_lattice(*shadows.surfaces, light_exponent(still, light.light));
-    light.state = BufferLight::useless;
-    if (!make_view(light.view, light.light, light.lattice, still, buffer.edge)) return;
-    light.state = BufferLight::ready;
+    const TriangleTree &tree = shadows.surfaces->static_tree;
+    light.lattice = make_shaft_lattice(*shadows.surfaces, light_exponent(tree, light.light));
+    light.state = BufferLight::unlisted;
+    if (!make_view(light.view, light.light, light.lattice, tree, buffer.edge)) return;
+    light.state = BufferLight::listed;
     const auto for_each_entry = [&](auto &&visit) {
         for (uint32_t i = 0; i < scene.static_count; ++i) {
             const Triangle &triangle = scene.triangles[i];
@@ -335,16 +406,16 @@ void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &sh
                              [&](uint32_t index, const Outline::Cells &cells, const Outline &outline) {
                                  BufferEntry entry = {i, 0};
                                  BufferCell &cell = light.cells[index];
-                                 if (outline.find_depth(cells, entry.depth) && entry.depth <= cell.shaded)
+                                 if (outline.find_depth(cells, entry.depth) && entry.depth <= cell.covered)
                                      visit(cell, entry, outline, cells);
                              });
         }
     };
     BufferCell *const end = light.cells + cells_of_cube(buffer.edge);
-    std::fill(light.cells, end, BufferCell{0, 0, nowhere});
+    std::fill(light.cells, end, BufferCell{0, 0, no_depth});
     for_each_entry([](BufferCell &cell, const BufferEntry &, const Outline &outline, const Outline::Cells &cells) {
         ++cell.count;
-        cell.shaded = std::min(cell.shaded, outline.shaded_behind(cells));
+        cell.covered = std::min(cell.covered, outline.covered_beyond(cells));
     });
     uint32_t used = 0;
     for (BufferCell *cell = light.cells; cell != end; ++cell) {
@@ -375,8 +446,8 @@ uint32_t entries_for(const Scene &scene) {
 }
 
 // The cell of a point, and its depth; nullptr: none.
-const BufferCell *find_cell(const BufferLight &light, const TriangleTree &still, const Vec3 &from, int64_t &depth) {
-    const Real reach = still.largest * Real(2); // as far as whole numbers go
+const BufferCell *find_cell(const BufferLight &light, const TriangleTree &tree, const Vec3 &from, int64_t &depth) {
+    const Real reach = tree.largest * Real(2); // as far as whole numbers go
     if (!(abs(from.x) <= reach && abs(from.y) <= reach && abs(from.z) <= reach)) return nullptr;
     const LatticePoint at = lattice_point(from, light.lattice.exponent);
     for (const int64_t x : at.x)
@@ -390,24 +461,22 @@ const BufferCell *find_cell(const BufferLight &light, const TriangleTree &still,
         index = static_cast<uint32_t>(2 * axis + (way(axis) < 0 ? 1 : 0));
     }
     const Face face(light.view, index);
-    const Seen seen = face.see(light.view, at);
-    depth = seen.depth;
-    if (seen.x[2] < 0) return nullptr;
-    const int64_t along = std::max(seen.x[2], int64_t{1});
+    const Projected point = face.project(light.view, at);
+    depth = point.depth;
+    if (point.x[2] < 0) return nullptr;
+    const int64_t along = std::max(point.x[2], int64_t{1});
     for (int k = 0; k < 2; ++k)
-        if (size_of(seen.x[k]) > along + 1) return nullptr; // by one: they are rounded apart
-    return light.cells + face.index_of(face.row_of(seen.x[0], along), face.row_of(seen.x[1], along));
+        if (size_of(point.x[k]) > along + 1) return nullptr; // by one: they are rounded apart
+    return light.cells + face.index_of(face.row_of(point.x[0], along), face.row_of(point.x[1], along));
 }
 
-} // namespace
-
-uint64_t light_buffer_bytes(const Scene &scene) {
+uint64_t buffer_bytes(const Scene &scene, const Settings &) {
     return Arena::bytes<LightBuffer>(1) + Arena::bytes<BufferLight>(scene.light_count) +
            scene.light_count * (Arena::bytes<BufferCell>(cells_of_cube(cube_edge(scene.static_count))) +
                                 Arena::bytes<BufferEntry>(entries_for(scene)));
 }
 
-LightBuffer *make_light_buffer(const Scene &scene, Arena &arena) {
+void *make_buffer(const Scene &scene, Arena &arena) {
     LightBuffer *buffer = arena.make<LightBuffer>(1);
     BufferLight *lights = arena.make<BufferLight>(scene.light_count);
     if (!buffer || !lights) return nullptr;
@@ -421,38 +490,45 @@ LightBuffer *make_light_buffer(const Scene &scene, Arena &arena) {
     return buffer;
 }
 
-void begin_frame(LightBuffer &buffer, const Shadows &shadows) {
+bool begin_buffer_frame(Shadows &shadows, const Settings &, Arena &) {
+    LightBuffer &buffer = memory_of<LightBuffer>(shadows);
     for (uint32_t l = 0; l < buffer.light_count; ++l) {
         BufferLight &light = buffer.lights[l];
-        if (!same_shadows(light.light, shadows.lights[l])) light.state = BufferLight::unasked;
+        if (!same_shadows(light.light, shadows.lights[l])) light.state = BufferLight::unresolved;
         light.light = shadows.lights[l];
     }
+    return true;
 }
 
-bool is_shadowed(LightBuffer &buffer, Shadows &shadows, const ShadowQuery &query) {
+bool is_shadowed_by_buffer(Shadows &shadows, const ShadowQuery &query) {
+    LightBuffer &buffer = memory_of<LightBuffer>(shadows);
     const Surfaces &surfaces = *shadows.surfaces;
     Statistics &statistics = *shadows.statistics;
-    if (surfaces.still.triangle_count == 0) return is_blocked_by_moving(shadows, query);
+    if (surfaces.static_tree.triangle_count == 0) return is_blocked_by_moving(shadows, query);
     BufferLight &light = buffer.lights[query.light];
-    if (light.state == BufferLight::unasked) make_lists(buffer, light, shadows);
+    if (light.state == BufferLight::unresolved) make_lists(buffer, light, shadows);
     int64_t depth;
     const BufferCell *const cell =
-        light.state == BufferLight::ready ? find_cell(light, surfaces.still, query.ray.origin, depth) : nullptr;
-    if (cell && depth > cell->shaded) {
+        light.state == BufferLight::listed ? find_cell(light, surfaces.static_tree, query.ray.origin, depth) : nullptr;
+    if (cell && depth > cell->covered) {
         ++statistics.rays.shadow_culled;
         return true;
     }
     if (!cell || cell->count == BufferCell::traced) return is_blocked(shadows, query);
     const TriangleRay ray(query.ray.origin, query.ray.direction);
     const BufferEntry *const first = light.entries + cell->first;
-    bool asked = false;
+    bool tested = false;
     for (const BufferEntry *entry = first; entry != first + cell->count && entry->depth <= depth; ++entry) {
         if (entry->triangle == query.triangle) continue;
-        asked = true;
+        tested = true;
         ++statistics.shadow.extra_tests;
         if (intersects(*shadows.scene, entry->triangle, ray, surfaces.ray_epsilon, query.end)) return true;
     }
-    return asked ? is_blocked_by_moving(shadows, query) : is_shadowed_by_moving_alone(shadows, query);
+    return tested ? is_blocked_by_moving(shadows, query) : is_shadowed_by_moving_alone(shadows, query);
 }
+
+} // namespace
+
+const ShadowTechnique lightbuffer_technique = {is_shadowed_by_buffer, buffer_bytes, make_buffer, begin_buffer_frame};
 
 } // namespace wisp::WISP_ARITH

@@ -1,5 +1,14 @@
-// Voxel occlusion testing.
-#include "core/shadows/rivals/voxel_occlusion.h"
+// `voxel`: voxel occlusion testing (Woo & Amanatides 1990) (C7). A regular grid covers the static triangles. Each voxel
+// has a state for each light: all of it is in shadow, none of it is, or neither is known.
+//
+// A voxel's state is computed when the first ray from it asks, and only by proof (box_shaft.h):
+//
+//   shadowed   the triangle that blocked that ray blocks all rays from the voxel
+//   lit        no static triangle may block any ray, or only one triangle may: then rays from that triangle are lit
+//   mixed      neither is proved: rays are traced
+//
+// So the answers are those of `trace`. Rays from points outside the grid are traced.
+#include "core/shadows/box_shaft.h"
 #include <algorithm>
 
 namespace wisp::WISP_ARITH {
@@ -7,105 +16,120 @@ namespace wisp::WISP_ARITH {
 namespace {
 
 constexpr uint64_t max_voxels = 1u << 18;
-constexpr int64_t rim = 1 << 9; // steps around the bounds, for points that are rounded
-// States that are no triangle, nor no_triangle, as which points of space ask.
-enum : uint32_t { unknown = 0xfffffffe, complicated = 0xfffffffd, full = 0xfffffffc, null = 0xfffffffb };
+constexpr int64_t rim = 1 << 9; // lattice steps around the bounds, for points that are rounded
+// States that are not the number of a triangle. They differ from no_triangle, the triangle of a point of space.
+enum : uint32_t { unresolved = 0xfffffffe, mixed = 0xfffffffd, shadowed = 0xfffffffc, lit = 0xfffffffb };
 
-uint64_t voxel_count(const VoxelShadows &voxels) {
-    return uint64_t{voxels.count[0]} * voxels.count[1] * voxels.count[2];
-}
+struct VoxelLight : ShaftLight {
+    uint32_t *state; // of each voxel: one of the above, or the only triangle that may block rays
+};
 
-// The cubes that cover the still triangles with the most voxels that there may be.
-void lay_out(VoxelShadows &voxels, const TriangleTree &still) {
-    voxels.exponent = static_exponent(still);
-    voxels.low = lattice_point(still.bounds.low, voxels.exponent);
-    LatticePoint high = lattice_point(still.bounds.high, voxels.exponent);
+struct VoxelGrid {
+    uint32_t light_count;
+    int exponent; // of the lattice's steps
+    LatticePoint low;
+    int64_t edge; // of a voxel in steps; 0: before the first frame
+    uint32_t count[3];
+    VoxelLight *lights;
+};
+
+uint64_t voxel_count(const VoxelGrid &grid) { return uint64_t{grid.count[0]} * grid.count[1] * grid.count[2]; }
+
+// Covers the static triangles with cubes: as many as max_voxels allows.
+void lay_out(VoxelGrid &grid, const TriangleTree &tree) {
+    grid.exponent = static_exponent(tree);
+    grid.low = lattice_point(tree.bounds.low, grid.exponent);
+    LatticePoint high = lattice_point(tree.bounds.high, grid.exponent);
     for (int a = 0; a < 3; ++a) {
-        voxels.low.x[a] -= rim;
+        grid.low.x[a] -= rim;
         high.x[a] += rim;
     }
-    voxels.edge = 1;
+    grid.edge = 1;
     for (;;) {
         for (int a = 0; a < 3; ++a)
-            voxels.count[a] = static_cast<uint32_t>((high.x[a] - voxels.low.x[a]) / voxels.edge + 1);
+            grid.count[a] = static_cast<uint32_t>((high.x[a] - grid.low.x[a]) / grid.edge + 1);
         uint64_t count = 1;
-        for (int a = 0; a < 3; ++a) count = std::min(count * voxels.count[a], uint64_t{1} << 32);
+        for (int a = 0; a < 3; ++a) count = std::min(count * grid.count[a], uint64_t{1} << 32);
         if (count <= max_voxels) return;
-        voxels.edge += (voxels.edge + 15) / 16;
+        grid.edge += (grid.edge + 15) / 16;
     }
 }
 
-} // namespace
-
-uint64_t voxel_bytes(const Scene &scene) {
-    return Arena::bytes<VoxelShadows>(1) + Arena::bytes<VoxelLight>(scene.light_count) +
+uint64_t voxel_bytes(const Scene &scene, const Settings &) {
+    return Arena::bytes<VoxelGrid>(1) + Arena::bytes<VoxelLight>(scene.light_count) +
            scene.light_count * Arena::bytes<uint32_t>(max_voxels);
 }
 
-VoxelShadows *make_voxel_shadows(const Scene &scene, Arena &arena) {
-    VoxelShadows *voxels = arena.make<VoxelShadows>(1);
+void *make_voxels(const Scene &scene, Arena &arena) {
+    VoxelGrid *grid = arena.make<VoxelGrid>(1);
     VoxelLight *lights = arena.make<VoxelLight>(scene.light_count);
-    if (!voxels || !lights) return nullptr;
-    *voxels = {};
-    voxels->light_count = scene.light_count;
-    voxels->lights = lights;
+    if (!grid || !lights) return nullptr;
+    *grid = {};
+    grid->light_count = scene.light_count;
+    grid->lights = lights;
     for (uint32_t l = 0; l < scene.light_count; ++l) {
         lights[l].state = arena.make<uint32_t>(max_voxels);
         if (!lights[l].state) return nullptr;
     }
-    return voxels;
+    return grid;
 }
 
-void begin_frame(VoxelShadows &voxels, const Shadows &shadows) {
-    const TriangleTree &still = shadows.surfaces->still;
-    const bool first = voxels.edge == 0;
-    if (still.triangle_count == 0) return;
-    if (first) lay_out(voxels, still);
-    for (uint32_t l = 0; l < voxels.light_count; ++l) {
-        VoxelLight &voxel_light = voxels.lights[l];
-        if (!follow_light(voxel_light, shadows, l, !first)) continue;
-        std::fill(voxel_light.state, voxel_light.state + voxel_count(voxels), unknown);
+bool begin_voxel_frame(Shadows &shadows, const Settings &, Arena &) {
+    VoxelGrid &grid = memory_of<VoxelGrid>(shadows);
+    const TriangleTree &tree = shadows.surfaces->static_tree;
+    const bool first = grid.edge == 0;
+    if (tree.triangle_count == 0) return true;
+    if (first) lay_out(grid, tree);
+    for (uint32_t l = 0; l < grid.light_count; ++l) {
+        VoxelLight &light = grid.lights[l];
+        if (update_light(light, shadows, l, first))
+            std::fill(light.state, light.state + voxel_count(grid), unresolved);
     }
+    return true;
 }
 
-bool is_shadowed(VoxelShadows &voxels, Shadows &shadows, const ShadowQuery &query) {
-    const Surfaces &surfaces = *shadows.surfaces;
-    Statistics &statistics = *shadows.statistics;
-    if (surfaces.still.triangle_count == 0) return is_blocked_by_moving(shadows, query);
-    VoxelLight &light = voxels.lights[query.light];
+bool is_shadowed_by_voxels(Shadows &shadows, const ShadowQuery &query) {
+    VoxelGrid &grid = memory_of<VoxelGrid>(shadows);
+    const TriangleTree &tree = shadows.surfaces->static_tree;
+    if (tree.triangle_count == 0) return is_blocked_by_moving(shadows, query);
+    VoxelLight &light = grid.lights[query.light];
     const Vec3 &from = query.ray.origin;
-    bool within = is_on_lattice(surfaces.still, from);
-    const LatticePoint at = within ? lattice_point(from, voxels.exponent) : voxels.low;
+    bool within = is_on_lattice(tree, from);
+    const LatticePoint at = within ? lattice_point(from, grid.exponent) : grid.low;
     LatticeBounds box;
     uint64_t index = 0;
-    const int shift = light.lattice.exponent - voxels.exponent; // to longer steps
+    const int shift = light.lattice.exponent - grid.exponent; // to longer steps
     for (int a = 2; a >= 0; --a) {
-        const int64_t place = at.x[a] - voxels.low.x[a], cell = place < 0 ? -1 : place / voxels.edge;
-        within = within && cell >= 0 && cell < voxels.count[a];
+        const int64_t offset = at.x[a] - grid.low.x[a], voxel = offset < 0 ? -1 : offset / grid.edge;
+        within = within && voxel >= 0 && voxel < grid.count[a];
         if (!within) break;
-        index = index * voxels.count[a] + static_cast<uint64_t>(cell);
-        box.low.x[a] = (voxels.low.x[a] + cell * voxels.edge) >> shift;
-        box.high.x[a] = ((voxels.low.x[a] + (cell + 1) * voxels.edge) >> shift) + 1;
+        index = index * grid.count[a] + static_cast<uint64_t>(voxel);
+        box.low.x[a] = (grid.low.x[a] + voxel * grid.edge) >> shift;
+        box.high.x[a] = ((grid.low.x[a] + (voxel + 1) * grid.edge) >> shift) + 1;
     }
-    uint32_t outside = complicated, &state = within ? light.state[index] : outside;
-    if (state == full) {
-        ++statistics.rays.shadow_culled;
+    uint32_t outside = mixed, &state = within ? light.state[index] : outside;
+    if (state == shadowed) {
+        ++shadows.statistics->rays.shadow_culled;
         return true;
     }
-    if (state == null || state == query.triangle) return is_shadowed_by_moving_alone(shadows, query);
+    if (state == lit || state == query.triangle) return is_shadowed_by_moving_alone(shadows, query);
     uint32_t occluder;
     const bool blocked = is_blocked_by_static(shadows, query, occluder);
-    if (state == unknown) {
+    if (state == unresolved) {
         const BoxShaft shaft(light.lattice, box, light.light);
         uint32_t count;
         if (blocked)
-            state = is_cut_by(shadows, light.lattice, shaft, occluder) ? full : complicated;
+            state = is_shaft_shadowed(shadows, light.lattice, shaft, occluder) ? shadowed : mixed;
         else if (!find_blockers(shadows, light.lattice, shaft, 1, &state, count))
-            state = complicated;
+            state = mixed;
         else if (count == 0)
-            state = null;
+            state = lit;
     }
     return blocked || is_blocked_by_moving(shadows, query);
 }
+
+} // namespace
+
+const ShadowTechnique voxel_technique = {is_shadowed_by_voxels, voxel_bytes, make_voxels, begin_voxel_frame};
 
 } // namespace wisp::WISP_ARITH
