@@ -118,7 +118,7 @@ TEST_CASE(WISP_ARITH_NAME ": pixels of backlit smoke change by no more than the 
         for (size_t i = 0; i < before.rgb.size(); ++i) {
             const double was = static_cast<double>(before.rgb[i]), is = static_cast<double>(after.rgb[i]);
             const double sky = i % 3 == 0 ? 0.25 : i % 3 == 1 ? 0.5 : 1, change = std::fabs(std::log(is / was));
-            // Steps of s h are wrong by 0.125 s^2 of the depth (numerics E4), before and after.
+            // Steps of s h are wrong by 0.125 s^2 of the depth (N-E4), before and after.
             CHECK(change <= -std::log1p(-epsilon) * 1.00125 - 0.0025 * std::log(was / sky) + 1e-6);
             greatest = std::max(greatest, change);
         }
@@ -147,7 +147,7 @@ TEST_CASE(WISP_ARITH_NAME ": pixels of lit smoke stay within the bound of single
         scene.smokes = &left;
         const Rendered after = render_in_memory(scene, settings);
         double worst = 0;
-        const double quadrature = 0.02; // 0.125 s^2 of a depth (numerics E4), s = 0.2, and depths of up to 4
+        const double quadrature = 0.02; // 0.125 s^2 of a depth (N-E4), s = 0.2, and depths of up to 4
         for (size_t i = 0; i < before.rgb.size(); ++i) {
             const double was = static_cast<double>(before.rgb[i]), is = static_cast<double>(after.rgb[i]);
             const double kept = (1 - epsilon) * (1 - epsilon);

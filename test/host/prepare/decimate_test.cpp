@@ -10,7 +10,7 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
-// A spline's cross-section for the depth of the line through its middle (numerics L).
+// A spline's cross-section for the depth of the line through its middle (N-L).
 double area_of(double depth, double h = 1) { return depth * 8 * pi / 15 * h * h; }
 
 // 27 particles about the origin, one to a unit.
