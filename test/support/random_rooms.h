@@ -1,5 +1,5 @@
-// Rooms of random triangles, most of them degenerate: slivers, twins, touching, coplanar, without an area; instances, deforming triangles,
-// textures, lights of all kinds.
+// Rooms of random triangles, most of them degenerate: slivers, twins, touching, coplanar, without an area; instances,
+// deforming triangles, textures, lights of all kinds.
 #pragma once
 #include "host/base/double3.h"
 #include "support/built_surfaces.h"

@@ -9,7 +9,7 @@
 namespace wisp::WISP_ARITH {
 
 constexpr ShadowMethod equivalent_methods[] = {ShadowMethod::cache, ShadowMethod::exact, ShadowMethod::voxel,
-                                          ShadowMethod::lightbuffer, ShadowMethod::lie};
+                                               ShadowMethod::lightbuffer, ShadowMethod::lie};
 
 inline std::vector<float> picture(const Scene &scene, const Settings &settings, std::vector<unsigned char> &block,
                                   Statistics &statistics, FrameCache &kept) {
@@ -79,7 +79,9 @@ inline ShadowQuery moving_query_at(const Room &room, uint32_t triangle, uint32_t
     const Double3 *c = room.triangles[triangle].corner;
     Vec3 corner = vec_of(c[0]), edge1 = vec_of(c[1]) - corner, edge2 = vec_of(c[2]) - corner;
     uint32_t instance = 0;
-    while (instance < room.instances.size() && triangle - room.instances[instance].first >= room.instances[instance].count) ++instance;
+    while (instance < room.instances.size() &&
+           triangle - room.instances[instance].first >= room.instances[instance].count)
+        ++instance;
     if (instance < room.instances.size()) {
         const PlacedInstance &placed = room.surfaces.instances[instance];
         const auto applied = [&placed](const Vec3 &x) {
@@ -150,7 +152,7 @@ class ShadowQueries {
                     random_weights(cell, next, s, t);
                 }
                 ask(triangle < room_.scene.static_count ? query_at(room_, triangle, light, s, t)
-                                                       : moving_query_at(room_, triangle, light, s, t));
+                                                        : moving_query_at(room_, triangle, light, s, t));
             }
         }
     }

@@ -1,5 +1,5 @@
-// The ray tracer against a reference tracer: plain double, no trees, from the formulas (whitted.h). With every ray goes a
-// bound of how far rounding may have moved it: where a decision is nearer than that its pixel is not compared, and
+// The ray tracer against a reference tracer: plain double, no trees, from the formulas (whitted.h). With every ray goes
+// a bound of how far rounding may have moved it: where a decision is nearer than that its pixel is not compared, and
 // where a thin triangle or a sharp highlight enlarges it pixels may differ by what it then is.
 #include "core/geometry/camera.h"
 #include "support/random_rooms.h"
@@ -351,7 +351,8 @@ TEST_CASE(WISP_ARITH_NAME ": pictures are those of a reference tracer, but where
                 const auto &a = reference.counts.rays, &b = room.statistics.rays;
                 counted_otherwise += a.shadow != b.shadow || a.reflected != b.reflected || a.refracted != b.refracted;
                 rays += a.shadow + a.reflected + a.refracted;
-                const double off[] = {at(radiance.x) - expected.x, at(radiance.y) - expected.y, at(radiance.z) - expected.z};
+                const double off[] = {at(radiance.x) - expected.x, at(radiance.y) - expected.y,
+                                      at(radiance.z) - expected.z};
                 for (const double o : off) {
                     const double relative = std::fabs(o) / std::max(1.0, largest(expected));
                     worst = std::max(worst, relative);

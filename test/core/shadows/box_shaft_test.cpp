@@ -25,7 +25,8 @@ TEST_CASE(WISP_ARITH_NAME ": whatever is proved of a box holds for every ray fro
             if (box % 2) { // behind the middle of a triangle, seen from the light
                 const Double3 *c = room.triangles[below(room.scene.static_count)].corner;
                 const Double3 on = (c[0] + c[1] + c[2]) * (1.0 / 3);
-                const Double3 way = source.kind == LightKind::parallel ? source.direction * room.size : on - source.position;
+                const Double3 way =
+                    source.kind == LightKind::parallel ? source.direction * room.size : on - source.position;
                 middle = on + way * (0.3 * next());
             }
             const ShaftLattice lattice =

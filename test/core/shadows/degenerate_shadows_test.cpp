@@ -363,7 +363,8 @@ TEST_CASE(WISP_ARITH_NAME ": random scenes, whose every shadow is asked of exact
         for (int frame = 0; frame < 3; ++frame) {
             shadows.begin();
             for (int i = 0; i < 40; ++i)
-                shadows.query_triangle(below(i % 2 ? 8 : room.triangles.size()), below(room.lights.size()), 3, 50, next);
+                shadows.query_triangle(below(i % 2 ? 8 : room.triangles.size()), below(room.lights.size()), 3, 50,
+                                       next);
             room.change();
         }
         if (shadows.wrong > 0) MESSAGE("scene " << seed << ": " << shadows.wrong << " shadows wrong");

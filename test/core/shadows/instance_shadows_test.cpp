@@ -1,4 +1,5 @@
-// Shadows of and on instances: rasters of lights and lists of blockers against tests of every instance and every triangle.
+// Shadows of and on instances: rasters of lights and lists of blockers against tests of every instance and every
+// triangle.
 #include "core/shadows/instance_shadows.h"
 #include "support/random_rooms.h"
 
@@ -39,8 +40,8 @@ struct Crowd : Room {
             instance.axis[2] = cross(instance.axis[0], instance.axis[1]);
             for (int j = 0; j < 3; ++j)
                 instance.inverse[j] = j == 0   ? Double3{instance.axis[0].x, instance.axis[1].x, instance.axis[2].x}
-                                  : j == 1 ? Double3{instance.axis[0].y, instance.axis[1].y, instance.axis[2].y}
-                                           : Double3{instance.axis[0].z, instance.axis[1].z, instance.axis[2].z};
+                                      : j == 1 ? Double3{instance.axis[0].y, instance.axis[1].y, instance.axis[2].y}
+                                               : Double3{instance.axis[0].z, instance.axis[1].z, instance.axis[2].z};
             instance.origin = point(pick(2) ? 1 : 0.1);
             instance.visible = pick(8) > 0;
             instances.push_back(instance);
@@ -95,7 +96,8 @@ TEST_CASE(WISP_ARITH_NAME ": a light's raster has every instance that its rays m
             if (room.pick(2)) { // behind a corner of an instance, seen from the light
                 const Instance &instance = room.instances[room.below(room.instances.size())];
                 const Double3 p = room.triangles[instance.first + room.below(4)].corner[0];
-                const Double3 corner = instance.axis[0] * p.x + instance.axis[1] * p.y + instance.axis[2] * p.z + instance.origin;
+                const Double3 corner =
+                    instance.axis[0] * p.x + instance.axis[1] * p.y + instance.axis[2] * p.z + instance.origin;
                 const LightSource &source = room.lights[light];
                 const Double3 way =
                     source.kind == LightKind::parallel ? source.direction * room.size : corner - source.position;
@@ -104,8 +106,8 @@ TEST_CASE(WISP_ARITH_NAME ": a light's raster has every instance that its rays m
             const ShadowQuery query = room.query(from, light);
             if (!(query.end > Real(0))) continue;
             TreeCounts counts = {};
-            const bool right =
-                is_blocked_by_moving(room.surfaces, query.ray, room.surfaces.ray_epsilon, query.end, query.triangle, counts);
+            const bool right = is_blocked_by_moving(room.surfaces, query.ray, room.surfaces.ray_epsilon, query.end,
+                                                    query.triangle, counts);
             const uint64_t before = room.statistics.shadow.traced.node_visits;
             bool any;
             wrong += is_blocked_by_moving(memory.instances, room.shadows, query, any) != right;
@@ -160,7 +162,8 @@ TEST_CASE(WISP_ARITH_NAME ": what stands between an instance and a light is all 
                 const Triangle &t = room.triangles[instance.first + room.below(4)];
                 const double u = room.next(), v = room.next() * (1 - u);
                 const Double3 p = t.corner[0] * (1 - u - v) + t.corner[1] * u + t.corner[2] * v;
-                const Double3 at = instance.axis[0] * p.x + instance.axis[1] * p.y + instance.axis[2] * p.z + instance.origin;
+                const Double3 at =
+                    instance.axis[0] * p.x + instance.axis[1] * p.y + instance.axis[2] * p.z + instance.origin;
                 ShadowQuery query = room.query(vec_of(at), light);
                 query.instance = b;
                 if (!(query.end > Real(0))) continue;
@@ -172,7 +175,7 @@ TEST_CASE(WISP_ARITH_NAME ": what stands between an instance and a light is all 
                 TreeCounts counts = {};
                 uint32_t occluder;
                 const bool right = is_blocked_by_static(room.surfaces, query.ray, room.surfaces.ray_epsilon, query.end,
-                                                       no_triangle, occluder, counts);
+                                                        no_triangle, occluder, counts);
                 blocked += right;
                 wrong += is_blocked_by_listed(*found, room.shadows, query) != right;
             }

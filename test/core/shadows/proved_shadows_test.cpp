@@ -14,7 +14,8 @@ constexpr double room_sizes[] = {1, 16, 1024};
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME ": shadows are those of rays, frame after frame, while instances, deforming triangles and lights move") {
+TEST_CASE(WISP_ARITH_NAME
+          ": shadows are those of rays, frame after frame, while instances, deforming triangles and lights move") {
     uint64_t culled = 0, moving_alone = 0;
     int wrong = 0;
     for (uint64_t seed = 0; seed < 150; ++seed) {
@@ -46,7 +47,8 @@ TEST_CASE(WISP_ARITH_NAME ": shadows are those of rays, frame after frame, while
                 if (next() < 0.2) instance.visible = !instance.visible;
                 instance.origin = instance.origin + Double3{next() - 0.5, next() - 0.5, next() - 0.5} * room.size;
             }
-            for (uint32_t i = room.scene.static_count + room.scene.instance_triangle_count; i < room.triangles.size(); ++i)
+            for (uint32_t i = room.scene.static_count + room.scene.instance_triangle_count; i < room.triangles.size();
+                 ++i)
                 room.triangles[i].corner[frame % 3].x *= 0.5;
             const uint32_t moved = below(room.lights.size());
             room.lights[moved].position = Double3{next() - 0.5, next() - 0.5, next() - 0.5} * (3 * room.size);

@@ -20,7 +20,8 @@ bool same(const std::vector<float> &a, const std::vector<float> &b) {
     return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
 
-// The room as it is in a frame: instances and deforming triangles elsewhere, some hidden, other lights and another view.
+// The room as it is in a frame: instances and deforming triangles elsewhere, some hidden, other lights and another
+// view.
 struct Animation {
     explicit Animation(uint64_t seed) : room(seed, 16), triangles(room.triangles), instances(room.instances) {}
     const Scene &at(int frame) {

@@ -35,7 +35,7 @@ TEST_CASE(WISP_ARITH_NAME ": rays hit, and are blocked, as by tests of every tri
             ++hits;
             int at_once = 0;
             for_each_hit(all, ray, ignore_triangle,
-                     [&](uint32_t, const TriangleHit &h, uint32_t) { at_once += h.distance == hit.distance; });
+                         [&](uint32_t, const TriangleHit &h, uint32_t) { at_once += h.distance == hit.distance; });
             ties += at_once > 1;
             // Up to just before the hit, up to it and beyond.
             for (const Real end : {hit.distance * Real(0.5), hit.distance, hit.distance + room.surfaces.ray_epsilon}) {
@@ -75,18 +75,19 @@ TEST_CASE(WISP_ARITH_NAME ": of triangles at one distance the first of the scene
         for (const uint32_t static_count : {1u, 0u}) {
             Room room;
             room.material(matte({1, 1, 1}));
-            for (uint32_t i = 0; i < static_count + instances + 1; ++i) room.add({-1, -1, 0.3}, {1, -1, 0}, {0.2, 1, -0.3}, 0);
+            for (uint32_t i = 0; i < static_count + instances + 1; ++i)
+                room.add({-1, -1, 0.3}, {1, -1, 0}, {0.2, 1, -0.3}, 0);
             room.scene.static_count = static_count;
             room.scene.instance_triangle_count = instances;
             room.scene.deforming_count = 1;
             for (uint32_t b = 0; b < instances; ++b) {
                 const bool visible = (hidden >> b & 1) == 0;
                 room.instances.push_back({static_count + b,
-                                       1,
-                                       {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
-                                       {0, 0, 0},
-                                       {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
-                                       visible});
+                                          1,
+                                          {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                                          {0, 0, 0},
+                                          {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                                          visible});
             }
             room.build();
             uint32_t first = static_count == 1 ? 0 : instances;

@@ -206,13 +206,15 @@ TEST_CASE(WISP_ARITH_NAME ": the triangle tree finds the hits of testing every t
             const Every every(set.triangles, ray, query);
             TreeCounts counts = {0, 0};
             SurfaceHit hit;
-            const bool found = nearest_hit(planted.tree, ray, query.begin, query.end, query.ignore_triangle, hit, counts);
+            const bool found =
+                nearest_hit(planted.tree, ray, query.begin, query.end, query.ignore_triangle, hit, counts);
             bool same = found == every.found;
             if (found && every.found)
                 same = hit.distance == every.nearest.distance && hit.triangle == every.nearest.triangle &&
                        hit.u == every.nearest.u && hit.v == every.nearest.v;
             uint32_t occluder = 0;
-            const bool stopped = any_hit(planted.tree, ray, query.begin, query.end, query.ignore_triangle, occluder, counts);
+            const bool stopped =
+                any_hit(planted.tree, ray, query.begin, query.end, query.ignore_triangle, occluder, counts);
             same = same && stopped == every.occluded;
             if (stopped) same = same && every.has(occluder) && set.triangles[occluder].material == opaque;
             wrong += same ? 0 : 1;
