@@ -97,7 +97,7 @@ WISP_INLINE void gather_lights(const GridMarcher &marcher, const SmokeVolume &sm
         for (uint32_t l = 0; l < lanes; ++l) p[l] *= lit.irradiance[l] * exp(-max(Real(0), tau[l]));
         if (marcher.shadows) shade(marcher, from, light, ray, group, p, recorder);
         if (brightest > Real(0)) add(scattered, p, from.color / brightest);
-        if (recorder && brightest > Real(0)) {
+        if (is_recording(recorder) && brightest > Real(0)) {
             LaneLightRecord record;
             record.light = light;
             record.smoke = static_cast<uint32_t>(&smoke - marcher.medium->smokes);
@@ -133,7 +133,7 @@ WISP_INLINE void gather_harmonics(const Irradiance &map, const Phase &phase, con
         return total;
     };
     interpolate(at, sum, sent);
-    for (uint32_t l = 0; l < lanes; ++l) sent[l] *= Real(1.0 / greatest_component);
+    for (uint32_t l = 0; l < lanes; ++l) sent[l] *= Real(1.0 / max_component);
 }
 
 // The same of the irradiance map.
@@ -223,7 +223,7 @@ WISP_MULTIVERSIONED void march_group(const GridMarcher &marcher, const Ray &ray,
     LaneColor source;
     for (uint32_t l = 0; l < lanes; ++l) sigma[l] = Real(0);
     set(source, Color(Real(0)));
-    if (recorder) recorder->lanes_begin(*recorder);
+    if (is_recording(recorder)) recorder->lanes_begin(*recorder);
     for (uint32_t s = 0; s < medium.count; ++s) {
         const SmokeVolume &smoke = medium.smokes[s];
         if (!smoke.field.is_resampled) continue;
@@ -241,7 +241,7 @@ WISP_MULTIVERSIONED void march_group(const GridMarcher &marcher, const Ray &ray,
         set(multiple, Color(Real(0)));
         gather_lights(marcher, smoke, ray, group, here, single, recorder);
         gather_scattered(marcher, smoke, ray, group, multiple);
-        if (recorder) {
+        if (is_recording(recorder)) {
             LaneSourceRecord record;
             for (uint32_t l = 0; l < lanes; ++l) record.extinction[l] = here[l];
             record.single = single;
@@ -275,7 +275,7 @@ WISP_MULTIVERSIONED void march_group(const GridMarcher &marcher, const Ray &ray,
         source.green[l] *= weight[l];
         source.blue[l] *= weight[l];
     }
-    if (recorder) {
+    if (is_recording(recorder)) {
         LaneStepRecord record;
         for (uint32_t l = 0; l < lanes; ++l) {
             record.step[l] = group.step[l];
@@ -301,7 +301,7 @@ Segment march(GridMarcher &marcher, const Ray &ray, Real end, PixelRecorder *rec
     const Real length = end - begin, inverse_step = Real(1) / marcher.step;
     const int32_t steps = floor_to_int(length * inverse_step) + 1;
     const GridRay in_bricks(*medium.bricks, inside);
-    if (recorder) recorder->march(*recorder, begin, end, marcher.step, steps);
+    if (is_recording(recorder)) recorder->march(*recorder, begin, end, marcher.step, steps);
     Progress so_far;
     Group group;
     group.begin = begin;
@@ -327,7 +327,7 @@ Segment march(GridMarcher &marcher, const Ray &ray, Real end, PixelRecorder *rec
         march_group(marcher, inside, in_bricks, length, group, so_far, recorder);
     }
     const Segment seen = {so_far.radiance, exp(-so_far.depth.value)};
-    if (recorder) recorder->march_end(*recorder, seen.radiance, so_far.depth.value, seen.transmittance);
+    if (is_recording(recorder)) recorder->march_end(*recorder, seen.radiance, so_far.depth.value, seen.transmittance);
     return seen;
 }
 

@@ -100,7 +100,7 @@ Segment march(ParticleMarcher &marcher, const Ray &ray, Real end, PixelRecorder 
     const Ray inside = {ray.origin + ray.direction * begin, ray.direction};
     const Real length = end - begin, step = marcher.step, inverse_step = Real(1) / step;
     const int32_t steps = floor_to_int(length / step) + 1;
-    if (recorder) recorder->march(*recorder, begin, end, step, steps);
+    if (is_recording(recorder)) recorder->march(*recorder, begin, end, step, steps);
     Color radiance(Real(0));
     Depth depth;
     for (int32_t first = 0; first < steps && depth.value < opaque_depth; first += window_steps) {
@@ -145,7 +145,7 @@ Segment march(ParticleMarcher &marcher, const Ray &ray, Real end, PixelRecorder 
             }
             const Real s = sigma * dx;
             const Color arriving = source * (exp(-depth.value) * mean_transmittance(s) * dx);
-            if (recorder) {
+            if (is_recording(recorder)) {
                 const Color emission = emitted_radiance(medium, marcher.extinctions);
                 if (!marcher.irradiance) multiple = max(sent - emission, Color(Real(0))); // in the sources
                 recorder->step(*recorder, {first + i, begin + from + Real(0.5) * dx, dx, sigma, depth.value, single,
@@ -156,7 +156,7 @@ Segment march(ParticleMarcher &marcher, const Ray &ray, Real end, PixelRecorder 
         }
     }
     const Segment seen = {radiance, exp(-depth.value)};
-    if (recorder) recorder->march_end(*recorder, seen.radiance, depth.value, seen.transmittance);
+    if (is_recording(recorder)) recorder->march_end(*recorder, seen.radiance, depth.value, seen.transmittance);
     return seen;
 }
 

@@ -74,31 +74,25 @@ void step(PixelRecorder &recorder, const StepRecord &step) {
                           to_double3(step.multiple), to_double3(step.emission), to_double3(step.radiance)});
 }
 
-void light_begin(PixelRecorder &recorder, int32_t step, uint32_t number, const Illumination &from, bool faces) {
-    TraceEvent::Light &light = recorder.light[0] = {};
-    light.step = step;
-    light.light = number;
-    light.faces = faces;
-    light.direction = to_double3(from.direction);
-    light.distance = to_double(from.distance);
-    light.irradiance = to_double3(from.irradiance);
-    light.transmittance = 1;
-}
-void light_arrives(PixelRecorder &recorder, Real optical_depth, Real transmittance, Color contribution) {
-    TraceEvent::Light &light = recorder.light[0];
-    light.optical_depth = to_double(optical_depth);
-    light.transmittance = to_double(transmittance);
-    light.contribution = to_double3(contribution);
-}
-void light_end(PixelRecorder &recorder) {
-    send(recorder, recorder.light[0]);
-    recorder.light[0] = {};
+void light(PixelRecorder &recorder, const LightRecord &record) {
+    TraceEvent::Light &light = recorder.shadow[0];
+    light.step = record.step;
+    light.light = record.light;
+    light.faces = record.faces;
+    light.direction = to_double3(record.from.direction);
+    light.distance = to_double(record.from.distance);
+    light.irradiance = to_double3(record.from.irradiance);
+    light.optical_depth = to_double(record.optical_depth);
+    light.transmittance = to_double(record.transmittance);
+    light.contribution = to_double3(record.contribution);
+    send(recorder, light);
+    light = {};
 }
 
 void shadow_begin(PixelRecorder &recorder, const Statistics &statistics) { recorder.before = statistics; }
 void shadow_end(PixelRecorder &recorder, uint32_t lane, const Statistics &after, bool blocked) {
     const Statistics &before = recorder.before;
-    TraceEvent::Light &light = recorder.light[lane];
+    TraceEvent::Light &light = recorder.shadow[lane];
     light.blocked = blocked;
     light.node_visits = after.shadow.traced.node_visits - before.shadow.traced.node_visits;
     light.triangle_tests = after.shadow.traced.triangle_tests - before.shadow.traced.triangle_tests;
@@ -115,7 +109,7 @@ void lanes_begin(PixelRecorder &recorder) {
 
 void lane_lights(PixelRecorder &recorder, const LaneLightRecord &record) {
     for (uint32_t l = 0; l < lanes; ++l) {
-        TraceEvent::Light &light = recorder.light[l];
+        TraceEvent::Light &light = recorder.shadow[l];
         if (record.extinction[l] > Real(0)) {
             const Vec3 &x = record.middle[l];
             const Real depth = max(Real(0), record.optical_depth[l]);
@@ -179,9 +173,7 @@ PixelRecorder make_recorder(const PixelTrace &trace) {
     recorder.march = march;
     recorder.march_end = march_end;
     recorder.step = step;
-    recorder.light_begin = light_begin;
-    recorder.light_arrives = light_arrives;
-    recorder.light_end = light_end;
+    recorder.light = light;
     recorder.shadow_begin = shadow_begin;
     recorder.shadow_end = shadow_end;
     recorder.lanes_begin = lanes_begin;

@@ -12,6 +12,14 @@
 namespace wisp::WISP_ARITH {
 
 // As TraceEvent's members of the same names.
+struct LightRecord {
+    int32_t step;
+    uint32_t light;
+    bool faces;
+    Illumination from;
+    Real optical_depth = Real(0), transmittance = Real(1);
+    Color contribution = Color(Real(0));
+};
 struct StepRecord {
     int32_t step;
     Real distance, length, extinction, optical_depth;
@@ -73,10 +81,7 @@ struct PixelRecorder {
     void (*march)(PixelRecorder &, Real begin, Real end, Real step, int32_t steps);
     void (*march_end)(PixelRecorder &, Color radiance, Real optical_depth, Real transmittance);
     void (*step)(PixelRecorder &, const StepRecord &);
-    // A light: by LightRecord, below.
-    void (*light_begin)(PixelRecorder &, int32_t step, uint32_t light, const Illumination &, bool faces);
-    void (*light_arrives)(PixelRecorder &, Real optical_depth, Real transmittance, Color contribution);
-    void (*light_end)(PixelRecorder &);
+    void (*light)(PixelRecorder &, const LightRecord &);
     // Before and after a shadow query: what the query has counted says how it was decided.
     void (*shadow_begin)(PixelRecorder &, const Statistics &);
     void (*shadow_end)(PixelRecorder &, uint32_t lane, const Statistics &, bool blocked);
@@ -86,43 +91,25 @@ struct PixelRecorder {
     void (*lane_sources)(PixelRecorder &, const LaneSourceRecord &);
     void (*lane_steps)(PixelRecorder &, const LaneStepRecord &);
 
-    // What the functions above keep from call to call: the light that has begun, one a lane; the counters before a shadow
-    // query; what all smokes send.
-    TraceEvent::Light light[lanes];
+    // What the functions above keep from call to call: the shadow of the next light, one a lane; the counters before a
+    // shadow query; what all smokes send.
+    TraceEvent::Light shadow[lanes];
     Statistics before;
     LaneColor single, multiple, emission;
 };
 
 PixelRecorder make_recorder(const PixelTrace &trace);
 
-// The answer of query(), whether a light is in shadow, recorded for a lane. No recorder: nullptr.
+// Whether a pixel is recorded: hardly ever.
+inline bool is_recording(const PixelRecorder *recorder) { return __builtin_expect(recorder != nullptr, false); }
+
+// The answer of query(), whether a light is in shadow: it is recorded with the lane's next light.
 template <class Query>
 bool record_shadow(PixelRecorder *recorder, uint32_t lane, const Statistics &statistics, Query &&query) {
-    if (recorder) recorder->shadow_begin(*recorder, statistics);
+    if (is_recording(recorder)) recorder->shadow_begin(*recorder, statistics);
     const bool blocked = query();
-    if (recorder) recorder->shadow_end(*recorder, lane, statistics, blocked);
+    if (is_recording(recorder)) recorder->shadow_end(*recorder, lane, statistics, blocked);
     return blocked;
 }
-
-// Records a light at a point, once it is known what arrives from it: as this goes out of scope. No recorder: nullptr.
-class LightRecord {
-  public:
-    LightRecord(PixelRecorder *recorder, int32_t step, uint32_t light, const Illumination &from, bool faces = true)
-        : recorder_(recorder) {
-        if (recorder_) recorder_->light_begin(*recorder_, step, light, from, faces);
-    }
-    ~LightRecord() {
-        if (recorder_) recorder_->light_end(*recorder_);
-    }
-    LightRecord(const LightRecord &) = delete;
-    LightRecord &operator=(const LightRecord &) = delete;
-
-    void arrives(Real optical_depth, Real transmittance, const Color &contribution) {
-        if (recorder_) recorder_->light_arrives(*recorder_, optical_depth, transmittance, contribution);
-    }
-
-  private:
-    PixelRecorder *const recorder_;
-};
 
 } // namespace wisp::WISP_ARITH

@@ -37,22 +37,24 @@ Color single_scattering(const Medium &medium, const SingleScatterer &lights, con
     for (uint32_t l = 0; l < lights.light_count; ++l) {
         const Illumination light = illuminate(lights.lights[l], step.middle, step.begin, step.end);
         if (!(largest(light.irradiance) > Real(0))) continue;
-        LightRecord record(recorder, step.number, l, light);
         Color scattered(Real(0)); // sum of sigma_s p
         for (uint32_t i = 0; i < medium.count; ++i)
             if (extinctions[i] > Real(0))
                 scattered += medium.smokes[i].albedo * (extinctions[i] * medium.smokes[i].phase(light.direction, out));
-        if (!(largest(scattered) > Real(0))) continue;
-        if (lights.shadows && record_shadow(recorder, 0, statistics,
-                                            [&] { return is_shadowed(lights.shadows, l, step.middle, light); }))
+        const auto query = [&] { return is_shadowed(lights.shadows, l, step.middle, light); };
+        if (!(largest(scattered) > Real(0)) ||
+            (lights.shadows && record_shadow(recorder, 0, statistics, query))) {
+            if (is_recording(recorder)) recorder->light(*recorder, {step.number, l, true, light});
             continue;
+        }
         if (!lights.depths) ++statistics.rays.shadow;
         const Real depth = lights.depths ? optical_depth_to_light(*lights.depths, l, step.middle)
                                          : optical_depth(medium, {step.middle, -light.direction}, light.distance);
         const Real transmittance = exp(-depth);
         const Color contribution = scattered * light.irradiance * transmittance;
         sum += contribution;
-        record.arrives(depth, transmittance, contribution);
+        if (is_recording(recorder))
+            recorder->light(*recorder, {step.number, l, true, light, depth, transmittance, contribution});
     }
     return sum;
 }
@@ -67,7 +69,7 @@ Segment march(Marcher &marcher, const Ray &ray, Real end, PixelRecorder *recorde
     const Vec3 out = -ray.direction;
     const Real length = end - begin;
     const int32_t steps = floor_to_int(length / marcher.step) + 1;
-    if (recorder) recorder->march(*recorder, begin, end, marcher.step, steps);
+    if (is_recording(recorder)) recorder->march(*recorder, begin, end, marcher.step, steps);
     Color radiance(Real(0));
     Depth depth;
     for (int32_t i = 0; i < steps && depth.value < opaque_depth; ++i) {
@@ -92,14 +94,14 @@ Segment march(Marcher &marcher, const Ray &ray, Real end, PixelRecorder *recorde
 
         const Real s = sigma * dx;
         const Color arriving = source * (exp(-depth.value) * mean_transmittance(s) * dx);
-        if (recorder && sigma > Real(0))
+        if (is_recording(recorder) && sigma > Real(0))
             recorder->step(*recorder, {i, begin + from + Real(0.5) * dx, dx, sigma, depth.value, single, multiple,
                                        emission, arriving});
         radiance += arriving;
         depth.add(s);
     }
     const Segment seen = {radiance, exp(-depth.value)};
-    if (recorder) recorder->march_end(*recorder, seen.radiance, depth.value, seen.transmittance);
+    if (is_recording(recorder)) recorder->march_end(*recorder, seen.radiance, depth.value, seen.transmittance);
     return seen;
 }
 

@@ -27,16 +27,16 @@ template <class Radiance> Status expose_film(const Frame &frame, Radiance &&radi
                 const Real column = Real(x) + pattern.u(i), row_ = Real(y) + pattern.v(i);
                 const Ray ray = view.ray_through(column, row_);
                 ++frame.statistics.rays.primary;
-                if (recorder) recorder->sample(*recorder, i, column, row_);
+                if (is_recording(recorder)) recorder->sample(*recorder, i, column, row_);
                 const Color sample = radiance(ray, x, y, i, recorder);
-                if (recorder) recorder->sample_end(*recorder, i, sample);
+                if (is_recording(recorder)) recorder->sample_end(*recorder, i, sample);
                 sum += sample;
             }
             const Color mean = sum / Real(static_cast<int32_t>(samples));
             *rgb++ = to_float_scaled(mean.x, scene.radiance_exponent);
             *rgb++ = to_float_scaled(mean.y, scene.radiance_exponent);
             *rgb++ = to_float_scaled(mean.z, scene.radiance_exponent);
-            if (recorder) recorder->pixel(*recorder, samples, mean, rgb - 3);
+            if (is_recording(recorder)) recorder->pixel(*recorder, samples, mean, rgb - 3);
         }
     }
     return Status::done;

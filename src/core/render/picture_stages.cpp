@@ -18,10 +18,10 @@ SingleScatterer lights_of_march(Frame &frame) {
 template <class AnyMarcher> Status trace_smoke(Frame &frame, AnyMarcher &marcher) {
     const Color background = vec_of(frame.scene.background);
     return expose_film(frame, [&](const Ray &ray, int32_t, int32_t, uint32_t, PixelRecorder *recorder) {
-        if (recorder) recorder->ray(*recorder, RayKind::camera, 0, ray, Color(Real(1)), Real(1));
+        if (is_recording(recorder)) recorder->ray(*recorder, RayKind::camera, 0, ray, Color(Real(1)), Real(1));
         const Segment smoke = march(marcher, ray, infinite_distance, recorder);
         const Color radiance = smoke.radiance + background * smoke.transmittance;
-        if (recorder) recorder->ray_end(*recorder, false, smoke.radiance, smoke.transmittance, background, radiance);
+        if (is_recording(recorder)) recorder->ray_end(*recorder, false, smoke.radiance, smoke.transmittance, background, radiance);
         return radiance;
     });
 }

@@ -119,13 +119,17 @@ bool shade_light(const Whitted &tracer, const Point &point, const Vec3 &directio
     const SurfaceMaterial &material = *point.material;
     const Vec3 to_light = -from.direction;
     const Real cosine = dot(point.normal, to_light);
-    const bool faces = dot(point.plane, to_light) > Real(0) && cosine > Real(0) && largest(from.irradiance) > Real(0);
-    LightRecord record(tracer.recorder, -1, i, from, faces);
-    if (!faces) return false;
+    PixelRecorder *const recorder = tracer.recorder;
+    if (!(dot(point.plane, to_light) > Real(0)) || !(cosine > Real(0)) || !(largest(from.irradiance) > Real(0))) {
+        if (is_recording(recorder)) recorder->light(*recorder, {-1, i, false, from});
+        return false;
+    }
     const ShadowQuery query = make_shadow_query(*tracer.surfaces, point.position, i, from, point.triangle, point.u,
                                                 point.v, point.instance);
-    if (record_shadow(tracer.recorder, 0, *tracer.statistics, [&] { return is_shadowed(*tracer.shadows, query); }))
+    if (record_shadow(recorder, 0, *tracer.statistics, [&] { return is_shadowed(*tracer.shadows, query); })) {
+        if (is_recording(recorder)) recorder->light(*recorder, {-1, i, true, from});
         return false;
+    }
     Real depth = Real(0), passing = Real(1);
     if (tracer.medium) {
         depth = optical_depth(*tracer.medium, query.ray, from.distance);
@@ -134,7 +138,8 @@ bool shade_light(const Whitted &tracer, const Point &point, const Vec3 &directio
     const Real lambert = tracer.lights[i].kind == LightKind::constant ? cosine : cosine * inv_pi<Real>;
     const Real highlight = power(dot(mirrored(-to_light, point.normal), -direction), material.shininess);
     factor = (material.diffuse * point.texture * lambert + material.specular * highlight) * passing;
-    record.arrives(depth, passing, from.irradiance * factor);
+    if (is_recording(recorder))
+        recorder->light(*recorder, {-1, i, true, from, depth, passing, from.irradiance * factor});
     return true;
 }
 
@@ -170,12 +175,12 @@ Color trace_secondary(const Whitted &tracer, const Point &point, const Vec3 &dir
     const Real rest = weight * largest(factor);
     PixelRecorder *const recorder = tracer.recorder;
     if (depth == tracer.depth || rest < least_weight) {
-        if (recorder && rest > Real(0)) recorder->unsent(*recorder, kind, factor, rest, !(rest < least_weight));
+        if (is_recording(recorder) && rest > Real(0)) recorder->unsent(*recorder, kind, factor, rest, !(rest < least_weight));
         return Color(Real(0));
     }
     ++count;
     const Beam beam = {{point.position, direction}, point.width, point.triangle};
-    if (recorder) recorder->ray(*recorder, kind, depth + 1, beam.ray, factor, rest);
+    if (is_recording(recorder)) recorder->ray(*recorder, kind, depth + 1, beam.ray, factor, rest);
     return factor * trace(tracer, beam, tracer.surfaces->ray_epsilon, depth + 1, rest);
 }
 
@@ -208,7 +213,7 @@ Color shade(const Whitted &tracer, const Beam &beam, const Hit &hit, uint32_t de
     const SurfaceMaterial &material = *point.material;
     const Vec3 &direction = beam.ray.direction;
     Color radiance = material.ambient * point.texture;
-    if (tracer.recorder) {
+    if (is_recording(tracer.recorder)) {
         const Triangle &triangle = tracer.scene->triangles[hit.triangle];
         const bool in_instance = hit.instance < tracer.surfaces->instance_count;
         tracer.recorder->hit(*tracer.recorder, {hit.distance,
@@ -227,7 +232,7 @@ Color shade(const Whitted &tracer, const Beam &beam, const Hit &hit, uint32_t de
                                                 radiance});
     }
     const Color lit = direct_light(tracer, point, direction);
-    if (tracer.recorder) tracer.recorder->direct_light(*tracer.recorder, lit);
+    if (is_recording(tracer.recorder)) tracer.recorder->direct_light(*tracer.recorder, lit);
     radiance += lit;
     const Color passing(material.transmission);
     Vec3 inside;
@@ -251,7 +256,7 @@ Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth,
         smoke = tracer.march(tracer.marcher, beam.ray, hit.found ? hit.distance : infinite_distance, tracer.recorder);
     const Color behind = shade(tracer, beam, hit, depth, weight * smoke.transmittance);
     const Color radiance = tracer.medium ? smoke.radiance + behind * smoke.transmittance : behind;
-    if (tracer.recorder)
+    if (is_recording(tracer.recorder))
         tracer.recorder->ray_end(*tracer.recorder, hit.found, smoke.radiance, smoke.transmittance, behind, radiance);
     return radiance;
 }
@@ -273,7 +278,7 @@ SurfaceMaterial *make_surface_materials(const Scene &scene, Arena &arena) {
 }
 
 Color trace(const Whitted &tracer, const Ray &ray) {
-    if (tracer.recorder) tracer.recorder->ray(*tracer.recorder, RayKind::camera, 0, ray, Color(Real(1)), Real(1));
+    if (is_recording(tracer.recorder)) tracer.recorder->ray(*tracer.recorder, RayKind::camera, 0, ray, Color(Real(1)), Real(1));
     return trace(tracer, {ray, Real(0), no_triangle}, Real(0), 0, Real(1));
 }
 

@@ -43,7 +43,7 @@ struct Inspection {
     std::vector<Sample> samples;
     TraceEvent::Pixel pixel;
 
-    // What to hand to render(): a trace of the pixel x, y whose events are recorded here.
+    // What to hand to inspect(): a trace of the pixel x, y whose events are recorded here.
     PixelTrace trace();
 
   private:
