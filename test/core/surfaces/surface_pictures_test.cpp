@@ -102,7 +102,7 @@ TEST_CASE(WISP_ARITH_NAME ": frames of surfaces are the same alone, in order and
                 Statistics statistics;
                 Arena arena(memory.data(), memory.size());
                 CHECK(renderer.render({animation.at(frame), settings, arena, statistics, {}, rgb.data(), nullptr, &kept}) == Status::done);
-                CHECK(kept.surfaces != nullptr);
+                CHECK(kept.frame != nullptr);
                 CHECK(arena.peak() <= memory.size());
                 const Rendered &expected = alone[static_cast<size_t>(frame)];
                 CHECK(same(rgb, expected.rgb));
