@@ -1,5 +1,6 @@
 // Any bytes read as a texture give an error of one line, or a picture whose mipmap holds averages down to one texel.
 #include "host/base/error.h"
+#include "host/images/texture.h"
 #include "host/images/texture_readers.h"
 #include <algorithm>
 #include <cstdlib>

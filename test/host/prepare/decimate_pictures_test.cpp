@@ -1,4 +1,4 @@
-// What is left out as noise changes rays and pixels by no more than was asked.
+// Removed particles change rays and pixels by no more than epsilon.
 #include "host/prepare/decimate.h"
 #include "support/built_smoke.h"
 #include "wisp/settings.h"
@@ -23,7 +23,7 @@ std::vector<Particle> dusty_cloud(Kernel kernel) {
 }
 
 struct Thinned {
-    std::vector<Particle> gone, gifts, left; // gifts: what heirs are given, as particles
+    std::vector<Particle> gone, transfers, left; // transfers: the mass that receivers get, as particles
     size_t given = 0;
 
     Thinned(const std::vector<Particle> &all, const SmokeDescription &smoke, const Double3 &eye,
@@ -33,10 +33,10 @@ struct Thinned {
         for (const Removal &r : removals) {
             gone.push_back(all[r.index]);
             if (r.mass_receiver == r.index) continue;
-            gifts.push_back({all[r.mass_receiver].position, all[r.mass_receiver].h, all[r.index].area});
+            transfers.push_back({all[r.mass_receiver].position, all[r.mass_receiver].h, all[r.index].area});
         }
         remove_particles(left, removals);
-        sort_canonically(gifts);
+        sort_canonically(transfers);
         sort_canonically(left);
     }
 };
@@ -77,12 +77,12 @@ TEST_CASE(WISP_ARITH_NAME ": no ray from the eye or a light loses or gains more 
             const Thinned decimate(particles, smoke_of(particles, kernel), eye, lights, epsilon);
             CAPTURE(decimate.gone.size());
             CHECK(decimate.gone.size() > 100);
-            CHECK(decimate.gifts.size() > 100);
+            CHECK(decimate.transfers.size() > 100);
             const double most = -std::log1p(-epsilon);
             double lost = 0, given = 0;
             const auto ask = [&](const Double3 &source, bool parallel) {
                 const double loss = greatest_depth(decimate.gone, kernel, particles, source, parallel);
-                const double gain = greatest_depth(decimate.gifts, kernel, particles, source, parallel);
+                const double gain = greatest_depth(decimate.transfers, kernel, particles, source, parallel);
                 CHECK(loss <= most + 200 * unit_error);
                 CHECK(gain <= most + 200 * unit_error);
                 lost = std::max(lost, loss);
