@@ -4,7 +4,7 @@ import re, shutil, subprocess
 from harness import OUT, QUICK, WISP, Job, quick, skipped, table
 import smoke
 
-STAGES = {"trees and resampling": "make_medium", "light depths": "make_light_depths", "photons": "trace_brick_photons",
+STAGES = {"trees and resampling": "make_medium", "light depths": "make_optical_depth_grid", "photons": "trace_fluence",
           "irradiance": "make_irradiance", "march": "march"}
 
 
