@@ -11,12 +11,12 @@ $(EMBREE_PEERS): $(LIBRARY_O)
 	$(call say,LD) $(CXX) $(FLAGS) $(filter %.o,$^) -lz -lembree3 -o $@
 
 bench: all $(PEERS) ## the speed figures, each with its error and what it is compared to; SECTIONS=some, QUICK=1: minutes for hours
-	DATA=$(DATA) python3 tools/measure/bench $(SECTIONS)
+	DATA=$(DATA) python3 tools/measure $(SECTIONS)
 truth: all ## what `make bench` measures errors against, where it is missing; two hours, resumed where it was stopped
-	python3 tools/measure/bench truth
+	python3 tools/measure truth
 # Debian's own Python has matplotlib.
 report: ## build/report/index.html: what bench, hard-cases and portability have left, as one page
-	DATA=$(DATA) /usr/bin/python3 tools/measure/report/report.py
+	DATA=$(DATA) /usr/bin/python3 tools/measure/report
 report-test: report ## looks at that page in Chromium
 	/usr/bin/python3 tools/measure/report/test.py
 	node tools/measure/report/check.mjs
@@ -25,6 +25,6 @@ report-deps: ## as root: installs what the two need
 	apt-get install -y --no-install-recommends python3-matplotlib npm chromium
 	npm install --no-save --prefix build/web playwright-core
 convergence: $B/wisp ## how direct converges to the reference; half an hour the first time
-	tools/measure/convergence
+	python3 tools/measure convergence
 hard-cases: $B/tests ## each case of test/physics/hard_cases.txt in each arithmetic, as a table
-	tools/measure/hard_cases
+	python3 tools/measure hard_cases

@@ -6,10 +6,11 @@ from pathlib import Path
 import matplotlib.image
 import numpy
 
-from measured import DATA, OUT, WISP, compare
+from tables import compare
+from harness import DATA, OUT, WISP, read_pfm
 from targets import percent
 
-# Left, right, and what to see: names of .pfm in build/bench.
+# Left, right, and what to see.
 PAIRS = [
     (OUT / "table2_direct.pfm", "direct", OUT / "table2_default.pfm", "default",
      "The workload of Table 2: the paper's plain way, and what wisp does when nobody says otherwise."),
@@ -28,22 +29,21 @@ PAIRS = [
 ]
 
 
-def read_pfm(path):
-    """Rows from the top, linear."""
-    kind, size, scale, data = Path(path).read_bytes().split(b"\n", 3)
-    width, height = map(int, size.split())
-    values = numpy.frombuffer(data, "<f4" if float(scale) < 0 else ">f4").reshape(height, width, 3 if kind == b"PF" else 1)
-    return numpy.repeat(values, 3 // values.shape[2], axis=2)[::-1].astype(float)
+def linear(path):
+    """Rows from the top."""
+    width, height, channels, values = read_pfm(path)
+    rows = numpy.array(values, float).reshape(height, width, channels)[::-1]
+    return numpy.repeat(rows, 3 // channels, axis=2)
 
 
 def embedded(png):
     return "data:image/png;base64," + base64.b64encode(png).decode()
 
 
-def shown(linear):
+def shown(values):
     """8-bit sRGB, as wisp writes it, inside the page."""
-    linear = numpy.clip(numpy.nan_to_num(linear), 0, 1)
-    srgb = numpy.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    values = numpy.clip(numpy.nan_to_num(values), 0, 1)
+    srgb = numpy.where(values <= 0.0031308, 12.92 * values, 1.055 * values ** (1 / 2.4) - 0.055)
     out = io.BytesIO()
     matplotlib.image.imsave(out, numpy.rint(255 * srgb).astype(numpy.uint8), format="png")
     return embedded(out.getvalue())
@@ -58,25 +58,26 @@ def flip(a, b):
 
 
 def pair(a, said_a, b, said_b, text):
-    left, right = read_pfm(a), read_pfm(b)
+    left, right = linear(a), linear(b)
     difference = abs(left - right)
     # The power of two that brings all but the largest 0.1 % below white.
     factor = 2 ** int(numpy.floor(-numpy.log2(max(numpy.quantile(difference, 0.999), 1e-9))))
-    figures = [f"Relative RMSE {percent(compare(a, b))}", f"mean FLIP {compare(a, b, 'mean FLIP'):.2g}"]
     height, width, _ = left.shape
-    size = f'width="{width}" height="{height}"'
-    said_a, said_b = escape(said_a), escape(said_b)
+
+    def image(source, alt, more=""):
+        return f'<img{more} src="{source}" width="{width}" height="{height}" alt="{escape(alt)}">'
     return f"""<figure class="pair{' coarse' if width < 64 else ''}">
 <div class="compare" style="aspect-ratio: {width} / {height}">
-<img src="{shown(left)}" {size} alt="{said_a}"><img class="over" src="{shown(right)}" {size} alt="{said_b}">
-<span class="left">{said_a}</span><span class="right">{said_b}</span>
-<input type="range" min="0" max="100" value="50" aria-label="Where {said_a} ends and {said_b} begins, in percent">
+{image(shown(left), said_a)}{image(shown(right), said_b, ' class="over"')}
+<span class="left">{escape(said_a)}</span><span class="right">{escape(said_b)}</span>
+<input type="range" min="0" max="100" value="50" aria-label="Where {escape(said_a)} ends and {escape(said_b)} begins, in percent">
 </div>
 <div class="differences">
-<div><img src="{shown(factor * difference)}" {size} alt="Their difference"><span>difference, {factor:g} times</span></div>
-<div><img src="{flip(a, b)}" {size} alt="Their difference as it is perceived"><span>perceived: FLIP, 0 to 1</span></div>
+<div>{image(shown(factor * difference), "Their difference")}<span>difference, {factor:g} times</span></div>
+<div>{image(flip(a, b), "Their difference as it is perceived")}<span>perceived: FLIP, 0 to 1</span></div>
 </div>
-<figcaption>{escape(text)} <span class="figures">{"; ".join(figures)}; {width} x {height} pixels.</span></figcaption>
+<figcaption>{escape(text)} <span class="figures">Relative RMSE {percent(compare(a, b))}; mean FLIP
+{compare(a, b, 'mean FLIP'):.2g}; {width} x {height} pixels.</span></figcaption>
 </figure>"""
 
 

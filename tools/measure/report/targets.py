@@ -1,19 +1,11 @@
 """The targets, and whether what was measured meets them."""
 import math
+from collections import namedtuple
 from contextlib import suppress
-from typing import NamedTuple, Optional
 
-from measured import OUT, NotMeasured, compare, number
+from tables import OUT, NotMeasured, compare, number
 
-
-class Judged(NamedTuple):
-    what: str
-    against: str
-    target: str
-    figure: str
-    error: str
-    met: Optional[bool]  # None: not known
-    source: str
+Judged = namedtuple("Judged", "what against target figure error met source")  # met is None where it is not known
 
 
 def percent(value):
@@ -37,6 +29,24 @@ def both(*conditions):
     return False if False in conditions else None if None in conditions else True
 
 
+def known(records):
+    """(seconds, error, what) of rows that have both."""
+    points = [(number(row["s"]), number(row["RMSE"]), row["what"]) for row in records]
+    return [point for point in points if math.isfinite(point[0] + point[1])]
+
+
+def soonest(points, most, seconds, bound):
+    """The soonest of the points that err by `most` at most, against another's seconds."""
+    if not points:
+        raise NotMeasured("RMSE")
+    good = [point for point in points if point[1] <= most]
+    if not good:
+        nearest = min(points, key=lambda point: point[1])
+        return f"not reached in {nearest[0]:.3g} s", f"{percent(nearest[1])} at best", False
+    own, error, what = min(good)
+    return f"{times(seconds / own)} ({what}, {own:.3g} s)", percent(error), at_least(seconds / own, bound)
+
+
 # Each takes the tables and gives figure, error, and whether the target is met.
 def smoke_default(tables):
     row = tables["table_2"].row(way="default")
@@ -45,38 +55,22 @@ def smoke_default(tables):
 
 
 def smoke_at_one_percent(tables):
-    direct = number(tables["front"].row(family="method", what="direct, 4100000 photons")["s"])
-    points = [(number(row["s"]), number(row["RMSE"]), row["what"]) for row in tables["front"].records]
-    known = [point for point in points if math.isfinite(point[0] + point[1])]
-    if not known:
-        raise NotMeasured("RMSE")
-    good = [point for point in known if point[1] <= 0.01]
-    if not good:
-        nearest = min(known, key=lambda point: point[1])
-        return "none errs so little", f"{percent(nearest[1])} at best", False
-    seconds, error, what = min(good)
-    return f"{times(direct / seconds)} ({what})", percent(error), at_least(direct / seconds, 25)
+    direct = tables["front"].row(family="method", what="direct, 4100000 photons")
+    return soonest(known(tables["front"].records), 0.01, number(direct["s"]), 25)
+
+
+def equal_error(level):
+    def measure(tables):
+        grid = tables["grid"]
+        ours = known(row for row in grid.records if row["what"].endswith(" photons"))
+        return soonest(ours, level, number(grid.row(what="pbrt", RMSE=f"{level:g}")["s"]), 50)
+    return measure
 
 
 def irradiance_bytes(tables):
     size = number(tables["table_2"].row(way="map + irradiance")["irradiance map"])
     error = compare(OUT / "table2_map_irr.pfm", OUT / "table2_map.pfm")
     return f"{size / 2**20:.2f} MB", percent(error), both(at_most(size, 4 * 2**20), at_most(error, 0.005))
-
-
-def equal_error(level):
-    def measure(tables):
-        grid = tables["grid"]
-        pbrt = number(grid.row(what="pbrt", RMSE=f"{level:g}")["s"])
-        ours = [(number(row["s"]), number(row["RMSE"])) for row in grid.records if row["what"].endswith(" photons")]
-        ours = [point for point in ours if math.isfinite(point[0] + point[1])]
-        good = [point for point in ours if point[1] <= level]
-        if not good:
-            seconds, error = min(ours, key=lambda point: point[1])
-            return f"not reached in {seconds:.3g} s", f"{percent(error)} at best", False
-        seconds, error = min(good)
-        return f"{times(pbrt / seconds)} ({seconds:.3g} s)", percent(error), at_least(pbrt / seconds, 50)
-    return measure
 
 
 def single_scattering(tables):
@@ -103,15 +97,12 @@ def place(name):
     return name.rsplit("/", 1)[-1].removesuffix(".aff")
 
 
-def point_tree(tables):
-    return worst([(number(row["ratio"]), f"{row['what'].rsplit(' ', 1)[0]}, {row['queries']} order")
-                  for row in tables["point_tree"].records
-                  if row["way"].startswith("nanoflann") and not row["what"].startswith("SPH")])
-
-
-def sph_sums(tables):
-    return worst([(number(row["ratio"]), f"{row['queries']} order") for row in tables["point_tree"].records
-                  if row["way"] == "cell list"])
+def point_tree(rival):
+    def measure(tables):
+        rows = [row for row in tables["point_tree"].records if row["way"].startswith(rival)]
+        return worst([(number(row["ratio"]), f"{row['what'].rsplit(' ', 1)[0]}, {row['queries']} order") for row in rows
+                      if rival == "cell list" or not row["what"].startswith("SPH")])
+    return measure
 
 
 def rays(tables):
@@ -153,8 +144,8 @@ TARGETS = [
     ("Smoke at equal error, 1 %", "pbrt-v4 volpath on the same grid, one thread", "50x sooner", "grid", equal_error(0.01)),
     ("Single scattering", "POV-Ray 32 s for 4.1 %, pbrt 3.7 s for 20 %, a plain marcher 0.25 s for 0.1 %",
      "0.1 % within 0.1 s", "grid", single_scattering),
-    ("Point tree: build, nearest, radius", "nanoflann, same points", "faster in each row", "point_tree", point_tree),
-    ("SPH sums of 64 neighbours", "a plain cell list", "1x at least", "point_tree", sph_sums),
+    ("Point tree: build, nearest, radius", "nanoflann, same points", "faster in each row", "point_tree", point_tree("nanoflann")),
+    ("SPH sums of 64 neighbours", "a plain cell list", "1x at least", "point_tree", point_tree("cell list")),
     ("Rays: closest hit, any hit", "Embree 3 ROBUST with sse2, one ray at a time", "1x at least", "rays", rays),
     ("Shadow rays resolved a second, Kitchen", "Embree 3 with its widest vectors, tracing all", "1x at least", "shadow_rays",
      kitchen_shadow_rays("over Embree", 1)),

@@ -2,7 +2,7 @@
 import unittest
 from unittest.mock import patch
 
-from measured import Table
+from tables import Table
 from targets import TARGETS, both, judge
 
 SMOKE, FRONT, MAP, THREE, ONE, SINGLE, TREE, SPH, RAYS, SHADOW_RAYS, SHADOW_TIME, KITCHEN, ROBOTS, FIXED = (
@@ -36,10 +36,10 @@ class Targets(unittest.TestCase):
             ["method", "direct, 4100000 photons", "100", "0.1"], ["photons", "a", "2", "0.02"], ["photons", "b", "5", "0.01"],
             ["photons", "c", "8", "0.005"]])
         found = {target.what: target for target in judge({"front": table})}[FRONT]
-        self.assertEqual((found.figure, found.met), ("20x (b)", False))
+        self.assertEqual((found.figure, found.met), ("20x (b, 5 s)", False))
         table.rows[2][2] = "4"
         found = {target.what: target for target in judge({"front": table})}[FRONT]
-        self.assertEqual((found.figure, found.met), ("25x (b)", True))
+        self.assertEqual((found.figure, found.met), ("25x (b, 4 s)", True))
         table.rows = table.rows[:2]
         found = {target.what: target for target in judge({"front": table})}[FRONT]
         self.assertEqual((found.error, found.met), ("2\u00a0% at best", False))
@@ -47,7 +47,7 @@ class Targets(unittest.TestCase):
     def test_equal_error(self):
         pbrt = ("pbrt,225,0.03", "pbrt,2000,0.01", "0 photons to single scattering,0.1,0.001")
         found = judged("grid", "what,s,RMSE", "1 photons,1,0.05", "2 photons,4.5,0.03", "3 photons,9,0.011", *pbrt)
-        self.assertEqual((found[THREE].figure, found[THREE].met), ("50x (4.5 s)", True))
+        self.assertEqual((found[THREE].figure, found[THREE].met), ("50x (2 photons, 4.5 s)", True))
         self.assertEqual((found[ONE].error, found[ONE].met), ("1.1\u00a0% at best", False))
 
     def test_single_scattering_by_the_soonest_that_is_near_enough(self):

@@ -1,16 +1,15 @@
 """What `make bench` has left in build/bench, and what other tools have left in build."""
-import csv, json, math, sys
+import json, math, sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
-sys.path.insert(0, "tools/measure/bench")
+sys.path.insert(0, str(Path(__file__).parents[1]))
 import harness
-from harness import DATA, OUT, WISP
+from harness import OUT
 
 
 class NotMeasured(Exception):
     """What a table does not have."""
-
 
 
 @dataclass
@@ -29,7 +28,7 @@ class Table:
     def row(self, **cells):
         """The first record that has these cells."""
         for record in self.records:
-            if all(record.get(key) == value for key, value in cells.items()):
+            if cells.items() <= record.items():
                 return record
         raise NotMeasured(cells)
 
@@ -48,16 +47,7 @@ def number(cell):
 
 def compare(a, b, *figure):
     """A figure of `wisp compare`; NaN where wisp or a picture is missing."""
-    return harness.compare(a, b, *figure) if Path(WISP).exists() else math.nan
-
-
-def read_csv(path, title, about={}):
-    with open(path, newline="") as file:
-        header, *rows = [row for row in csv.reader(file) if row] or [[]]
-    for row in rows:
-        if len(row) != len(header):
-            sys.exit(f"{path}: {len(row)} cells in a row that starts with '{row[0]}', expected {len(header)}")
-    return Table(title, header, rows, about.get("notes", ""), about.get("machine", {}))
+    return harness.compare(a, b, *figure) if Path(harness.WISP).exists() else math.nan
 
 
 def read():
@@ -67,10 +57,8 @@ def read():
         about = json.loads(index.read_text()) if index.exists() else {}
     except ValueError as error:
         sys.exit(f"{index}: {error}, expected the titles of tables: make bench writes it anew")
+    about.setdefault("portability", {"title": "Goldens by compiler and processor"})
     names = [*about, *sorted({file.stem for file in OUT.glob("*.csv")} - about.keys())]
-    tables = {name: read_csv(OUT / f"{name}.csv", about.get(name, {}).get("title", name), about.get(name, {}))
-              for name in names if (OUT / f"{name}.csv").exists()}
-    for name, title in (("hard_cases", "Cases and outcomes"), ("portability", "Goldens by compiler and processor")):
-        if Path(f"build/{name}.csv").exists():
-            tables[name] = read_csv(f"build/{name}.csv", title)
-    return tables
+    return {name: Table(about.get(name, {}).get("title", name), *harness.read_csv(file), about.get(name, {}).get("notes", ""),
+                        about.get(name, {}).get("machine", {}))
+            for name in names for file in (OUT / f"{name}.csv", OUT.parent / f"{name}.csv") if file.exists()}

@@ -1,11 +1,10 @@
 """The paper's Tables 1 to 4 (S6) beside ours, speed against error of every way, what each shortcut costs, and a density grid
 beside pbrt and POV-Ray."""
 import math, os, re, shutil, subprocess, sys
-from array import array
 from pathlib import Path
 
-from harness import (DATA, OUT, QUICK, WISP, Job, compare, median, picture, plain, quick, ratio, render, skipped, spread,
-                     table)
+from harness import (DATA, OUT, QUICK, WISP, Job, compare, median, picture, plain, quick, ratio, read_pfm, render, skipped,
+                     spread, table)
 
 TRUTH = Path("build/truth")
 SIZE, HALF = quick("50x50", "500x500"), quick("30x30", "250x250")
@@ -291,12 +290,9 @@ PBRT_NOISE = 0.075
 
 
 def share_of_lit(pfm):
-    """Of the pixels of a colour PFM."""
-    data = pfm.read_bytes()
-    header = re.match(rb"PF\s+(\d+)\s+(\d+)\s+(\S+)\s", data)
-    values = array("f", data[header.end():])
-    pixels = range(0, len(values), 3)  # the bytes of 0 are 0 in either order
-    return sum(any(values[i:i + 3]) for i in pixels) / len(pixels)
+    """The part of the pixels that are not black."""
+    width, height, channels, values = read_pfm(pfm)
+    return sum(any(values[i:i + channels]) for i in range(0, len(values), channels)) / (width * height)
 
 
 def grid():

@@ -122,6 +122,7 @@ def culling_section(name, title, count, notes="", file=None):
         tables = culling(name, scene, count, title, notes)
         yield
         tables()
+    section.__name__ = name
     return section
 
 

@@ -1,10 +1,13 @@
-"""Jobs: commands that are run several times, in turn, and whose results are kept from one start to the next.
+"""What all that is measured shares: jobs, figures, pictures, tables.
+
+A job is a command that is run several times, in turn with others, and whose results are kept from one start to the next.
 
 A job's result of one run is kept in build/bench/runs with what it came from: its words, its program and the files that it
 reads. While those are the same it is not run again, so what was stopped goes on where it was.
 """
 import csv, functools, hashlib, io, json, math, os, platform, re, shlex, signal, statistics, subprocess, sys, tempfile
 import threading, time
+from array import array
 from datetime import datetime, timezone
 from pathlib import Path
 
@@ -28,8 +31,8 @@ def contents(path):
 
 
 def run_process(command, limit=None):
-    """What a process gave: status (None: it was stopped after `limit` seconds), seconds by the clock, the most bytes of memory
-    that it had, and what it printed to standard output and error."""
+    """What a process gave: status (None: it was stopped after `limit` seconds), seconds by the clock, seconds of the processor,
+    the most bytes of memory that it had, and what it printed to standard output and error."""
     with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as error:
         start = time.perf_counter()
         process = subprocess.Popen([str(word) for word in command], stdout=out, stderr=error)
@@ -42,7 +45,7 @@ def run_process(command, limit=None):
         timer.cancel()
         process.returncode = os.waitstatus_to_exitcode(status)
         said, complaint = [file.seek(0) or file.read() for file in (out, error)]
-    return None if stopped.is_set() else process.returncode, seconds, usage.ru_maxrss * 1024, said, complaint
+    return (None if stopped.is_set() else process.returncode, seconds, usage.ru_utime, usage.ru_maxrss * 1024, said, complaint)
 
 
 class Job:
@@ -69,8 +72,8 @@ class Job:
     def run(self, run):
         stats = OUT / "stats.json"
         stats.unlink(missing_ok=True)
-        status, seconds, resident, said, complaint = run_process(self.command)
-        result = {"key": self.key(), "clock": seconds, "status": status, "out": said, "resident": resident,
+        status, seconds, processor, resident, said, complaint = run_process(self.command)
+        result = {"key": self.key(), "clock": seconds, "processor": processor, "status": status, "out": said, "resident": resident,
                   "when": datetime.now(timezone.utc).isoformat(timespec="seconds")}
         if stats.exists():
             result["stats"] = json.loads(stats.read_text())
@@ -99,6 +102,10 @@ class Job:
     def number(self, group, name):
         """A counter or bytes of the last frame; the same in every run."""
         return self.results[0]["stats"]["frames"][-1][group][name] if self.good() else math.nan
+
+    def processor(self):
+        """Seconds of the processor, one of each run."""
+        return [result["processor"] for result in self.results] if self.good() else []
 
     def resident(self):
         """The most bytes of memory that the process had."""
@@ -157,6 +164,26 @@ def compare(a, b, figure="relative RMSE", *options):
     return float(found[1]) if found else math.nan
 
 
+def read_pfm(path):
+    """Width, height, channels and the linear values, the bottom row first."""
+    kind, size, scale, data = Path(path).read_bytes().split(b"\n", 3)
+    values = array("f", data)
+    if (float(scale) < 0) != (sys.byteorder == "little"):
+        values.byteswap()
+    return *map(int, size.split()), 3 if kind == b"PF" else 1, values
+
+
+def channel(path, c):
+    """A grey picture of one channel of a colour PFM, beside it."""
+    width, height, channels, values = read_pfm(path)
+    grey = Path(path).with_suffix(f".{c}.pfm")
+    one = values[c::channels]
+    if sys.byteorder == "big":
+        one.byteswap()
+    grey.write_bytes(b"Pf\n%d %d\n-1.0\n" % (width, height) + one.tobytes())
+    return grey
+
+
 def median(values):
     return statistics.median(values) if values else math.nan
 
@@ -196,10 +223,10 @@ def machine():
             "when": datetime.now(timezone.utc).isoformat(timespec="minutes"), "runs": RUNS, "quick": QUICK}
 
 
-def table(name, title, header, rows, notes="", printed=True):
+def table(name, title, header, rows, notes="", printed=True, folder=OUT):
     """Prints a table and leaves NAME.csv, and in tables.json its title, notes, and what it was measured on."""
     cells = [[plain(cell) for cell in row] for row in rows]
-    with open(OUT / f"{name}.csv", "w", newline="") as file:
+    with open(folder / f"{name}.csv", "w", newline="") as file:
         csv.writer(file, lineterminator="\n").writerows([header, *cells])
     index = OUT / "tables.json"
     known = json.loads(index.read_text()) if index.exists() else {}
@@ -214,6 +241,16 @@ def table(name, title, header, rows, notes="", printed=True):
     if notes:
         print(notes)
     sys.stdout.flush()
+
+
+def read_csv(path):
+    """Header and rows."""
+    with open(path, newline="") as file:
+        header, *rows = [row for row in csv.reader(file) if row] or [[]]
+    for row in rows:
+        if len(row) != len(header):
+            sys.exit(f"{path}: {len(row)} cells in a row that starts with '{row[0]}', expected {len(header)}")
+    return header, rows
 
 
 def skipped(what, why):
