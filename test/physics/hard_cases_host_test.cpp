@@ -81,7 +81,7 @@ TEST_CASE("hard case F2: contraction is found, and the elementary functions have
         std::ofstream(folder.file("a.cpp")) << "#include \"wisp/self_test.h\"\n#include <cstdio>\n"
                                                "int main() { const char *fault = wisp::arithmetic_fault(); "
                                                "std::puts(fault ? fault : \"none\"); }\n";
-        const std::string compile = "g++ -std=c++17 -Iinclude -o " + folder.file("a") + " " + folder.file("a.cpp");
+        const std::string compile = "g++ -std=c++17 -Iinclude -Isrc -o " + folder.file("a") + " " + folder.file("a.cpp");
         REQUIRE(run(compile + " -O2 -mfma -ffp-contract=fast", folder).status == 0);
         CHECK(run(folder.file("a"), folder).line == "a * b + c is contracted to one rounding");
     }

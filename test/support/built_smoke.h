@@ -1,4 +1,4 @@
-// Small smokes for tests, and the core's structures over memory of the test's own.
+// Small smokes for tests, and core structures that own their memory.
 #pragma once
 #include "wisp/wisp.h"
 #include "core/photons/photon_map.h"
@@ -40,8 +40,8 @@ inline std::vector<Particle> cloud(uint32_t count, double extent, double h, doub
     std::vector<Particle> particles(count);
     for (Particle &p : particles) {
         const double x = next(), y = next(), z = next();
-        const auto place = [&](double u) { return static_cast<double>(static_cast<float>((2 * u - 1) * extent)); };
-        p = {{place(x), place(y), place(z)}, h, area};
+        const auto coordinate = [&](double u) { return static_cast<double>(static_cast<float>((2 * u - 1) * extent)); };
+        p = {{coordinate(x), coordinate(y), coordinate(z)}, h, area};
     }
     sort_canonically(particles);
     return particles;
@@ -108,8 +108,8 @@ struct BuiltGrid {
     GridField field;
 };
 
-// How far optical depths, drawn to be exponential and kept where below `whole`, are from that distribution: the
-// statistic of Kolmogorov and Smirnov, times the root of their number. Above 1.95 it is chance once in a thousand.
+// The distance of optical depths from the exponential distribution, truncated at `whole`, from which they are drawn: the
+// Kolmogorov-Smirnov statistic times the root of their number. It exceeds 1.95 by chance once in a thousand.
 inline double distance_from_exponential(std::vector<double> depths, double whole) {
     std::sort(depths.begin(), depths.end());
     const double n = static_cast<double>(depths.size()), all = 1 - std::exp(-whole);

@@ -8,6 +8,45 @@
 
 namespace wisp::WISP_ARITH {
 
+// A box from -half to half, of `cells` cells of `density_step` 1 along its shortest edge.
+inline SmokeDescription box_smoke(const Double3 &half, double sigma, double cells) {
+    SmokeDescription box = grid_smoke_of({1, 1, 1, nullptr, sigma, {0, 0, 0}, half, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}});
+    // The shortest edge is cells - 0.5 lengths, which the plan rounds up to `cells` cells.
+    box.smallest_h = box.largest_h = 2 * std::min({half.x, half.y, half.z}) / (cells - 0.5);
+    return box;
+}
+
+inline std::vector<Particle> different_sizes(uint32_t count, double extent, double area) {
+    std::vector<Particle> particles = cloud(count, extent, 1, area);
+    for (size_t i = 0; i < particles.size(); ++i) particles[i].h = 1 + 0.25 * static_cast<double>(i % 5);
+    return particles;
+}
+
+// Lists of smokes of all kinds, alone and together. All but the last two lists can be resampled.
+struct SmokeLists {
+    SmokeLists()
+        : mixed(different_sizes(60, 4, 1)), apart(cloud(6, 14, 1, 1, 5)), sparse(20 * 6 * 11), full(9 * 12 * 5) {
+        Sequence next{3};
+        for (size_t i = 0; i < sparse.size(); ++i) sparse[i] = i % 20 < 3 || i % 97 == 0 ? float(next()) : 0.0f;
+        for (float &d : full) d = float(next());
+        const Double3 x = {1, 0, 0}, y = {0, 1, 0}, z = {0, 0, 1};
+        aligned = {20, 6, 11, sparse.data(), 0.7, {0.3, -2, 1}, {10, 3, 5.5}, {x, y, z}};
+        GridDescription rotated = {9, 12, 5, full.data(), 0.7, {3, -2, 1}, {4.5, 6, 2.5}, {}};
+        rotated.axis[0] = {0.6, 0.8, 0};
+        rotated.axis[1] = {-0.8, 0.6, 0};
+        rotated.axis[2] = z;
+        const GridDescription block = {1, 1, 1, nullptr, 0.7, {3, -2, 1}, {4, 6, 3}, {x, y, z}};
+        lists = {{smoke_of(mixed)},        {smoke_of(apart, Kernel::poly6), smoke_of(mixed)},
+                 {grid_smoke_of(aligned)}, {box_smoke({4, 6, 3}, 0.7, 20)},
+                 {grid_smoke_of(rotated)},  {smoke_of(apart), grid_smoke_of(rotated), grid_smoke_of(block)}};
+    }
+    std::vector<Particle> mixed, apart;
+    std::vector<float> sparse, full;
+    GridDescription aligned;
+    std::vector<std::vector<SmokeDescription>> lists;
+};
+constexpr size_t resampled_lists = 4;
+
 struct BuiltSparseGrid {
     BuiltSparseGrid(const std::vector<SmokeDescription> &sources_, double lengths) : sources(sources_) {
         scene.smokes = sources.data();
@@ -73,19 +112,11 @@ struct TracedFluence {
     FluenceSums deposits;
 };
 
-// A node's place in the lattice of all nodes, which has no bricks.
-inline Cell place_of_node(const SparseGrid &bricks, uint32_t brick, uint32_t node, int32_t spacing = 1) {
+// The coordinates of a node in the lattice of all nodes.
+inline Cell lattice_coordinates(const SparseGrid &bricks, uint32_t brick, uint32_t node, int32_t spacing = 1) {
     const Cell in = cell_of_index(nodes_along(spacing), node), &at = bricks.position[brick];
     const int32_t cells = brick_cells / spacing;
     return {at.x * cells + in.x, at.y * cells + in.y, at.z * cells + in.z};
-}
-
-// A box from -half to half, of `cells` cells of `density_step` 1 along its shortest edge.
-inline SmokeDescription box_smoke(const Double3 &half, double sigma, double cells) {
-    SmokeDescription box = grid_smoke_of({1, 1, 1, nullptr, sigma, {0, 0, 0}, half, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}});
-    // As many fit, and a little: the plan takes the next smaller cell.
-    box.smallest_h = box.largest_h = 2 * std::min({half.x, half.y, half.z}) / (cells - 0.5);
-    return box;
 }
 
 } // namespace wisp::WISP_ARITH

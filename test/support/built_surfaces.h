@@ -29,7 +29,7 @@ struct Room {
     void light(LightKind kind, const Double3 &position, const Double3 &color, const Double3 &direction = {0, 0, -1}) {
         lights.push_back({kind, position, direction, 2, color});
     }
-    // All triangles are still unless counts say otherwise.
+    // All triangles are static unless counts say otherwise.
     void build() {
         scene.triangles = triangles.data();
         if (scene.triangle_count() == 0) scene.static_count = static_cast<uint32_t>(triangles.size());

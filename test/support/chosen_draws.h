@@ -1,11 +1,11 @@
-// Events and keys whose draw in one dimension is chosen: the hash of random.h backwards, so that tests can hand the
-// rarest random numbers to the code that draws them.
+// Events and keys that give a chosen draw in one dimension, by inverting the hash of random.h. Tests use them to exercise
+// the rarest random numbers.
 #pragma once
 #include "core/numbers/random.h"
 
 namespace wisp {
 
-// 1 / odd modulo 2^64, by Newton: each step doubles the digits.
+// 1 / odd modulo 2^64, by Newton's method: each step doubles the correct bits.
 constexpr uint64_t inverse_of(uint64_t odd) {
     uint64_t x = odd;
     for (int i = 0; i < 6; ++i) x *= 2 - odd * x;

@@ -1,4 +1,4 @@
-// How pictures differ, and the truth to hold them against.
+// Differences between pictures, and pictures of the path tracer to compare with.
 #pragma once
 #include "support/built_smoke.h"
 #include "wisp/settings.h"
@@ -22,7 +22,7 @@ inline double sum_of(const std::vector<float> &values) {
     return sum;
 }
 
-// The mean of the reference's samples, and the relative noise of all.
+// The mean of the path tracer's samples per pixel; `noise` is set to the relative RMS noise of the picture.
 inline std::vector<float> reference_of(const Scene &scene, int pixels, uint32_t passes, double &noise,
                                        uint32_t depth = 0) {
     Settings settings = small_settings(pixels);

@@ -4,7 +4,7 @@
 
 namespace wisp::WISP_ARITH {
 
-// Two smokes of unlike kernels and sizes that overlap, and a turned grid; two lights, one of them among them.
+// Two overlapping smokes with different kernels and sizes, and a rotated grid; two lights, one inside the smoke.
 struct Mixture {
     Mixture() : big(cloud(150, 2.5, 1.5, 0.6, 3)), small(cloud(300, 2, 1, 0.25, 4)), density(4 * 3 * 5) {
         Sequence next{11};

@@ -1,4 +1,4 @@
-// What the host makes of a scene's text.
+// A scene as the host prepares it from text.
 #pragma once
 #include "core/numbers/real.h"
 #include "host/prepare/prepare.h"
@@ -7,7 +7,7 @@
 
 namespace wisp::WISP_ARITH {
 
-// The scene may name p.vtk: 40 particles in a ball, 1 wide times `size`, without attributes.
+// The text may name the file p.vtk: 40 particles without attributes in a cube with edge `size`.
 class PreparedSmoke {
   public:
     explicit PreparedSmoke(const std::string &text, double size = 1) {

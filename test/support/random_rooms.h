@@ -1,5 +1,5 @@
-// Rooms of random triangles, most of them awkward: slivers, twins, touching, coplanar, without an area; bodies, morphs,
-// textures, lights of all kinds.
+// Rooms of random triangles, most of them degenerate: slivers, twins, touching, coplanar, without an area; instances,
+// deforming triangles, textures, lights of all kinds.
 #pragma once
 #include "host/base/double3.h"
 #include "support/built_surfaces.h"
@@ -18,15 +18,15 @@ class RandomRoom : public Room {
         spread = pick(2) ? 0.01 : 0;
         for (int i = 0; i < 6; ++i) material(random_material());
         paint();
-        const int still = 10 + pick(100), moving = pick(5), morphs = pick(2) * pick(10);
-        for (int i = 0; i < still; ++i) triangles.push_back(random_triangle(0));
-        scene.static_count = static_cast<uint32_t>(still);
+        const int static_count = 10 + pick(100), moving = pick(5), deforming = pick(2) * pick(10);
+        for (int i = 0; i < static_count; ++i) triangles.push_back(random_triangle(0));
+        scene.static_count = static_cast<uint32_t>(static_count);
         for (int b = 0; b < moving; ++b) add_instance();
         scene.instance_triangle_count = static_cast<uint32_t>(triangles.size()) - scene.static_count;
         const size_t first_deforming = triangles.size();
-        for (int i = 0; i < morphs; ++i)
+        for (int i = 0; i < deforming; ++i)
             triangles.push_back(pick(4) ? random_triangle(first_deforming) : triangles[below(scene.static_count)]);
-        scene.deforming_count = static_cast<uint32_t>(morphs);
+        scene.deforming_count = static_cast<uint32_t>(deforming);
         for (const LightKind kind : {LightKind::constant, LightKind::point, LightKind::spot, LightKind::parallel})
             for (int i = pick(3); i > 0; --i) add_light(kind);
         const Double3 eye = pick(3) ? point(2) : point(0.5);
@@ -133,7 +133,7 @@ class RandomRoom : public Room {
         instance.first = static_cast<uint32_t>(first);
         instance.count = 1 + static_cast<uint32_t>(pick(20));
         instance.visible = pick(5) > 0;
-        if (pick(3) == 0) { // where it is, it ties with what is still
+        if (pick(3) == 0) { // where it is, it coincides with static triangles
             instance.axis[0].x = instance.axis[1].y = instance.axis[2].z = 1;
             instance.inverse[0].x = instance.inverse[1].y = instance.inverse[2].z = 1;
             for (uint32_t i = 0; i < instance.count; ++i)

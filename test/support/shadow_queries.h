@@ -8,8 +8,8 @@
 
 namespace wisp::WISP_ARITH {
 
-constexpr ShadowMethod exact_methods[] = {ShadowMethod::cache, ShadowMethod::exact, ShadowMethod::voxel,
-                                          ShadowMethod::lightbuffer, ShadowMethod::lie};
+constexpr ShadowMethod equivalent_methods[] = {ShadowMethod::cache, ShadowMethod::exact, ShadowMethod::voxel,
+                                               ShadowMethod::lightbuffer, ShadowMethod::lie};
 
 inline std::vector<float> picture(const Scene &scene, const Settings &settings, std::vector<unsigned char> &block,
                                   Statistics &statistics, FrameCache &kept) {
@@ -79,7 +79,9 @@ inline ShadowQuery moving_query_at(const Room &room, uint32_t triangle, uint32_t
     const Double3 *c = room.triangles[triangle].corner;
     Vec3 corner = vec_of(c[0]), edge1 = vec_of(c[1]) - corner, edge2 = vec_of(c[2]) - corner;
     uint32_t instance = 0;
-    while (instance < room.instances.size() && triangle - room.instances[instance].first >= room.instances[instance].count) ++instance;
+    while (instance < room.instances.size() &&
+           triangle - room.instances[instance].first >= room.instances[instance].count)
+        ++instance;
     if (instance < room.instances.size()) {
         const PlacedInstance &placed = room.surfaces.instances[instance];
         const auto applied = [&placed](const Vec3 &x) {
@@ -94,10 +96,10 @@ inline ShadowQuery moving_query_at(const Room &room, uint32_t triangle, uint32_t
     return make_shadow_query(room.surfaces, position, light, from, triangle, u, v, instance);
 }
 
-class AskedShadows {
+class ShadowQueries {
   public:
     // The room has its triangles, instances, and as many lights as there will be.
-    AskedShadows(Room &room, ShadowMethod method) : room_(room) {
+    ShadowQueries(Room &room, ShadowMethod method) : room_(room) {
         room_.build();
         settings_.shadows = method;
         kept_.resize(static_cast<size_t>(shadow_bytes(room.scene, settings_)));
@@ -118,12 +120,12 @@ class AskedShadows {
         TreeCounts unused = {};
         const bool right =
             is_blocked(room_.surfaces, query.ray, room_.surfaces.ray_epsilon, query.end, query.triangle, unused);
-        ++asked;
+        ++queries;
         shadowed += right;
         wrong += is_shadowed(room_.shadows, query) != right;
     }
     // Around `spots` points of the triangle, most of them where the shadow of something begins: `rays` each.
-    void ask_triangle(uint32_t triangle, uint32_t light, int spots, int rays, Sequence &next) {
+    void query_triangle(uint32_t triangle, uint32_t light, int spots, int rays, Sequence &next) {
         Double3 corner[3], other[3];
         load(triangle, corner);
         if (!has_area(vec_of(corner[0]), vec_of(corner[1]), vec_of(corner[2]))) return;
@@ -150,17 +152,17 @@ class AskedShadows {
                     random_weights(cell, next, s, t);
                 }
                 ask(triangle < room_.scene.static_count ? query_at(room_, triangle, light, s, t)
-                                                       : moving_query_at(room_, triangle, light, s, t));
+                                                        : moving_query_at(room_, triangle, light, s, t));
             }
         }
     }
-    void ask_everywhere(int spots, int rays, Sequence &next) {
+    void query_everywhere(int spots, int rays, Sequence &next) {
         for (uint32_t light = 0; light < room_.lights.size(); ++light)
-            for (uint32_t i = 0; i < room_.triangles.size(); ++i) ask_triangle(i, light, spots, rays, next);
+            for (uint32_t i = 0; i < room_.triangles.size(); ++i) query_triangle(i, light, spots, rays, next);
     }
     uint64_t known() const { return room_.statistics.rays.shadow_culled + room_.statistics.rays.shadow_dynamic_only; }
 
-    uint64_t asked = 0, shadowed = 0, wrong = 0;
+    uint64_t queries = 0, shadowed = 0, wrong = 0;
 
   private:
     void load(uint32_t triangle, Double3 (&corner)[3]) const { // in the world

@@ -1,4 +1,4 @@
-// Triangles for the tests of tree and test: what is random, and what is awkward.
+// Triangles for the tests of tree and test: what is random, and what is degenerate.
 #pragma once
 #include "core/numbers/random.h"
 #include "core/surfaces/triangle_kdtree.h"

@@ -20,19 +20,3 @@ $(eval $(call objects,host,src/host,CXX,HOST_FLAGS))
 $(eval $(call objects,tools,tools,CXX,TOOL_FLAGS))
 HOST_FLAGS   = $(FLAGS) -DWISP_FLAGS='"$(BITS) $(OPT) $(ARCH)"'
 TOOL_FLAGS   = -Itools $(FLAGS)
-
-# What is to be done, and about how long it takes on cores like those of 2020.
-ifeq ($(MAKELEVEL)$(findstring n,$(firstword -$(MAKEFLAGS))),0)
-missing      = $(words $(filter-out $(wildcard $1),$1))
-# Seconds of one core: of a file of the core, of the host, and of the tests.
-work         = $(shell expr \( 4 \* $(call missing,$(CORE_O)) + 3 \* $(call missing,$(HOST_O)) + 5 \* $(call missing,$1) \) / $$(nproc) / 60 + 1)
-GOALS       := $(or $(MAKECMDGOALS),all)
-ifneq ($(filter all demo,$(GOALS)),)
-ifneq ($(call missing,$(CORE_O) $(HOST_O)),0)
-$(info compiles $(call missing,$(CORE_O) $(HOST_O)) files on $(shell nproc) cores: about $(call work,) minutes; `make help` lists what else there is)
-endif
-endif
-ifneq ($(filter test,$(GOALS)),)
-$(info compiles $(call missing,$(CORE_O) $(HOST_O) $(TEST_O)) files and runs all tests on $(shell nproc) cores: about $(shell expr $(call work,$(TEST_O)) + 8 / $$(nproc)) minutes)
-endif
-endif

@@ -1,9 +1,10 @@
 """What does not depend on the machine: instructions, counted by valgrind."""
 import re, shutil, subprocess
 
-from harness import OUT, QUICK, WISP, Job, quick, skipped, table
+from harness import OUT, WISP, Job, failed, skipped, table
 import smoke
 
+# The function that a stage is.
 STAGES = {"trees and resampling": "make_medium", "light depths": "make_optical_depth_grid", "photons": "trace_fluence",
           "irradiance": "make_irradiance", "march": "march"}
 
@@ -37,6 +38,7 @@ def instructions():
         for stage, function in STAGES.items():
             if f"::{function}(" in line:
                 most[stage] = max(most[stage], count)
+    failed.extend(f"instructions: there is no {STAGES[stage]}()" for stage, count in most.items() if count == 0)
     most["all else"] = everything - sum(most.values())
     table("instructions", f"Instructions by stage: {smoke.SHORTCUTS} at 64 x 64, {n}", ["stage", "million", "part"],
           [[stage, count / 1e6, count / everything] for stage, count in most.items()])

@@ -90,8 +90,7 @@ void measure(const std::string &name, int64_t frames, int64_t step) {
                                 &statistics};
         const View view(scene.camera);
         for (int y = 0; y < pixels; ++y)
-            for (int x = 0; x < pixels; ++x)
-                trace(tracer, view.ray_through(Real(x) + Real(0.5), Real(y) + Real(0.5)));
+            for (int x = 0; x < pixels; ++x) trace(tracer, view.ray_through(Real(x) + Real(0.5), Real(y) + Real(0.5)));
         for (Way &way : ways) {
             Shadows shadows = {&scene, &surfaces, lights, &way.statistics, find_technique(way.method), way.memory};
             settings.shadows = way.method;

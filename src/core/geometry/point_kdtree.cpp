@@ -1,11 +1,11 @@
 // Building the point tree and searching it for the k nearest (S5).
 //
-// * Points move through the build as records of four values, in two buffers. Quickselect copies them from one to the
-//   other without branches, and a few records are cut by counting. How it picks its pivots bears on the time but not on
-//   the outcome, since (coordinate, id) is a total order.
-// * `nearest` guesses a radius from the density of the points, gathers everything within it, and tries a larger one in
-//   the rare case that this was too little. The k-th distance among the candidates is found by counting how many lie
-//   below a bound, which is one vector loop, and moving the bound by interpolation.
+// * The build moves points as records of four values between two buffers. Quickselect copies them from one buffer to the
+//   other without branches; few records are divided by counting ranks. The choice of pivots changes the time but not
+//   the result, because (coordinate, id) is a total order.
+// * `nearest` guesses a radius from the density of the points and gathers all points within it. In the rare case that
+//   these are too few, it repeats with a larger radius. The k-th distance among the candidates is found by counting
+//   those below a bound, which is one vector loop, and moving the bound by interpolation.
 #include "core/geometry/point_kdtree.h"
 #include <algorithm>
 
@@ -14,7 +14,7 @@ namespace detail {
 
 // ---- conversions ----
 
-// Where the empty slots are: farther than any radius, yet in Fixed the square of a distance from there fits.
+// The coordinate of empty slots: farther than any radius; in Fixed the square of a distance to it still fits.
 constexpr float coordinate_of_empty(float) { return 0x1p60f; }
 constexpr double coordinate_of_empty(double) { return 0x1p60; }
 constexpr Fixed coordinate_of_empty(Fixed) { return Fixed(28672); }
@@ -30,11 +30,11 @@ inline float lower_bound_of(double x) { return -upper_bound_of(-x); }
 constexpr int32_t lower_bound_of(Fixed x) { return static_cast<int32_t>(x.raw() >> bound_shift); }
 constexpr int32_t upper_bound_of(Fixed x) { return -static_cast<int32_t>(-x.raw() >> bound_shift); }
 
-// A box that does not exist is this far inside out.
+// low and -high of the box of a child that does not exist.
 constexpr float no_bound(float) { return 0x1p62f; }
 constexpr int32_t no_bound(int32_t) { return 1 << 29; }
 
-// Lengths and squared lengths of boxes as scalars.
+// Lengths and square roots of squared lengths, converted from bounds to scalars.
 constexpr float length_of_bound(float x, float) { return x; }
 constexpr double length_of_bound(float x, double) { return x; }
 constexpr Fixed length_of_bound(int32_t x, Fixed) { return Fixed::from_raw(int64_t{x} * (1 << bound_shift)); }
@@ -42,7 +42,7 @@ inline float root_of_bound(float x, float) { return sqrt(x); }
 inline double root_of_bound(float x, double) { return sqrt(static_cast<double>(x)); }
 inline Fixed root_of_bound(int64_t x, Fixed) { return sqrt(Fixed::from_raw(x * (1 << (2 * bound_shift - 32)))); }
 
-// What the build moves and compares for a coordinate: the number itself, that of Fixed as an integer.
+// A coordinate as the build moves and compares it: the number itself, or the integer of a Fixed.
 constexpr float to_key(float x) { return x; }
 constexpr double to_key(double x) { return x; }
 constexpr int64_t to_key(Fixed x) { return x.raw(); }
@@ -50,7 +50,7 @@ constexpr float from_key(float key, float) { return key; }
 constexpr double from_key(double key, double) { return key; }
 constexpr Fixed from_key(int64_t key, Fixed) { return Fixed::from_raw(key); }
 
-// Scalars >= 0 as integers in the same order, and back.
+// Scalars >= 0 as integers of the same order, and back.
 inline uint32_t to_ordinal(float x) { return to_bits(x); }
 inline uint64_t to_ordinal(double x) { return to_bits(x); }
 constexpr uint64_t to_ordinal(Fixed x) { return static_cast<uint64_t>(x.raw()); }
@@ -71,7 +71,7 @@ namespace {
 
 // ---- the numbering ----
 
-// Leaves below a child of a block of height h; leaves below such a block.
+// The number of leaves below a child of a block of height h, and below the block.
 constexpr uint64_t leaves_of_child(uint32_t h) { return uint64_t{1} << (log_children * h); }
 constexpr uint64_t leaves_of_block(uint32_t h) { return leaves_of_child(h + 1); }
 
@@ -87,7 +87,7 @@ uint32_t height_for(uint32_t leaves) {
 
 // ---- building ----
 
-// A point on its way to its slot. Four values, so that it is moved and bounded as a vector; the last one only carries
+// A point during the build. It has four values, so that it is moved and compared as one vector. The last value carries
 // the bits of the id.
 struct Record {
     Key value[4];
@@ -97,10 +97,10 @@ struct Record {
 };
 
 struct Bounds {
-    Key low[4], high[4]; // the last ones mean nothing
+    Key low[4], high[4]; // the last values mean nothing
 
-    Vec3 lowest() const { return corner(low); }
-    Vec3 highest() const { return corner(high); }
+    Vec3 low_corner() const { return corner(low); }
+    Vec3 high_corner() const { return corner(high); }
 
   private:
     static Vec3 corner(const Key (&key)[4]) {
@@ -134,10 +134,10 @@ struct Before {
     }
 };
 
-// Copies the records whose coordinate is below the pivot to the front of `to` and the others to its back; returns how
-// many were below.
+// Copies the records whose coordinate is below the pivot to the front of `to`, and the others to its back. Returns the
+// number below.
 uint32_t split(const Record *from, Record *to, uint32_t count, int axis, Key pivot) {
-    size_t front = 0, back = count; // what is between them is free
+    size_t front = 0, back = count; // the records between them are free
     for (size_t i = 0; i < count; ++i) {
         const bool below = from[i].value[axis] < pivot;
         to[front] = from[i];
@@ -148,9 +148,9 @@ uint32_t split(const Record *from, Record *to, uint32_t count, int axis, Key piv
     return static_cast<uint32_t>(front);
 }
 
-constexpr uint32_t few = 64; // so many records are cut by their ranks
+constexpr uint32_t few = 64; // up to this count, records are divided by their ranks
 
-// rank[i]: how many of the keys are below key[i]; the arrays are a whole number of vectors long.
+// Sets rank[i] to the number of keys below key[i]. The arrays are a whole number of vectors long.
 WISP_MULTIVERSIONED void find_ranks(const Key *key, uint32_t count, Ordinal *rank) {
     for (size_t first = 0; first < count; first += lanes) {
         Ordinal sum[lanes] = {};
@@ -162,20 +162,20 @@ WISP_MULTIVERSIONED void find_ranks(const Key *key, uint32_t count, Ordinal *ran
     }
 }
 
-// The coordinate at about place `wanted` in order, by a sample. Where that is near an end, the pivot is rather farther
-// from the end than `wanted`, so that the smaller part is what remains.
+// An estimate, from a sample, of the coordinate with rank `wanted`. If that rank is near an end, the pivot is chosen
+// farther from the end than `wanted`, so that the smaller side is what remains to be divided.
 Key sampled_pivot(const Record *records, uint32_t count, uint32_t wanted, int axis) {
     Key sample[few];
     Ordinal rank[few];
-    const uint32_t samples = count < 1024 ? 16 : few, stride = count / samples, margin = samples / 32;
-    uint32_t place = static_cast<uint32_t>(uint64_t{wanted} * samples / count);
-    if (place < samples / 4) place += margin;
-    if (place >= samples - samples / 4) place -= margin;
-    for (uint32_t i = 0; i < samples; ++i) sample[i] = records[i * stride + stride / 2].value[axis];
+    const uint32_t samples = count < 1024 ? 16 : few, step = count / samples, margin = samples / 32;
+    uint32_t target = static_cast<uint32_t>(uint64_t{wanted} * samples / count); // the rank within the sample
+    if (target < samples / 4) target += margin;
+    if (target >= samples - samples / 4) target -= margin;
+    for (uint32_t i = 0; i < samples; ++i) sample[i] = records[i * step + step / 2].value[axis];
     find_ranks(sample, samples, rank);
-    uint32_t best = 0; // the greatest rank up to the place
+    uint32_t best = 0; // the largest rank <= target
     for (uint32_t i = 1; i < samples; ++i)
-        if (rank[i] <= place && (rank[i] > rank[best] || rank[best] > place)) best = i;
+        if (rank[i] <= target && (rank[i] > rank[best] || rank[best] > target)) best = i;
     return sample[best];
 }
 
@@ -192,14 +192,14 @@ void cut_few(const Record *from, Record *to, uint32_t count, uint32_t wanted, in
         back -= rank[i] < wanted ? 0 : 1;
     }
     if (2 * sum == Ordinal{count} * (count - 1)) return;
-    // Coordinates tie.
+    // Some coordinates are equal.
     std::copy(from, from + count, to);
     std::nth_element(to, to + wanted, to + count, Before{axis});
 }
 
-// Copies the records so that the first `wanted` by (coordinate, id) come first; `from` is lost. 0 < wanted < count.
-// Quickselect: the first step copies without branches; in the later ones, which find the cut near an end, few records
-// have to change places. Points that defeat the samples cost time, but not its square.
+// Copies the records to `to` so that the first `wanted` by (coordinate, id) come first; `from` is overwritten.
+// 0 < wanted < count. This is quickselect. The first step copies without branches. In later steps the cut is near an end,
+// so few records are swapped. After max_steps std::nth_element takes over, which bounds the time for any input.
 void cut(Record *from, Record *to, uint32_t count, uint32_t wanted, int axis) {
     constexpr uint32_t max_steps = 64;
     for (uint32_t step = 0; count > few; ++step) {
@@ -229,15 +229,15 @@ void cut(Record *from, Record *to, uint32_t count, uint32_t wanted, int axis) {
     cut_few(from, to, count, wanted, axis);
 }
 
-// place[i]: how many of a leaf's ids are smaller than id[i].
-WISP_MULTIVERSIONED void find_cells(const uint32_t *id, uint32_t *place) {
+// Sets rank[i] to the number of a leaf's ids that are smaller than id[i].
+WISP_MULTIVERSIONED void find_id_ranks(const uint32_t *id, uint32_t *rank) {
     for (size_t first = 0; first < leaf_points; first += lanes) {
         uint32_t smaller[lanes] = {};
         for (size_t j = 0; j < leaf_points; ++j) {
             const uint32_t other = id[j];
             WISP_NO_UNROLL for (uint32_t l = 0; l < lanes; ++l) smaller[l] += other < id[first + l] ? 1 : 0;
         }
-        WISP_NO_UNROLL for (uint32_t l = 0; l < lanes; ++l) place[first + l] = smaller[l];
+        WISP_NO_UNROLL for (uint32_t l = 0; l < lanes; ++l) rank[first + l] = smaller[l];
     }
 }
 
@@ -246,7 +246,8 @@ class Builder {
     Builder(Real *x, Real *y, Real *z, uint32_t *id, BoxBlock *leaf_boxes)
         : x_(x), y_(y), z_(z), id_(id), leaf_boxes_(leaf_boxes) {}
 
-    // Makes the leaves of the records first ... first + count - 1 of all, which are cut into children of height h.
+    // Makes the leaves of the slots first ... first + count - 1 from the records, divided into children of a block of
+    // height h.
     void build(Record *records, Record *spare, uint32_t first, uint32_t count, uint32_t h) {
         uint64_t child = leaves_of_child(h) * leaf_points;
         while (h > 0 && count <= child) child = leaves_of_child(--h) * leaf_points;
@@ -254,8 +255,8 @@ class Builder {
             make_leaf(records, first, count);
             return;
         }
-        const uint32_t parts = static_cast<uint32_t>((count + child - 1) / child);
-        const uint32_t wanted = static_cast<uint32_t>((parts + 1) / 2 * child);
+        const uint32_t child_count = static_cast<uint32_t>((count + child - 1) / child);
+        const uint32_t wanted = static_cast<uint32_t>((child_count + 1) / 2 * child);
         Bounds bounds;
         find_bounds(records, count, bounds);
         cut(records, spare, count, wanted, widest_axis(bounds));
@@ -269,7 +270,7 @@ class Builder {
         find_bounds(records, count, bounds);
         const uint32_t leaf = first / leaf_points, lane = leaf % children;
         BoxBlock &block = leaf_boxes_[leaf / children];
-        const Vec3 low = bounds.lowest(), high = bounds.highest();
+        const Vec3 low = bounds.low_corner(), high = bounds.high_corner();
         block.low_x[lane] = lower_bound_of(low.x);
         block.low_y[lane] = lower_bound_of(low.y);
         block.low_z[lane] = lower_bound_of(low.z);
@@ -277,11 +278,11 @@ class Builder {
         block.high_y[lane] = upper_bound_of(high.y);
         block.high_z[lane] = upper_bound_of(high.z);
 
-        uint32_t id[leaf_points], place[leaf_points];
+        uint32_t id[leaf_points], rank[leaf_points];
         for (uint32_t i = 0; i < leaf_points; ++i) id[i] = i < count ? records[i].id() : no_point;
-        find_cells(id, place);
+        find_id_ranks(id, rank);
         for (uint32_t i = 0; i < count; ++i) {
-            const uint32_t slot = first + place[i];
+            const uint32_t slot = first + rank[i];
             x_[slot] = records[i].coordinate(0);
             y_[slot] = records[i].coordinate(1);
             z_[slot] = records[i].coordinate(2);
@@ -308,7 +309,7 @@ void set_union(BoxBlock &parent, uint32_t lane, const BoxBlock &block) {
     parent.high_z[lane] = *std::max_element(block.high_z, block.high_z + children);
 }
 
-// The boxes of blocks from those of their children; leaves are boxed already.
+// Computes the boxes of blocks from those of their children. The boxes of leaves exist already.
 void box_blocks(const PointTree &tree, BoxBlock *blocks) {
     uint32_t members = tree.leaf_count;
     for (uint32_t h = 0; h < tree.height; ++h) {
@@ -359,7 +360,7 @@ PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena) {
     if (count > 0) {
         Bounds b;
         find_bounds(records, count, b);
-        tree.bounds = {b.lowest(), b.highest()};
+        tree.bounds = {b.low_corner(), b.high_corner()};
         Builder(x, y, z, id, blocks + tree.first_block[0]).build(records, spare, 0, count, tree.height);
         box_blocks(tree, blocks);
     }
@@ -388,7 +389,7 @@ WISP_INLINE void leaf_distances(const PointTree &tree, uint32_t leaf, const Vec3
     }
 }
 
-// Slots in ascending order with their squared distances; only those below the limit are candidates.
+// Slots in ascending order with their squared distances. Only those with distance < limit are candidates.
 struct Candidates {
     Real *distance;
     uint32_t *slot;
@@ -420,7 +421,7 @@ uint32_t count_tied(const Candidates &c, Real bound, const uint32_t *id, uint32_
     return tied;
 }
 
-// The least n in [low, high] with enough(n), which holds for high and from some n on.
+// The smallest n in [low, high] with enough(n). enough must be monotonic, and true for high.
 template <class Integer, class Enough> Integer least(Integer low, Integer high, Enough enough) {
     while (low < high) {
         const Integer middle = low + (high - low) / 2;
@@ -432,18 +433,18 @@ template <class Integer, class Enough> Integer least(Integer low, Integer high, 
     return low;
 }
 
-// Cuts off the first k by (distance, id); 0 < k <= inside = how many are below the limit.
+// The cut after the first k candidates by (distance, id); 0 < k <= inside, the number of candidates.
 Cut cut_after(const Candidates &c, uint32_t k, uint32_t inside, const uint32_t *id) {
     if (inside == k) return {c.limit, 0};
-    // Guess a bound that k distances do not exceed, at first as if the density were even, then by interpolation between
-    // a bound that is too low and one that is too high.
+    // Search for a bound that exactly k distances do not exceed. The first guess assumes even density. Later guesses
+    // interpolate between a bound that is too low and one that is too high.
     const auto ratio = [](uint32_t a, uint32_t b) {
         return Real(static_cast<int32_t>(a)) / Real(static_cast<int32_t>(b));
     };
     Real low = Real(0), high = c.limit;
     uint32_t up_to_low = 0, up_to_high = inside;
-    const Real part = ratio(inside - k, inside);
-    Real guess = high - high * (part * (Real(2.0 / 3) + part * Real(1.0 / 9))); // about high (k / inside)^(2/3)
+    const Real excess = ratio(inside - k, inside);
+    Real guess = high - high * (excess * (Real(2.0 / 3) + excess * Real(1.0 / 9))); // about high (k / inside)^(2/3)
     for (int step = 0; step < 12; ++step) {
         const uint32_t up_to_guess = count_up_to(c.distance, c.count, guess);
         if (up_to_guess == k) return {guess, no_point};
@@ -452,7 +453,7 @@ Cut cut_after(const Candidates &c, uint32_t k, uint32_t inside, const uint32_t *
         if (up_to_high - up_to_low < 2) break;
         guess = low + (high - low) * ratio(2 * (k - up_to_low) + 1, 2 * (up_to_high - up_to_low) + 2);
     }
-    // Distances that tie, or nearly so: the k-th by bisection, then the ids of those at it.
+    // Some distances are equal, or almost: find the k-th by bisection, then divide the equal ones by id.
     const auto ordinal = least(to_ordinal(low), to_ordinal(high),
                                [&](auto n) { return count_up_to(c.distance, c.count, from_ordinal(n, Real())) >= k; });
     const Real bound = from_ordinal(ordinal, Real());
@@ -460,7 +461,7 @@ Cut cut_after(const Candidates &c, uint32_t k, uint32_t inside, const uint32_t *
     return {bound, least(uint32_t{0}, no_point, [&](uint32_t n) { return count_tied(c, bound, id, n) >= wanted; })};
 }
 
-// Copies the first k candidates, those within the cut; the arrays may be the candidates' own.
+// Copies the first k candidates, those within the cut. The output arrays may be the candidates' own.
 void take(const Candidates &c, uint32_t k, Cut cut, const uint32_t *id, Real *distance, uint32_t *slot) {
     uint32_t taken = 0;
     if (cut.ids_below == 0 || cut.ids_below == no_point) {
@@ -482,8 +483,8 @@ void take(const Candidates &c, uint32_t k, Cut cut, const uint32_t *id, Real *di
     }
 }
 
-// Moves the first k candidates, or all where they are fewer, to the given arrays, which may be the candidates' own;
-// returns how many. From then on only what comes before the last of them is a candidate.
+// Moves the first k candidates, or all if there are fewer, to the given arrays, which may be the candidates' own. Returns
+// their number. The limit becomes the next number above the distance of the last one.
 __attribute__((noinline)) uint32_t keep_first(Candidates &c, uint32_t k, const uint32_t *id, Real *distance,
                                               uint32_t *slot) {
     const uint32_t inside = count_below(c.distance, c.count, c.limit), kept = min(k, inside);
@@ -493,7 +494,7 @@ __attribute__((noinline)) uint32_t keep_first(Candidates &c, uint32_t k, const u
     return kept;
 }
 
-// Gathers the slots of all leaves within the radius, or where they are too many, at least the first k candidates.
+// Gathers the slots of all leaves within the radius. If they exceed `capacity`, at least the first k candidates are kept.
 WISP_MULTIVERSIONED void gather(const PointTree &tree, const Vec3 &center, uint32_t k, Real radius, uint32_t capacity,
                       Candidates &c) {
     c.limit = radius * radius;
@@ -512,7 +513,8 @@ WISP_MULTIVERSIONED void gather(const PointTree &tree, const Vec3 &center, uint3
     c.count = count;
 }
 
-// A radius that may well hold somewhat more than k points, by the density of a node near the center that has about k.
+// A radius that is likely to hold slightly more than k points, from the density of a node near the centre that has about
+// k points.
 Real guess_radius(const PointTree &tree, const Vec3 &center, uint32_t k) {
     const BallTest ball(center, Real(0));
     const BoxBlock *block = tree.blocks;
@@ -535,22 +537,23 @@ Real guess_radius(const PointTree &tree, const Vec3 &center, uint32_t k) {
     const Real z = length_of_bound(block->high_z[lane] - block->low_z[lane], Real());
     const Real widest = max(max(x, y), z);
     if (!(widest > Real(0))) return Real(0);
-    const Real volume = max((x / widest) * (y / widest) * (z / widest), Real(1.0 / 64)); // in cubes of the widest
-    const Real share = Real(static_cast<int32_t>(k)) / Real(static_cast<int32_t>(points));
-    return widest * cbrt(volume * share * Real(0.2387)) + root_of_bound(gap, Real());
+    const Real volume = max((x / widest) * (y / widest) * (z / widest), Real(1.0 / 64)); // in units of widest^3
+    const Real fraction = Real(static_cast<int32_t>(k)) / Real(static_cast<int32_t>(points));
+    // 0.2387 = 3 / (4 pi)
+    return widest * cbrt(volume * fraction * Real(0.2387)) + root_of_bound(gap, Real());
 }
 
 constexpr uint64_t candidates_for(uint64_t k) { return 4 * k + 32 * leaf_points; }
 
 } // namespace
 
-uint64_t nearest_scratch_bytes(uint32_t most) {
-    return Arena::bytes<Real>(candidates_for(most)) + Arena::bytes<uint32_t>(candidates_for(most));
+uint64_t nearest_scratch_bytes(uint32_t max_k) {
+    return Arena::bytes<Real>(candidates_for(max_k)) + Arena::bytes<uint32_t>(candidates_for(max_k));
 }
 
-bool make_nearest_scratch(uint32_t most, Arena &arena, NearestScratch &scratch) {
+bool make_nearest_scratch(uint32_t max_k, Arena &arena, NearestScratch &scratch) {
     const size_t start = arena.mark();
-    scratch.capacity = static_cast<uint32_t>(candidates_for(most));
+    scratch.capacity = static_cast<uint32_t>(candidates_for(max_k));
     scratch.distance_squared = arena.make<Real>(scratch.capacity);
     scratch.slot = arena.make<uint32_t>(scratch.capacity);
     if (scratch.distance_squared && scratch.slot) return true;
@@ -567,16 +570,16 @@ Nearest nearest(const PointTree &tree, const Vec3 &center, uint32_t k, Real max_
         gather(tree, center, k, radius, scratch.capacity, c);
         const uint32_t inside = count_below(c.distance, c.count, c.limit);
         if (inside >= k || !(radius < max_radius)) break;
-        // As if the points were spread evenly; where they are not, in leaps.
-        const Real lack = Real(static_cast<int32_t>(k)) / Real(static_cast<int32_t>(inside + 1));
-        const Real growth = max(cbrt(lack * Real(1.5)), Real(tries < 2 ? 1 : 2));
+        // Grow as even density suggests; after two tries, at least double.
+        const Real missing = Real(static_cast<int32_t>(k)) / Real(static_cast<int32_t>(inside + 1));
+        const Real growth = max(cbrt(missing * Real(1.5)), Real(tries < 2 ? 1 : 2));
         radius = radius > Real(0) ? min(max_radius, radius * min(growth, Real(4))) : max_radius;
     }
     Nearest found = {};
     found.count = keep_first(c, k, tree.id, distances_squared, slots);
     for (uint32_t i = 1; i < found.count; ++i) {
-        const Real d = distances_squared[i], most = distances_squared[found.farthest];
-        if (most < d || (d == most && tree.id[slots[found.farthest]] < tree.id[slots[i]])) found.farthest = i;
+        const Real d = distances_squared[i], farthest = distances_squared[found.farthest];
+        if (farthest < d || (d == farthest && tree.id[slots[found.farthest]] < tree.id[slots[i]])) found.farthest = i;
     }
     if (found.count > 0) found.radius_squared = distances_squared[found.farthest];
     return found;

@@ -1,8 +1,8 @@
-// A balanced kd-tree over points: what lies near a point, what lies near a segment, and the k nearest (S5).
+// A balanced kd-tree over points (S5): leaves near a point, leaves near a segment, and the k nearest points.
 //
-// Points are stored in the order of the tree ("slots") as structure of arrays, `leaf_points` to a leaf, all leaves full
-// but the last. A block holds the boxes of sixteen children, four median cuts at once, so that testing them is a loop
-// over lanes. Nothing is linked; the tree is its numbering (a heap with sixteen children to a node):
+// Points are stored in the order of the tree ("slots") as a structure of arrays, `leaf_points` to a leaf. All leaves but
+// the last are full. A block holds the boxes of sixteen children, so that testing them is a loop over lanes; it stands
+// for four levels of median cuts. There are no links: the tree is its numbering, a heap with sixteen children to a node.
 //
 //   leaf l               holds the slots l * leaf_points ... (l + 1) * leaf_points - 1
 //   block b of height 0  holds the boxes of the leaves 16 b ... 16 b + 15
@@ -10,16 +10,16 @@
 //   the root             is block 0 of height `height` - 1; block b of height h is blocks[first_block[h] + b]
 //
 // so box `lane` of block b of height h bounds the leaves (16 b + lane) 16^h ... (16 b + lane + 1) 16^h - 1, as far as
-// there are leaves. The c children of a block are cut into the first (c + 1) / 2 and the rest until each is alone:
-// across the widest extent of their points, by the total order (coordinate, id). The slots of a leaf are ordered by id.
-// Hence the layout is a pure function of the points.
+// there are leaves. The c children of a block are divided into the first (c + 1) / 2 and the rest, recursively, until
+// each is alone. A division cuts the widest extent of the points by the total order (coordinate, id). The slots of a
+// leaf are ordered by id. Hence the layout is a pure function of the points.
 //
-// Boxes only cull, so a bound takes 4 bytes in every arithmetic, rounded outwards. All tests are conservative: a leaf
-// may be visited in vain, none is missed, and leaves are visited in ascending order, so that sums over them have one
+// Boxes only cull, so a bound takes 4 bytes in every arithmetic, rounded outwards. All tests are conservative: a leaf may
+// be visited without need, but none is missed. Leaves are visited in ascending order, so that sums over them have one
 // order.
 //
-// Ranges: in Fixed the squared distance of any two points or queries must stay below 2^31, as it does within +-13,000,
-// and radii below 2^15. The floating arithmetics take coordinates up to 2^40.
+// Ranges: in Fixed the squared distance between any two points or queries must be below 2^31, which holds for coordinates
+// within +-13,000; radii must be below 2^15. The floating arithmetics take coordinates up to 2^40.
 #pragma once
 #include "core/geometry/ray.h"
 #include "wisp/arena.h"
@@ -33,10 +33,11 @@ static_assert(leaf_points % lanes == 0 && children % lanes == 0, "leaves and blo
 
 constexpr uint32_t no_point = 0xffffffff; // id of an empty slot
 
-// The slots of a tree of `count` points: `count` rounded up to whole leaves.
+// The number of slots in a tree of `count` points: `count` rounded up to whole leaves.
 constexpr uint32_t point_tree_slots(uint32_t count) { return (count + leaf_points - 1) / leaf_points * leaf_points; }
 
-// A bound of a box, and the product of two: float for float and double; in Fixed integers, in units of 2^-12.
+// A bound of a box, and the type of a product of two bounds. Bounds are floats for float and double. For Fixed they are
+// integers in units of 2^-12.
 namespace f32 {
 using Bound = float;
 using BoundProduct = float;
@@ -52,7 +53,7 @@ using BoundProduct = int64_t;
 
 namespace WISP_ARITH {
 
-// The boxes of a block's children. Those that do not exist are inside out, far beyond any scene.
+// The boxes of a block's children. The box of a child that does not exist has low > high, so that no test passes.
 struct BoxBlock {
     Bound low_x[children], low_y[children], low_z[children], high_x[children], high_y[children], high_z[children];
 };
@@ -60,30 +61,30 @@ struct BoxBlock {
 struct PointTree {
     bool ready;                 // false: the arena was too small
     uint32_t count, leaf_count; // points; leaves
-    const Real *x, *y, *z;      // by slot; those of the empty slots are far from any scene
+    const Real *x, *y, *z;      // by slot; an empty slot holds a position far outside any scene
     const uint32_t *id;         // by slot: the point's index in the caller's order, or no_point
     Box bounds;                 // of all points
-    uint32_t height;            // how many heights of blocks there are: 0 without points
+    uint32_t height;            // the number of heights of blocks: 0 without points
     uint32_t first_block[max_heights];
     const BoxBlock *blocks;
 };
 
-// The tree of `count` <= 2^31 - 1 points, made from the arena: scratch is given back before it returns.
-// Too small an arena gives a tree of no points with ready == false, and is left as it was.
+// Builds the tree of `count` <= 2^31 - 1 points. Its arrays are made from the arena; scratch memory is given back before
+// the function returns. If the arena is too small, the tree has no points and ready == false, and the arena is unchanged.
 PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena);
 
-// An upper bound of the bytes that building takes from the arena, scratch included.
+// An upper bound of the bytes that build_point_tree takes from the arena, scratch included.
 uint64_t point_tree_bytes(uint32_t count);
 
 // ---- visitors ----
 
-// Calls visit(leaf), in ascending order, for each leaf that may hold a point p with |p - center| <= radius; 0 <=
-// radius.
+// Calls visit(leaf), in ascending order, for each leaf that may hold a point p with |p - center| <= radius, where
+// 0 <= radius.
 template <class Visit>
 WISP_INLINE void for_each_leaf_near(const PointTree &tree, const Vec3 &center, Real radius, Visit &&visit);
 
-// The same for points within `radius` of the segment from origin + t0 direction to origin + t1 direction; `direction`
-// is a unit vector, 0 <= radius, in Fixed < 2^15. An end far outside the scene costs nothing.
+// The same for points within `radius` of the segment from origin + t0 direction to origin + t1 direction. `direction` is
+// a unit vector; 0 <= radius, in Fixed < 2^15. An end far outside the scene costs no more.
 template <class Visit>
 WISP_INLINE void for_each_leaf_on_segment(const PointTree &tree, const Vec3 &origin, const Vec3 &direction, Real t0,
                                            Real t1, Real radius, Visit &&visit);
@@ -92,63 +93,63 @@ WISP_INLINE void for_each_leaf_on_segment(const PointTree &tree, const Vec3 &ori
 
 struct Nearest {
     uint32_t count;      // points found
-    uint32_t farthest;   // which of them comes last by (squared distance, id)
-    Real radius_squared; // and its squared distance; 0 when none was found
+    uint32_t farthest;   // the index of the one that comes last by (squared distance, id)
+    Real radius_squared; // its squared distance; 0 if no point was found
 };
 
-// Workspace of `nearest` for up to `most` points, made once.
+// Scratch memory of `nearest` for k <= max_k, made once.
 struct NearestScratch {
     uint32_t capacity;
     Real *distance_squared;
     uint32_t *slot;
 };
-bool make_nearest_scratch(uint32_t most, Arena &arena, NearestScratch &scratch); // false: the arena is too small
-uint64_t nearest_scratch_bytes(uint32_t most);
+bool make_nearest_scratch(uint32_t max_k, Arena &arena, NearestScratch &scratch); // false: the arena is too small
+uint64_t nearest_scratch_bytes(uint32_t max_k);
 
-// The first k points by (squared distance, id) of those whose squared distance is less than max_radius^2, or all of
-// them when there are fewer; squared distance is sum_of_products(dx, dx, dy, dy, dz, dz). `slots` and
-// `distances_squared` have room for k entries; they are filled in ascending order of slots, so that the result is a
-// pure function of the points. k <= the `most` of the scratch; 0 <= max_radius, in Fixed < 2^15.
+// The k nearest points: the first k by (squared distance, id) of the points whose squared distance is less than
+// max_radius^2, or all of those if there are fewer. The squared distance is sum_of_products(dx, dx, dy, dy, dz, dz).
+// `slots` and `distances_squared` have room for k entries. They are filled in ascending order of slots, so that the
+// result is a pure function of the points. k <= the max_k of the scratch; 0 <= max_radius, in Fixed < 2^15.
 Nearest nearest(const PointTree &tree, const Vec3 &center, uint32_t k, Real max_radius, NearestScratch &scratch,
                 uint32_t *slots, Real *distances_squared);
 
-// Writes the slots of the points whose squared distance is less than radius^2, ascending, as far as `capacity`
-// reaches; returns how many there are.
+// Writes the first `capacity` slots, in ascending order, of the points whose squared distance is less than radius^2.
+// Returns the number of all such points.
 uint32_t in_radius(const PointTree &tree, const Vec3 &center, Real radius, uint32_t *slots, uint32_t capacity);
 
 } // namespace WISP_ARITH
 
-// ---- how the visitors do it ----
+// ---- implementation of the visitors ----
 
 namespace detail {
 
 constexpr int bound_shift = 20; // bits between the units of Fixed and of its bounds
 
-// A length as the boxes see it; `slack` covers the rounding. Fixed is in units of 2^-12, and is cut off at 2^16, far
-// beyond any scene, so that sums, differences and products fit.
+// A length as a Bound; `slack` covers its rounding. The bounds of Fixed, in units of 2^-12, are clamped to +-2^16, far
+// outside any scene, so that sums, differences and products fit.
 constexpr float to_bound(float x) { return x; }
 constexpr float to_bound(double x) { return static_cast<float>(x); }
 constexpr int32_t to_bound(Fixed x) {
     return static_cast<int32_t>(min(max(x.raw() >> bound_shift, -(int64_t{1} << 28)), int64_t{1} << 28));
 }
-// A component of a direction, and 1 in its units: 2^-30 in Fixed.
+// A component of a direction, and the number 1 in the units of directions: 2^-30 in Fixed.
 constexpr float to_direction(float x) { return x; }
 constexpr float to_direction(double x) { return static_cast<float>(x); }
 constexpr int32_t to_direction(Fixed x) { return static_cast<int32_t>(x.raw() >> 2); }
 constexpr float direction_one(float) { return 1; }
 constexpr int64_t direction_one(int32_t) { return int64_t{1} << 30; }
 
-// More than rounding can change a length that the tests below compute from coordinates whose magnitudes add up to
-// `sum`. Floats: each test rounds fewer than 30 times, each time by at most 2^-24 of 2 sum. Integers: only what is
-// converted is rounded, lengths by a unit each and directions by 2^-31 of less than 2^31.
+// A bound on the rounding of a length that the tests below compute from coordinates whose magnitudes add up to `sum`.
+// Floats: each test rounds fewer than 30 times, each time by at most 2^-24 * 2 sum. Integers: only conversions round,
+// lengths by one unit each, and directions by a relative 2^-31 of a length below 2^31.
 constexpr float slack(float sum) { return sum * 0x1p-18f + 0x1p-60f; }
 constexpr int32_t slack(int32_t) { return 8; }
 
-// Radii are cut off here: beyond any scene, and short of the boxes that do not exist.
+// Radii are clamped to this: larger than any scene, and too small to reach the boxes of children that do not exist.
 constexpr float largest_radius(float) { return 0x1p60f; }
 constexpr int32_t largest_radius(int32_t) { return 1 << 27; }
 
-// For each byte the positions of its set bits, lowest first.
+// For each byte, the positions of its set bits, lowest first: lists the lanes of a mask without branches.
 struct SetBits {
     uint32_t position[256][lanes];
     uint8_t count[256];
@@ -168,7 +169,7 @@ template <class T> constexpr T magnitude(T x) { return x < 0 ? -x : x; }
 
 namespace WISP_ARITH {
 
-// A ball as eight boxes at a time are tested against it.
+// Tests boxes against a ball, for loops over lanes.
 struct BallTest {
     Bound x, y, z;
     BoundProduct radius_squared;
@@ -181,7 +182,7 @@ struct BallTest {
         radius_squared = reach * reach;
     }
 
-    // The squared distance from the box.
+    // The squared distance of the centre from a box.
     BoundProduct gap_squared(const BoxBlock &b, uint32_t l) const {
         const BoundProduct gap_x = x - min(max(x, b.low_x[l]), b.high_x[l]);
         const BoundProduct gap_y = y - min(max(y, b.low_y[l]), b.high_y[l]);
@@ -191,18 +192,18 @@ struct BallTest {
     uint32_t operator()(const BoxBlock &b, uint32_t l) const { return gap_squared(b, l) <= radius_squared ? 1 : 0; }
 };
 
-// A segment with a radius, by separating axes: box and segment are apart when their projections on an axis are farther
-// apart than the radius. Axes: x, y, z, and those times the direction d. Everything is doubled, as the middle and the
-// half-extent of a box are only known so.
+// Tests boxes against a segment with a radius, by separating axes (Gottschalk et al. 1996): box and segment are disjoint
+// if their projections on some axis are farther apart than the radius. The axes are x, y, z, and their cross products
+// with the direction d. All lengths are doubled: a box gives low + high and high - low, twice its middle and half-extent.
 struct SegmentTest {
-    Bound middle_x, middle_y, middle_z;     // of the segment
-    Bound reach_x, reach_y, reach_z;        // its half-extent and the radius
-    Bound x, y, z, abs_x, abs_y, abs_z;     // d
-    BoundProduct aside_x, aside_y, aside_z; // the radius as seen on d times x, y, z
+    Bound middle_x, middle_y, middle_z;        // of the segment
+    Bound reach_x, reach_y, reach_z;           // its half-extent plus the radius
+    Bound x, y, z, abs_x, abs_y, abs_z;        // d
+    BoundProduct radius_x, radius_y, radius_z; // the radius projected on d x (1, 0, 0), d x (0, 1, 0), d x (0, 0, 1)
 
     SegmentTest(const PointTree &tree, const Vec3 &origin, const Vec3 &direction, Real t0, Real t1, Real radius) {
         using namespace detail;
-        // Only the part within a ball around all points matters; in a shorter segment less cancels.
+        // The segment is clipped to a ball around all points: a shorter segment has less cancellation.
         const Vec3 extent = tree.bounds.high - tree.bounds.low;
         const Vec3 to_middle = tree.bounds.low + extent * Real(0.5) - origin;
         const Real far = abs(to_middle.x) + abs(to_middle.y) + abs(to_middle.z), along = dot(to_middle, direction);
@@ -215,16 +216,16 @@ struct SegmentTest {
         abs_x = magnitude(x), abs_y = magnitude(y), abs_z = magnitude(z);
         middle_x = 2 * to_bound(middle.x), middle_y = 2 * to_bound(middle.y), middle_z = 2 * to_bound(middle.z);
         const Bound r = 2 * min(to_bound(radius), largest_radius(x));
-        const Bound most = magnitude(middle_x) + magnitude(middle_y) + magnitude(middle_z);
-        const Bound rounding = slack(min(most, largest_radius(x)) + to_bound(around) + to_bound(far));
+        const Bound magnitudes = magnitude(middle_x) + magnitude(middle_y) + magnitude(middle_z);
+        const Bound rounding = slack(min(magnitudes, largest_radius(x)) + to_bound(around) + to_bound(far));
         reach_x = 2 * to_bound(abs(half.x)) + r + rounding;
         reach_y = 2 * to_bound(abs(half.y)) + r + rounding;
         reach_z = 2 * to_bound(abs(half.z)) + r + rounding;
-        const BoundProduct one = direction_one(x), least = one * rounding;
+        const BoundProduct one = direction_one(x), margin = one * rounding;
         const Vec3 d = direction;
-        aside_x = BoundProduct(r) * to_direction(sqrt(d.y * d.y + d.z * d.z)) + least;
-        aside_y = BoundProduct(r) * to_direction(sqrt(d.z * d.z + d.x * d.x)) + least;
-        aside_z = BoundProduct(r) * to_direction(sqrt(d.x * d.x + d.y * d.y)) + least;
+        radius_x = BoundProduct(r) * to_direction(sqrt(d.y * d.y + d.z * d.z)) + margin;
+        radius_y = BoundProduct(r) * to_direction(sqrt(d.z * d.z + d.x * d.x)) + margin;
+        radius_z = BoundProduct(r) * to_direction(sqrt(d.x * d.x + d.y * d.y)) + margin;
     }
 
     uint32_t operator()(const BoxBlock &b, uint32_t l) const {
@@ -233,17 +234,17 @@ struct SegmentTest {
         const BoundProduct size_z = b.high_z[l] - b.low_z[l];
         const BoundProduct to_x = b.low_x[l] + b.high_x[l] - middle_x, to_y = b.low_y[l] + b.high_y[l] - middle_y;
         const BoundProduct to_z = b.low_z[l] + b.high_z[l] - middle_z;
-        const auto within = [](BoundProduct apart, BoundProduct most) { return magnitude(apart) <= most ? 1u : 0u; };
+        const auto within = [](BoundProduct apart, BoundProduct limit) { return magnitude(apart) <= limit ? 1u : 0u; };
         return within(to_x, size_x + reach_x) & within(to_y, size_y + reach_y) & within(to_z, size_z + reach_z) &
-               within(y * to_z - z * to_y, size_y * abs_z + size_z * abs_y + aside_x) &
-               within(z * to_x - x * to_z, size_z * abs_x + size_x * abs_z + aside_y) &
-               within(x * to_y - y * to_x, size_x * abs_y + size_y * abs_x + aside_z);
+               within(y * to_z - z * to_y, size_y * abs_z + size_z * abs_y + radius_x) &
+               within(z * to_x - x * to_z, size_z * abs_x + size_x * abs_z + radius_y) &
+               within(x * to_y - y * to_x, size_x * abs_y + size_y * abs_x + radius_z);
     }
 };
 
-// Down the tree height by height, a batch of blocks at a time: all children of the batch that pass the test are listed
-// before any of them is looked into, so that there are few branches to predict. Lists are in ascending order, and a
-// batch is finished, down to its leaves, before the next one.
+// Descends the tree height by height, a batch of blocks at a time. All children of the batch that pass the test are listed
+// before any of them is opened, so that there are few branches to predict. Lists are in ascending order, and a batch is
+// finished down to its leaves before the next one starts.
 template <class Test, class Visit>
 WISP_INLINE void for_each_leaf(const PointTree &tree, const Test &test, Visit &&visit) {
     constexpr uint32_t batch = 8;
@@ -252,9 +253,9 @@ WISP_INLINE void for_each_leaf(const PointTree &tree, const Test &test, Visit &&
         uint32_t member[batch * children + lanes]; // whole vectors are written
     };
     if (tree.count == 0) return;
-    List lists[max_heights + 1]; // [0]: leaves, [h + 1]: blocks of height h
+    List lists[max_heights + 1]; // [0]: leaves; [h + 1]: blocks of height h
     List *const top = lists + tree.height, *list = top;
-    const uint32_t *first_block = tree.first_block + tree.height - 1; // of the height that `list` is about
+    const uint32_t *first_block = tree.first_block + tree.height - 1; // of the height of `list`
     top->next = top->member[0] = 0;
     top->count = 1;
     for (;;) {
@@ -273,8 +274,8 @@ WISP_INLINE void for_each_leaf(const PointTree &tree, const Test &test, Visit &&
                 uint32_t mask = 0;
                 WISP_NO_UNROLL for (uint32_t l = 0; l < lanes; ++l) mask |= test(blocks[block], group + l) ? 1u << l : 0u;
                 uint32_t *member = below->member + count;
-                const uint32_t *which = detail::set_bits.position[mask];
-                WISP_NO_UNROLL for (uint32_t l = 0; l < lanes; ++l) member[l] = block * children + group + which[l];
+                const uint32_t *lane = detail::set_bits.position[mask];
+                WISP_NO_UNROLL for (uint32_t l = 0; l < lanes; ++l) member[l] = block * children + group + lane[l];
                 count += detail::set_bits.count[mask];
             }
         }

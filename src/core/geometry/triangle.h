@@ -1,25 +1,28 @@
-// Where a ray meets a triangle, without cracks (Woop, Benthin, Wald 2013).
+// The intersection of a ray with a triangle, without cracks between triangles (Woop, Benthin, Wald 2013).
 //
-// Corners are sheared along the ray so that it becomes the axis z: each corner by itself, so two triangles that share
-// a corner have the same sheared one. In that plane a triangle is hit when the ray (0, 0) lies on no two different
-// sides of its edges. The side is that of the cross product p x q of an edge's ends, and its sign is exact: in float
-// the products are taken in double, which holds them; in double their rounding errors are kept; in Fixed they have 128
-// bits. p x q = -(q x p) to the bit, so of two triangles at an edge at least one is hit, and none is where all of its
-// edges have the ray on them (one seen edge-on, one whose corners coincide).
+// Corners are sheared along the ray, so that the ray becomes the z axis. Each corner is sheared by itself, so two
+// triangles that share a corner have the same sheared corner. In the plane z = 0 a triangle is hit when the ray, the
+// point (0, 0), does not lie strictly on different sides of two of its edges. The side of an edge is the sign of the
+// cross product p x q of its ends. The sign is exact: for float, the products are taken in double, which holds them; for
+// double, the rounding errors of the products are kept (Dekker 1971); for Fixed, products have 128 bits. To the bit,
+// p x q = -(q x p), so of two triangles at an edge at least one is hit. A triangle is not hit if the ray lies on all of
+// its edges: it is seen edge-on, or its corners coincide.
 //
-// The same cross products, of relative error below 2^-50 (Fixed: 2^-60), are the weights of the corners. Hence what
-// trees rest on:
+// The same cross products, with relative error below 2^-50 (Fixed: 2^-60), are the weights of the corners. Trees over
+// triangles rely on this bound:
 //
-//   Of each hit at `distance` there is a point of the triangle that differs from origin + distance * direction, in each
-//   coordinate, by at most 14 e M; in Fixed by 2 + |D| units of 2^-32.
+//   For each hit at `distance` there is a point of the triangle that differs from origin + distance * direction, in each
+//   coordinate, by at most 14 e M; in Fixed by at most 2 + |D| units of 2^-32.
 //
-// M is the largest coordinate of corner - origin, D the dominant component of the direction, e = 2^-24, 2^-53 half a
-// last place of float and double. The point is the triangle's with the computed weights. The sheared x of a corner,
-// x - (d_x / D) z, has five roundings, of numbers up to M and last of one up to 2 M: it is off by at most 6 e M, and so
-// is the mean of the corners' with the weights, which is 0 (but for 2^-50 M) as computed. The depth of the point is
-// that mean of z, with weights of one sign, at most 8 e M off with the rounding of z, products, sums and quotients; the
-// other coordinates of the ray follow it by at most as much. In Fixed sheared coordinates are in units of 2^-46, and
-// three of them off where M < 2^15; the distance is 2^-33 off, so the ray's point 2^-33 |D|.
+// M is the largest coordinate of corner - origin. D is the dominant component of the direction. e is half a unit in the
+// last place: 2^-24 for float, 2^-53 for double. Derivation: the point is the triangle's point with the computed weights.
+//   - The sheared x of a corner, x - (d_x / D) z, has five roundings, of numbers up to M and last of one up to 2 M. Its
+//     error is at most 6 e M. So is the error of the weighted mean of the corners, whose computed value is 0 (within
+//     2^-50 M).
+//   - The depth of the point is the weighted mean of z, with weights of one sign. With the rounding of z, products, sums
+//     and quotients its error is at most 8 e M. The ray's other coordinates change with the depth by at most as much.
+//   - In Fixed, sheared coordinates are in units of 2^-46, and err by at most three of them for M < 2^15. The distance
+//     errs by 2^-33, and so the ray's point by 2^-33 |D|.
 //
 // Ranges: coordinates up to 2^14. Directions in the floating arithmetics between 2^-40 and 2^40.
 #pragma once
@@ -34,28 +37,28 @@ namespace f64 {
 using Sheared = double;
 }
 namespace fixed {
-using Sheared = int64_t; // units of 2^-46, and of 2^-62 of the shear itself
+using Sheared = int64_t; // coordinates in units of 2^-46, shears in units of 2^-62
 }
 
 namespace WISP_ARITH {
 
-// A ray as triangles are tested against it; `direction` is of any length but 0, distances are in units of it.
+// A ray with its shear. `direction` may have any length but 0; distances are in units of that length.
 struct TriangleRay {
     TriangleRay(const Vec3 &origin_, const Vec3 &direction_);
 
     Vec3 origin, direction;
-    uint32_t x, y, z; // axes; z: along which the direction is largest
+    uint32_t x, y, z; // the axes in cyclic order; z is that of the direction's largest component
     Sheared shear_x, shear_y;
 };
 
-// What was hit where: the weights of the corners are 1 - u - v, u, v.
+// The weights of the corners a, b, c are 1 - u - v, u, v.
 struct TriangleHit {
     Real distance, u, v;
 };
 
 struct ShearedCorner {
     Sheared x, y;
-    Real z; // of corner - origin, not divided by the direction's
+    Real z; // of corner - origin, not divided by the direction's z
 };
 
 } // namespace WISP_ARITH
@@ -80,30 +83,31 @@ inline int64_t sheared(Fixed x, Fixed z, int64_t shear) {
     return static_cast<int64_t>((static_cast<uint64_t>(x.raw()) << 14) - in_units);
 }
 
-// A number as value + error, exactly, where nothing leaves the range of double.
+// value + error is the exact result, if nothing leaves the range of double.
 struct Exact {
     double value, error;
 };
-inline Exact exact_product(double a, double b) { // Dekker's, with Veltkamp's splitting
+// a b = value + error (Dekker 1971, with Veltkamp's splitting).
+inline Exact exact_product(double a, double b) {
     const double scaled_a = a * 0x8000001p0, scaled_b = b * 0x8000001p0;
     const double a_high = scaled_a - (scaled_a - a), a_low = a - a_high;
     const double b_high = scaled_b - (scaled_b - b), b_low = b - b_high;
     const double value = a * b;
     return {value, ((a_high * b_high - value) + a_high * b_low + a_low * b_high) + a_low * b_low};
 }
-// a + b = value + error, exactly.
+// a + b = value + error (Knuth's two-sum).
 inline Exact exact_sum(double a, double b) {
-    const double sum = a + b, b_part = sum - a;
-    return {sum, (a - (sum - b_part)) + (b - b_part)};
+    const double sum = a + b, b_virtual = sum - a;
+    return {sum, (a - (sum - b_virtual)) + (b - b_virtual)};
 }
 
-// a d - b c: sign exact, relative error below 2^-51.
+// a d - b c. The sign is exact, the relative error below 2^-51.
 inline double cross(float a, float b, float c, float d) {
     return static_cast<double>(a) * static_cast<double>(d) - static_cast<double>(b) * static_cast<double>(c);
 }
 inline double cross(double a, double b, double c, double d) {
     const Exact p = exact_product(a, d), q = exact_product(b, c);
-    // The terms on the left cancel without rounding or not at all, those on the right are below their last place.
+    // values.value + errors.value cancels without rounding or not at all; the other sum is below its last place.
     const Exact values = exact_sum(p.value, -q.value), errors = exact_sum(p.error, -q.error);
     return (values.value + errors.value) + (values.error + errors.error);
 }
@@ -113,14 +117,15 @@ inline bool is_zero(Wide w) { return high_word(w) == 0 && low_word(w) == 0; }
 inline Wide negated(Wide w) {
     return join<Wide>(~static_cast<uint64_t>(high_word(w)), ~low_word(w)) + join<Wide>(0, 1);
 }
-// w / 2^k, rounded down, where that fits a word; 0 <= w, k < 128.
+// w / 2^k, rounded down; 0 <= w, k < 128, and the result must fit one word.
 inline uint64_t shifted_down(Wide w, int k) {
     const uint64_t high = static_cast<uint64_t>(high_word(w));
     if (k >= 64) return high >> (k - 64);
     return k == 0 ? low_word(w) : (high << (64 - k)) | (low_word(w) >> k);
 }
 
-// Whether the cross products at the corners have one sign; then the distance and the weights of b and c.
+// Whether the cross products, given at the opposite corners, have one sign. If so, sets the distance and the weights u of
+// b and v of c. a_z, b_z, c_z are the corners' z, and `dominant` is the direction's.
 template <class T>
 bool weigh(double at_a, double at_b, double at_c, T a_z, T b_z, T c_z, T dominant, T &distance, T &u, T &v) {
     if (min(at_a, min(at_b, at_c)) < 0 && max(at_a, max(at_b, at_c)) > 0) return false;
@@ -144,15 +149,15 @@ inline bool weigh(Wide at_a, Wide at_b, Wide at_c, Fixed a_z, Fixed b_z, Fixed c
     }
     const Wide all = at_a + at_b + at_c; // below 2^127
     if (is_zero(all)) return false;
-    // Weights in units of 2^-62, of products of 60 bits or more.
+    // Weights in units of 2^-62, from products that are shifted down to 60 bits or more.
     const uint64_t high = static_cast<uint64_t>(high_word(all));
     const int k = high != 0 ? max(0, 66 - leading_zeros(high)) : low_word(all) >> 62 != 0 ? 2 : 0;
-    const uint64_t part_b = shifted_down(at_b, k), part_c = shifted_down(at_c, k);
-    const uint64_t parts = shifted_down(at_a, k) + part_b + part_c;
-    const auto weight = [parts](uint64_t part) {
-        return static_cast<int64_t>(divide(join<Wide>(part >> 2, part << 62), parts).quotient);
+    const uint64_t short_b = shifted_down(at_b, k), short_c = shifted_down(at_c, k);
+    const uint64_t sum = shifted_down(at_a, k) + short_b + short_c;
+    const auto weight = [sum](uint64_t product) {
+        return static_cast<int64_t>(divide(join<Wide>(product >> 2, product << 62), sum).quotient);
     };
-    const int64_t weight_b = weight(part_b), weight_c = weight(part_c);
+    const int64_t weight_b = weight(short_b), weight_c = weight(short_c);
     const Wide deeper = product<Wide>(b_z.raw() - a_z.raw(), weight_b) + product<Wide>(c_z.raw() - a_z.raw(), weight_c);
     // In units of 2^-46.
     const int64_t depth =
@@ -161,7 +166,7 @@ inline bool weigh(Wide at_a, Wide at_b, Wide at_c, Fixed a_z, Fixed b_z, Fixed c
     const uint64_t far = static_cast<uint64_t>(depth < 0 ? -depth : depth);
     const uint64_t divisor = static_cast<uint64_t>(dominant.raw() < 0 ? -dominant.raw() : dominant.raw());
     const bool behind = (depth < 0) != (dominant.raw() < 0);
-    int64_t steps = fixed_max; // farther than can be said
+    int64_t steps = fixed_max; // the distance does not fit
     if (far >> 46 < divisor) {
         const Quotient q = divide(join<Wide>(far >> 46, far << 18), divisor);
         const uint64_t rounded = q.quotient + (q.remainder >= divisor - q.remainder);
@@ -173,24 +178,25 @@ inline bool weigh(Wide at_a, Wide at_b, Wide at_c, Fixed a_z, Fixed b_z, Fixed c
     return true;
 }
 
-// Whether the sum is 0, exactly (Shewchuk 1997, grow-expansion): `part` are sums of it that do not overlap.
+// Whether the exact sum of the terms is 0, by the grow-expansion algorithm (Shewchuk 1997). The components of the
+// expansion do not overlap, so their sum is 0 only if each of them is.
 template <int count> bool sums_to_zero(const double (&terms)[count]) {
-    double part[count] = {};
+    double component[count] = {};
     for (int t = 0; t < count; ++t) {
         double rest = terms[t];
         for (int i = 0; i < t; ++i) {
-            const Exact sum = exact_sum(rest, part[i]);
+            const Exact sum = exact_sum(rest, component[i]);
             rest = sum.value;
-            part[i] = sum.error;
+            component[i] = sum.error;
         }
-        part[t] = rest;
+        component[t] = rest;
     }
-    for (const double p : part)
-        if (p != 0) return false;
+    for (const double c : component)
+        if (c != 0) return false;
     return true;
 }
 
-// (b - a) x (c - a) = 0 in the plane, by the products of coordinates.
+// Whether (b - a) x (c - a) = 0 in the plane: the exact sum of six products of coordinates.
 inline bool on_a_line(float ax, float ay, float bx, float by, float cx, float cy) {
     const auto times = [](float s, float t) { return static_cast<double>(s) * static_cast<double>(t); };
     return sums_to_zero<6>(
@@ -218,12 +224,13 @@ inline TriangleRay::TriangleRay(const Vec3 &origin_, const Vec3 &direction_) : o
     shear_y = detail::shear_of(direction[static_cast<int>(y)], direction[static_cast<int>(z)]);
 }
 
-// Of a corner less the origin: its coordinates along the ray's axes.
+// Shears a corner, given by the coordinates of corner - origin along the axes ray.x, ray.y, ray.z.
 inline ShearedCorner shear(const TriangleRay &ray, Real x, Real y, Real z) {
     return {detail::sheared(x, z, ray.shear_x), detail::sheared(y, z, ray.shear_y), z};
 }
 
-// Where the ray, as long as a line, meets the triangle; false: nowhere. Only for triangles that have an area.
+// Intersects the whole line of the ray with the triangle: hit.distance may be negative. Returns false if there is no hit.
+// The triangle must have an area.
 inline bool intersect(const TriangleRay &ray, const ShearedCorner &a, const ShearedCorner &b, const ShearedCorner &c,
                  TriangleHit &hit) {
     using detail::cross;
@@ -237,7 +244,7 @@ inline bool intersect(const TriangleRay &ray, const Vec3 &a, const Vec3 &b, cons
                 shear(ray, to_c[x], to_c[y], to_c[z]), hit);
 }
 
-// Whether the corners are not on one line: exactly.
+// Whether the corners do not lie on one line. The test is exact.
 inline bool has_area(const Vec3 &a, const Vec3 &b, const Vec3 &c) {
     return !detail::on_a_line(a.x, a.y, b.x, b.y, c.x, c.y) || !detail::on_a_line(a.y, a.z, b.y, b.z, c.y, c.z) ||
            !detail::on_a_line(a.z, a.x, b.z, b.x, c.z, c.x);

@@ -171,7 +171,7 @@ WISP_INLINE void gather_harmonics(const Irradiance &map, const Phase &phase, con
         return total;
     };
     interpolate(at, sum, sent);
-    for (uint32_t l = 0; l < lanes; ++l) sent[l] *= Real(1.0 / greatest_component);
+    for (uint32_t l = 0; l < lanes; ++l) sent[l] *= Real(1.0 / max_component);
 }
 
 // The same of the irradiance map.

@@ -1,12 +1,12 @@
-// What the core asks of the doubles in scenes and settings, by integers, with the results that an FPU gives:
-// fixed-point programs have no floating-point code at all. No NaN, no infinity.
+// Comparison and product of the doubles in scenes and settings, by integers, with the results of an FPU. So fixed-point
+// programs need no floating-point code. Arguments must not be NaN or infinite.
 #pragma once
 #include "core/numbers/fixed.h"
 #include "wisp/double3.h"
 
 namespace wisp {
 
-// Ascends with x; 0 for either zero.
+// An integer that increases with x; 0 for +0 and -0.
 template <class Float> constexpr auto total_order_key(Float x) {
     using Signed = std::make_signed_t<detail::BitsOf<Float>>;
     const Signed bits = static_cast<Signed>(detail::to_bits(x));
@@ -15,11 +15,11 @@ template <class Float> constexpr auto total_order_key(Float x) {
 
 namespace detail {
 // |x| = mantissa 2^exponent, 2^62 <= mantissa < 2^63 or 0.
-struct DoubleParts {
+struct Decomposed {
     int64_t mantissa;
     int exponent;
 };
-constexpr DoubleParts parts_of(double x) {
+constexpr Decomposed decompose(double x) {
     const uint64_t bits = to_bits(x) & (UINT64_MAX >> 1), field = bits >> 52;
     const uint64_t mantissa = field == 0 ? bits : (bits & 0xfffffffffffff) | 0x10000000000000;
     if (mantissa == 0) return {0, 0};
@@ -31,9 +31,9 @@ constexpr DoubleParts parts_of(double x) {
 // a b, rounded to the nearest double; a product of 0 is +0, whatever the signs.
 constexpr double rounded_product(double a, double b) {
     using namespace detail;
-    const DoubleParts x = parts_of(a), y = parts_of(b);
+    const Decomposed x = decompose(a), y = decompose(b);
     const Wide exact = detail::product<Wide>(x.mantissa, y.mantissa);
-    // Of 60 bits or more, the last says whether anything is behind them.
+    // The high word has 60 bits or more. Its last bit is set if the low word is not 0, which decides ties correctly.
     const uint64_t magnitude = static_cast<uint64_t>(high_word(exact)) | (low_word(exact) != 0);
     return nearest_float<double>((to_bits(a) ^ to_bits(b)) >> 63 != 0, magnitude, x.exponent + y.exponent + 64);
 }

@@ -1,11 +1,12 @@
 // The functions that core code calls on its scalar, each for float, double and Fixed.
 //
-// * float and double use + - * / sqrt, comparisons and integer operations on their bits, nothing else, so that every
-//   IEEE 754 machine gives the same bits when it rounds to nearest, keeps subnormal numbers and does not contract
-//   a * b + c (self_test.h looks). No libm: its results differ from one library, even one CPU, to the next.
-// * Fixed uses integers. Its results are rounded from intermediates of 2^-50 and finer.
-// * Largest errors seen (numerics M), in units of the last place for float and double: 0.9; but expm1 in float 1.07,
-//   angle_between 1.6, sines below 2^-100 in float 1. Fixed, in units of 2^-32: 0.51; exp above 1: 1.2e-10 relative.
+// * float and double use only + - * / sqrt, comparisons and integer operations on their bits. So every IEEE 754 machine
+//   gives the same bits if it rounds to nearest, keeps subnormal numbers and does not contract a * b + c (self_test.h
+//   checks this). libm is not used: its results differ between libraries, and even between CPUs.
+// * Fixed uses integers. Results are rounded from intermediates in units of 2^-50 or finer.
+// * The largest errors measured are 0.9 units in the last place for float and double (N-M). Exceptions: expm1 in float has
+//   1.07, angle_between 1.6, and sines below 2^-100 in float 1. For Fixed the largest error is 0.51 units of 2^-32; exp
+//   above 1 has a relative error of 1.2e-10.
 #pragma once
 #include "core/numbers/elementary_coefficients.h"
 #include "core/numbers/fixed.h"
@@ -27,7 +28,7 @@ template <class T> constexpr T inv_four_pi = T(0.0795774715459476678844);
 
 template <class T> constexpr T min(T a, T b) { return b < a ? b : a; }
 template <class T> constexpr T max(T a, T b) { return a < b ? b : a; }
-// int32_t is `long` on some machines of 32 bits, and then not the type of a literal.
+// On some 32-bit machines int32_t is `long`, which is not the type of an integer literal; these overloads accept both.
 template <class A, class B>
 using SameInteger = std::enable_if_t<!std::is_same_v<A, B> && std::is_integral_v<A> && std::is_integral_v<B> &&
                                          sizeof(A) == sizeof(B) && std::is_signed_v<A> == std::is_signed_v<B>,
@@ -39,7 +40,7 @@ constexpr float abs(float x) { return __builtin_fabsf(x); }
 constexpr double abs(double x) { return __builtin_fabs(x); }
 constexpr Fixed abs(Fixed x) { return x < Fixed(0) ? -x : x; }
 
-// The nearest T; in Fixed what lies outside [-2^31, 2^31) becomes the limit on its side, without a trap.
+// The nearest T. For Fixed, a number outside [-2^31, 2^31) becomes the nearer limit; it does not trap.
 template <class T> constexpr T to_real(double x) { return static_cast<T>(x); }
 template <> constexpr Fixed to_real(double x) { return Fixed::from_raw(detail::raw_from_float(x).raw); }
 template <class T> constexpr T to_real(float x) { return static_cast<T>(x); }
@@ -49,7 +50,7 @@ namespace detail {
 template <class Float> constexpr Float fixed_to_float(Fixed x, int exponent) {
     const uint64_t bits = static_cast<uint64_t>(x.raw());
     const bool negative = x.raw() < 0;
-    // Beyond these limits the result is 0 or infinite for every x.
+    // Outside these limits the result is 0 or infinite for every x.
     const int clamped = min(max(exponent, -2000), 2000);
     return nearest_float<Float>(negative, negative ? 0 - bits : bits, clamped - 32);
 }
@@ -59,13 +60,14 @@ template <class T> constexpr T power_of_two(int k) {
     return from_bits<T>(static_cast<BitsOf<T>>(k + FloatFormat<T>::bias) << FloatFormat<T>::fraction_bits);
 }
 
-// x 2^k, rounded once. A factor that is split off leaves either a normal number, which is exact, or one so small that
-// the rest brings it to 0.
+// x 2^k, rounded once. k is split into factors within the exponent range. After all but the last, the product is either
+// a normal number, which is exact, or so small that the last factor makes it 0.
 template <class T> constexpr T scale_float(T x, int k) {
-    constexpr int most = FloatFormat<T>::bias, least = 1 - most, step_down = least + FloatFormat<T>::fraction_bits + 1;
-    k = min(max(k, 4 * least), 4 * most);
-    for (; k > most; k -= most) x *= power_of_two<T>(most);
-    for (; k < least; k -= step_down) x *= power_of_two<T>(step_down);
+    constexpr int largest = FloatFormat<T>::bias, smallest = 1 - largest;
+    constexpr int step_down = smallest + FloatFormat<T>::fraction_bits + 1;
+    k = min(max(k, 4 * smallest), 4 * largest);
+    for (; k > largest; k -= largest) x *= power_of_two<T>(largest);
+    for (; k < smallest; k -= step_down) x *= power_of_two<T>(step_down);
     return x * power_of_two<T>(k);
 }
 } // namespace detail
@@ -75,13 +77,13 @@ constexpr float scale_pow2(float x, int k) { return detail::scale_float(x, k); }
 constexpr double scale_pow2(double x, int k) { return detail::scale_float(x, k); }
 constexpr Fixed scale_pow2(Fixed x, int k) { return Fixed::from_raw(detail::checked(detail::scale(x.raw(), k))); }
 
-// n 2^k: in float and double rounded to nearest.
+// n 2^k, rounded to nearest.
 template <class T> constexpr T scaled_integer(int64_t n, int k) { return scale_pow2(static_cast<T>(n), k); }
 template <> constexpr Fixed scaled_integer(int64_t n, int k) {
     return Fixed::from_raw(detail::checked(detail::scale(n, k + 32)));
 }
 
-// The nearest double, the nearest float (ties to even), and the float nearest to x 2^exponent (too large: infinite).
+// The nearest double; the nearest float, ties to even; and the float nearest to x 2^exponent, infinite if too large.
 constexpr double to_double(float x) { return x; }
 constexpr double to_double(double x) { return x; }
 constexpr double to_double(Fixed x) { return detail::fixed_to_float<double>(x, 0); }
@@ -93,7 +95,7 @@ constexpr float to_float_scaled(double x, int exponent) { return static_cast<flo
 constexpr float to_float_scaled(Fixed x, int exponent) { return detail::fixed_to_float<float>(x, exponent); }
 
 namespace detail {
-// x brought into the range of int32_t; NaN becomes its lower end.
+// x clamped to the range of int32_t; NaN becomes its lower end.
 template <class T> constexpr T clamped_to_int(T x) {
     constexpr T low = T(-2147483648.0), high = T(sizeof(T) == 4 ? 2147483520.0 : 2147483647.0);
     return x > low ? (x < high ? x : high) : low;
@@ -110,17 +112,17 @@ template <class T> constexpr int32_t round_float(T x) {
 }
 } // namespace detail
 
-// The largest integer that is not above x, clamped to int32_t.
+// floor(x), clamped to int32_t.
 constexpr int32_t floor_to_int(float x) { return detail::floor_float(x); }
 constexpr int32_t floor_to_int(double x) { return detail::floor_float(x); }
 constexpr int32_t floor_to_int(Fixed x) { return static_cast<int32_t>(x.raw() >> 32); }
 
-// floor(x) where 0 <= x < 2^31 is known: without a branch, for loops over lanes.
+// floor(x) for 0 <= x < 2^31, without a branch, for loops over lanes.
 constexpr int32_t truncate(float x) { return static_cast<int32_t>(x); }
 constexpr int32_t truncate(double x) { return static_cast<int32_t>(x); }
 constexpr int32_t truncate(Fixed x) { return floor_to_int(x); }
 
-// The nearest integer, halves upwards, clamped to int32_t.
+// The nearest integer, ties upwards, clamped to int32_t.
 constexpr int32_t round_to_int(float x) { return detail::round_float(x); }
 constexpr int32_t round_to_int(double x) { return detail::round_float(x); }
 constexpr int32_t round_to_int(Fixed x) {
@@ -137,10 +139,10 @@ template <> constexpr double unit_half_open(uint32_t u) { return u * 0x1p-32; }
 template <> constexpr Fixed unit_half_open(uint32_t u) { return Fixed::from_raw(u); }
 
 // 32 random bits as a number in (0, 1), ends excluded: the centre (u + 1/2) 2^-32 of their bin, rounded. Fixed cannot
-// hold the centre and takes the bin's lower end, or 2^-32 where that is 0.
+// represent the centre; it takes the lower end of the bin, or 2^-32 if that is 0.
 template <class T> constexpr T unit_open(uint32_t u);
 template <> constexpr float unit_open(uint32_t u) {
-    // Both halves are exact, so that the sum is the only rounding.
+    // Both halves are exact, so the sum rounds once.
     const float high = static_cast<float>(static_cast<int32_t>(u >> 16)) * 0x1p-16f;
     const float low = (static_cast<float>(static_cast<int32_t>(u & 0xffff)) + 0.5f) * 0x1p-32f;
     return min(high + low, 1 - 0x1p-24f);
@@ -148,7 +150,7 @@ template <> constexpr float unit_open(uint32_t u) {
 template <> constexpr double unit_open(uint32_t u) { return (u + 0.5) * 0x1p-32; }
 template <> constexpr Fixed unit_open(uint32_t u) { return Fixed::from_raw(max(u, uint32_t{1})); }
 
-// ax bx + ay by + az bz: from left to right in float and double; exact, then rounded once, in Fixed.
+// ax bx + ay by + az bz. float and double add from left to right; Fixed computes it exactly, then rounds once.
 constexpr float sum_of_products(float ax, float bx, float ay, float by, float az, float bz) {
     return ax * bx + ay * by + az * bz;
 }
@@ -160,7 +162,7 @@ constexpr Fixed sum_of_products(Fixed ax, Fixed bx, Fixed ay, Fixed by, Fixed az
         detail::sum_of_products<detail::Wide>(ax.raw(), bx.raw(), ay.raw(), by.raw(), az.raw(), bz.raw())));
 }
 
-// The root, correctly rounded. Fixed: that of x < 0 is an overflow, and 0.
+// The square root, correctly rounded. For Fixed, x < 0 is an overflow and gives 0.
 inline float sqrt(float x) { return __builtin_sqrtf(x); }
 inline double sqrt(double x) { return __builtin_sqrt(x); }
 inline Fixed sqrt(Fixed x) {
@@ -180,7 +182,7 @@ template <size_t i = 0, class T, size_t n> constexpr T polynomial(T x, const T (
         return c[i] + x * polynomial<i + 1>(x, c);
 }
 
-// What the algorithms below need to know of their type.
+// Limits and bit patterns that the algorithms below need for each type.
 template <class T> struct Shape;
 template <> struct Shape<float> {
     using Integer = int32_t;
@@ -218,7 +220,7 @@ template <class T> constexpr ReducedExp<T> reduce_exp(T x) {
     const Integer k = static_cast<Integer>(to_bits(shifted)) - static_cast<Integer>(to_bits(rounder));
     return {k, r, r * r * polynomial(r, C::exp) + lost};
 }
-// x 2^k for x near 1, by two factors: each is normal, and of the products only the last may round.
+// x 2^k for x near 1, by two normal factors. Only the last product may round.
 template <class T> constexpr T scale_in_halves(T x, typename Shape<T>::Integer k) {
     constexpr int shift = FloatFormat<T>::fraction_bits;
     const BitsOf<T> both = static_cast<BitsOf<T>>(k + 2 * FloatFormat<T>::bias), first = both >> 1;
@@ -261,7 +263,7 @@ template <class T> constexpr ReducedLog<T> reduce_log(T x, int shift) {
     constexpr Bits sqrt_half = Shape<T>::sqrt_half_bits, fraction = (Bits{1} << fraction_bits) - 1;
     const Bits moved = to_bits(x) + (to_bits(T(1)) - sqrt_half);
     const T m = from_bits<T>((moved & fraction) + sqrt_half);
-    // An integer in the last bits of 2^52 (2^23 in float) adds to it.
+    // An integer that is put into the last bits of 2^52 (2^23 in float) is added to it.
     constexpr T counter = static_cast<T>(Bits{1} << fraction_bits);
     const T k = from_bits<T>(to_bits(counter) | (moved >> fraction_bits)) -
                 (counter + static_cast<T>(FloatFormat<T>::bias + shift));
@@ -285,7 +287,7 @@ template <class T> constexpr T log1p_float(T x) {
     if (x > T(-0.2928) && x < T(0.4142)) return log_kernel(x, T(0), T(0));
     const T sum = 1 + x;
     if (!(sum > 0) || sum == infinity<T>) return log_float(sum);
-    const T lost = x >= 1 ? 1 - (sum - x) : x - (sum - 1); // by rounding: ln(1 + x) = ln(sum) + lost / sum
+    const T lost = x >= 1 ? 1 - (sum - x) : x - (sum - 1); // the rounding error; ln(1 + x) = ln(sum) + lost / sum
     const ReducedLog<T> r = reduce_log(sum, 0);
     return log_kernel(r.f, r.k * C::ln2_high, r.k * C::ln2_low + lost / sum);
 }
@@ -295,7 +297,7 @@ template <class T> constexpr void sincos_turns_float(T x, T &s, T &c) {
     using Integer = typename Shape<T>::Integer;
     constexpr T all_even = static_cast<T>(Integer{1} << (FloatFormat<T>::fraction_bits + 1));
     if (!(abs(x) < all_even)) {
-        s = x - x; // whole turns; NaN of an infinite or NaN argument
+        s = x - x; // a whole number of turns; NaN if x is infinite or NaN
         c = 1 + s;
         return;
     }
@@ -355,7 +357,7 @@ template <class T> constexpr T cbrt_float(T x) {
         root *= (cube + a + a) / (cube + cube + a);
     }
     constexpr BitsOf<T> dropped = static_cast<BitsOf<T>>(~Shape<T>::upper_bits);
-    root = upper_part(from_bits<T>(to_bits(root) + dropped / 2 + 1)); // so short that its square is exact
+    root = upper_part(from_bits<T>(to_bits(root) + dropped / 2 + 1)); // few enough bits that its square is exact
     const T quotient = a / (root * root);
     root += root * ((quotient - root) / ((root + root) + quotient));
     return (x < 0 ? -root : root) * unscale;
@@ -506,22 +508,22 @@ constexpr Fixed cbrt(Fixed x) {
     return Fixed::from_raw(x.raw() < 0 ? -root : root);
 }
 
-// e^x; too large is infinite, or an overflow and the largest Fixed from x = 21.4876 on.
+// e^x. A result that is too large is infinite; in Fixed, from x = 21.4876 on, it is an overflow and the largest Fixed.
 constexpr float exp(float x) { return detail::exp_float(x); }
 constexpr double exp(double x) { return detail::exp_float(x); }
 constexpr Fixed exp(Fixed x) { return Fixed::from_raw(detail::checked(detail::exp_fixed(x.raw()))); }
 
-// exp for x <= 0 without a branch, for loops over lanes. The same bits.
+// exp for x <= 0, without a branch, for loops over lanes. It has the bits of exp.
 constexpr float exp_finite(float x) { return detail::exp_finite_float(x); }
 constexpr double exp_finite(double x) { return detail::exp_finite_float(x); }
 constexpr Fixed exp_finite(Fixed x) { return exp(x); }
 
-// e^x - 1, exact near 0.
+// e^x - 1, accurate near 0.
 constexpr float expm1(float x) { return detail::expm1_float(x); }
 constexpr double expm1(double x) { return detail::expm1_float(x); }
 constexpr Fixed expm1(Fixed x) { return exp(x) - Fixed(1); }
 
-// ln(x). At 0: minus infinity, below: NaN. In Fixed x <= 0 is an overflow, and the smallest value.
+// ln(x): minus infinity at 0, NaN below. In Fixed x <= 0 is an overflow and gives the smallest value.
 constexpr float log(float x) { return detail::log_float(x); }
 constexpr double log(double x) { return detail::log_float(x); }
 constexpr Fixed log(Fixed x) {
@@ -529,12 +531,12 @@ constexpr Fixed log(Fixed x) {
     return Fixed::from_raw(detail::log_fixed(static_cast<uint64_t>(x.raw())));
 }
 
-// log for normal x > 0 without a branch, for loops over lanes. The same bits.
+// log for normal x > 0, without a branch, for loops over lanes. It has the bits of log.
 constexpr float log_positive(float x) { return detail::log_normal(x, 0); }
 constexpr double log_positive(double x) { return detail::log_normal(x, 0); }
 constexpr Fixed log_positive(Fixed x) { return log(x); }
 
-// ln(1 + x), exact near 0; limits as for log.
+// ln(1 + x), accurate near 0. Outside x > -1 it behaves as log outside x > 0.
 constexpr float log1p(float x) { return detail::log1p_float(x); }
 constexpr double log1p(double x) { return detail::log1p_float(x); }
 constexpr Fixed log1p(Fixed x) {
@@ -553,7 +555,7 @@ constexpr void sincos_turns(Fixed x, Fixed &s, Fixed &c) {
     c = Fixed::from_raw(c_raw);
 }
 
-// The angle in [0, pi] whose cosine is x, and the one in [-pi/2, pi/2] whose sine is x; x is clamped to [-1, 1].
+// acos in [0, pi] and asin in [-pi/2, pi/2]; x is clamped to [-1, 1].
 inline float acos(float x) { return detail::acos_float(x); }
 inline double acos(double x) { return detail::acos_float(x); }
 inline Fixed acos(Fixed x) { return Fixed::from_raw(detail::scale(detail::acos_fixed(x.raw()), -29).raw); }
@@ -564,8 +566,8 @@ inline Fixed asin(Fixed x) {
     return Fixed::from_raw(detail::scale(half_pi_raw - detail::acos_fixed(x.raw()), -29).raw);
 }
 
-// The angle in [0, pi] between two vectors, from the length of their cross product (>= 0) and their dot product, both
-// times any common factor: the direction of (dot, cross). 0 for (0, 0).
+// The angle in [0, pi] between two vectors, from the length of their cross product (>= 0) and their dot product; both may
+// have a common positive factor. 0 for (0, 0).
 constexpr float angle_between(float cross, float dot) { return detail::angle_between_float(cross, dot); }
 constexpr double angle_between(double cross, double dot) { return detail::angle_between_float(cross, dot); }
 constexpr Fixed angle_between(Fixed cross, Fixed dot) {

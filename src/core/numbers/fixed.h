@@ -1,11 +1,11 @@
-// Fixed: the scalar of the fixed-point arithmetic, Q32.32: a 64-bit integer in units of 2^-32, so the range is
-// [-2^31, 2^31) and the resolution 2.3e-10 everywhere.
+// Fixed: the scalar of the fixed-point arithmetic. It is Q32.32, a 64-bit integer in units of 2^-32: the range is
+// [-2^31, 2^31), and the resolution is 2.3e-10 everywhere.
 //
-// * Every operation is exact, then rounded once to the nearest unit; ties go towards +infinity.
-// * What does not fit saturates. Compiled with -DWISP_TRAP (the whole program, as the test build is) it calls
-//   fixed_overflow() instead, so that a scene or a formula that leaves the range is seen and not drawn.
-// * Integers only: a conversion from or to a float takes its bits apart. The square root may ask an FPU for its first
-//   guess, which integers then correct; the bits are the same with and without.
+// * Every operation is computed exactly, then rounded once to the nearest unit. Ties round towards +infinity.
+// * A result outside the range saturates. If the whole program is compiled with -DWISP_TRAP, as the tests are, it calls
+//   fixed_overflow() instead, so that a scene or a formula that leaves the range is noticed.
+// * Only integers are used: conversions from and to floats work on their bits. The square root may take its first guess
+//   from an FPU; integers correct the guess, so the bits are the same with and without an FPU.
 #pragma once
 #include <cstdint>
 #include <limits>
@@ -14,7 +14,7 @@
 #if defined(__SIZEOF_INT128__) && !defined(__wasm__) // on wasm a 128-bit product costs four times the portable one
 #define WISP_NATIVE_INT128
 #endif
-// Targets with an FPU for double, unless the build does without.
+// Targets with an FPU for double, unless the build excludes it with -DWISP_INTEGERS.
 #if !defined(WISP_INTEGERS) &&                                                                                         \
     (defined(__SSE2__) || defined(__aarch64__) || defined(__wasm__) || defined(__powerpc64__) || defined(__s390x__) || \
      (defined(__ARM_FP) && (__ARM_FP & 8)) || (defined(__riscv_flen) && __riscv_flen >= 64))
@@ -23,7 +23,7 @@
 
 namespace wisp {
 
-// Where doubles save time in fixed point, integers find the same bits without them.
+// Whether fixed point may use doubles to save time. The bits are the same either way.
 #ifdef WISP_HARDWARE_DOUBLE
 constexpr bool hardware_double = true;
 #else
@@ -50,7 +50,7 @@ constexpr Saturated saturated(bool negative) { return {negative ? fixed_min : fi
 // Leading zeros of x, which must not be 0.
 constexpr int leading_zeros(uint64_t x) { return __builtin_clzll(x); }
 
-// ---- 128-bit intermediate results, modulo 2^128: the compiler's type where it is good, two words elsewhere
+// ---- 128-bit intermediate results, modulo 2^128: the compiler's type where it is fast, otherwise two words
 
 struct PortableWide {
     uint64_t high, low;
@@ -79,7 +79,8 @@ template <> constexpr PortableWide product(int64_t a, int64_t b) {
     const int64_t high = a_high * b_high + (middle >> 32) + (carry >> 32);
     return {static_cast<uint64_t>(high), (static_cast<uint64_t>(carry) << 32) | (low & 0xffffffff)};
 }
-// dividend / divisor where the quotient fits one word (dividend.high < divisor): two digits of base 2^32, by hand.
+// dividend / divisor; the quotient must fit one word (dividend.high < divisor). Long division by two digits of base 2^32
+// (Knuth, The Art of Computer Programming 2, 4.3.1, algorithm D).
 constexpr Quotient divide(PortableWide dividend, uint64_t divisor) {
     const int shift = leading_zeros(divisor);
     const uint64_t d = divisor << shift, d_high = d >> 32, d_low = d & 0xffffffff, low = dividend.low << shift;
@@ -120,10 +121,11 @@ using Wide = PortableWide;
 
 // ---- The operations on raw values
 
-// a b / 2^64, rounded down: products of polynomials in units far below 2^-32.
+// a b / 2^64, rounded down: for polynomials in units far below 2^-32.
 constexpr int64_t multiply_high(int64_t a, int64_t b) { return high_word(product<Wide>(a, b)); }
 
-// w / 2^32, rounded; `negative` is the sign of what w stands for, should it not fit.
+// w / 2^32, rounded to nearest. If w does not fit, the result saturates; `negative` is the sign of the exact value, which
+// w is modulo 2^128.
 template <class Wide> constexpr Saturated rounded_to_fixed(Wide w, bool negative) {
     const Wide rounded = w + join<Wide>(0, uint64_t{1} << 31);
     const int64_t high = high_word(rounded);
@@ -145,14 +147,14 @@ template <class Wide> constexpr Saturated multiply(int64_t a, int64_t b) {
     const Wide exact = product<Wide>(a, b);
     return rounded_to_fixed(exact, high_word(exact) < 0);
 }
-// ax bx + ay by + az bz, rounded once. The sum may wrap around 2^127, but then its high word is no 32-bit number
-// either, and the sign comes from the high words apart.
+// ax bx + ay by + az bz, rounded once. The sum may wrap around 2^127. Its high word then does not fit 32 bits either, so
+// the result saturates, with the sign of the sum of the high words.
 template <class Wide>
 constexpr Saturated sum_of_products(int64_t ax, int64_t bx, int64_t ay, int64_t by, int64_t az, int64_t bz) {
     const Wide x = product<Wide>(ax, bx), y = product<Wide>(ay, by), z = product<Wide>(az, bz);
     return rounded_to_fixed(x + y + z, (high_word(x) >> 2) + (high_word(y) >> 2) + (high_word(z) >> 2) < 0);
 }
-// b = 0 gives the limit on a's side, and 0 / 0 = 0.
+// a / 0 is the limit with the sign of a, and 0 / 0 is 0; both are overflows.
 template <class Wide> constexpr Saturated divide(int64_t a, int64_t b) {
     if (b == 0) return a == 0 ? Saturated{0, true} : saturated(a < 0);
     const bool negative = (a < 0) != (b < 0);
@@ -160,7 +162,7 @@ template <class Wide> constexpr Saturated divide(int64_t a, int64_t b) {
     const uint64_t d = b < 0 ? 0 - static_cast<uint64_t>(b) : static_cast<uint64_t>(b);
     if (__builtin_expect((n >> 32) >= d, 0)) return saturated(negative);
     const Quotient exact = divide(join<Wide>(n >> 32, n << 32), d);
-    const bool up = exact.remainder > d - exact.remainder - !negative; // a tie goes up, so away from 0 if positive
+    const bool up = exact.remainder > d - exact.remainder - !negative; // ties round up: away from 0 if positive
     const uint64_t largest = static_cast<uint64_t>(fixed_max) + negative;
     if (__builtin_expect(exact.quotient > largest - up, 0)) return saturated(negative);
     const uint64_t magnitude = exact.quotient + up;
@@ -178,17 +180,17 @@ constexpr Saturated scale(int64_t x, int k) {
     return {(x >> -k) + ((x >> (-k - 1)) & 1), false};
 }
 
-// The guess is within 1 of the root, so that one test on either side makes it the nearest integer: sqrt(X) lies in
-// (root - 1/2, root + 1/2) exactly when -root < X - root^2 <= root, and that difference is small enough to be taken
-// modulo 2^64. Here X = x 2^32, 0 < x.
+// The integer nearest to sqrt(X), X = x 2^32, 0 < x, from a guess that is within 1 of it. One test on either side
+// suffices: sqrt(X) lies in (root - 1/2, root + 1/2) exactly if -root < X - root^2 <= root. That difference is small
+// enough to be computed modulo 2^64.
 constexpr int64_t corrected_root(int64_t x, int64_t guess) {
     const uint64_t root = static_cast<uint64_t>(guess);
     const int64_t excess = static_cast<int64_t>((static_cast<uint64_t>(x) << 32) - root * root);
     return guess + (excess > guess) - (excess <= -guess);
 }
-// The nearest integer to sqrt(x 2^32) by integers only, 0 < x. With n = x 2^shift in [2^62, 2^64): Newton for sqrt(n)
-// to 32 bits, from the line 2^32 (11/32 + 11/16 n/2^64) that is within 3.2 % of it, then a step that yields 16 bits
-// more.
+// The integer nearest to sqrt(x 2^32) by integers only, 0 < x. With n = x 2^shift in [2^62, 2^64), Newton's method gives
+// sqrt(n) to 32 bits. It starts from the line 2^32 (11/32 + 11/16 n/2^64), which is within 3.2 % of sqrt(n). A last step
+// gives 16 more bits.
 constexpr int64_t root_by_integers(int64_t x) {
     const int shift = leading_zeros(static_cast<uint64_t>(x)) & ~1;
     const uint64_t n = static_cast<uint64_t>(x) << shift;
@@ -211,12 +213,12 @@ inline int64_t root(int64_t x) {
 #endif
 }
 
-// ---- Floating formats by their bits
+// ---- Floating-point formats by their bits
 
 template <class Float> struct FloatFormat;
 template <> struct FloatFormat<float> {
     using Bits = uint32_t;
-    static constexpr int fraction_bits = 23, bias = 127, min_exponent = -149; // that of the last place
+    static constexpr int fraction_bits = 23, bias = 127, min_exponent = -149; // min_exponent: of the last place
     static constexpr Bits infinity = 0x7f800000;
 };
 template <> struct FloatFormat<double> {
@@ -229,7 +231,7 @@ template <class Float> using BitsOf = typename FloatFormat<Float>::Bits;
 template <class Float> constexpr BitsOf<Float> to_bits(Float x) { return __builtin_bit_cast(BitsOf<Float>, x); }
 template <class Float> constexpr Float from_bits(BitsOf<Float> bits) { return __builtin_bit_cast(Float, bits); }
 
-// The Float nearest to magnitude 2^exponent, ties to even as IEEE 754 has it: subnormal and infinite where it must be.
+// The Float nearest to +-magnitude 2^exponent, ties to even. The result may be subnormal or infinite, as in IEEE 754.
 template <class Float> constexpr Float nearest_float(bool negative, uint64_t magnitude, int exponent) {
     using Format = FloatFormat<Float>;
     using Bits = BitsOf<Float>;
@@ -255,7 +257,7 @@ template <class Float> constexpr Float nearest_float(bool negative, uint64_t mag
     return from_bits<Float>(static_cast<Bits>(bits) | sign);
 }
 
-// x in units of 2^-32; infinities and NaN saturate too.
+// x in units of 2^-32. Infinities and NaN saturate.
 template <class Float> constexpr Saturated raw_from_float(Float x) {
     using Format = FloatFormat<Float>;
     const uint64_t bits = to_bits(x), magnitude = bits & (Format::infinity | (Format::infinity - 1));
@@ -284,7 +286,7 @@ struct Fixed {
     // Integers outside [-2^31, 2^31) overflow.
     template <class Integer, class = std::enable_if_t<std::is_integral<Integer>::value>>
     constexpr explicit Fixed(Integer i) : raw_(detail::checked(detail::raw_from_integer(i))) {}
-    // The nearest Fixed: for constants. For values of run time that may not fit there is to_real.
+    // The nearest Fixed. This is for constants; run-time values that may not fit are converted by to_real.
     constexpr explicit Fixed(double x) : raw_(detail::checked(detail::raw_from_float(x))) {}
 
     static constexpr Fixed from_raw(int64_t raw) {
@@ -298,7 +300,7 @@ struct Fixed {
     int64_t raw_;
 };
 
-static_assert(std::is_trivial<Fixed>::value && sizeof(Fixed) == 8, "arrays of Fixed are made without being filled");
+static_assert(std::is_trivial<Fixed>::value && sizeof(Fixed) == 8, "arrays of Fixed need no initialisation");
 
 constexpr bool operator==(Fixed a, Fixed b) { return a.raw() == b.raw(); }
 constexpr bool operator!=(Fixed a, Fixed b) { return a.raw() != b.raw(); }
@@ -314,7 +316,7 @@ constexpr Fixed operator-(Fixed a, Fixed b) {
 constexpr Fixed operator*(Fixed a, Fixed b) {
     return Fixed::from_raw(detail::checked(detail::multiply<detail::Wide>(a.raw(), b.raw())));
 }
-// x / 0 is an overflow, and gives the largest or smallest value by the sign of x, 0 for x = 0.
+// a / 0 is an overflow: it gives the limit with the sign of a, and 0 for a = 0.
 constexpr Fixed operator/(Fixed a, Fixed b) {
     return Fixed::from_raw(detail::checked(detail::divide<detail::Wide>(a.raw(), b.raw())));
 }
@@ -327,7 +329,7 @@ constexpr Fixed &operator/=(Fixed &a, Fixed b) { return a = a / b; }
 
 } // namespace wisp
 
-// GLM takes a scalar whose limits say that it is a floating type; digits and epsilon are those of 2^-32.
+// GLM accepts a scalar only if its limits call it a floating-point type. The values are those of units of 2^-32.
 template <> struct std::numeric_limits<wisp::Fixed> {
     static constexpr bool is_specialized = true, is_iec559 = true, is_signed = true, is_integer = false;
     static constexpr bool is_exact = false, is_bounded = true, is_modulo = false, has_infinity = false;

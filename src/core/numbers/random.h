@@ -1,13 +1,13 @@
-// Random numbers that any machine can draw again. A batch of photons owns an MT19937 seeded from (seed, batch) which
-// gives each photon a 64-bit key and nothing else; every draw of the photon is a hash of (key, event, dimension).
-// So a batch can be traced anywhere, and a photon that rounds otherwise leaves all other photons untouched.
+// Reproducible random numbers. A batch of photons owns an MT19937 that is seeded from (seed, batch). The generator gives
+// each photon a 64-bit key and nothing else. Every draw of the photon is a hash of (key, event, dimension). So a batch
+// can be traced on any machine, and rounding in one photon's path does not change the draws of another.
 #pragma once
 #include <cstdint>
 
 namespace wisp {
 
-// The generator of Matsumoto and Nishimura, seeded as the C++ standard's mt19937{seed_seq{s0, s1, s2, s3}} is
-// ([rand.util.seedseq]), without that class's heap.
+// MT19937 (Matsumoto, Nishimura 1998). It is seeded as the C++ standard seeds mt19937{seed_seq{s0, s1, s2, s3}}
+// ([rand.util.seedseq]), but without the heap of that class.
 class Mt19937 {
   public:
     Mt19937(uint32_t s0, uint32_t s1, uint32_t s2, uint32_t s3) {
@@ -28,7 +28,7 @@ class Mt19937 {
     static constexpr uint32_t n = 624, middle = 397;
 
     void generate_seed_sequence(const uint32_t *seed, uint32_t seeds) {
-        // n words wanted: t = 11, p = (n - t) / 2, q = p + t, m = max(seeds + 1, n) = n.
+        // The standard's formulas for n words: t = 11, p = (n - t) / 2, q = p + t, m = max(seeds + 1, n) = n.
         constexpr uint32_t t = 11, p = (n - t) / 2, q = p + t;
         for (uint32_t &word : state_) word = 0x8b8b8b8bu;
         for (uint32_t k = 0; k < n; ++k) {
@@ -46,8 +46,8 @@ class Mt19937 {
             state_[(k + q) % n] ^= x;
             state_[k % n] = x;
         }
-        // The standard replaces a state of zeros (but for the top bit) by 2^31; the hash above never gives one for
-        // four seeds that a test has not seen, yet the rule costs one pass.
+        // The standard replaces a state that is 0, except for 31 bits of the first word that the generator ignores, by
+        // 2^31. No seed is known to give such a state, but the rule costs only one pass.
         uint32_t any = state_[0] & 0x80000000u;
         for (uint32_t k = 1; k < n; ++k) any |= state_[k];
         if (any == 0) state_[0] = 0x80000000u;
@@ -68,7 +68,8 @@ class Mt19937 {
     uint32_t state_[n], next_ = n;
 };
 
-// O'Neill's PCG-XSH-RR 64/32: numbers in sequence from a small state, for the paths of `--reference`.
+// PCG-XSH-RR 64/32 (O'Neill 2014): a sequence from 64 bits of state, for the path tracer (`--reference`) and for delta
+// tracking.
 class Pcg32 {
   public:
     explicit Pcg32(uint64_t seed) : state_(seed) { (*this)(); }
@@ -84,14 +85,14 @@ class Pcg32 {
     uint64_t state_;
 };
 
-// One event of a photon (its emission is event 0, its first flight event 1, ...): 64 bits from which `draw` makes the
-// 32-bit numbers of any dimension.
+// The random bits of one event of a photon: its emission is event 0, its first flight event 1, and so on. draw() turns
+// them into a 32-bit number for each dimension.
 struct Event {
     uint32_t low, high;
 };
 
-// splitmix64's finaliser over the event's number and the key. The key is scrambled first: were it only added, keys that
-// differ by a multiple of the increment would share the events of one another.
+// splitmix64's finaliser (Steele, Lea, Flood 2014; Vigna's constants) of the event's number and the key. The key is
+// scrambled first. If it were only added, keys that differ by a multiple of the increment would share events.
 inline Event photon_event(uint64_t key, uint64_t event) {
     uint64_t x = key * 0xd6e8feb86659fd93u;
     x = (x ^ (x >> 32)) + (event + 1) * 0x9e3779b97f4a7c15u;
@@ -101,8 +102,9 @@ inline Event photon_event(uint64_t key, uint64_t event) {
     return {static_cast<uint32_t>(x), static_cast<uint32_t>(x >> 32)};
 }
 
-// 32 uniform bits of one dimension. In exact collisions (numerics X) the dimension is a particle's canonical index;
-// the named ones below lie above every index. 32-bit operations only, so that a leaf of particles is one vector loop.
+// 32 uniform bits for one dimension. In exact collisions (N-X, smoke) the dimension is a particle's canonical index; the
+// named dimensions below lie above every index. Only 32-bit operations are used, so that eight particles are one vector
+// loop.
 inline uint32_t draw(Event event, uint32_t dimension) {
     uint32_t x = (dimension * 0x9e3779b9u) ^ event.low;
     x = (x ^ (x >> 16)) * 0x7feb352du;
@@ -113,13 +115,13 @@ inline uint32_t draw(Event event, uint32_t dimension) {
 }
 
 enum Dimension : uint32_t {
-    dimension_light = 0x80000000u, // which light, then where and whither
+    dimension_light = 0x80000000u, // the choice of the light, then position and direction of the emission
     dimension_position_1,
     dimension_position_2,
     dimension_direction_1,
     dimension_direction_2,
     dimension_radius,
-    dimension_survival, // roulette, then the new direction
+    dimension_survival, // Russian roulette, then the new direction
     dimension_phase,
     dimension_azimuth,
 };

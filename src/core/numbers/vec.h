@@ -1,4 +1,4 @@
-// Vectors of Real: GLM's types, + - * / and cross; products that must round once are our own.
+// Vectors of Real. The types, + - * / and cross are GLM's; products that round once in Fixed are defined here.
 #pragma once
 #define GLM_FORCE_PURE
 #define GLM_FORCE_XYZW_ONLY
@@ -14,7 +14,7 @@ using Color = Vec3; // linear R G B
 
 inline Vec3 vec_of(const Double3 &v) { return Vec3(to_real<Real>(v.x), to_real<Real>(v.y), to_real<Real>(v.z)); }
 
-// a.b; in fixed rounded once, from the exact 128-bit sum.
+// The scalar product; in Fixed rounded once, from the exact 128-bit sum.
 inline Real dot(const Vec3 &a, const Vec3 &b) { return sum_of_products(a.x, b.x, a.y, b.y, a.z, b.z); }
 inline Real length(const Vec3 &v) { return sqrt(dot(v, v)); }
 // v / |v|; v must not be zero.

@@ -165,8 +165,8 @@ bool BoxShaft::may_intersect(const LatticePoint (&t)[3]) const {
 // The volume of four points changes by no more than 6 D^2 `blur` when one of the points moves by `blur` in each
 // coordinate, where D is the largest difference of coordinates. So where the volume is beyond 32 D^2 blur, its sign is
 // that of all triangles nearby. The side on which a ray passes an edge is the sign of the volume of two of the ray's
-// points and the edge's ends. The volume is linear in each point, so the corners of a box decide for all of the box. The
-// boxes are wider by ray_epsilon and twice the margin, because a hit counts only between the ends of the ray.
+// points and the edge's ends. The volume is linear in each point, so the corners of a box decide for all of the box.
+// The boxes are wider by ray_epsilon and twice the margin, because a hit counts only between the ends of the ray.
 bool BoxShaft::is_shadowed_by(const LatticePoint (&t)[3]) const {
     const int64_t more = lattice_.ray_epsilon + lattice_.margin;
     const LatticeBounds from = widened(from_, more), to = widened(to_, more);

@@ -2,9 +2,9 @@
 // arithmetic.
 //
 // Space is a lattice, finer than that of the static triangles' tree by 2^`finer`. All coordinates, also of lights, are
-// below 2^26 steps. Points are rounded down to the lattice, so they are less than a step off. The shaft of a box towards
-// a light is the convex hull of both. For a parallel light it is the hull of the box and of the box moved against the
-// light's direction, beyond all static triangles. The shaft has a margin on all sides:
+// below 2^26 steps. Points are rounded down to the lattice, so they are less than a step off. The shaft of a box
+// towards a light is the convex hull of both. For a parallel light it is the hull of the box and of the box moved
+// against the light's direction, beyond all static triangles. The shaft has a margin on all sides:
 //
 //   What a ray from the box may hit before the light lies within `margin` steps of the shaft, in each coordinate.
 //
@@ -16,9 +16,9 @@
 // end is within 2^-16 of the light, and the hit within 3 units of the ray: less than 2^-14. The directions of parallel
 // lights are taken as they are. Two more steps are for rounding down, and one for the end of a parallel shaft.
 //
-// A triangle is outside when a plane has the triangle on one side and the shaft with its margin on the other. The planes
-// are those of the shaft's sides, each parallel to an axis, and the triangle's own. Numbers are below 2^30, cross
-// products below 2^61, and products of three are computed in 128 bits: nothing is rounded.
+// A triangle is outside when a plane has the triangle on one side and the shaft with its margin on the other. The
+// planes are those of the shaft's sides, each parallel to an axis, and the triangle's own. Numbers are below 2^30,
+// cross products below 2^61, and products of three are computed in 128 bits: nothing is rounded.
 #pragma once
 #include "core/shadows/shadow_query.h"
 

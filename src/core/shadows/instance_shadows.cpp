@@ -227,8 +227,8 @@ InstanceShadows make_instance_shadows(const Shadows &shadows, Arena &arena) {
     for (size_t i = 0; i < rasters; ++i) instances.rasters[i].starts = starts + i * starts_of_raster;
     uint32_t used = 0;
     for (uint32_t l = 0; l < instances.raster_lights; ++l)
-        used += make_rasters(*shadows.surfaces, shadows.lights[l], instances.rasters + size_t{l} * sides, instances.groups,
-                             used, room);
+        used += make_rasters(*shadows.surfaces, shadows.lights[l], instances.rasters + size_t{l} * sides,
+                             instances.groups, used, room);
     for (size_t i = 0; i < entries; ++i) {
         instances.lights[i].blocker_count = InstanceLight::not_listed;
         instances.lights[i].rays = 0;
@@ -240,7 +240,8 @@ InstanceLight *find_instance_light(InstanceShadows &instances, const Shadows &sh
     const uint32_t instance_count = shadows.surfaces->instance_count;
     if (query.light >= instances.light_count || query.instance >= instance_count) return nullptr;
     InstanceLight &instance = instances.lights[size_t{query.light} * instance_count + query.instance];
-    if (instance.rays < rays_before_shaft && ++instance.rays == rays_before_shaft) list_blockers(instance, shadows, query);
+    if (instance.rays < rays_before_shaft && ++instance.rays == rays_before_shaft)
+        list_blockers(instance, shadows, query);
     return &instance;
 }
 
@@ -253,7 +254,8 @@ bool is_blocked_by_listed(const InstanceLight &instance, const Shadows &shadows,
     return false;
 }
 
-bool is_blocked_by_moving(const InstanceShadows &instances, const Shadows &shadows, const ShadowQuery &query, bool &tested) {
+bool is_blocked_by_moving(const InstanceShadows &instances, const Shadows &shadows, const ShadowQuery &query,
+                          bool &tested) {
     const Surfaces &surfaces = *shadows.surfaces;
     TreeCounts &counts = shadows.statistics->shadow.traced;
     tested = surfaces.deforming_count > 0;
@@ -261,7 +263,8 @@ bool is_blocked_by_moving(const InstanceShadows &instances, const Shadows &shado
         tested = tested || surfaces.group_count > 0;
         return is_blocked_by_moving(shadows, query);
     }
-    if (is_blocked_by_deforming(surfaces, query.ray, surfaces.ray_epsilon, query.end, query.triangle, counts)) return true;
+    if (is_blocked_by_deforming(surfaces, query.ray, surfaces.ray_epsilon, query.end, query.triangle, counts))
+        return true;
     const uint32_t *step = find_step(instances, shadows.lights[query.light], query);
     if (!step) return false;
     tested = tested || step[0] < step[1];
@@ -270,8 +273,8 @@ bool is_blocked_by_moving(const InstanceShadows &instances, const Shadows &shado
         Real begin = Real(0), end = query.end;
         ++counts.node_visits;
         if (clip(group.box, query.ray, begin, end) &&
-            is_blocked_by_instance(surfaces.instances[group.instance], query.ray, surfaces.ray_epsilon, query.end, query.triangle,
-                               counts))
+            is_blocked_by_instance(surfaces.instances[group.instance], query.ray, surfaces.ray_epsilon, query.end,
+                                   query.triangle, counts))
             return true;
     }
     return false;

@@ -6,13 +6,13 @@
 // rectangles of its steps. A shadow ray is one point there, so it is traced only against the few instances of its step.
 //
 // A ray that may hit an instance has a point in the instance's box (InstanceNode), whose margin covers roundings along
-// the ray. Let the ray lead to a distance D from o along d, as rounded. The light is within 8 e D of that point, e being
-// half a last place of 1, in Fixed within 2^-16; in any case within 2^-6, because D is below 2^15. Moved by that, the
-// point is a multiple of d away from the light. So a box that is wider by `box_margin` = 2^-5 holds a point that the
-// light sees exactly along -d. The quotients of d say where it is, but for a rounding of 2^-22 of what is at most 1. A
-// raster has steps of 2^-13 at least on a cube, and of 2^-9 in a plane, where coordinates are rounded by less than 2^-7,
-// which `box_margin` covers. So a rectangle is widened by a sixteenth of a step for the quotients and the way to the
-// raster.
+// the ray. Let the ray lead to a distance D from o along d, as rounded. The light is within 8 e D of that point, e
+// being half a last place of 1, in Fixed within 2^-16; in any case within 2^-6, because D is below 2^15. Moved by that,
+// the point is a multiple of d away from the light. So a box that is wider by `box_margin` = 2^-5 holds a point that
+// the light sees exactly along -d. The quotients of d say where it is, but for a rounding of 2^-22 of what is at
+// most 1. A raster has steps of 2^-13 at least on a cube, and of 2^-9 in a plane, where coordinates are rounded by less
+// than 2^-7, which `box_margin` covers. So a rectangle is widened by a sixteenth of a step for the quotients and the
+// way to the raster.
 //
 // Static triangles that may stand between an instance and a light are found by the shaft of its box (box_shaft.h), once
 // some rays have asked. If they are few, later rays are tested against these alone.

@@ -79,7 +79,8 @@ void record_culling_hit(Shadows &shadows, const Ray &ray, const Hit &hit) {
             ModeWord &mode = culling.triangles[reference].mode;
             if (mode.occlusion() != OcclusionMode::init) continue; // a moving triangle is never INIT here
             ++shadows.statistics->shadow.extra_tests;
-            if (intersects(*shadows.scene, reference, TriangleRay(ray.origin, ray.direction), Real(0), infinite_distance))
+            if (intersects(*shadows.scene, reference, TriangleRay(ray.origin, ray.direction), Real(0),
+                           infinite_distance))
                 mode.set_occlusion(OcclusionMode::partially_occluded);
         }
     }
@@ -134,8 +135,8 @@ void end_culling_frame(Shadows &shadows) {
 
 } // namespace
 
-const ShadowTechnique paper_technique = {is_shadowed_by_culling, culling_bytes,        make_culling,
-                                         begin_culling_frame,    end_culling_frame,    begin_culling_sample,
-                                         record_culling_hit,     true};
+const ShadowTechnique paper_technique = {
+    is_shadowed_by_culling, culling_bytes,        make_culling,       begin_culling_frame,
+    end_culling_frame,      begin_culling_sample, record_culling_hit, true};
 
 } // namespace wisp::WISP_ARITH

@@ -1,9 +1,10 @@
 // `paper`: the shadow culling of Nah, Park & Han 2009 (C1 to C5). A static triangle remembers, for each light, the
-// answers that its shadow rays had in earlier frames. They are reused once all of the triangle is thought to be visible.
+// answers that its shadow rays had in earlier frames. They are reused once all of the triangle is thought to be
+// visible.
 //
 // Pictures may be wrong, because the answers are known only at pixels. Where the paper leaves a choice, this is ours:
-// - PARTIALLY_OCCLUDED returns to INIT when a frame begins. Otherwise no triangle that was once cut by the screen's edge
-//   would ever be culled. Shadow modes are only added to, also while a triangle is partly hidden.
+// - PARTIALLY_OCCLUDED returns to INIT when a frame begins. Otherwise no triangle that was once cut by the screen's
+//   edge would ever be culled. Shadow modes are only added to, also while a triangle is partly hidden.
 // - The occlusion test and the pixel counts use the first sample of each pixel, because neighbouring pixels' triangles
 //   are known from their first samples. Shadow tests use all samples, and also the points that reflected and refracted
 //   rays hit: their shadow rays leave the triangle, too.

@@ -47,12 +47,14 @@ inline int64_t ratio(int64_t x, int64_t small, int64_t large) { return x * small
 
 // Bounds of t d' at t = ray_epsilon: a direction's length is rounded, and so is ray_epsilon.
 inline double lower_bound(double ray_epsilon) { return ray_epsilon - ray_epsilon * 0x1p-10; }
-inline int64_t lower_bound(int64_t ray_epsilon) { return min(max(int64_t{0}, ray_epsilon - (ray_epsilon >> 10) - 2), int64_t{1} << 28); }
+inline int64_t lower_bound(int64_t ray_epsilon) {
+    return min(max(int64_t{0}, ray_epsilon - (ray_epsilon >> 10) - 2), int64_t{1} << 28);
+}
 inline double upper_bound(double ray_epsilon) { return ray_epsilon + ray_epsilon * 0x1p-10; }
 inline int64_t upper_bound(int64_t ray_epsilon) { return ray_epsilon + (ray_epsilon >> 10) + 2; }
 
-// A component of a vector that leads beyond everything, along a unit vector with this component. Nothing is farther than
-// `largest` from 0, in Fixed not farther than 2^14.
+// A component of a vector that leads beyond everything, along a unit vector with this component. Nothing is farther
+// than `largest` from 0, in Fixed not farther than 2^14.
 inline double far_along(float component, double largest) { return 4 * largest * component; }
 inline double far_along(double component, double largest) { return 4 * largest * component; }
 inline int64_t far_along(Fixed component, int64_t) { return component.raw() * 4; }
@@ -108,8 +110,8 @@ inline Triple<int64_t> axis_along(const Triple<int64_t> &v) {
 }
 
 // The sign of w . (a x b), or 0 where it may differ if each coordinate of the three vectors is `margin` off. Errors of
-// one vector change the volume by at most margin |a x b|_1 and so on; of two by 6 margin^2 |b|, because |error x b| <= 2
-// margin |b| in each coordinate; of three by 6 margin^3.
+// one vector change the volume by at most margin |a x b|_1 and so on; of two by 6 margin^2 |b|, because |error x b| <=
+// 2 margin |b| in each coordinate; of three by 6 margin^3.
 inline int sure_side(const Triple<double> &a, const Triple<double> &b, const Triple<double> &w, double margin) {
     const Triple<double> ab = glm::cross(a, b);
     const double first = sum_of(ab) + sum_of(glm::cross(w, a)) + sum_of(glm::cross(w, b));

@@ -82,7 +82,8 @@ bool is_shadowed_by_proof(Shadows &shadows, const ShadowQuery &query) {
         ++rays.shadow_culled;
         return true;
     }
-    const bool lit = cell ? cell->state() == CellState::lit : instance && instance->blocker_count == 0; // of static ones
+    const bool lit =
+        cell ? cell->state() == CellState::lit : instance && instance->blocker_count == 0; // of static ones
     if (!lit) {
         uint32_t occluder;
         if (cell                                ? trace_from_cell(proved.cells, *cell, place, shadows, query)

@@ -42,7 +42,8 @@ struct ShadowTechnique {
     bool (*is_shadowed)(Shadows &shadows, const ShadowQuery &query);
 
     // What the technique keeps from frame to frame, while the scene has the same static triangles and number of lights.
-    // `bytes` bounds that together with what it takes in each frame; `make` returns nullptr when the arena is too small.
+    // `bytes` bounds that together with what it takes in each frame; `make` returns nullptr when the arena is too
+    // small.
     uint64_t (*bytes)(const Scene &scene, const Settings &settings) = nullptr;
     void *(*make)(const Scene &scene, Arena &arena) = nullptr;
 

@@ -16,7 +16,9 @@ inline int64_t margin_of(int64_t, int64_t, int64_t, int64_t) { return 10; }
 inline double hit_margin(double reach) { return 15 * e * reach; }
 inline int64_t hit_margin(int64_t) { return 0; } // margin_of includes it
 
-Position position_of(const Vec3 &v) { return Position(to_proof_scalar(v.x), to_proof_scalar(v.y), to_proof_scalar(v.z)); }
+Position position_of(const Vec3 &v) {
+    return Position(to_proof_scalar(v.x), to_proof_scalar(v.y), to_proof_scalar(v.z));
+}
 
 Position scaled_256(const Position &v, int k) {
     return Position(detail::scaled_256(v.x, k), detail::scaled_256(v.y, k), detail::scaled_256(v.z, k));
@@ -81,7 +83,7 @@ bool misses(const TriangleShaft &shaft, const Position (&triangle)[3]) {
 } // namespace
 
 TriangleShaft make_triangle_shaft(const TriangleTree &tree, const Vec3 (&receiver)[3], const CellPlace &cell,
-                              const Light &light, Real ray_epsilon) {
+                                  const Light &light, Real ray_epsilon) {
     TriangleShaft shaft = {};
     const Position a = position_of(receiver[0]), b = position_of(receiver[1]) - a, c = position_of(receiver[2]) - a;
     shaft.origin = a + scaled_256(b, cell.u) + scaled_256(c, cell.v);
@@ -193,9 +195,10 @@ bool is_shaft_lit(const TriangleTree &tree, const TriangleShaft &shaft, uint32_t
             ++counts.triangle_tests;
             Position corners[3];
             for (int c = 0; c < 3; ++c)
-                corners[c] = Position(to_proof_scalar(group.corner[c][0][lane]), to_proof_scalar(group.corner[c][1][lane]),
-                                      to_proof_scalar(group.corner[c][2][lane])) -
-                             shaft.origin;
+                corners[c] =
+                    Position(to_proof_scalar(group.corner[c][0][lane]), to_proof_scalar(group.corner[c][1][lane]),
+                             to_proof_scalar(group.corner[c][2][lane])) -
+                    shaft.origin;
             if (!misses(shaft, corners)) return false;
         }
     }
@@ -204,13 +207,13 @@ bool is_shaft_lit(const TriangleTree &tree, const TriangleShaft &shaft, uint32_t
 
 // Sides: a ray hits the triangle if its line passes the three edges on one side. The side is linear in where the line
 // begins, and the side's error is convex, so the lines of the cell's corners decide for all. Sheared corners are off by
-// less than the margin, and each line by as much at either end. A line on one side of all edges of what intersect() sees
-// is what intersect() calls a hit.
+// less than the margin, and each line by as much at either end. A line on one side of all edges of what intersect()
+// sees is what intersect() calls a hit.
 //
-// Distances: the hit is between ray_epsilon and the end because the triangle is so far from the cell, and from the light,
-// along some axis. x' + t d' is within the margin of the triangle, x' within that of the cell, and the point at the whole
-// distance of the light within that of the light. So t d' is at least a gap less two margins along that axis, which are
-// below 4 in the terms of length_bound. d' is not longer than upper_bound allows.
+// Distances: the hit is between ray_epsilon and the end because the triangle is so far from the cell, and from the
+// light, along some axis. x' + t d' is within the margin of the triangle, x' within that of the cell, and the point at
+// the whole distance of the light within that of the light. So t d' is at least a gap less two margins along that axis,
+// which are below 4 in the terms of length_bound. d' is not longer than upper_bound allows.
 bool is_shaft_shadowed(const TriangleShaft &shaft, const Vec3 (&occluder)[3]) {
     if (!shaft.provable) return false;
     Position triangle[3];

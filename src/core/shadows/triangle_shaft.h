@@ -2,9 +2,9 @@
 // between all of them. A proof holds for every shadow ray with its roundings, so that none need be traced (C8).
 //
 // A shadow ray leaves x' for a point x of the cell, along d' for the direction to the light. It hits a triangle when
-// intersect() (triangle.h) says so, at a distance t in (ray_epsilon, end). These are the errors in each coordinate, with
-// e = 2^-24 and 2^-53 for float and double. E and L are the largest coordinates of the receiver's edges and corners, R
-// that of light - x, M that of the triangle's corners - x':
+// intersect() (triangle.h) says so, at a distance t in (ray_epsilon, end). These are the errors in each coordinate,
+// with e = 2^-24 and 2^-53 for float and double. E and L are the largest coordinates of the receiver's edges and
+// corners, R that of light - x, M that of the triangle's corners - x':
 //
 //   x' - x                 4 e E + 2 e L   edges (e each, twice), products (e), two sums; u + v may exceed 1 by e
 //   t d' - (the same part of light - x)  5 e R  differences, quotients (e each), the square root (the scale of t alone)
@@ -22,8 +22,8 @@
 //
 // The segments begin at t = ray_epsilon, and so does the shaft that holds them. The shaft is the hull of the light and
 // of the cell's corners moved towards the light. They move by the fraction that ray_epsilon is of the longest distance
-// to the light, less 2^-10 of it for the length of d'. That step separates a cell from triangles that touch it at an edge
-// or lie in its plane: ray_epsilon * sine of the light's height over the plane must exceed the margins.
+// to the light, less 2^-10 of it for the length of d'. That step separates a cell from triangles that touch it at an
+// edge or lie in its plane: ray_epsilon * sine of the light's height over the plane must exceed the margins.
 #pragma once
 #include "core/lights/light.h"
 #include "core/shadows/proof_scalar.h"
@@ -45,14 +45,14 @@ namespace WISP_ARITH {
 using Position = detail::Triple<ProofScalar>;
 
 struct TriangleShaft {
-    bool provable;       // false: it reaches beyond the range of proofs
-    Position origin;     // the cell's first corner; all other positions are relative to it
-    Position corner[3];  // of the cell
-    Position begin[3];   // the corners at t = ray_epsilon, from which on hits count
-    Position light[3];   // the ends of the shaft's edges
-    bool parallel;       // false: the three ends are one point
-    ProofScalar margin;  // without the part 15 e M
-    ProofScalar width;   // M is at most a triangle's largest coordinate plus this
+    bool provable;         // false: it reaches beyond the range of proofs
+    Position origin;       // the cell's first corner; all other positions are relative to it
+    Position corner[3];    // of the cell
+    Position begin[3];     // the corners at t = ray_epsilon, from which on hits count
+    Position light[3];     // the ends of the shaft's edges
+    bool parallel;         // false: the three ends are one point
+    ProofScalar margin;    // without the part 15 e M
+    ProofScalar width;     // M is at most a triangle's largest coordinate plus this
     ProofScalar begin_max; // an upper bound of ray_epsilon with its roundings
     struct Face {
         Position outward;

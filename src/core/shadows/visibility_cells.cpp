@@ -87,7 +87,8 @@ ShadowCell *find_shadow_cell(ShadowCells &cells, uint32_t light, uint32_t triang
     ShadowCell *cell = &cells.blocks[root][triangle % 4];
     place = {0, 0, finest_cell};
     constexpr int64_t one = int64_t{1} << 62;
-    int64_t x = min(weight_of(u), one - 1), y = min(weight_of(v), one - 1); // in the cell, its size being `one`, 2 half, ...
+    int64_t x = min(weight_of(u), one - 1),
+            y = min(weight_of(v), one - 1); // in the cell, its size being `one`, 2 half, ...
     for (int64_t half = one / 2; cell->children() != 0; half /= 2) {
         const int half_size = place.size / 2;
         uint32_t child = 0;

@@ -1,6 +1,6 @@
 // The visibility of lights from cells of static triangles (C8). Each static triangle and light have a tree of cells: a
-// cell is the triangle or one of the quarters into which it is divided again and again. A cell has a state that is proved
-// (triangle_shaft.h) or not yet known. Cells are kept from frame to frame, and they do not change any picture.
+// cell is the triangle or one of the quarters into which it is divided again and again. A cell has a state that is
+// proved (triangle_shaft.h) or not yet known. Cells are kept from frame to frame, and they do not change any picture.
 //
 // Cells lie in blocks of four: the children of one cell, or four consecutive triangles. Blocks are taken when they are
 // needed. When none is left, cells are not divided, and rays of triangles without a cell are traced.

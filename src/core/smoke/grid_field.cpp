@@ -130,12 +130,12 @@ Real majorant(const GridField &field, const Box &box) {
         return Real(0);
     // The samples at the corners of all cells of `between` that the box touches.
     const Cell first = cell_at(field.between, low), last = cell_at(field.between, high), &n = field.samples;
-    Real greatest = Real(0);
+    Real largest = Real(0);
     for (int32_t z = max(first.z - 1, 0); z <= min(last.z, n.z - 1); ++z)
         for (int32_t y = max(first.y - 1, 0); y <= min(last.y, n.y - 1); ++y)
             for (int32_t x = max(first.x - 1, 0); x <= min(last.x, n.x - 1); ++x)
-                greatest = max(greatest, field.extinction[index_of(n, {x, y, z})]);
-    return greatest;
+                largest = max(largest, field.extinction[index_of(n, {x, y, z})]);
+    return largest;
 }
 
 Collision first_collision(const GridField &field, const Ray &ray, Real end, Event event) {
@@ -163,12 +163,12 @@ Collision first_collision(const GridField &field, const Ray &ray, Real end, Even
         find_corners(field, cell, inside.origin + inside.direction * t, corners);
         Real total = Real(0);
         for (int i = 0; i < 8; ++i) total += corners.weight[i] * field.extinction[corners.sample[i]];
-        Real share = unit_half_open<Real>(draw(event, field.dimension + 1)) * total;
+        Real rest_of_sum = unit_half_open<Real>(draw(event, field.dimension + 1)) * total;
         int chosen = 0;
         for (; chosen < 7; ++chosen) {
             const Real here = corners.weight[chosen] * field.extinction[corners.sample[chosen]];
-            if (share < here) break;
-            share -= here;
+            if (rest_of_sum < here) break;
+            rest_of_sum -= here;
         }
         collision = {true, entry + t, corners.sample[chosen]};
         return false;

@@ -22,11 +22,11 @@ const uint32_t *area_fractions_before(const SmokeDescription &source, Arena &are
                : grid.density    ? to_real<Real>(grid.density[i])
                                  : Real(1);
     };
-    Real greatest = Real(0);
-    for (uint32_t i = 0; i < count; ++i) greatest = max(greatest, area(i));
+    Real largest_area = Real(0);
+    for (uint32_t i = 0; i < count; ++i) largest_area = max(largest_area, area(i));
     uint64_t total = 0;
     const auto units = [&](uint32_t i) { // an area, in units of 2^-16 of the largest
-        return static_cast<uint64_t>(floor_to_int(scale_pow2(area(i) / greatest, 16)));
+        return static_cast<uint64_t>(floor_to_int(scale_pow2(area(i) / largest_area, 16)));
     };
     for (uint32_t i = 0; i < count; ++i) total += units(i);
     // sum / total as a fraction of 2^32, by long division in two halves of 16 bits: total < 2^47.

@@ -8,8 +8,8 @@ namespace {
 
 constexpr uint32_t max_depth = 40; // of the top-level tree: groups are halved, so 2^32 instances need less
 
-// Boxes of instances are wider than what they hold by this. Coordinates are below 2^13, and each operation towards them,
-// or along a ray, rounds them by less than 2^-22 of that.
+// Boxes of instances are wider than what they hold by this. Coordinates are below 2^13, and each operation towards
+// them, or along a ray, rounds them by less than 2^-22 of that.
 constexpr Real margin = Real(0x1p-4);
 
 Box box_of(const Triangle *triangles, uint32_t count) {
@@ -98,7 +98,8 @@ void for_each_instance(const Surfaces &surfaces, const Ray &ray, uint64_t &visit
 }
 
 TriangleRay ray_in(const PlacedInstance &instance, const Ray &ray) {
-    return TriangleRay(applied(instance.inverse, ray.origin - instance.origin), applied(instance.inverse, ray.direction));
+    return TriangleRay(applied(instance.inverse, ray.origin - instance.origin),
+                       applied(instance.inverse, ray.direction));
 }
 
 uint32_t within(uint32_t triangle, uint32_t first, uint32_t count) {
@@ -169,11 +170,11 @@ namespace {
 
 // The nearest hit of all trees, each found by search(tree, ray, begin, end, ignore_triangle, hit, counts).
 template <class Search>
-Hit find_nearest(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle, TreeCounts &counts,
-                 Search &&search) {
+Hit find_nearest(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,
+                 TreeCounts &counts, Search &&search) {
     Hit hit = {false, end, Real(0), Real(0), no_triangle, surfaces.instance_count};
     const auto search_tree = [&](const TriangleTree &tree, const TriangleRay &local, uint32_t first, uint32_t count,
-                          uint32_t instance) {
+                                 uint32_t instance) {
         SurfaceHit found;
         // A little beyond the nearest hit so far, to find another at the same distance.
         const Real reach = min(end, hit.distance + (hit.distance * Real(0x1p-20) + Real(0x1p-32)));
@@ -183,11 +184,13 @@ Hit find_nearest(const Surfaces &surfaces, const Ray &ray, Real begin, Real end,
     };
     const TriangleRay world(ray.origin, ray.direction);
     search_tree(surfaces.static_tree, world, 0, surfaces.static_count, surfaces.instance_count);
-    search_tree(surfaces.deforming_tree, world, surfaces.deforming_first, surfaces.deforming_count, surfaces.instance_count);
+    search_tree(surfaces.deforming_tree, world, surfaces.deforming_first, surfaces.deforming_count,
+                surfaces.instance_count);
     for_each_instance(
         surfaces, ray, counts.node_visits, [&hit] { return hit.distance; },
         [&](const PlacedInstance &instance) {
-            search_tree(instance.tree, ray_in(instance, ray), instance.first, instance.count, static_cast<uint32_t>(&instance - surfaces.instances));
+            search_tree(instance.tree, ray_in(instance, ray), instance.first, instance.count,
+                        static_cast<uint32_t>(&instance - surfaces.instances));
             return true;
         });
     return hit;
@@ -195,8 +198,10 @@ Hit find_nearest(const Surfaces &surfaces, const Ray &ray, Real begin, Real end,
 
 } // namespace
 
-Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle, TreeCounts &counts) {
-    return find_nearest(surfaces, ray, begin, end, ignore_triangle, counts, [](auto &&...all) { return nearest_hit(all...); });
+Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,
+                TreeCounts &counts) {
+    return find_nearest(surfaces, ray, begin, end, ignore_triangle, counts,
+                        [](auto &&...all) { return nearest_hit(all...); });
 }
 
 Hit nearest_opaque_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, TreeCounts &counts) {
@@ -205,23 +210,24 @@ Hit nearest_opaque_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Rea
 }
 
 bool is_blocked_by_static(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,
-                         uint32_t &occluder, TreeCounts &counts) {
+                          uint32_t &occluder, TreeCounts &counts) {
     return any_hit(surfaces.static_tree, TriangleRay(ray.origin, ray.direction), begin, end,
                    within(ignore_triangle, 0, surfaces.static_count), occluder, counts);
 }
 
 bool is_blocked_by_deforming(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,
-                          TreeCounts &counts) {
+                             TreeCounts &counts) {
     uint32_t occluder;
     return surfaces.deforming_count > 0 &&
            any_hit(surfaces.deforming_tree, TriangleRay(ray.origin, ray.direction), begin, end,
                    within(ignore_triangle, surfaces.deforming_first, surfaces.deforming_count), occluder, counts);
 }
 
-bool is_blocked_by_instance(const PlacedInstance &instance, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,
-                        TreeCounts &counts) {
+bool is_blocked_by_instance(const PlacedInstance &instance, const Ray &ray, Real begin, Real end,
+                            uint32_t ignore_triangle, TreeCounts &counts) {
     uint32_t occluder;
-    return any_hit(instance.tree, ray_in(instance, ray), begin, end, within(ignore_triangle, instance.first, instance.count), occluder, counts);
+    return any_hit(instance.tree, ray_in(instance, ray), begin, end,
+                   within(ignore_triangle, instance.first, instance.count), occluder, counts);
 }
 
 bool is_blocked_by_moving(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,
@@ -237,7 +243,8 @@ bool is_blocked_by_moving(const Surfaces &surfaces, const Ray &ray, Real begin, 
     return blocked;
 }
 
-bool is_blocked(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle, TreeCounts &counts) {
+bool is_blocked(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,
+                TreeCounts &counts) {
     uint32_t occluder;
     return is_blocked_by_static(surfaces, ray, begin, end, ignore_triangle, occluder, counts) ||
            is_blocked_by_moving(surfaces, ray, begin, end, ignore_triangle, counts);

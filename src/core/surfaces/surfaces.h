@@ -1,7 +1,7 @@
 // All surfaces of a scene. Triangles that never move (static) have one tree in the world's space. The triangles of each
-// instance, which move as one, have a tree in the instance's own space. Triangles that change their form (deforming) have
-// a third kind of tree, built anew in each frame. Static and moving triangles are strictly separated, so that what is
-// known of static ones holds in every frame.
+// instance, which move as one, have a tree in the instance's own space. Triangles that change their form (deforming)
+// have a third kind of tree, built anew in each frame. Static and moving triangles are strictly separated, so that what
+// is known of static ones holds in every frame.
 #pragma once
 #include "core/geometry/ray.h"
 #include "core/surfaces/triangle_kdtree.h"
@@ -54,7 +54,8 @@ struct Hit {
     uint32_t triangle;   // of the scene
     uint32_t instance;   // or Surfaces::instance_count: none
 };
-Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle, TreeCounts &counts);
+Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,
+                TreeCounts &counts);
 Hit nearest_opaque_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, TreeCounts &counts);
 
 // The distance beyond `begin` at which an opaque triangle blocks the ray; infinite_distance where none does, or where
@@ -68,14 +69,15 @@ inline Real distance_to_surface(const Surfaces *surfaces, const Ray &ray, Real b
 // Whether an opaque triangle is at a distance in (begin, end): a static one, and which; a deforming one; one of an
 // instance; a moving one, that is, one of those two; any.
 bool is_blocked_by_static(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,
-                         uint32_t &occluder, TreeCounts &counts);
+                          uint32_t &occluder, TreeCounts &counts);
 bool is_blocked_by_deforming(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,
-                          TreeCounts &counts);
-bool is_blocked_by_instance(const PlacedInstance &instance, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,
-                        TreeCounts &counts);
+                             TreeCounts &counts);
+bool is_blocked_by_instance(const PlacedInstance &instance, const Ray &ray, Real begin, Real end,
+                            uint32_t ignore_triangle, TreeCounts &counts);
 bool is_blocked_by_moving(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,
                           TreeCounts &counts);
-bool is_blocked(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle, TreeCounts &counts);
+bool is_blocked(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,
+                TreeCounts &counts);
 
 // Whether this static triangle, which has an area, is at a distance in (begin, end): as its tree finds it.
 inline bool intersects(const Scene &scene, uint32_t triangle, const TriangleRay &ray, Real begin, Real end) {

@@ -39,8 +39,8 @@ constexpr Capacities capacities_for(uint64_t count) { return {count + 8, 4 * cou
 
 constexpr uint32_t groups_for(uint32_t triangles) { return (triangles + group_triangles - 1) / group_triangles; }
 
-// A plane across an axis that splits a node: how many triangles go to the child below and above; triangles that lie in the
-// plane go below if flat_below, otherwise above.
+// A plane across an axis that splits a node: how many triangles go to the child below and above; triangles that lie in
+// the plane go below if flat_below, otherwise above.
 struct Split {
     uint64_t cost = UINT64_MAX;
     uint32_t axis = 0;
@@ -187,8 +187,7 @@ class TriangleTreeBuilder {
             if (!has_area(a, b, c)) continue;
             const Vec3 low = min(a, min(b, c)), high = max(a, max(b, c));
             Box &bounds = tree_.bounds;
-            bounds =
-                tree_.triangle_count == 0 ? Box{low, high} : Box{min(bounds.low, low), max(bounds.high, high)};
+            bounds = tree_.triangle_count == 0 ? Box{low, high} : Box{min(bounds.low, low), max(bounds.high, high)};
             items_[tree_.triangle_count++].triangle = i;
             for (int axis = 0; axis < 3; ++axis) largest = max(largest, max(abs(low[axis]), abs(high[axis])));
         }
@@ -463,7 +462,8 @@ Real reach_of(const TriangleTree &tree, const TriangleRay &ray) {
 
 // The ray as it is tested against planes.
 struct PlaneRay {
-    Parameter inverse[3], to_low[3], to_high[3]; // crossings lie from plane * inverse - to_low to plane * inverse - to_high
+    Parameter inverse[3], to_low[3],
+        to_high[3]; // crossings lie from plane * inverse - to_low to plane * inverse - to_high
     uint32_t backward[3];
     int shift; // of planes in Fixed
 
@@ -495,11 +495,11 @@ template <class T> struct ExactFiltering {
     static Product room(Number) { return Product(0); }
 };
 
-// For Fixed, by doubles in units of 2^-32. A corner less the origin is exact, of at most M = 2^47; sheared, it is less than
-// 2^-51 M + 2^-14 off the test's: 2^-53 M each by the shear, its product and (two) the difference, 2^-14 by the test's
-// rounding down. `slack` is twice that. Hence cross products of corners p and q are less than half of
-// slack (|p_x| + |p_y| + |q_x| + |q_y| + slack) off, and as much again by three roundings of 2^-53 of products below
-// 2 M (|q_x| + |q_y|). The room is twice it all.
+// For Fixed, by doubles in units of 2^-32. A corner less the origin is exact, of at most M = 2^47; sheared, it is less
+// than 2^-51 M + 2^-14 off the test's: 2^-53 M each by the shear, its product and (two) the difference, 2^-14 by the
+// test's rounding down. `slack` is twice that. Hence cross products of corners p and q are less than half of slack
+// (|p_x| + |p_y| + |q_x| + |q_y| + slack) off, and as much again by three roundings of 2^-53 of products below 2 M
+// (|q_x| + |q_y|). The room is twice it all.
 struct DoubleFiltering {
     using Number = double;
     using Product = double;
@@ -515,10 +515,10 @@ struct DoubleFiltering {
     static Product room(Number sum) { return 2 * slack * (sum + slack); }
 };
 
-// For Fixed, by words of 32 bits, in units such that a corner less the origin is at most 2^27. Sheared, it is less than 3.2
-// off the test's: 1 each by rounding down the coordinate, that along the ray and the product, 2^-3 by the shear in
-// units of 2^-30. Hence cross products of corners p and q are less than 3.2 (|p_x| + |p_y| + |q_x| + |q_y|) + 2 * 3.2^2
-// off. The room is more.
+// For Fixed, by words of 32 bits, in units such that a corner less the origin is at most 2^27. Sheared, it is less
+// than 3.2 off the test's: 1 each by rounding down the coordinate, that along the ray and the product, 2^-3 by the
+// shear in units of 2^-30. Hence cross products of corners p and q are less than 3.2 (|p_x| + |p_y| + |q_x| + |q_y|) +
+// 2 * 3.2^2 off. The room is more.
 struct IntegerFiltering {
     using Number = int32_t;
     using Product = int64_t;
@@ -584,7 +584,7 @@ struct Filter : Filtering {
 // `begin` and `end`. visit may lower `end`, and returns whether the search is over.
 template <class Visit>
 WISP_INLINE void search(const TriangleTree &tree, const TriangleRay &ray, Parameter begin, Parameter &end,
-                         uint32_t ignore_triangle, TreeCounts &counts, Visit &&visit) {
+                        uint32_t ignore_triangle, TreeCounts &counts, Visit &&visit) {
     if (tree.triangle_count == 0) return;
     const PlaneRay planes(tree, ray);
     const Filter filter(tree, ray);
@@ -663,8 +663,8 @@ WISP_INLINE void search(const TriangleTree &tree, const TriangleRay &ray, Parame
 } // namespace
 
 template <bool opaque_only>
-WISP_INLINE bool find_nearest(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t ignore_triangle,
-                               SurfaceHit &hit, TreeCounts &counts) {
+WISP_INLINE bool find_nearest(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end,
+                              uint32_t ignore_triangle, SurfaceHit &hit, TreeCounts &counts) {
     const Real dominant = ray.direction[static_cast<int>(ray.z)];
     Parameter search_end = span_of(end, dominant).high;
     hit = {end, no_triangle, Real(0), Real(0)};
@@ -682,18 +682,18 @@ WISP_INLINE bool find_nearest(const TriangleTree &tree, const TriangleRay &ray, 
     return hit.triangle != no_triangle;
 }
 
-WISP_MULTIVERSIONED bool nearest_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t ignore_triangle,
-                           SurfaceHit &hit, TreeCounts &counts) {
+WISP_MULTIVERSIONED bool nearest_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end,
+                                     uint32_t ignore_triangle, SurfaceHit &hit, TreeCounts &counts) {
     return find_nearest<false>(tree, ray, begin, end, ignore_triangle, hit, counts);
 }
 
-WISP_MULTIVERSIONED bool nearest_opaque_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t ignore_triangle,
-                                  SurfaceHit &hit, TreeCounts &counts) {
+WISP_MULTIVERSIONED bool nearest_opaque_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end,
+                                            uint32_t ignore_triangle, SurfaceHit &hit, TreeCounts &counts) {
     return find_nearest<true>(tree, ray, begin, end, ignore_triangle, hit, counts);
 }
 
-WISP_MULTIVERSIONED bool any_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t ignore_triangle,
-                       uint32_t &occluder, TreeCounts &counts) {
+WISP_MULTIVERSIONED bool any_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end,
+                                 uint32_t ignore_triangle, uint32_t &occluder, TreeCounts &counts) {
     const Real dominant = ray.direction[static_cast<int>(ray.z)];
     Parameter search_end = span_of(end, dominant).high;
     occluder = no_triangle;

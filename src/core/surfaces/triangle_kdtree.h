@@ -9,15 +9,15 @@
 // The hits are those of testing every triangle, to the bit. A triangle's hit does not depend on the tree, and the ray
 // passes through a leaf that lists the triangle: at distance t the ray is, in each coordinate, within the error that
 // triangle.h derives of a point p of the triangle. p lies in a leaf that lists the triangle, and in the cells of all
-// nodes above that leaf. A ray continues into the low child of plane c as far as its coordinate may be <= c + margin, and
-// into the high child from where it may be >= c - margin on, both ends included. The margin covers that error and the
-// rounding of the crossing. So at every node the ray continues into the child that holds p, with an interval that holds
-// t. A node is left out only where its interval begins beyond the nearest hit so far, so hits at the same distance are
-// found.
+// nodes above that leaf. A ray continues into the low child of plane c as far as its coordinate may be <= c + margin,
+// and into the high child from where it may be >= c - margin on, both ends included. The margin covers that error and
+// the rounding of the crossing. So at every node the ray continues into the child that holds p, with an interval that
+// holds t. A node is left out only where its interval begins beyond the nearest hit so far, so hits at the same
+// distance are found.
 //
-// Components of the direction below e times the largest one (e = 2^-24, 2^-53, in Fixed as far as lengths have room) are
-// raised to that. This moves the ray by e M at most, which is in the margin. So there is no division by 0, and a ray in a
-// plane, with a component of +0 or of -0, continues into both children.
+// Components of the direction below e times the largest one (e = 2^-24, 2^-53, in Fixed as far as lengths have room)
+// are raised to that. This moves the ray by e M at most, which is in the margin. So there is no division by 0, and a
+// ray in a plane, with a component of +0 or of -0, continues into both children.
 #pragma once
 #include "core/geometry/ray.h"
 #include "core/geometry/triangle.h"
@@ -46,8 +46,8 @@ using Parameter = int64_t;
 }
 
 // An inner node has axis 0, 1 or 2 and a plane `value`: the bits of a float, in Fixed an integer in units of the tree's
-// step. Its children are node `first`, an even number, below the plane, and node first + 1 above it. A leaf has axis 3 and
-// `value` triangles in groups from `first`.
+// step. Its children are node `first`, an even number, below the plane, and node first + 1 above it. A leaf has axis 3
+// and `value` triangles in groups from `first`.
 //
 //   31                              0   31                          2 1    0
 //  | value                           | | first                       | axis |
@@ -84,25 +84,25 @@ struct SurfaceHit {
     Real u, v;         // the weights of its corners 1 and 2
 };
 
-// The tree of `count` triangles, made from the arena; Triangle::material is an index into `materials`. If the arena is too
-// small, or there are more than max_triangles, the tree is not ready and the arena is as before.
+// The tree of `count` triangles, made from the arena; Triangle::material is an index into `materials`. If the arena is
+// too small, or there are more than max_triangles, the tree is not ready and the arena is as before.
 TriangleTree make_triangle_tree(const Triangle *triangles, uint32_t count, const Material *materials, Arena &arena);
 
 // An upper bound of the bytes that making the tree takes from the arena, scratch included. The tree keeps less.
 uint64_t triangle_tree_bytes(uint32_t count);
 
-// The nearest hit at a distance in (begin, end); at one distance, that of the lowest triangle. `ignore_triangle` is never
-// hit.
-bool nearest_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t ignore_triangle, SurfaceHit &hit,
-                 TreeCounts &counts);
+// The nearest hit at a distance in (begin, end); at one distance, that of the lowest triangle. `ignore_triangle` is
+// never hit.
+bool nearest_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t ignore_triangle,
+                 SurfaceHit &hit, TreeCounts &counts);
 
 // The same for opaque triangles.
-bool nearest_opaque_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t ignore_triangle,
-                        SurfaceHit &hit, TreeCounts &counts);
+bool nearest_opaque_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end,
+                        uint32_t ignore_triangle, SurfaceHit &hit, TreeCounts &counts);
 
 // Whether an opaque triangle is hit at a distance in (begin, end), and which: the first that the search finds.
-bool any_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t ignore_triangle, uint32_t &occluder,
-             TreeCounts &counts);
+bool any_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t ignore_triangle,
+             uint32_t &occluder, TreeCounts &counts);
 
 } // namespace WISP_ARITH
 } // namespace wisp

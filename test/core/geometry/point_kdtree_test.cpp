@@ -41,7 +41,7 @@ Points clustered_points(uint32_t count) {
     return points;
 }
 
-// Distances between these tie again and again.
+// Many distances between these points are equal.
 Points lattice_points(int32_t edge, int32_t repeats) {
     Points points;
     for (int32_t r = 0; r < repeats; ++r)
@@ -77,7 +77,7 @@ std::vector<PointSet> point_sets() {
     return sets;
 }
 
-// Owns the memory of one tree; room for the scratch of searches is left behind it.
+// Owns the memory of one tree, and memory for the scratch of searches behind it.
 struct Grown {
     std::vector<unsigned char> memory;
     Arena arena;
@@ -120,7 +120,7 @@ std::vector<Neighbour> nearest_by_tree(Grown &grown, const Vec3 &center, uint32_
     const Nearest found = nearest(tree, center, k, radius, scratch, slots.data(), distances.data());
     grown.arena.rewind(mark);
     REQUIRE(found.count <= k);
-    CHECK(slots[found.count] == 12345); // nothing is written behind what was found
+    CHECK(slots[found.count] == 12345); // nothing is written behind the last result
     std::vector<Neighbour> result;
     for (uint32_t i = 0; i < found.count; ++i) {
         if (i > 0) CHECK(slots[i - 1] < slots[i]);
@@ -146,7 +146,7 @@ std::vector<Vec3> centers_for(const Points &points) {
     return centers;
 }
 
-// What box `lane` of a block says, as bounds that can be compared with those of points.
+// Box `lane` of a block, as bounds that can be compared with those of points.
 struct Bounds {
     Bound low[3], high[3];
 };
@@ -156,7 +156,7 @@ Bounds bounds_of_child(const PointTree &tree, uint32_t height, uint32_t child) {
     return {{block.low_x[l], block.low_y[l], block.low_z[l]}, {block.high_x[l], block.high_y[l], block.high_z[l]}};
 }
 
-// Exact values, and how far outside a bound may be rounded.
+// Exact bounds, and the rounding that is allowed outwards.
 template <class T> double value_of(T x) {
     if constexpr (std::is_same_v<T, Fixed>) {
         return static_cast<double>(x.raw()) * 0x1p-32;
@@ -229,9 +229,9 @@ void lay_out(const Points &points, std::vector<uint32_t>::iterator first, std::v
              uint32_t height) {
     uint64_t child = leaf_points;
     for (uint32_t h = 0; h < height; ++h) child *= children;
-    const uint64_t count = static_cast<uint64_t>(end - first), parts = (count + child - 1) / child;
-    if (parts == 1 && height == 0) return std::sort(first, end);
-    if (parts == 1) return lay_out(points, first, end, height - 1);
+    const uint64_t count = static_cast<uint64_t>(end - first), child_count = (count + child - 1) / child;
+    if (child_count == 1 && height == 0) return std::sort(first, end);
+    if (child_count == 1) return lay_out(points, first, end, height - 1);
     const auto coordinate = [&](uint32_t id, int axis) { return points[id][axis]; };
     int widest = 0;
     Real extents[3];
@@ -247,7 +247,7 @@ void lay_out(const Points &points, std::vector<uint32_t>::iterator first, std::v
     std::sort(first, end, [&](uint32_t a, uint32_t b) {
         return std::make_pair(coordinate(a, widest), a) < std::make_pair(coordinate(b, widest), b);
     });
-    const auto cut = first + static_cast<std::ptrdiff_t>((parts + 1) / 2 * child);
+    const auto cut = first + static_cast<std::ptrdiff_t>((child_count + 1) / 2 * child);
     lay_out(points, first, cut, height);
     lay_out(points, cut, end, height);
 }
@@ -311,7 +311,7 @@ TEST_CASE(WISP_ARITH_NAME ": point tree: boxes are tight at every height") {
             }
         }
         if (tree.height > 0) CHECK(leaves_of_child >= tree.leaf_count);
-        if (tree.height > 1) CHECK(leaves_of_child / children < tree.leaf_count); // no height in vain
+        if (tree.height > 1) CHECK(leaves_of_child / children < tree.leaf_count); // every height is needed
     }
 }
 

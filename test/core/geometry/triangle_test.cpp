@@ -1,5 +1,5 @@
-// The test of a ray against a triangle: no cracks, nothing where there is no area, digits of small triangles, and a
-// second implementation beside it.
+// Ray against triangle: no cracks, no hits of triangles without area, precision for small triangles, and agreement with a
+// second implementation.
 #include "support/triangle_sets.h"
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@ Double3 between(const Double3 &a, const Double3 &b, double t) {
     return {a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.z + t * (b.z - a.z)};
 }
 
-// A ray as it is, in long double: origin and direction after their rounding.
+// A ray in long double: origin and direction after rounding to Real.
 using Far = long double;
 struct FarPoint {
     Far x, y, z;
@@ -24,7 +24,7 @@ FarPoint cross(const FarPoint &a, const FarPoint &b) {
 }
 Far dot(const FarPoint &a, const FarPoint &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
-// Moeller and Trumbore's: distance, and the weights of the corners.
+// The algorithm of Moeller and Trumbore (1997): the distance, and the weights of the corners.
 struct FarHit {
     Far distance, weight[3];
 };
@@ -36,8 +36,8 @@ FarHit moeller(const Vec3 &origin, const Vec3 &direction, const Triangle &t) {
     return {dot(ac, q) / all, {1 - u - v, u, v}};
 }
 
-// How often rays from around `from` at points of the edges that `rim` makes with `middle` meet none, and more than one,
-// of the triangles between them.
+// The triangles of a fan lie between consecutive points of `rim` and `middle`. Counts the rays from around `from` to points
+// of the fan's edges that hit no triangle, and those that hit more than one.
 struct Cracks {
     uint32_t missed, doubled;
 };
@@ -52,7 +52,7 @@ Cracks cracks_of(const Triangles &triangles, const std::vector<Double3> &targets
         for (const Triangle &t : triangles) {
             TriangleHit hit;
             if (!intersect(ray, t, hit)) continue;
-            // A ray that is on the edge to the last bit may meet both.
+            // A ray that lies exactly on the edge may hit both.
             const bool on_edge = hit.u == Real(0) || hit.v == Real(0) || hit.u + hit.v == Real(1);
             met += on_edge ? 1 : 2;
         }
@@ -66,9 +66,9 @@ Cracks cracks_of(const Triangles &triangles, const std::vector<Double3> &targets
 
 TEST_CASE(WISP_ARITH_NAME ": a triangle is met where long doubles meet it") {
     Mt19937 random(1, 5, 6, 7);
-    // Of the sheared coordinates, in units of the triangle: rounding of coordinates up to 16, of 24, 53 bits, or 2^-32.
+    // The error of sheared coordinates, in units of the triangle: coordinates up to 16 with 24 or 53 bits, or 2^-32.
     const double digit = sizeof(Real) == 4 ? 0x1p-24 : std::is_same_v<Real, Fixed> ? 0x1p-45 : 0x1p-53;
-    uint32_t met = 0, told = 0;
+    uint32_t met = 0, decided = 0;
     for (int i = 0; i < 20000; ++i) {
         const double size = i % 4 == 0 ? 0x1p-10 : 2; // edges of 1e-3
         const Double3 a = point_within(random, 4), b = moved(a, point_within(random, size)),
@@ -81,16 +81,16 @@ TEST_CASE(WISP_ARITH_NAME ": a triangle is met where long doubles meet it") {
         TriangleHit hit;
         const bool intersects = intersect(TriangleRay(origin, direction), t, hit);
         const FarHit far = moeller(origin, direction, t);
-        // How thin the triangle looks from the origin: weights change by rounding / height.
+        // The apparent height of the triangle from the origin: weights err by rounding / height.
         const FarPoint ab = minus(far_of(corner(t, 1)), far_of(corner(t, 0))),
                        ac = minus(far_of(corner(t, 2)), far_of(corner(t, 0))), d = far_of(direction);
         const Far along = std::sqrt(dot(d, d)), across = std::abs(dot(cross(ab, ac), d)) / along;
         const Far longest = std::sqrt(std::max(dot(ab, ab), dot(ac, ac))) * 2;
         const double error = static_cast<double>(16 * 16 * digit * longest / across);
-        const double least = static_cast<double>(std::min({far.weight[0], far.weight[1], far.weight[2]}));
-        if (!(error < 0.05) || std::abs(least) < error) continue;
-        CHECK(intersects == (least > 0));
-        ++told;
+        const double smallest = static_cast<double>(std::min({far.weight[0], far.weight[1], far.weight[2]}));
+        if (!(error < 0.05) || std::abs(smallest) < error) continue;
+        CHECK(intersects == (smallest > 0));
+        ++decided;
         if (!intersects) continue;
         ++met;
         const double last = std::is_same_v<Real, Fixed> ? 0x1p-32 : sizeof(Real) == 4 ? 0x1p-23 : 0x1p-52;
@@ -101,7 +101,7 @@ TEST_CASE(WISP_ARITH_NAME ": a triangle is met where long doubles meet it") {
         CHECK(std::abs(to_double(hit.distance) - distance) <=
               4 * (depth + 16 * digit / static_cast<double>(along)) + last * distance);
     }
-    CHECK(told > 15000);
+    CHECK(decided > 15000);
     CHECK(met > 3000);
 }
 
@@ -142,12 +142,12 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E1: triangles without area are never hit"
         const Vec3 origin = vec_of(point_within(random, 40));
         const TriangleRay ray(origin, vec_of(between(t.corner[0], t.corner[1], 0.5)) - origin);
         hits += nearest_hit(planted.tree, ray, Real(0), Real(20000), no_triangle, hit, counts) ? 1 : 0;
-        TriangleHit met; // equal corners meet nothing in any tree
+        TriangleHit met; // equal corners are never hit
         if (corner(t, 0) == corner(t, 1) || corner(t, 1) == corner(t, 2) || corner(t, 2) == corner(t, 0))
             hits += intersect(ray, t, met) ? 1 : 0;
     }
     CHECK(hits == 0);
-    // The thinnest that there are: a last place beside the line.
+    // The thinnest triangles: one unit in the last place off the line.
     CHECK(has_area(vec(1, 1, 0), vec(2, 2, 0), Vec3(Real(3), Real(3), Real(0x1p-30))));
     const Real above = sizeof(Real) == 4             ? Real(3 + 0x1p-22)
                        : std::is_same_v<Real, Fixed> ? Real(3 + 0x1p-32)

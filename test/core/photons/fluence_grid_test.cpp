@@ -123,7 +123,7 @@ TEST_CASE(WISP_ARITH_NAME ": a photon is deposited at the nodes around it by tri
         const TracedFluence traced(scene_of(box, lights), photon_settings(2000));
         double layers[9] = {};
         for (uint32_t k = 0; k < nodes_of(1); ++k) {
-            const Cell node = place_of_node(*traced.deposits.bricks, 0, k);
+            const Cell node = lattice_coordinates(*traced.deposits.bricks, 0, k);
             layers[axis == 0 ? node.x : axis == 1 ? node.y : node.z] += static_cast<double>(traced.deposits.power[k]);
         }
         REQUIRE(traced.deposits.bricks->count == 1);
@@ -202,7 +202,7 @@ TEST_CASE(WISP_ARITH_NAME ": harmonics are those of the direction of flight, at 
             const auto sum = [&](const int64_t *values, uint32_t count, int32_t every, double *sums, double *center) {
                 for (uint32_t b = 0; b < deposits.bricks->count; ++b)
                     for (uint32_t k = 0; k < nodes_of(every); ++k, values += count) {
-                        const Cell place = place_of_node(*deposits.bricks, b, k, every);
+                        const Cell place = lattice_coordinates(*deposits.bricks, b, k, every);
                         for (uint32_t i = 0; i < count; ++i) sums[i] += static_cast<double>(values[i]);
                         center[0] += static_cast<double>(values[0]) * place.x * every;
                         center[1] += static_cast<double>(values[0]) * place.y * every;

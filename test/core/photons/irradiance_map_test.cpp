@@ -60,7 +60,7 @@ struct ChosenSums {
         };
         for (uint32_t b = 0; b < bricks.count; ++b)
             for (uint32_t k = 0; k < nodes_of(s); ++k) {
-                const Cell at_ = place_of_node(bricks, b, k, s), &in = bricks.position[b];
+                const Cell at_ = lattice_coordinates(bricks, b, k, s), &in = bricks.position[b];
                 const int32_t place[3] = {at_.x * s, at_.y * s, at_.z * s}, from[3] = {in.x * 8, in.y * 8, in.z * 8};
                 double volume = 1; // of the node's tent, in the brick and the box
                 for (int c = 0; c < 3; ++c) {
@@ -275,7 +275,7 @@ TEST_CASE(WISP_ARITH_NAME ": the map stores harmonics relative to the sums of al
     Sequence next{13};
     std::map<std::array<int32_t, 3>, std::array<double, harmonic_numbers>> sums;
     const auto place = [&](uint32_t b, uint32_t k) {
-        const Cell at_ = place_of_node(bricks, b, k, spacing);
+        const Cell at_ = lattice_coordinates(bricks, b, k, spacing);
         return std::array<int32_t, 3>{at_.x, at_.y, at_.z};
     };
     int64_t *sum = chosen.harmonics.data();

@@ -1,5 +1,5 @@
-// The ray tracer against a second one: plain double, no trees, from the formulas (whitted.h). With every ray goes a
-// bound of how far rounding may have moved it: where a decision is nearer than that its pixel is not compared, and
+// The ray tracer against a reference tracer: plain double, no trees, from the formulas (whitted.h). With every ray goes
+// a bound of how far rounding may have moved it: where a decision is nearer than that its pixel is not compared, and
 // where a thin triangle or a sharp highlight enlarges it pixels may differ by what it then is.
 #include "core/geometry/camera.h"
 #include "support/random_rooms.h"
@@ -23,22 +23,22 @@ struct Facet {
     const Triangle *source;
 };
 
-struct SecondRay {
+struct ReferenceRay {
     Double3 origin, direction;
     double begin, end;
     double origin_error, direction_error;
-    uint32_t skip;
+    uint32_t ignore_triangle;
 };
 
-struct Met {
+struct Intersection {
     const Facet *facet = nullptr;
     double distance = 0, share[3] = {};
     bool close = false; // another decision is within the error
 };
 
-class SecondTracer {
+class ReferenceTracer {
   public:
-    explicit SecondTracer(const RandomRoom &room) : room_(room), scene_(room.scene), size_(room.size) {
+    explicit ReferenceTracer(const RandomRoom &room) : room_(room), scene_(room.scene), size_(room.size) {
         for (uint32_t i = 0; i < scene_.triangle_count(); ++i) {
             const Triangle &t = room.triangles[i];
             Facet f = {};
@@ -82,13 +82,13 @@ class SecondTracer {
     int decisions = 0, wrong = 0; // compared with those of the trees
 
   private:
-    double error_at(const SecondRay &ray, double t) const {
+    double error_at(const ReferenceRay &ray, double t) const {
         return ray.origin_error + t * ray.direction_error + step_error * size_;
     }
 
     // Moeller and Trumbore's.
-    Met intersect(const SecondRay &ray, const Facet &f) const {
-        Met met;
+    Intersection intersect(const ReferenceRay &ray, const Facet &f) const {
+        Intersection found;
         const Double3 e1 = f.corner[1] - f.corner[0], e2 = f.corner[2] - f.corner[0], e3 = e2 - e1;
         const Double3 p = cross(ray.direction, e2), s = ray.origin - f.corner[0], q = cross(s, e1);
         const double det = dot(e1, p), sign = det < 0 ? -1 : 1;
@@ -101,18 +101,18 @@ class SecondTracer {
         const double t = det != 0 ? dot(e2, q) / det : 0;
         const double error = error_at(ray, std::fabs(t)), slant = length(f.plane) / std::max(std::fabs(det), 1e-300);
         const bool in_reach = det == 0 || (t > ray.begin - error * slant && t < ray.end + error * slant);
-        if (inside < -error || !in_reach) return met;
-        met.close = inside < error || t < ray.begin + error * slant || t > ray.end - error * slant;
-        if (inside < 0 || !(t > ray.begin && t < ray.end) || det == 0) return met;
-        met.facet = &f;
-        met.distance = t;
-        for (int i = 0; i < 3; ++i) met.share[i] = side[i] / std::fabs(det);
-        return met;
+        if (inside < -error || !in_reach) return found;
+        found.close = inside < error || t < ray.begin + error * slant || t > ray.end - error * slant;
+        if (inside < 0 || !(t > ray.begin && t < ray.end) || det == 0) return found;
+        found.facet = &f;
+        found.distance = t;
+        for (int i = 0; i < 3; ++i) found.share[i] = side[i] / std::fabs(det);
+        return found;
     }
-    // How much farther or nearer it may be met.
-    double depth_error(const SecondRay &ray, const Met &met) const {
-        const double cosine = std::fabs(dot(met.facet->plane, ray.direction)) / length(met.facet->plane);
-        return error_at(ray, met.distance) / std::max(cosine, 1e-300);
+    // How much farther or nearer the hit may be.
+    double depth_error(const ReferenceRay &ray, const Intersection &found) const {
+        const double cosine = std::fabs(dot(found.facet->plane, ray.direction)) / length(found.facet->plane);
+        return error_at(ray, found.distance) / std::max(cosine, 1e-300);
     }
     static bool same_place(const Facet &a, const Facet &b) {
         for (int i = 0; i < 3; ++i)
@@ -120,37 +120,37 @@ class SecondTracer {
         return true;
     }
 
-    Met nearest(const SecondRay &ray) {
-        Met best;
-        std::vector<Met> all;
+    Intersection nearest(const ReferenceRay &ray) {
+        Intersection best;
+        std::vector<Intersection> all;
         for (const Facet &f : facets_) {
-            if (f.index == ray.skip) continue;
-            const Met met = intersect(ray, f);
-            if (met.close && !met.facet) {
-                best.close = true; // may be met, who knows where
+            if (f.index == ray.ignore_triangle) continue;
+            const Intersection found = intersect(ray, f);
+            if (found.close && !found.facet) {
+                best.close = true; // it may be hit at an unknown distance
                 continue;
             }
-            if (met.facet) all.push_back(met);
+            if (found.facet) all.push_back(found);
         }
-        for (const Met &met : all) {
-            const bool nearer = !best.facet || met.distance < best.distance ||
-                                (met.distance == best.distance && met.facet->index < best.facet->index);
+        for (const Intersection &found : all) {
+            const bool nearer = !best.facet || found.distance < best.distance ||
+                                (found.distance == best.distance && found.facet->index < best.facet->index);
             const bool close = best.close;
-            if (nearer) best = met;
+            if (nearer) best = found;
             best.close = close;
         }
-        for (const Met &met : all) {
+        for (const Intersection &found : all) {
             if (!best.facet) break;
-            const double apart = met.distance - best.distance;
-            if (met.facet == best.facet)
-                best.close |= met.close;
-            else if (apart < depth_error(ray, met) + depth_error(ray, best) && !same_place(*met.facet, *best.facet))
+            const double apart = found.distance - best.distance;
+            if (found.facet == best.facet)
+                best.close |= found.close;
+            else if (apart < depth_error(ray, found) + depth_error(ray, best) && !same_place(*found.facet, *best.facet))
                 best.close = true;
         }
         if (!best.close) {
             TreeCounts unused = {};
             const Hit hit = nearest_hit(room_.surfaces, {vec_of(ray.origin), vec_of(ray.direction)}, real(ray.begin),
-                                        infinite_distance, ray.skip, unused);
+                                        infinite_distance, ray.ignore_triangle, unused);
             ++decisions;
             wrong += hit.found != (best.facet != nullptr) ||
                      (hit.found && (hit.triangle != best.facet->index || hit.instance != best.facet->instance));
@@ -159,19 +159,19 @@ class SecondTracer {
         return best;
     }
 
-    bool blocked(const SecondRay &ray) {
+    bool blocked(const ReferenceRay &ray) {
         bool stopped = false, close = false;
         for (const Facet &f : facets_) {
-            if (f.index == ray.skip || scene_.materials[f.source->material].transmission > 0) continue;
-            const Met met = intersect(ray, f);
-            stopped |= met.facet && !met.close;
-            close |= met.close;
+            if (f.index == ray.ignore_triangle || scene_.materials[f.source->material].transmission > 0) continue;
+            const Intersection found = intersect(ray, f);
+            stopped |= found.facet && !found.close;
+            close |= found.close;
         }
         if (stopped || !close) {
             TreeCounts unused = {};
             ++decisions;
             wrong += stopped != is_blocked(room_.surfaces, {vec_of(ray.origin), vec_of(ray.direction)}, real(ray.begin),
-                                           real(ray.end), ray.skip, unused);
+                                           real(ray.end), ray.ignore_triangle, unused);
         } else
             close_ = true;
         return stopped;
@@ -223,14 +223,14 @@ class SecondTracer {
         return texel(t, fine, uv[0], uv[1]) * (1 - part) +
                (part > 0 ? texel(t, fine + 1, uv[0], uv[1]) * part : Double3{0, 0, 0});
     }
-    Double3 follow(const SecondRay &ray, double width, uint32_t depth, double weight) {
-        const Met met = nearest(ray);
-        if (!met.facet) return scene_.background;
-        const Facet &f = *met.facet;
+    Double3 follow(const ReferenceRay &ray, double width, uint32_t depth, double weight) {
+        const Intersection found = nearest(ray);
+        if (!found.facet) return scene_.background;
+        const Facet &f = *found.facet;
         const Double3 &d = ray.direction;
         const Material &m = scene_.materials[f.source->material];
-        const Double3 x = ray.origin + d * met.distance;
-        const double x_error = depth_error(ray, met);
+        const Double3 x = ray.origin + d * found.distance;
+        const double x_error = depth_error(ray, found);
         Double3 plane = unit(f.plane), normal = plane;
         double longest = 0;
         for (int i = 0; i < 3; ++i) longest = std::max(longest, length(f.corner[(i + 1) % 3] - f.corner[i]));
@@ -239,7 +239,7 @@ class SecondTracer {
         const double plane_error = step_error * (1 + 4 * size_ * longest / length(f.plane));
         double normal_error = plane_error;
         if (f.smooth) {
-            normal = f.normal[0] * met.share[0] + f.normal[1] * met.share[1] + f.normal[2] * met.share[2];
+            normal = f.normal[0] * found.share[0] + f.normal[1] * found.share[1] + f.normal[2] * found.share[2];
             const double apart = length(f.normal[1] - f.normal[0]) + length(f.normal[2] - f.normal[0]);
             normal_error = 2 * apart * share_error / length(normal) + step_error;
             normal = unit(normal);
@@ -247,11 +247,11 @@ class SecondTracer {
         }
         const bool front = !above(dot(plane, d), plane_error + ray.direction_error);
         if (!front) plane = plane * -1, normal = normal * -1;
-        const double cone = width + room_.spread * met.distance;
+        const double cone = width + room_.spread * found.distance;
         double tint_error = 0;
         const Double3 tint = f.source->texture < 0
                                  ? Double3{1, 1, 1}
-                                 : texture(f, met.share, cone, std::fabs(dot(plane, d)), share_error, tint_error);
+                                 : texture(f, found.share, cone, std::fabs(dot(plane, d)), share_error, tint_error);
         error_ += weight * tint_error;
 
         Double3 sum = times(m.ambient, tint);
@@ -329,37 +329,38 @@ class SecondTracer {
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME ": pictures are those of a second tracer, but where rounding decides") {
+TEST_CASE(WISP_ARITH_NAME ": pictures are those of a reference tracer, but where rounding decides") {
     int compared = 0, left_out = 0, different = 0, decisions = 0, wrong = 0, counted_otherwise = 0;
     uint64_t rays = 0;
     double worst = 0;
     for (uint64_t seed = 2000; seed < 2200; ++seed) {
         const double sizes[] = {1, 16, 1024};
         RandomRoom room(seed, sizes[seed % 3]);
-        SecondTracer second(room);
+        ReferenceTracer reference(room);
         const View view(room.scene.camera);
         for (int y = 0; y < room_pixels; ++y)
             for (int x = 0; x < room_pixels; ++x) {
-                second.counts = room.statistics = {};
-                const Double3 expected = second.look(x + 0.5, y + 0.5);
-                const Color found = trace(room.tracer, view.ray_through(Real(x) + Real(0.5), Real(y) + Real(0.5)));
-                if (second.close()) {
+                reference.counts = room.statistics = {};
+                const Double3 expected = reference.look(x + 0.5, y + 0.5);
+                const Color radiance = trace(room.tracer, view.ray_through(Real(x) + Real(0.5), Real(y) + Real(0.5)));
+                if (reference.close()) {
                     ++left_out;
                     continue;
                 }
                 ++compared;
-                const auto &a = second.counts.rays, &b = room.statistics.rays;
+                const auto &a = reference.counts.rays, &b = room.statistics.rays;
                 counted_otherwise += a.shadow != b.shadow || a.reflected != b.reflected || a.refracted != b.refracted;
                 rays += a.shadow + a.reflected + a.refracted;
-                const double off[] = {at(found.x) - expected.x, at(found.y) - expected.y, at(found.z) - expected.z};
+                const double off[] = {at(radiance.x) - expected.x, at(radiance.y) - expected.y,
+                                      at(radiance.z) - expected.z};
                 for (const double o : off) {
                     const double relative = std::fabs(o) / std::max(1.0, largest(expected));
                     worst = std::max(worst, relative);
-                    different += relative > tolerance + second.error();
+                    different += relative > tolerance + reference.error();
                 }
             }
-        decisions += second.decisions;
-        wrong += second.wrong;
+        decisions += reference.decisions;
+        wrong += reference.wrong;
     }
     CHECK(wrong == 0);
     CHECK(different == 0);

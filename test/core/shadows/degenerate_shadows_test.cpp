@@ -31,7 +31,7 @@ struct AwkwardRoom : Room {
         const LightKind kind = kinds[lights.size() % 3];
         light(kind, where, Double3{1, 1, 1} * (kind == LightKind::constant ? 1 : size), {0, -1, 0});
     }
-    // All triangles added from here to the end are one more body, with its space where it is.
+    // All triangles added from here to the end are one more instance, with its space where it is.
     void instance_from(size_t first) {
         Instance instance = {};
         instance.first = static_cast<uint32_t>(first);
@@ -142,9 +142,9 @@ void fill_with_lights(AwkwardRoom &room) {
 
 // Of a hundred shadows exact knows `least_known` without a ray.
 void check_asked(void (*fill)(AwkwardRoom &), uint64_t least_known) {
-    for (const ShadowMethod method : exact_methods) {
+    for (const ShadowMethod method : equivalent_methods) {
         CAPTURE(static_cast<int>(method));
-        uint64_t asked = 0, known = 0, shadowed = 0;
+        uint64_t queries = 0, known = 0, shadowed = 0;
         for (const double size : room_sizes)
             for (uint64_t seed = 0; seed < 2; ++seed) {
                 CAPTURE(size);
@@ -152,23 +152,23 @@ void check_asked(void (*fill)(AwkwardRoom &), uint64_t least_known) {
                 AwkwardRoom room(size, seed);
                 fill(room);
                 room.look_down();
-                AskedShadows shadows(room, method);
+                ShadowQueries shadows(room, method);
                 shadows.begin();
                 Sequence next{seed + 77};
                 for (uint32_t light = 0; light < room.lights.size(); ++light)
-                    for (const uint32_t floor : {0u, 1u}) shadows.ask_triangle(floor, light, 60, 50, next);
-                shadows.ask_everywhere(2, 50, next);
+                    for (const uint32_t floor : {0u, 1u}) shadows.query_triangle(floor, light, 60, 50, next);
+                shadows.query_everywhere(2, 50, next);
                 CHECK(shadows.wrong == 0);
                 CHECK(KeptPictures(method)(room.scene) == traced_picture(room.scene));
                 if (size < least_size) continue;
-                asked += shadows.asked;
+                queries += shadows.queries;
                 known += shadows.known();
                 shadowed += shadows.shadowed;
             }
-        if (method == ShadowMethod::exact) CHECK(known > asked * least_known / 100);
+        if (method == ShadowMethod::exact) CHECK(known > queries * least_known / 100);
         if (method != ShadowMethod::cache) CHECK(known > 1000);
-        CHECK(shadowed > asked / 40);
-        CHECK(shadowed < asked);
+        CHECK(shadowed > queries / 40);
+        CHECK(shadowed < queries);
     }
 }
 
@@ -230,7 +230,7 @@ TEST_CASE(WISP_ARITH_NAME ": what flies through the light, vanishes and comes ba
             right[i] = traced_picture(room.scene);
             for (int k = 0; k < i; ++k) CHECK(right[i] != right[k]);
         }
-        for (const ShadowMethod method : exact_methods) {
+        for (const ShadowMethod method : equivalent_methods) {
             CAPTURE(static_cast<int>(method));
             for (const std::vector<int> &order :
                  {std::vector<int>{0, 1, 2, 3, 4, 5}, {5, 4, 3, 2, 1, 0}, {2, 2, 1, 3, 1, 0, 4, 5, 2}, {3}}) {
@@ -241,17 +241,17 @@ TEST_CASE(WISP_ARITH_NAME ": what flies through the light, vanishes and comes ba
                     CHECK(pictures(room.scene) == right[i]);
                 }
             }
-            AskedShadows shadows(room, method);
+            ShadowQueries shadows(room, method);
             Sequence next{9};
             for (const int i : {0, 1, 2, 3, 4, 5, 3, 0}) {
                 CAPTURE(i);
                 room.show(i);
                 shadows.begin();
-                shadows.ask_everywhere(6, 60, next);
+                shadows.query_everywhere(6, 60, next);
                 CHECK(shadows.wrong == 0);
             }
-            CHECK(shadows.shadowed > shadows.asked / 10);
-            if (method == ShadowMethod::exact && size >= least_size) CHECK(shadows.known() > shadows.asked / 2);
+            CHECK(shadows.shadowed > shadows.queries / 10);
+            if (method == ShadowMethod::exact && size >= least_size) CHECK(shadows.known() > shadows.queries / 2);
         }
     }
 }
@@ -278,7 +278,7 @@ TEST_CASE(WISP_ARITH_NAME ": no light, one, as many as the paper has room for, o
             right[i] = traced(room.scene);
         }
         CHECK(traced.statistics.rays.shadow >= 300 * samples * count);
-        for (const ShadowMethod method : exact_methods) {
+        for (const ShadowMethod method : equivalent_methods) {
             CAPTURE(static_cast<int>(method));
             KeptPictures pictures(method);
             pictures.settings.samples = samples;
@@ -291,12 +291,12 @@ TEST_CASE(WISP_ARITH_NAME ": no light, one, as many as the paper has room for, o
             if (method == ShadowMethod::exact)
                 CHECK(rays.shadow_culled + rays.shadow_dynamic_only >= rays.shadow / (count > 16 ? 10 : 4));
             if (count > 16) continue; // that much memory once is enough
-            AskedShadows shadows(room, method);
+            ShadowQueries shadows(room, method);
             Sequence next{count};
             for (const int i : {1, 4}) {
                 room.show(i);
                 shadows.begin();
-                shadows.ask_everywhere(4, 60, next);
+                shadows.query_everywhere(4, 60, next);
                 CHECK(shadows.wrong == 0);
             }
         }
@@ -305,7 +305,7 @@ TEST_CASE(WISP_ARITH_NAME ": no light, one, as many as the paper has room for, o
 
 TEST_CASE(WISP_ARITH_NAME ": a light that moves, turns, is of another kind, or of another colour alone") {
     for (const double size : room_sizes)
-        for (const ShadowMethod method : exact_methods) {
+        for (const ShadowMethod method : equivalent_methods) {
             CAPTURE(size);
             CAPTURE(static_cast<int>(method));
             AwkwardRoom room(size, 3);
@@ -314,7 +314,7 @@ TEST_CASE(WISP_ARITH_NAME ": a light that moves, turns, is of another kind, or o
             room.light(LightKind::constant, room.at(0.25, 1, 0.5), {1, 1, 1}, unit({0.3, -1, 0.1}));
             room.light(LightKind::constant, room.at(-0.75, 0.5, 0.5), {1, 1, 1}, unit({0.5, -1, -0.7}));
             room.look_down();
-            AskedShadows shadows(room, method);
+            ShadowQueries shadows(room, method);
             KeptPictures pictures(method);
             LightSource &light = room.lights[0];
             for (int change = 0; change < 9; ++change) {
@@ -337,14 +337,14 @@ TEST_CASE(WISP_ARITH_NAME ": a light that moves, turns, is of another kind, or o
                 const uint64_t known = shadows.known(), proved = proofs();
                 shadows.begin();
                 Sequence next{4};
-                shadows.ask_everywhere(3, 60, next);
+                shadows.query_everywhere(3, 60, next);
                 CHECK(shadows.wrong == 0);
                 CHECK(pictures(room.scene) == traced_picture(room.scene));
                 if (change != 1 || method == ShadowMethod::cache || size < least_size) continue;
                 CHECK(shadows.known() - known >= known); // nothing has been forgotten
                 CHECK(proofs() - proved < proved);
             }
-            if (method == ShadowMethod::exact && size >= least_size) CHECK(shadows.known() > shadows.asked / 5);
+            if (method == ShadowMethod::exact && size >= least_size) CHECK(shadows.known() > shadows.queries / 5);
         }
 }
 
@@ -352,33 +352,34 @@ TEST_CASE(WISP_ARITH_NAME ": a light that moves, turns, is of another kind, or o
 TEST_CASE(WISP_ARITH_NAME ": random scenes, whose every shadow is asked of exact and of tracing") {
     const char *words = std::getenv("WISP_SCENES");
     const uint64_t scenes = words ? std::strtoull(words, nullptr, 10) : 60;
-    uint64_t asked = 0, shadowed = 0, known = 0, wrong = 0;
+    uint64_t queries = 0, shadowed = 0, known = 0, wrong = 0;
     for (uint64_t seed = 0; seed < scenes; ++seed) {
         const double sizes[] = {1, 16, 1024, 0.1};
         const uint32_t light_counts[] = {1, 2, 3, 5, 16};
         RoomFrames room(seed + 10000, sizes[seed % 4], light_counts[seed % 5], ShadowMethod::exact);
-        AskedShadows shadows(room, ShadowMethod::exact);
+        ShadowQueries shadows(room, ShadowMethod::exact);
         Sequence next{seed + 1};
         const auto below = [&next](size_t count) { return static_cast<uint32_t>(next() * static_cast<double>(count)); };
         for (int frame = 0; frame < 3; ++frame) {
             shadows.begin();
             for (int i = 0; i < 40; ++i)
-                shadows.ask_triangle(below(i % 2 ? 8 : room.triangles.size()), below(room.lights.size()), 3, 50, next);
+                shadows.query_triangle(below(i % 2 ? 8 : room.triangles.size()), below(room.lights.size()), 3, 50,
+                                       next);
             room.change();
         }
         if (shadows.wrong > 0) MESSAGE("scene " << seed << ": " << shadows.wrong << " shadows wrong");
-        asked += shadows.asked;
+        queries += shadows.queries;
         shadowed += shadows.shadowed;
         known += shadows.known();
         wrong += shadows.wrong;
     }
     if (words)
-        MESSAGE(scenes << " scenes, " << asked << " shadows, " << shadowed << " dark, " << known << " known without "
-                       << "asking what is still, " << wrong << " wrong");
+        MESSAGE(scenes << " scenes, " << queries << " shadows, " << shadowed << " dark, " << known << " known without "
+                       << "asking static triangles, " << wrong << " wrong");
     CHECK(wrong == 0);
-    CHECK(asked > 10000 * scenes);
-    CHECK(shadowed > asked / 10);
-    CHECK(known > asked / 10);
+    CHECK(queries > 10000 * scenes);
+    CHECK(shadowed > queries / 10);
+    CHECK(known > queries / 10);
 }
 
 } // namespace wisp::WISP_ARITH

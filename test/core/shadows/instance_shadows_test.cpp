@@ -1,4 +1,5 @@
-// Shadows of and on bodies: rasters of lights and lists of blockers against asking every body and every triangle.
+// Shadows of and on instances: rasters of lights and lists of blockers against tests of every instance and every
+// triangle.
 #include "core/shadows/instance_shadows.h"
 #include "support/random_rooms.h"
 
@@ -6,7 +7,7 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-// Bodies of four triangles, large and small, in heaps and far apart, above a rough floor; lights of all kinds among
+// Instances of four triangles, large and small, in heaps and far apart, above a rough floor; lights of all kinds among
 // them, in them, and where they begin.
 struct Crowd : Room {
     explicit Crowd(uint64_t seed, int max_instances = 0) : next{seed * 919 + 3} {
@@ -39,8 +40,8 @@ struct Crowd : Room {
             instance.axis[2] = cross(instance.axis[0], instance.axis[1]);
             for (int j = 0; j < 3; ++j)
                 instance.inverse[j] = j == 0   ? Double3{instance.axis[0].x, instance.axis[1].x, instance.axis[2].x}
-                                  : j == 1 ? Double3{instance.axis[0].y, instance.axis[1].y, instance.axis[2].y}
-                                           : Double3{instance.axis[0].z, instance.axis[1].z, instance.axis[2].z};
+                                      : j == 1 ? Double3{instance.axis[0].y, instance.axis[1].y, instance.axis[2].y}
+                                               : Double3{instance.axis[0].z, instance.axis[1].z, instance.axis[2].z};
             instance.origin = point(pick(2) ? 1 : 0.1);
             instance.visible = pick(8) > 0;
             instances.push_back(instance);
@@ -83,8 +84,8 @@ struct InstanceMemory {
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME ": a light's raster has every body that its rays may hit, and few others") {
-    int asked = 0, blocked = 0, wrong = 0, unasked = 0;
+TEST_CASE(WISP_ARITH_NAME ": a light's raster has every instance that its rays may hit, and few others") {
+    int queries = 0, blocked = 0, wrong = 0, untested = 0;
     uint64_t visits = 0, all_visits = 0;
     for (uint64_t seed = 0; seed < 400; ++seed) {
         Crowd room(seed);
@@ -92,10 +93,11 @@ TEST_CASE(WISP_ARITH_NAME ": a light's raster has every body that its rays may h
         for (int i = 0; i < 600; ++i) {
             const auto light = static_cast<uint32_t>(room.below(room.lights.size()));
             Vec3 from = vec_of(room.point(1.5));
-            if (room.pick(2)) { // behind a corner of a body, seen from the light
+            if (room.pick(2)) { // behind a corner of an instance, seen from the light
                 const Instance &instance = room.instances[room.below(room.instances.size())];
                 const Double3 p = room.triangles[instance.first + room.below(4)].corner[0];
-                const Double3 corner = instance.axis[0] * p.x + instance.axis[1] * p.y + instance.axis[2] * p.z + instance.origin;
+                const Double3 corner =
+                    instance.axis[0] * p.x + instance.axis[1] * p.y + instance.axis[2] * p.z + instance.origin;
                 const LightSource &source = room.lights[light];
                 const Double3 way =
                     source.kind == LightKind::parallel ? source.direction * room.size : corner - source.position;
@@ -104,27 +106,27 @@ TEST_CASE(WISP_ARITH_NAME ": a light's raster has every body that its rays may h
             const ShadowQuery query = room.query(from, light);
             if (!(query.end > Real(0))) continue;
             TreeCounts counts = {};
-            const bool right =
-                is_blocked_by_moving(room.surfaces, query.ray, room.surfaces.ray_epsilon, query.end, query.triangle, counts);
+            const bool right = is_blocked_by_moving(room.surfaces, query.ray, room.surfaces.ray_epsilon, query.end,
+                                                    query.triangle, counts);
             const uint64_t before = room.statistics.shadow.traced.node_visits;
             bool any;
             wrong += is_blocked_by_moving(memory.instances, room.shadows, query, any) != right;
             visits += room.statistics.shadow.traced.node_visits - before;
             all_visits += counts.node_visits;
-            ++asked;
+            ++queries;
             blocked += right;
-            unasked += !any;
+            untested += !any;
             if (right) CHECK(any);
         }
     }
     CHECK(wrong == 0);
-    CHECK(asked > 200000);
-    CHECK(blocked > asked / 10);
-    CHECK(unasked > asked / 10);
+    CHECK(queries > 200000);
+    CHECK(blocked > queries / 10);
+    CHECK(untested > queries / 10);
     CHECK(2 * visits < all_visits);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": whatever ray passes the box of a body is asked of it") {
+TEST_CASE(WISP_ARITH_NAME ": whatever ray passes the box of an instance is tested against it") {
     int passed = 0;
     for (uint64_t seed = 0; seed < 600; ++seed) {
         Crowd room(seed, 1);
@@ -137,17 +139,17 @@ TEST_CASE(WISP_ARITH_NAME ": whatever ray passes the box of a body is asked of i
                 const Illumination lit = illuminate(room.tracer.lights[light], at, at, at);
                 const Vec3 from = at + lit.direction * real(room.size * (room.pick(2) ? 0.01 : 2) * room.next());
                 const ShadowQuery query = room.query(from, light);
-                bool asked;
-                is_blocked_by_moving(memory.instances, room.shadows, query, asked);
-                CHECK(asked);
+                bool tested;
+                is_blocked_by_moving(memory.instances, room.shadows, query, tested);
+                CHECK(tested);
                 ++passed;
             }
     }
     CHECK(passed > 10000);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": what stands between a body and a light is all on its list") {
-    int asked = 0, known = 0, free = 0, blocked = 0, wrong = 0;
+TEST_CASE(WISP_ARITH_NAME ": what stands between an instance and a light is all on its list") {
+    int queries = 0, known = 0, free = 0, blocked = 0, wrong = 0;
     for (uint64_t seed = 0; seed < 400; ++seed) {
         Crowd room(seed);
         InstanceMemory memory(room);
@@ -160,11 +162,12 @@ TEST_CASE(WISP_ARITH_NAME ": what stands between a body and a light is all on it
                 const Triangle &t = room.triangles[instance.first + room.below(4)];
                 const double u = room.next(), v = room.next() * (1 - u);
                 const Double3 p = t.corner[0] * (1 - u - v) + t.corner[1] * u + t.corner[2] * v;
-                const Double3 at = instance.axis[0] * p.x + instance.axis[1] * p.y + instance.axis[2] * p.z + instance.origin;
+                const Double3 at =
+                    instance.axis[0] * p.x + instance.axis[1] * p.y + instance.axis[2] * p.z + instance.origin;
                 ShadowQuery query = room.query(vec_of(at), light);
                 query.instance = b;
                 if (!(query.end > Real(0))) continue;
-                ++asked;
+                ++queries;
                 const InstanceLight *found = find_instance_light(memory.instances, room.shadows, query);
                 if (!found || !found->is_listed()) continue;
                 ++known;
@@ -172,16 +175,16 @@ TEST_CASE(WISP_ARITH_NAME ": what stands between a body and a light is all on it
                 TreeCounts counts = {};
                 uint32_t occluder;
                 const bool right = is_blocked_by_static(room.surfaces, query.ray, room.surfaces.ray_epsilon, query.end,
-                                                       no_triangle, occluder, counts);
+                                                        no_triangle, occluder, counts);
                 blocked += right;
                 wrong += is_blocked_by_listed(*found, room.shadows, query) != right;
             }
         }
     }
     CHECK(wrong == 0);
-    CHECK(known > asked / 4);
-    CHECK(free > asked / 20);
-    CHECK(blocked > asked / 100);
+    CHECK(known > queries / 4);
+    CHECK(free > queries / 20);
+    CHECK(blocked > queries / 100);
 }
 
 } // namespace wisp::WISP_ARITH

@@ -10,7 +10,7 @@ namespace wisp::WISP_ARITH {
 namespace {
 
 // C2 to C5 once more: whole frame buffers, and a record for everything.
-class SecondPaper {
+class ReferenceCulling {
   public:
     enum Occlusion { init, partially, fully, dynamic };
     struct Record {
@@ -19,7 +19,7 @@ class SecondPaper {
         uint64_t now = 0, most = 0;
     };
 
-    explicit SecondPaper(RoomFrames &room) : room_(room), records(room.triangles.size()) {}
+    explicit ReferenceCulling(RoomFrames &room) : room_(room), records(room.triangles.size()) {}
 
     void begin() {
         seen_.assign(static_cast<size_t>(room_pixels) * room_pixels, no_triangle);
@@ -75,8 +75,8 @@ class SecondPaper {
         if (r.occlusion == fully && missed && !hit) {
             ++moving;
             TreeCounts unused = {};
-            return is_blocked_by_moving(room_.surfaces, query.ray, room_.surfaces.ray_epsilon, query.end, query.triangle,
-                                        unused);
+            return is_blocked_by_moving(room_.surfaces, query.ray, room_.surfaces.ray_epsilon, query.end,
+                                        query.triangle, unused);
         }
         (blocked ? hit : missed) = true;
         return blocked;
@@ -173,42 +173,42 @@ TEST_CASE(WISP_ARITH_NAME ": a mode word has two bits of occlusion and two for e
 }
 
 TEST_CASE(WISP_ARITH_NAME ": the paper's shadows are those of a second implementation, in every frame") {
-    uint64_t asked = 0, different = 0, culled = 0, moving = 0, tests = 0, wrong = 0;
+    uint64_t queries = 0, different = 0, culled = 0, moving = 0, tests = 0, wrong = 0;
     for (uint64_t seed = 0; seed < 150; ++seed) {
         const double sizes[] = {1, 16, 1024};
         const uint32_t light_counts[] = {2, 1, 3, 15, 16, 40};
         RoomFrames room(seed, sizes[seed % 3], light_counts[seed / 3 % 6], ShadowMethod::paper, seed % 2 == 0);
-        SecondPaper second(room);
+        ReferenceCulling reference(room);
         std::vector<bool> wrong_here;
         size_t pixel = 0;
         room.recorded.on_query = [&](const ShadowQuery &query, bool found) {
-            ++asked;
-            different += found != second.shadowed(query);
+            ++queries;
+            different += found != reference.shadowed(query);
             if (found != room.blocked(query)) wrong_here[pixel] = true;
         };
         for (int frame = 0; frame < 5; ++frame) {
-            second.begin();
+            reference.begin();
             wrong_here.assign(static_cast<size_t>(room_pixels) * room_pixels, false);
             room.statistics.shadow.wrong_pixels = 0;
             room.render_frame([&](int x, int y, const Ray &ray) {
                 pixel = static_cast<size_t>(y * room_pixels + x);
-                second.see(x, y, ray);
+                reference.see(x, y, ray);
             });
-            second.end();
+            reference.end();
             const auto count = static_cast<uint64_t>(std::count(wrong_here.begin(), wrong_here.end(), true));
             CHECK(room.statistics.shadow.wrong_pixels == count);
             wrong += count;
             room.change();
         }
-        CHECK(room.statistics.rays.shadow_culled == second.culled);
-        CHECK(room.statistics.rays.shadow_dynamic_only == second.moving);
-        CHECK(room.statistics.shadow.extra_tests == second.tests);
-        culled += second.culled;
-        moving += second.moving;
-        tests += second.tests;
+        CHECK(room.statistics.rays.shadow_culled == reference.culled);
+        CHECK(room.statistics.rays.shadow_dynamic_only == reference.moving);
+        CHECK(room.statistics.shadow.extra_tests == reference.tests);
+        culled += reference.culled;
+        moving += reference.moving;
+        tests += reference.tests;
     }
     CHECK(different == 0);
-    CHECK(asked > 200000);
+    CHECK(queries > 200000);
     CHECK(culled > 1000);
     CHECK(moving > 1000);
     CHECK(tests > 1000);
@@ -321,7 +321,7 @@ TEST_CASE(WISP_ARITH_NAME ": the shadow of an occluder between the pixels is mis
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": the shadow of a body that has moved on stays") {
+TEST_CASE(WISP_ARITH_NAME ": the shadow of an instance that has moved on stays") {
     Room room;
     const uint32_t white = room.material(matte({0.5, 0.5, 0.5}));
     room.add({-3, 0, 3}, {3, 0, 3}, {0, 0, -3}, white);

@@ -1,279 +1,44 @@
-// Shadows that are known without a ray: whatever is proved is what every ray would find, and pictures are the same.
-#include "core/geometry/camera.h"
-#include "core/shadows/proved_shadows.h"
-#include "support/random_rooms.h"
+// Cells of static triangles: where they are, and how their memory is taken and returned.
+#include "core/shadows/visibility_cells.h"
+#include "support/proved_memory.h"
 #include "support/shadow_queries.h"
-#include "wisp/settings.h"
-#include "wisp/wisp.h"
-#include <cstring>
 
 namespace wisp::WISP_ARITH {
 
-namespace {
-
-bool stops(const Room &room, uint32_t triangle, const ShadowQuery &query) {
-    const Triangle &t = room.triangles[triangle];
-    const Vec3 a = vec_of(t.corner[0]), b = vec_of(t.corner[1]), c = vec_of(t.corner[2]);
-    TriangleHit hit;
-    return triangle != query.triangle && has_area(a, b, c) && !(room.materials[t.material].transmission > 0) &&
-           intersect(TriangleRay(query.ray.origin, query.ray.direction), a, b, c, hit) &&
-           hit.distance > room.surfaces.ray_epsilon && hit.distance < query.end;
-}
-
-// A receiver, a light, and what touches the shaft from one of its cells to the light, or nearly.
-struct Narrow : Room {
-    Narrow(uint64_t seed, double size_) : size(size_), next{seed * 613 + 7} {
-        scene.ray_epsilon = size * 4e-6;
-        material(matte({1, 1, 1}));
-        material(glass(1));
-        const auto random = [this] { return point(1); };
-        Double3 r[3] = {random(), random(), random()};
-        if (pick(4) == 0)
-            for (Double3 &p : r) p.z = 0.25 * size; // along the axes, as walls are
-        if (pick(8) == 0) r[2] = r[0] + (r[1] - r[0]) * next() + point(1e-3);
-        triangles.push_back(triangle(r[0], r[1], r[2], 0));
-        cell = random_cell(next);
-        const auto at = [&r](double u, double v) { return r[0] + (r[1] - r[0]) * u + (r[2] - r[0]) * v; };
-        const double u = double(cell.u) / finest_cell, v = double(cell.v) / finest_cell,
-                     part = double(cell.size) / finest_cell;
-        for (int i = 0; i < 3; ++i) corner[i] = at(u + (i == 1 ? part : 0), v + (i == 2 ? part : 0));
-        Double3 normal = cross(r[1] - r[0], r[2] - r[0]);
-        normal = length(normal) > 0 ? unit(normal) : Double3{0, 0, 1};
-        Double3 where = point(1.2);
-        if (pick(4) == 0) where = at(next() * 3 - 1, next() * 3 - 1) + normal * (jitter() * 1000); // in its plane
-        if (pick(16) == 0) where = r[pick(3)] + point(jitter());
-        const LightKind kinds[] = {LightKind::point, LightKind::constant, LightKind::spot, LightKind::parallel};
-        const LightKind kind = kinds[pick(4)];
-        const Double3 way = unit(corner[0] - where + Double3{1e-9, 0, 0});
-        light(kind, where, {1, 1, 1}, way);
-        for (int i = 0; i < 3; ++i) goal[i] = kind == LightKind::parallel ? corner[i] - way * (2 * size) : where;
-        for (int i = 1 + pick(3); i > 0; --i) add_neighbour(r, normal);
-        build();
+TEST_CASE(WISP_ARITH_NAME ": the cell of a point holds it, however often cells are divided") {
+    Room room;
+    for (int i = 0; i < 6; ++i) add_floor(room, i, 1, room.material(matte({1, 1, 1})));
+    for (int i = 0; i < 3; ++i) room.light(LightKind::point, {0, 30.0 + i, 0}, {1, 1, 1});
+    room.build();
+    std::vector<unsigned char> block(static_cast<size_t>(shadow_cell_bytes(room.scene)));
+    Arena arena(block.data(), block.size());
+    ShadowCells cells = make_shadow_cells(room.scene, arena);
+    REQUIRE(cells.ready);
+    CHECK(arena.peak() <= block.size());
+    update_shadow_cells(cells, room.tracer.lights, room.scene.light_count);
+    Sequence next{77};
+    int finest = 0;
+    for (int i = 0; i < 4000; ++i) {
+        const auto light = static_cast<uint32_t>(3 * next()), triangle = static_cast<uint32_t>(12 * next());
+        double u = next() * 0.02, v = next() * 0.02; // few cells, divided often
+        if (i % 3 == 0) u = 1 - u - v;
+        CellPlace place;
+        ShadowCell *cell = find_shadow_cell(cells, light, triangle, real(u), real(v), place);
+        REQUIRE(cell);
+        CHECK(cell->children() == 0);
+        const double s = (u * finest_cell - place.u) / place.size, t = (v * finest_cell - place.v) / place.size;
+        constexpr double rounding = 1e-4;
+        CHECK(s >= -rounding);
+        CHECK(t >= -rounding);
+        CHECK(s + t <= 1 + rounding);
+        const bool is_finest = place.size == 1 || place.size == -1;
+        finest += is_finest;
+        split(cells, *cell, place);
+        CHECK((cell->children() == 0) == is_finest);
     }
-
-    double size;
-    CellPlace cell;
-    Sequence next;
-    Double3 corner[3], goal[3];
-
-  private:
-    int pick(int count) { return static_cast<int>(next() * count); }
-    Double3 point(double part) {
-        const double x = 2 * next() - 1, y = 2 * next() - 1, z = 2 * next() - 1;
-        return Double3{x, y, z} * (part * size);
-    }
-    // From everything down to nothing, either way.
-    double jitter() { return (pick(2) ? 1 : -1) * std::pow(10.0, -1 - 14 * next()) * (pick(6) ? 1 : 0); }
-
-    void add_neighbour(const Double3 (&r)[3], const Double3 &normal) {
-        Double3 q[3] = {point(1), point(1), point(1)};
-        const double s = pick(3) ? next() : std::pow(10.0, -8 * next());
-        Double3 middle = {0, 0, 0}, section[3];
-        for (int i = 0; i < 3; ++i) {
-            section[i] = corner[i] + (goal[i] - corner[i]) * s;
-            middle = middle + section[i] * (1.0 / 3);
-        }
-        const int i = pick(3), j = (i + 1) % 3;
-        switch (pick(9)) {
-        case 0: // as wide as the shaft
-            for (int k = 0; k < 3; ++k) q[k] = middle + (section[k] - middle) * (1 + jitter());
-            break;
-        case 1: // wider, and slanted
-            for (int k = 0; k < 3; ++k) {
-                const double along = s * (0.8 + 0.2 * next());
-                q[k] = corner[k] + (goal[k] - corner[k]) * along;
-                q[k] = q[k] + (q[k] - middle) * (pick(2) ? jitter() : 0.5 * next());
-            }
-            break;
-        case 2: // beside it
-            q[0] = section[i] + (section[i] - middle) * jitter();
-            q[1] = section[j] + (section[j] - middle) * jitter();
-            q[2] = middle + ((section[i] + section[j]) * 0.5 - middle) * (2 + 4 * next());
-            break;
-        case 3: // a wall on an edge
-            q[0] = r[i] + (r[j] - r[i]) * (next() - 0.5);
-            q[1] = r[j] + (r[j] - r[i]) * next();
-            q[2] = q[0] + (pick(2) ? normal * size : goal[0] - q[0]) + point(jitter());
-            break;
-        case 4: // a wall on the cell's edge
-            q[0] = corner[i];
-            q[1] = corner[j];
-            q[2] = q[0] + (goal[0] - q[0]) * next() + (pick(2) ? point(jitter()) : point(0.3));
-            break;
-        case 5: // in its plane, or close above
-            for (int k = 0; k < 3; ++k) q[k] = q[k] - normal * dot(normal, q[k] - r[0]);
-            if (pick(2)) q[0] = r[i], q[1] = r[j];
-            if (pick(2))
-                for (Double3 &p : q) p = p + normal * (scene.ray_epsilon * (pick(2) ? 1 + jitter() : 3 * next()));
-            break;
-        case 6: // about the light
-            for (Double3 &p : q) p = goal[0] + (goal[0] - middle) * jitter() + point(0.1);
-            break;
-        case 7: // a sliver across
-            q[0] = middle + point(1);
-            q[1] = middle * 2 - q[0];
-            q[2] = q[0] + point(jitter());
-            break;
-        default: break;
-        }
-        triangles.push_back(triangle(q[0], q[1], q[2], pick(8) == 0));
-    }
-};
-
-struct ExactMemory {
-    explicit ExactMemory(const Scene &scene) : kept(exact_technique.bytes(scene, {})), frame(kept.size()) {
-        Arena arena(kept.data(), kept.size());
-        exact = static_cast<ProvedShadows *>(exact_technique.make(scene, arena));
-        REQUIRE(exact);
-    }
-    // The room's shadows ask it from now on, in a new frame.
-    void begin(Room &room) {
-        room.shadows.technique = &exact_technique;
-        room.shadows.memory = exact;
-        Arena arena(frame.data(), frame.size());
-        REQUIRE(begin_frame(room.shadows, {}, arena));
-    }
-    std::vector<unsigned char> kept, frame;
-    ProvedShadows *exact;
-};
-
-TriangleTree tree_of(const Room &room) { return room.surfaces.static_tree; }
-
-constexpr double room_sizes[] = {1, 16, 1024};
-
-} // namespace
-
-TEST_CASE(WISP_ARITH_NAME ": whatever is proved of a cell is so for every ray from it") {
-    int free = 0, blocked = 0, wrong = 0, grazed = 0;
-    for (uint64_t seed = 0; seed < 30000; ++seed) {
-        Narrow room(seed, room_sizes[seed % 3]);
-        Vec3 receiver[3];
-        for (int i = 0; i < 3; ++i) receiver[i] = vec_of(room.triangles[0].corner[i]);
-        if (!has_area(receiver[0], receiver[1], receiver[2])) continue;
-        TreeCounts counts = {};
-        const TriangleShaft shaft =
-            make_triangle_shaft(tree_of(room), receiver, room.cell, room.tracer.lights[0], room.surfaces.ray_epsilon);
-        const bool is_free = is_shaft_lit(tree_of(room), shaft, 0, counts);
-        uint32_t blocker = no_triangle;
-        for (uint32_t t = 1; t < room.triangles.size(); ++t) {
-            Vec3 occluder[3];
-            for (int i = 0; i < 3; ++i) occluder[i] = vec_of(room.triangles[t].corner[i]);
-            if (room.triangles[t].material == 0 && has_area(occluder[0], occluder[1], occluder[2]) &&
-                is_shaft_shadowed(shaft, occluder))
-                blocker = t;
-        }
-        free += is_free;
-        blocked += blocker != no_triangle;
-        bool lit = false, shaded = false;
-        for (int sample = 0; sample < 40; ++sample) {
-            Real u, v;
-            random_weights(room.cell, room.next, u, v);
-            const ShadowQuery query = query_at(room, 0, 0, u, v);
-            bool stopped = false;
-            for (uint32_t t = 1; t < room.triangles.size(); ++t) stopped = stopped || stops(room, t, query);
-            (stopped ? shaded : lit) = true;
-            if (is_free && stopped) ++wrong;
-            if (blocker != no_triangle && !stops(room, blocker, query)) ++wrong;
-        }
-        grazed += lit && shaded;
-    }
-    CHECK(wrong == 0);
-    CHECK(free > 5000);
-    CHECK(blocked > 1000);
-    CHECK(grazed > 5000);
-}
-
-TEST_CASE(WISP_ARITH_NAME ": shadows are those of rays, frame after frame, while bodies, morphs and lights move") {
-    uint64_t culled = 0, moving_alone = 0;
-    int wrong = 0;
-    for (uint64_t seed = 0; seed < 150; ++seed) {
-        RandomRoom room(seed, room_sizes[seed % 3]);
-        if (room.lights.empty()) continue;
-        for (LightSource &light : room.lights) light.color = {1, 1, 1}; // at its very corners
-        room.build();
-        ExactMemory memory(room.scene);
-        if (seed % 5 == 0) memory.exact->cells.block_count = 1 + static_cast<uint32_t>(seed % 40); // they run out
-        Sequence next{seed};
-        const auto below = [&next](size_t count) { return static_cast<uint32_t>(next() * static_cast<double>(count)); };
-        for (int frame = 0; frame < 5; ++frame) {
-            memory.begin(room);
-            for (int spot = 0; spot < 50; ++spot) {
-                const uint32_t triangle = below(frame % 2 ? 8 : room.scene.static_count),
-                               light = below(room.lights.size());
-                const CellPlace cell = random_cell(next);
-                for (int i = 0; i < 60; ++i) {
-                    Real u, v;
-                    random_weights(cell, next, u, v);
-                    const ShadowQuery query = query_at(room, triangle, light, u, v);
-                    room.shadows.technique = &trace_technique;
-                    const bool shadowed = is_shadowed(room.shadows, query);
-                    room.shadows.technique = &exact_technique;
-                    wrong += is_shadowed(room.shadows, query) != shadowed;
-                }
-            }
-            for (Instance &instance : room.instances) {
-                if (next() < 0.2) instance.visible = !instance.visible;
-                instance.origin = instance.origin + Double3{next() - 0.5, next() - 0.5, next() - 0.5} * room.size;
-            }
-            for (uint32_t i = room.scene.static_count + room.scene.instance_triangle_count; i < room.triangles.size(); ++i)
-                room.triangles[i].corner[frame % 3].x *= 0.5;
-            const uint32_t moved = below(room.lights.size());
-            room.lights[moved].position = Double3{next() - 0.5, next() - 0.5, next() - 0.5} * (3 * room.size);
-            room.lights[moved].direction = unit(Double3{next() - 0.5, next() - 0.5, next() + 0.1});
-            room.build();
-        }
-        culled += room.statistics.rays.shadow_culled;
-        moving_alone += room.statistics.rays.shadow_dynamic_only;
-    }
-    CHECK(wrong == 0);
-    CHECK(culled > 50000);
-    CHECK(moving_alone > 20000);
-}
-
-TEST_CASE(WISP_ARITH_NAME ": exact shadows make the pictures of traced ones, in any order of frames, of any crop") {
-    int wrong = 0;
-    uint64_t culled = 0, moving_alone = 0;
-    for (uint64_t seed = 0; seed < 40; ++seed) {
-        RandomRoom room(seed + 500, room_sizes[seed % 3]);
-        const size_t light_counts[] = {0, 1, 15, 16, 40};
-        while (seed % 4 == 0 && !room.lights.empty() && room.lights.size() < light_counts[seed / 4 % 5]) {
-            room.lights.push_back(room.lights.front());
-            room.lights.back().position = room.lights.back().position + Double3{0.01, 0.02, 0.03} * room.size;
-        }
-        if (seed % 20 == 0) room.lights.clear();
-        room.build();
-        Settings settings = {};
-        settings.samples = 9;
-        settings.depth = 3;
-        settings.shadows = ShadowMethod::exact;
-        std::vector<unsigned char> memory(plan(room.scene, settings).bytes.arena), own(memory.size());
-        FrameCache kept = {};
-        const std::vector<Instance> instances = room.instances;
-        const std::vector<LightSource> lights = room.lights;
-        for (const int frame : {0, 3, 2, 1, 0, 3}) {
-            settings.crop = frame == 2 ? Crop{3, 5, 16, 11} : Crop{0, 0, 16, 16};
-            for (size_t i = 0; i < instances.size(); ++i)
-                room.instances[i].origin = instances[i].origin + Double3{0.1, 0.05, 0} * (frame * room.size);
-            if (!lights.empty())
-                room.lights[0].position = lights[0].position + Double3{0, 0.1, 0} * (frame / 2 * room.size);
-            std::vector<float> exact(16 * 16 * 3), traced = exact;
-            Statistics with, without;
-            Arena arena(memory.data(), memory.size()), fresh(own.data(), own.size());
-            settings.shadows = ShadowMethod::exact;
-            REQUIRE(render(room.scene, settings, arena, Observer{}, exact.data(), with, nullptr, &kept) ==
-                    Status::done);
-            settings.shadows = ShadowMethod::trace;
-            REQUIRE(render(room.scene, settings, fresh, Observer{}, traced.data(), without) == Status::done);
-            wrong += std::memcmp(exact.data(), traced.data(), exact.size() * sizeof(float)) != 0;
-            CHECK(with.rays.shadow == without.rays.shadow);
-            CHECK(without.rays.shadow_culled == 0);
-            culled += with.rays.shadow_culled;
-            moving_alone += with.rays.shadow_dynamic_only;
-        }
-    }
-    CHECK(wrong == 0);
-    CHECK(culled > 5000);
-    CHECK(moving_alone > 5000);
+    CHECK(finest > 100);
+    CellPlace unused;
+    CHECK(find_shadow_cell(cells, 3, 0, Real(0), Real(0), unused) == nullptr); // there are three lights
 }
 
 TEST_CASE(WISP_ARITH_NAME ": cells are given back when their light moves, and taken anew") {
@@ -282,7 +47,7 @@ TEST_CASE(WISP_ARITH_NAME ": cells are given back when their light moves, and ta
     room.add({-10, 5, -3}, {10, 5, -3}, {0, 5, 12}, 0);
     for (int i = 0; i < 2; ++i) room.light(LightKind::point, {3, 30, 0}, {1, 1, 1});
     room.build();
-    ExactMemory memory(room.scene);
+    ProvedMemory memory(room.scene);
     uint32_t used = 0;
     for (int frame = 0; frame < 20; ++frame) {
         room.lights[0].position.x = frame;
@@ -296,9 +61,9 @@ TEST_CASE(WISP_ARITH_NAME ": cells are given back when their light moves, and ta
         // Most rays to the one that stands are known from the second frame on.
         const uint64_t culled = room.statistics.rays.shadow_culled - before;
         CHECK(culled > (frame == 0 ? 4000 : 12000));
-        if (frame == 3) used = memory.exact->cells.used;
+        if (frame == 3) used = memory.proved->cells.used;
     }
-    CHECK(memory.exact->cells.used < 3 * used);
+    CHECK(memory.proved->cells.used < 3 * used);
 }
 
 } // namespace wisp::WISP_ARITH

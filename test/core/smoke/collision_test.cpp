@@ -1,4 +1,4 @@
-// Free paths in heterogeneous smoke: the depth at a collision is exponential, whatever the profile (numerics E3, X).
+// Free paths in heterogeneous smoke: the depth at a collision is exponential, whatever the profile (N-E3, N-X).
 #include "support/built_smoke.h"
 #include <cmath>
 #include <doctest/doctest.h>
@@ -8,7 +8,7 @@ using namespace wisp::WISP_ARITH;
 
 namespace {
 
-// Blobs on the axis of x that a ray meets within [0, 1], scaled to an optical depth of 2.
+// Particles on the x axis that a ray crosses within [0, 1], scaled to an optical depth of 2.
 std::vector<Particle> blobs(const std::vector<double> &centers, double h) {
     // On the axis one particle has the depth 15 / (8 pi h^2) of its cross-section.
     const double area = 2 / double(centers.size()) * 8 * 3.14159265358979 * h * h / 15;
@@ -18,7 +18,7 @@ std::vector<Particle> blobs(const std::vector<double> &centers, double h) {
 }
 
 struct Paths {
-    double through, mean; // share that passes, mean place of those that collide
+    double through, mean; // the fraction that passes, the mean position of collisions
 };
 
 Paths free_paths(const std::vector<Particle> &particles, int photons) {
@@ -37,7 +37,7 @@ Paths free_paths(const std::vector<Particle> &particles, int photons) {
     return paths;
 }
 
-// The mean place of a collision on [0, 1], from the closed optical depth: x is where the depth's exponential says.
+// The mean position of a collision on [0, 1], from the optical depth in closed form.
 double exact_mean(const std::vector<Particle> &particles) {
     const BuiltField built(smoke_of(particles));
     double mean = 0, before = 1;
@@ -65,7 +65,7 @@ double local_rule_through(const std::vector<Particle> &particles, int photons) {
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME ": free paths follow the exact profile, and the paper's local rule does not") { // E3
+TEST_CASE(WISP_ARITH_NAME ": free paths follow the exact profile, and the paper's local rule does not") { // N-E3
     const int n = 40000;
     const double exact = std::exp(-2.0), bar = 4 * std::sqrt(exact * (1 - exact) / n);
     struct {
@@ -76,7 +76,7 @@ TEST_CASE(WISP_ARITH_NAME ": free paths follow the exact profile, and the paper'
         const auto particles = blobs(row.centers, row.h);
         const Paths paths = free_paths(particles, n);
         const double mean = exact_mean(particles);
-        if (row.centers.size() == 1) CHECK(mean == doctest::Approx(0.4315).epsilon(1e-3)); // the table's
+        if (row.centers.size() == 1) CHECK(mean == doctest::Approx(0.4315).epsilon(1e-3)); // of one blob (N-E3)
         CHECK(std::fabs(paths.through - exact) < bar);
         CHECK(std::fabs(paths.mean - mean) < 4 * 0.3 / std::sqrt(n * (1 - exact)));
         CHECK(local_rule_through(particles, n) == 1); // it never collides: there is no smoke where the photon starts
@@ -106,8 +106,8 @@ TEST_CASE(WISP_ARITH_NAME ": the optical depth up to the collision is exponentia
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": the particle hit has the share of its extinction") { // numerics X
-    // Two particles that overlap: where both are, each takes its share.
+TEST_CASE(WISP_ARITH_NAME ": particles are hit in proportion to their extinction") { // N-X
+    // Two particles that overlap.
     const std::vector<Particle> particles = {{{0, 0, 0}, 1, 2}, {{0.5, 0, 0}, 1, 1}};
     const BuiltField built(smoke_of(particles)), alone(smoke_of({particles[0]}));
     const Ray ray = {vec(-5, 0.25, 0), vec(1, 0, 0)};

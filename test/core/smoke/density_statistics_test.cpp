@@ -23,11 +23,11 @@ double squared_distance(const Double3 &a, const Double3 &b) {
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME ": a particle's neighbourhood is the sum over all others") {
+TEST_CASE(WISP_ARITH_NAME ": the statistics of a particle are sums over all others") {
     for (Kernel kernel : {Kernel::spline, Kernel::poly6}) {
         auto particles = cloud(500, 4, 1, 0.7);
         for (size_t i = 0; i < particles.size(); ++i) particles[i].h = 1 + 0.25 * static_cast<double>(i % 4);
-        particles.push_back(particles.back()); // two at one place see each other
+        particles.push_back(particles.back()); // two at one position are neighbours
         const auto found = neighbourhoods_of(smoke_of(particles, kernel));
         for (size_t i = 0; i < particles.size(); ++i) {
             std::vector<Particle> others = particles;
@@ -54,7 +54,7 @@ TEST_CASE(WISP_ARITH_NAME ": statistics without memory, and without neighbours")
 }
 
 // Particles drawn evenly: the error is sqrt(int W^2 / (n (int W)^2)), and so is the scatter of the density itself.
-TEST_CASE(WISP_ARITH_NAME ": the density's error is told as it is") {
+TEST_CASE(WISP_ARITH_NAME ": the estimated error of the density is the true one") {
     const double half = 15, n = 60000 / std::pow(2 * half, 3), pi = 3.14159265358979323846;
     for (Kernel kernel : {Kernel::spline, Kernel::poly6}) {
         const auto particles = cloud(60000, half, 1, 0.01, 7);
@@ -70,7 +70,7 @@ TEST_CASE(WISP_ARITH_NAME ": the density's error is told as it is") {
         }
         const double expected = std::sqrt(square / n);
 
-        // Of the particles inside, where no border thins the smoke.
+        // Only particles inside, where no border reduces the density.
         std::vector<Particle> inside;
         std::vector<DensityStatistics> of_inside;
         for (size_t i = 0; i < particles.size(); ++i) {
@@ -79,21 +79,21 @@ TEST_CASE(WISP_ARITH_NAME ": the density's error is told as it is") {
             inside.push_back(particles[i]);
             of_inside.push_back(found[i]);
         }
-        const double told = density_error(smoke_of(inside, kernel), of_inside);
-        // 39,000 particles of 75 neighbours are so many to within half a per cent, and the error goes with the root.
-        CHECK(told == doctest::Approx(expected).epsilon(0.01));
+        const double estimated = density_error(smoke_of(inside, kernel), of_inside);
+        // The number of 75 neighbours is known to half a per cent from 39,000 particles; the error goes with its root.
+        CHECK(estimated == doctest::Approx(expected).epsilon(0.01));
 
-        // Points see 2,500 (spline) and more volumes int W^2 that are independent: the scatter is sure to 1.4 %, once.
+        // The points cover at least 2,500 independent volumes of size 1 / int W^2, so the scatter is known to 1.4 %.
         const BuiltField built(smoke);
         Sequence next;
         double sum = 0, squares = 0;
         const int points = 20000;
-        const auto place = [&] { return (2 * next() - 1) * (half - 2); };
+        const auto coordinate = [&] { return (2 * next() - 1) * (half - 2); };
         for (int i = 0; i < points; ++i) {
-            const double x = place(), y = place(), z = place(), density = at(extinction(built.field, vec(x, y, z)));
+            const double x = coordinate(), y = coordinate(), z = coordinate(), density = at(extinction(built.field, vec(x, y, z)));
             sum += density / points;
             squares += density * density / points;
         }
-        CHECK(std::sqrt(squares - sum * sum) / sum == doctest::Approx(told).epsilon(0.05));
+        CHECK(std::sqrt(squares - sum * sum) / sum == doctest::Approx(estimated).epsilon(0.05));
     }
 }

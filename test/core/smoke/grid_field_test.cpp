@@ -36,8 +36,8 @@ struct Grid {
         Sequence next{seed};
         for (float &value : density) value = static_cast<float>(next() < 0.1 ? 0 : 2 * next());
     }
-    // About (1, 2, 2) / 3 by the angle with cosine 0.6 and sine 0.8: no coordinate stays where it was.
-    Grid turned() const {
+    // Rotates about (1, 2, 2) / 3 by the angle with cosine 0.6 and sine 0.8, which changes every coordinate.
+    Grid rotated() const {
         Grid grid = *this;
         const double k[3] = {1.0 / 3, 2.0 / 3, 2.0 / 3};
         const auto image = [&](int i) {
@@ -66,7 +66,7 @@ struct Grid {
 
     double side(int i) const { return 2 * (i == 0 ? half.x : i == 1 ? half.y : half.z); }
     double edge(int i) const { return side(i) / n[i]; }
-    // Cells from the lower walls.
+    // A point of the scene in cells from the lower walls.
     Double3 cells(const Double3 &x) const {
         const Double3 d = x - center;
         return {(dot(axis[0], d) + half.x) / edge(0), (dot(axis[1], d) + half.y) / edge(1),
@@ -87,7 +87,7 @@ struct Grid {
                     sum += sample(x, y, z) * tent(u.x, x, n[0]) * tent(u.y, y, n[1]) * tent(u.z, z, n[2]);
         return sum * sigma;
     }
-    // How far inside the box, in cells; negative outside.
+    // The distance from the nearest wall, in cells; negative outside.
     double inside(const Double3 &u) const { return std::min({u.x, u.y, u.z, n[0] - u.x, n[1] - u.y, n[2] - u.z}); }
     double largest() const {
         double value = density.empty() ? 1 : 0;
@@ -95,16 +95,16 @@ struct Grid {
         return value * sigma;
     }
 
-    // The part of the ray inside, up to `end`; false where there is none.
+    // Clips the ray to the box, up to `end`; false if nothing is left.
     bool clipped(const Double3 &origin, const Double3 &direction, double &begin, double &end) const {
         const Double3 a = cells(origin), b = cells(origin + direction);
-        const double from[3] = {a.x, a.y, a.z}, way[3] = {b.x - a.x, b.y - a.y, b.z - a.z};
+        const double from[3] = {a.x, a.y, a.z}, slope[3] = {b.x - a.x, b.y - a.y, b.z - a.z};
         begin = 0;
         for (int i = 0; i < 3; ++i) {
-            if (way[i] == 0 && !(from[i] >= 0 && from[i] <= n[i])) return false;
-            if (way[i] == 0) continue;
-            begin = std::max(begin, ((way[i] > 0 ? 0 : n[i]) - from[i]) / way[i]);
-            end = std::min(end, ((way[i] > 0 ? n[i] : 0) - from[i]) / way[i]);
+            if (slope[i] == 0 && !(from[i] >= 0 && from[i] <= n[i])) return false;
+            if (slope[i] == 0) continue;
+            begin = std::max(begin, ((slope[i] > 0 ? 0 : n[i]) - from[i]) / slope[i]);
+            end = std::min(end, ((slope[i] > 0 ? n[i] : 0) - from[i]) / slope[i]);
         }
         return begin < end;
     }
@@ -113,11 +113,11 @@ struct Grid {
         double begin;
         if (!clipped(origin, direction, begin, end)) return 0;
         const Double3 a = cells(origin), b = cells(origin + direction);
-        const double from[3] = {a.x, a.y, a.z}, way[3] = {b.x - a.x, b.y - a.y, b.z - a.z};
+        const double from[3] = {a.x, a.y, a.z}, slope[3] = {b.x - a.x, b.y - a.y, b.z - a.z};
         std::vector<double> cuts = {begin, end};
         for (int i = 0; i < 3; ++i)
-            for (int k = 0; k < n[i] && way[i] != 0; ++k) {
-                const double t = (k + 0.5 - from[i]) / way[i];
+            for (int k = 0; k < n[i] && slope[i] != 0; ++k) {
+                const double t = (k + 0.5 - from[i]) / slope[i];
                 if (t > begin && t < end) cuts.push_back(t);
             }
         std::sort(cuts.begin(), cuts.end());
@@ -130,26 +130,26 @@ struct Grid {
         return sum;
     }
 
-    // What rounding does to a point of the frame: 9 operations on coordinates of this size (turning is 1 + 5 of them,
-    // the axes are rounded themselves, then the subtraction of the wall and a ray's step).
-    double place_error(double reach) const { return 9 * unit_error * (1 + reach); }
-    // The same in cells, where a reciprocal edge is rounded too, as a change of the value; and 9 operations on it. A
-    // value changes by no more than the largest sample per cell and axis.
+    // The rounding error of a point in the frame: 9 operations on coordinates of this size (6 of the rotation, the axes'
+    // own rounding, the subtraction of the wall, and a ray's step).
+    double position_error(double reach) const { return 9 * unit_error * (1 + reach); }
+    // The resulting error of a value: that of the point in cells, whose reciprocal edge is rounded too, and 9 operations
+    // on the value. A value changes by at most the largest sample per cell and axis.
     double value_error(double reach) const {
         double cells_off = 0;
         for (int i = 0; i < 3; ++i)
-            cells_off += (place_error(reach) + 2 * unit_error * side(i)) / std::min(1.0, edge(i));
+            cells_off += (position_error(reach) + 2 * unit_error * side(i)) / std::min(1.0, edge(i));
         return largest() * cells_off + 9 * unit_error * (1 + largest());
     }
 };
 
-// Upright, turned, with cells of any shape, with single layers; and boxes of one sample.
+// Grids along the axes and rotated, with cells of any shape and with single layers; and boxes of one sample.
 std::vector<Grid> grids() {
     const Grid uneven(5, 4, 3, 0.75, {0.5, -1.25, 2}, {2, 1.5, 0.75}, 1), odd(3, 7, 5, 1.3, {0, 0, 0}, {1, 1, 1}, 2),
         layer(6, 1, 4, 2, {-3, 0.125, 1}, {1.5, 0.4, 2}, 3);
     Grid box(1, 1, 1, 0.9, {1, 0.5, -0.25}, {1, 0.75, 1.5}, 4);
     box.density.clear();
-    return {uneven, uneven.turned(), odd, odd.turned(), layer, layer.turned(), box, box.turned()};
+    return {uneven, uneven.rotated(), odd, odd.rotated(), layer, layer.rotated(), box, box.rotated()};
 }
 
 Double3 random_unit(Sequence &next) {
@@ -159,21 +159,21 @@ Double3 random_unit(Sequence &next) {
         if (norm(v) > 0.1 && norm(v) < 1) return v * (1 / norm(v));
     }
 }
-// In the grid's box, or as far beyond its walls as `share` of its sides says.
-Double3 random_point(const Grid &grid, Sequence &next, double share = 0) {
+// A point in the box of the grid, enlarged on each side by `margin` of its edges.
+Double3 random_point(const Grid &grid, Sequence &next, double margin = 0) {
     double u[3];
-    for (int i = 0; i < 3; ++i) u[i] = grid.n[i] * ((1 + 2 * share) * next() - share);
+    for (int i = 0; i < 3; ++i) u[i] = grid.n[i] * ((1 + 2 * margin) * next() - margin);
     return grid.point({u[0], u[1], u[2]});
 }
 
-// Distances that a wall's place and its crossing are wrong by: the slower an axis is passed, the farther.
+// The error of a wall's position and of its crossing along the ray, which grows as the ray's slope decreases.
 double crossing_error(const Grid &grid, const Double3 &origin, const Double3 &direction, double end) {
     double slowest = 1;
     for (const Double3 &axis : grid.axis) {
         const double speed = std::fabs(dot(axis, direction));
         if (speed > 0) slowest = std::min(slowest, speed);
     }
-    return grid.place_error(norm(origin - grid.center) + norm(grid.half) + std::min(end, 100.0)) / slowest;
+    return grid.position_error(norm(origin - grid.center) + norm(grid.half) + std::min(end, 100.0)) / slowest;
 }
 
 constexpr uint64_t keys = 6000;
@@ -196,7 +196,7 @@ TEST_CASE(WISP_ARITH_NAME ": a grid's density is the sum of all samples' tents")
             const Vec3 x = vec(random_point(grid, next, 0.2));
             const Double3 u = grid.cells(doubles(x));
             const double reach = norm(doubles(x) - grid.center), wall = grid.inside(u);
-            if (std::fabs(wall) * grid.edge(0) < 100 * grid.place_error(reach)) continue;
+            if (std::fabs(wall) * grid.edge(0) < 100 * grid.position_error(reach)) continue;
             const double found = at(extinction(built.field, x));
             if (wall < 0) {
                 ++outside;
@@ -256,7 +256,7 @@ TEST_CASE(WISP_ARITH_NAME ": a grid of equal samples is exactly constant") {
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": a grid's bounds are those of its turned corners") {
+TEST_CASE(WISP_ARITH_NAME ": a grid's bounds are those of its rotated corners") {
     for (const Grid &grid : grids()) {
         const BuiltGrid built(grid.source());
         Double3 low = {1e9, 1e9, 1e9}, high = low * -1;
@@ -266,7 +266,7 @@ TEST_CASE(WISP_ARITH_NAME ": a grid's bounds are those of its turned corners") {
             low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
             high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
         }
-        const double error = grid.place_error(norm(grid.center) + norm(grid.half));
+        const double error = grid.position_error(norm(grid.center) + norm(grid.half));
         CHECK(norm(doubles(built.field.bounds.low) - low) < error);
         CHECK(norm(doubles(built.field.bounds.high) - high) < error);
     }
@@ -279,18 +279,18 @@ TEST_CASE(WISP_ARITH_NAME ": a grid's optical depth is the integral of its densi
         int met = 0;
         for (int i = 0; i < 400; ++i) {
             // From outside through a point inside; from inside; and up to an end inside.
-            const Vec3 way = vec(random_unit(next));
+            const Vec3 direction = vec(random_unit(next));
             const Double3 target = random_point(grid, next);
-            const Vec3 origin = vec(target - doubles(way) * (i % 2 ? 0 : 8));
+            const Vec3 origin = vec(target - doubles(direction) * (i % 2 ? 0 : 8));
             const Real end = real(i % 3 == 0 ? 0.75 + (i % 2 ? 0 : 8) : 100);
-            const Ray ray = {origin, way};
-            const double expected = grid.depth(doubles(origin), doubles(way), at(end));
+            const Ray ray = {origin, direction};
+            const double expected = grid.depth(doubles(origin), doubles(direction), at(end));
             const double found = at(optical_depth(built.field, ray, end));
             const double reach = norm(doubles(origin) - grid.center) + norm(grid.half);
-            // Values along the way, and both ends of it.
+            // Values along the ray, and at both ends.
             const double length = 2 * norm(grid.half);
             const double bar = length * grid.value_error(reach) +
-                               4 * grid.largest() * crossing_error(grid, doubles(origin), doubles(way), at(end)) +
+                               4 * grid.largest() * crossing_error(grid, doubles(origin), doubles(direction), at(end)) +
                                40 * unit_error * (1 + expected);
             CHECK(std::fabs(found - expected) < bar);
             met += expected > 0.01;
@@ -308,44 +308,44 @@ TEST_CASE(WISP_ARITH_NAME ": rays along a grid's axes have the integral of its d
             double u[3];
             for (int k = 0; k < 3; ++k) u[k] = grid.n[k] * (0.01 + 0.98 * next());
             u[along] = i % 2 ? -2 : grid.n[along] + 2;
-            const Vec3 way = vec(grid.axis[along] * (i % 2 ? 1 : -1)), origin = vec(grid.point({u[0], u[1], u[2]}));
+            const Vec3 direction = vec(grid.axis[along] * (i % 2 ? 1 : -1)), origin = vec(grid.point({u[0], u[1], u[2]}));
             const double reach = norm(doubles(origin) - grid.center) + norm(grid.half);
-            CHECK(std::fabs(at(optical_depth(built.field, {origin, way}, Real(100))) -
-                            grid.depth(doubles(origin), doubles(way), 100)) <
-                  grid.side(along) * grid.value_error(reach) + 4 * grid.largest() * grid.place_error(reach));
-            CHECK(optical_depth(built.field, {origin, -way}, Real(100)) == Real(0));
-            CHECK(optical_depth(built.field, {origin, way}, real(1.9 * grid.edge(along))) == Real(0));
+            CHECK(std::fabs(at(optical_depth(built.field, {origin, direction}, Real(100))) -
+                            grid.depth(doubles(origin), doubles(direction), 100)) <
+                  grid.side(along) * grid.value_error(reach) + 4 * grid.largest() * grid.position_error(reach));
+            CHECK(optical_depth(built.field, {origin, -direction}, Real(100)) == Real(0));
+            CHECK(optical_depth(built.field, {origin, direction}, real(1.9 * grid.edge(along))) == Real(0));
         }
     }
 }
 
 TEST_CASE(WISP_ARITH_NAME ": rays along walls and planes of samples, and just outside") { // E7
-    // Edges are powers of two: what is on a wall is on it in every arithmetic.
+    // Edges are powers of two: a point on a wall is exactly on it in every arithmetic.
     const Grid grid(4, 2, 8, 0.5, {1, -2, 0.5}, {2, 0.5, 1}, 9);
     const BuiltGrid built(grid.source());
     const double out = 0x1p-18; // in cells
     int met = 0, missed = 0;
     for (int along = 0; along < 3; ++along) {
         const int a = (along + 1) % 3, b = (along + 2) % 3;
-        std::vector<double> places[2];
+        std::vector<double> positions[2];
         for (int j : {a, b}) {
-            std::vector<double> &list = places[j == a ? 0 : 1];
-            for (double place = 0; place <= grid.n[j]; place += 0.5) list.push_back(place);
+            std::vector<double> &list = positions[j == a ? 0 : 1];
+            for (double u = 0; u <= grid.n[j]; u += 0.5) list.push_back(u);
             list.push_back(-out);
             list.push_back(grid.n[j] + out);
         }
         for (double from : {-1.0, 0.0, 0.5, 1.0, grid.n[along] + 1.0})
-            for (double ua : places[0])
-                for (double ub : places[1])
+            for (double ua : positions[0])
+                for (double ub : positions[1])
                     for (int sign : {1, -1}) {
                         double u[3], v[3] = {0, 0, 0};
                         u[a] = ua;
                         u[b] = ub;
                         u[along] = from;
                         v[along] = sign;
-                        const Double3 origin = grid.point({u[0], u[1], u[2]}), way = {v[0], v[1], v[2]};
-                        const double expected = grid.depth(origin, way, 100);
-                        CHECK(std::fabs(at(optical_depth(built.field, {vec(origin), vec(way)}, Real(100))) - expected) <
+                        const Double3 origin = grid.point({u[0], u[1], u[2]}), direction = {v[0], v[1], v[2]};
+                        const double expected = grid.depth(origin, direction, 100);
+                        CHECK(std::fabs(at(optical_depth(built.field, {vec(origin), vec(direction)}, Real(100))) - expected) <
                               40 * unit_error * (1 + expected));
                         ++(expected > 0 ? met : missed);
                     }
@@ -357,17 +357,17 @@ TEST_CASE(WISP_ARITH_NAME ": rays along walls and planes of samples, and just ou
 TEST_CASE(WISP_ARITH_NAME ": a grazing ray takes no more than the corner that it cuts") {
     for (const Grid &grid : grids()) {
         const BuiltGrid built(grid.source());
-        // Across the edge between two walls, ever nearer; the chord is a few of these distances long.
+        // Rays across the edge between two walls, at decreasing distances from it; the chord is a few distances long.
         for (int i = 2; i < 40; ++i) {
             const double near = std::ldexp(1.0, -i);
             const Double3 touched = grid.point({near / grid.edge(0), near / grid.edge(1), grid.n[2] * 0.4});
             const Double3 across = (grid.axis[0] - grid.axis[1]) * std::sqrt(0.5);
-            const Vec3 way = vec(across), origin = vec(touched - across * 4);
-            const double found = at(optical_depth(built.field, {origin, way}, Real(100)));
-            const double expected = grid.depth(doubles(origin), doubles(way), 100);
+            const Vec3 direction = vec(across), origin = vec(touched - across * 4);
+            const double found = at(optical_depth(built.field, {origin, direction}, Real(100)));
+            const double expected = grid.depth(doubles(origin), doubles(direction), 100);
             const double reach = 4 + norm(grid.half);
             const double bar = 2 * near * grid.value_error(reach) +
-                               4 * grid.largest() * crossing_error(grid, doubles(origin), doubles(way), 100);
+                               4 * grid.largest() * crossing_error(grid, doubles(origin), doubles(direction), 100);
             CHECK(found >= 0);
             CHECK(std::fabs(found - expected) < bar);
         }
@@ -385,15 +385,15 @@ TEST_CASE(WISP_ARITH_NAME ": a box's optical depth is its extinction times the c
     CHECK(at(optical_depth(built.field, {vec(1, 1, -1.25), vec(0, 0, 1)}, real(0.5))) == 0.5 * 0.8125);
     CHECK(at(optical_depth(built.field, {vec(-4, 2, -0.5), vec(1, 0, 0)}, Real(100))) == 2 * 0.8125); // along an edge
     // Oblique: the chord in double.
-    for (const Grid &grid : {box, box.turned()}) {
-        const BuiltGrid turned(grid.source());
+    for (const Grid &grid : {box, box.rotated()}) {
+        const BuiltGrid rotated(grid.source());
         Sequence next;
         for (int i = 0; i < 300; ++i) {
-            const Vec3 way = vec(random_unit(next)), origin = vec(random_point(grid, next) - doubles(way) * 6);
+            const Vec3 direction = vec(random_unit(next)), origin = vec(random_point(grid, next) - doubles(direction) * 6);
             double begin, end = 100;
-            REQUIRE(grid.clipped(doubles(origin), doubles(way), begin, end));
-            CHECK(std::fabs(at(optical_depth(turned.field, {origin, way}, Real(100))) - 0.8125 * (end - begin)) <
-                  2 * 0.8125 * crossing_error(grid, doubles(origin), doubles(way), 10) + 10 * unit_error);
+            REQUIRE(grid.clipped(doubles(origin), doubles(direction), begin, end));
+            CHECK(std::fabs(at(optical_depth(rotated.field, {origin, direction}, Real(100))) - 0.8125 * (end - begin)) <
+                  2 * 0.8125 * crossing_error(grid, doubles(origin), doubles(direction), 10) + 10 * unit_error);
         }
     }
 }
@@ -426,7 +426,7 @@ TEST_CASE(WISP_ARITH_NAME ": no density in a box is above its majorant, and the 
                 CHECK(sigma <= bound + grid.value_error(norm(doubles(x) - grid.center)));
             }
             if (!upright) continue;
-            // The largest of the samples whose tents reach into the box, and of no others.
+            // The majorant is the largest of the samples whose tents reach into the box.
             const Double3 u0 = grid.cells(low), u1 = grid.cells(high);
             double expected = 0;
             const auto reaches = [](double from, double to, int j, int count) {
@@ -443,13 +443,13 @@ TEST_CASE(WISP_ARITH_NAME ": no density in a box is above its majorant, and the 
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": the sample of a collision is drawn with its tent's share of the density") {
+TEST_CASE(WISP_ARITH_NAME ": the sample of a collision is drawn in proportion to its tent's value") {
     for (const Grid &grid : grids()) {
         const BuiltGrid built(grid.source());
         Sequence next{9};
-        const Double3 way = random_unit(next);
-        const Ray ray = {vec(grid.center - way * 6), vec(way)};
-        std::vector<double> share(grid.density.empty() ? 1 : grid.density.size()), hits(share.size());
+        const Double3 direction = random_unit(next);
+        const Ray ray = {vec(grid.center - direction * 6), vec(direction)};
+        std::vector<double> expected(grid.density.empty() ? 1 : grid.density.size()), hits(expected.size());
         double found = 0;
         for (uint64_t i = 0; i < 4000; ++i) {
             const Collision c = first_collision(built.field, ray, Real(100), photon_event(i, 3));
@@ -461,22 +461,22 @@ TEST_CASE(WISP_ARITH_NAME ": the sample of a collision is drawn with its tent's 
             const double all = grid.at_cells(u);
             for (int z = 0, k = 0; z < grid.n[2]; ++z)
                 for (int y = 0; y < grid.n[1]; ++y)
-                    for (int x = 0; x < grid.n[0] && k < int(share.size()); ++x, ++k)
-                        share[size_t(k)] += grid.sigma * grid.sample(x, y, z) * tent(u.x, x, grid.n[0]) *
+                    for (int x = 0; x < grid.n[0] && k < int(expected.size()); ++x, ++k)
+                        expected[size_t(k)] += grid.sigma * grid.sample(x, y, z) * tent(u.x, x, grid.n[0]) *
                                             tent(u.y, y, grid.n[1]) * tent(u.z, z, grid.n[2]) / all;
         }
         REQUIRE(found > 500);
         for (size_t k = 0; k < hits.size(); ++k) // a sum of Bernoulli draws
-            CHECK(std::fabs(hits[k] - share[k]) < 4.5 * std::sqrt(share[k]) + 1);
+            CHECK(std::fabs(hits[k] - expected[k]) < 4.5 * std::sqrt(expected[k]) + 1);
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": the optical depth up to a grid's collision is exponential") { // numerics E3
+TEST_CASE(WISP_ARITH_NAME ": the optical depth up to a grid's collision is exponential") { // N-E3
     for (const Grid &grid : grids()) {
         const BuiltGrid built(grid.source());
         Sequence next{7};
-        const Double3 way = random_unit(next), middle = grid.center;
-        for (const Ray &ray : {Ray{vec(middle - way * 6), vec(way)}, Ray{vec(middle), vec(way * -1)}}) {
+        const Double3 direction = random_unit(next), middle = grid.center;
+        for (const Ray &ray : {Ray{vec(middle - direction * 6), vec(direction)}, Ray{vec(middle), vec(direction * -1)}}) {
             const double whole = at(optical_depth(built.field, ray, Real(100)));
             REQUIRE(whole > 0.2);
             std::vector<double> depths;
@@ -486,15 +486,15 @@ TEST_CASE(WISP_ARITH_NAME ": the optical depth up to a grid's collision is expon
                 if (!collides(built.field, ray, Real(100), photon_event(i, 9), distance)) continue;
                 REQUIRE(distance >= Real(0));
                 depths.push_back(at(optical_depth(built.field, ray, distance)));
-                // The draw's own, but for the rounding of the distance and of the sum of the cells' depths.
+                // The depth that was drawn, up to the rounding of the distance and of the sum over cells.
                 const double drawn = -std::log1p(-at(unit_open<Real>(draw(photon_event(i, 9), 0))));
                 worst = std::max(worst, std::fabs(depths.back() - drawn));
             }
             const double n = double(keys), hit = 1 - std::exp(-whole);
             CHECK(std::fabs(double(depths.size()) / n - hit) < 4 * std::sqrt(hit * (1 - hit) / n));
             CHECK(distance_from_exponential(depths, whole) < 1.95);
-            CHECK(worst < 2 * grid.largest() * grid.place_error(6) + 40 * unit_error * (1 + whole));
-            // One that ends earlier is not reached, one that ends behind is the same.
+            CHECK(worst < 2 * grid.largest() * grid.position_error(6) + 40 * unit_error * (1 + whole));
+            // A flight that ends before the collision has none; one that ends behind it has the same.
             Real distance, again;
             for (uint64_t i = 0; i < 50; ++i) {
                 if (!collides(built.field, ray, Real(100), photon_event(i, 9), distance)) continue;
@@ -546,26 +546,26 @@ TEST_CASE(WISP_ARITH_NAME ": a walk visits the cells along a ray once each, in o
                 const double cells = next() * at(count[k]); // a third of them on planes between cells
                 p[k] = at(lattice.low[k]) + at(lattice.edge[k]) * (i % 3 ? cells : std::floor(cells + 0.5));
             }
-            Double3 way = random_unit(next);
+            Double3 direction = random_unit(next);
             if (i % 4 == 1) { // along an axis
                 v[i / 4 % 3] = i / 12 % 2 ? 1 : -1;
-                way = {v[0], v[1], v[2]};
+                direction = {v[0], v[1], v[2]};
             } else if (i % 4 == 2) { // in a plane of axes
-                (i / 4 % 3 == 0 ? way.x : i / 4 % 3 == 1 ? way.y : way.z) = 0;
-                way = way * (1 / norm(way));
+                (i / 4 % 3 == 0 ? direction.x : i / 4 % 3 == 1 ? direction.y : direction.z) = 0;
+                direction = direction * (1 / norm(direction));
             } else if (i % 4 == 3) { // all but along a plane
-                (i / 4 % 3 == 0 ? way.x : i / 4 % 3 == 1 ? way.y : way.z) = unit_error * 3;
+                (i / 4 % 3 == 0 ? direction.x : i / 4 % 3 == 1 ? direction.y : direction.z) = unit_error * 3;
             }
             const double back = i % 5 ? 0 : 3;
-            const Ray ray = {vec(p[0], p[1], p[2]) - vec(way) * real(back), vec(way)};
+            const Ray ray = {vec(p[0], p[1], p[2]) - vec(direction) * real(back), vec(direction)};
             Real begin = Real(0), end = Real(100);
             if (!clip(box, ray, begin, end)) continue;
             if (i % 7 == 0) end = begin + (end - begin) * real(0.6);
             if (i % 11 == 0) begin = begin + (end - begin) * real(0.3);
-            if (i % 13 == 0) end += real(20 * unit_error); // a wall that rounding moved
+            if (i % 13 == 0) end += real(20 * unit_error); // an end just behind the wall
             ++walks;
 
-            // Of a place along one axis, however slowly it is passed: the wall's, the ray's and the quotient's
+            // The error of a position along one axis, for any slope: the wall's, the ray's and the quotient's
             // rounding.
             const double tolerance =
                 10 * unit_error * (1 + 2 * norm(doubles(box.high - box.low)) + 3 + norm(doubles(lattice.low)));
@@ -581,8 +581,8 @@ TEST_CASE(WISP_ARITH_NAME ": a walk visits the cells along a ray once each, in o
                     if (c[k] < 0 || Real(c[k]) >= count[k]) sound = false;
                     const double wall = at(lattice.low[k]) + c[k] * at(lattice.edge[k]);
                     for (Real t : {from, to}) {
-                        const double place = at(ray.origin[k]) + at(t) * at(ray.direction[k]);
-                        if (place < wall - tolerance || place > wall + at(lattice.edge[k]) + tolerance) sound = false;
+                        const double x = at(ray.origin[k]) + at(t) * at(ray.direction[k]);
+                        if (x < wall - tolerance || x > wall + at(lattice.edge[k]) + tolerance) sound = false;
                     }
                     if (before.x >= 0 && c[k] != b[k]) {
                         moved = true;
@@ -597,7 +597,7 @@ TEST_CASE(WISP_ARITH_NAME ": a walk visits the cells along a ray once each, in o
             CHECK(ordered);
             CHECK(reached == end);
 
-            int visits = 0; // a visitor that has enough is not asked again
+            int visits = 0; // a visitor that returns false is not called again
             for_each_cell(lattice, ray, begin, end, [&](const Cell &, Real, Real) { return ++visits < 2; });
             CHECK(visits <= 2);
         }
@@ -607,8 +607,8 @@ TEST_CASE(WISP_ARITH_NAME ": a walk visits the cells along a ray once each, in o
 
 namespace {
 
-// Chi-square of points against the density: in the pieces between the planes of samples and the walls between cells,
-// where it is trilinear, a piece's share is its middle's value times its volume.
+// Chi-square of points against the density. The bins lie between the planes of samples and the walls of cells. The density
+// is trilinear in a bin, so its integral is the value at the middle times the volume.
 void check_points(const Grid &grid, int number, const std::function<Double3(int)> &point) {
     const int nx = 2 * grid.n[0], ny = 2 * grid.n[1], nz = 2 * grid.n[2];
     std::vector<double> found(static_cast<size_t>(nx * ny * nz)), expected = found;
@@ -620,7 +620,7 @@ void check_points(const Grid &grid, int number, const std::function<Double3(int)
         const Double3 u = grid.cells(point(i));
         const int x = int(std::floor(2 * u.x)), y = int(std::floor(2 * u.y)), z = int(std::floor(2 * u.z));
         if (x < 0 || y < 0 || z < 0 || x >= nx || y >= ny || z >= nz) {
-            outside += grid.inside(u) < -10 * grid.place_error(norm(grid.half)) / grid.edge(0) ? 1 : 0;
+            outside += grid.inside(u) < -10 * grid.position_error(norm(grid.half)) / grid.edge(0) ? 1 : 0;
             continue;
         }
         found[size_t((z * ny + y) * nx + x)] += 1;
@@ -628,10 +628,10 @@ void check_points(const Grid &grid, int number, const std::function<Double3(int)
     CHECK(outside == 0);
     double chi_square = 0, freedom = -1;
     for (size_t i = 0; i < found.size(); ++i) {
-        const double share = number * expected[i] / whole;
-        if (share == 0) CHECK(found[i] == 0);
-        if (share < 5) continue;
-        chi_square += (found[i] - share) * (found[i] - share) / share;
+        const double mean = number * expected[i] / whole;
+        if (mean == 0) CHECK(found[i] == 0);
+        if (mean < 5) continue;
+        chi_square += (found[i] - mean) * (found[i] - mean) / mean;
         freedom += 1;
     }
     CHECK(freedom >= 7);
@@ -650,9 +650,9 @@ TEST_CASE(WISP_ARITH_NAME ": points around samples are spread as the density") {
             const Event event = photon_event(uint64_t(i), 3);
             const double target = draw(event, 0) * 0x1p-32 * before.back();
             const auto above = std::upper_bound(before.begin(), before.end(), target);
-            const Vec3 place(unit_open<Real>(draw(event, 1)), unit_open<Real>(draw(event, 2)),
+            const Vec3 uniform(unit_open<Real>(draw(event, 1)), unit_open<Real>(draw(event, 2)),
                              unit_open<Real>(draw(event, 3)));
-            return doubles(point_of_sample(built.field, static_cast<uint32_t>(above - before.begin() - 1), place));
+            return doubles(point_of_sample(built.field, static_cast<uint32_t>(above - before.begin() - 1), uniform));
         });
     }
 }
@@ -673,7 +673,7 @@ TEST_CASE(WISP_ARITH_NAME ": a grid glows where it is dense, evenly in all direc
             square = square + Double3{d.x * d.x, d.y * d.y, d.z * d.z} * (1.0 / n);
             return doubles(photon.ray.origin);
         });
-        // Of a component of an even direction the mean is 0 and the mean square 1/3, with variances 1/3 and 4/45.
+        // A component of a uniform direction has mean 0 and mean square 1/3, with variances 1/3 and 4/45.
         for (double m : {mean.x, mean.y, mean.z}) CHECK(std::fabs(m) < 4 * std::sqrt(1.0 / 3 / n));
         for (double s : {square.x, square.y, square.z}) CHECK(std::fabs(s - 1.0 / 3) < 4 * std::sqrt(4.0 / 45 / n));
         // 4 pi (1 - albedo) L_e times the integral of sigma_t, which is the mean over the pieces' middles.
@@ -696,7 +696,7 @@ TEST_CASE(WISP_ARITH_NAME ": the sphere around a medium holds the corners of its
         for (int corner = 0; corner < 8; ++corner) {
             const Double3 p = grid.point(
                 {corner & 1 ? grid.n[0] + 0.0 : 0, corner & 2 ? grid.n[1] + 0.0 : 0, corner & 4 ? grid.n[2] + 0.0 : 0});
-            CHECK(norm(p - center) < at(built.medium.sphere.radius) + grid.place_error(10));
+            CHECK(norm(p - center) < at(built.medium.sphere.radius) + grid.position_error(10));
         }
     }
 }

@@ -1,4 +1,4 @@
-// The SPH kernels and their line integrals against closed forms and quadrature (S3, numerics L, hard cases C2, C7).
+// The SPH kernels and their line integrals against closed forms and quadrature (S3, N-L, hard cases C2, C7).
 #include "core/smoke/kernel.h"
 #include <cmath>
 #include <doctest/doctest.h>
@@ -12,8 +12,8 @@ namespace {
 double at(Real x) { return to_double(x); }
 Real real(double x) { return to_real<Real>(x); }
 
-// What one evaluation may be off by: a few units in the last place of numbers near 8 (numerics L, table Stability). In
-// fixed b^2 is known to 2^-33, which 6 asinh(t / b) multiplies.
+// The error of one evaluation: a few units in the last place of numbers near 8 (N-L). In Fixed, b^2 errs by
+// 2^-33, and 6 asinh(t / b) multiplies that error.
 constexpr double error = std::is_same_v<Real, double> ? 3e-14 : std::is_same_v<Real, float> ? 1.2e-5 : 3e-8;
 
 double spline(double q) { return q < 2 ? std::pow(2 - q, 3) : 0; }
@@ -96,23 +96,23 @@ TEST_CASE(WISP_ARITH_NAME ": chords over a plane add up to the whole kernel") {
 TEST_CASE(WISP_ARITH_NAME ": line integrals equal quadrature") {
     for (double b : {0.0, 1e-4, 0.01, 0.3, 1.0, 1.5, 1.9, 1.999}) {
         const double half = std::sqrt(4 - b * b);
-        for (double share : {-1.0, -0.7, -0.01, 0.0, 1e-4, 0.2, 0.5, 0.99}) {
-            const double t = half * share;
+        for (double fraction : {-1.0, -0.7, -0.01, 0.0, 1e-4, 0.2, 0.5, 0.99}) {
+            const double t = half * fraction;
             CHECK(std::fabs(at(Spline::line(real(b * b), real(t))) - quadrature(spline, b, t)) < error + 5e-12);
         }
         const double c = b / 2, cut = std::sqrt(1 - c * c);
-        for (double share : {-1.0, -0.3, 0.0, 0.6, 1.0})
-            CHECK(std::fabs(at(Poly6::line(real(c * c), real(cut * share))) - quadrature(poly6, c, cut * share)) <
+        for (double fraction : {-1.0, -0.3, 0.0, 0.6, 1.0})
+            CHECK(std::fabs(at(Poly6::line(real(c * c), real(cut * fraction))) - quadrature(poly6, c, cut * fraction)) <
                   error + 5e-12);
         CHECK(std::fabs(at(Spline::chord(real(b * b))) - 2 * at(Spline::line(real(b * b), real(half)))) < 2 * error);
         CHECK(std::fabs(at(Poly6::chord(real(c * c))) - 2 * at(Poly6::line(real(c * c), real(cut)))) < 2 * error);
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": a share of the kernel's volume lies within radius_of_fraction") {
+TEST_CASE(WISP_ARITH_NAME ": radius_of_fraction holds that fraction of the kernel's integral") {
     const double pi_ = 3.14159265358979323846;
-    for (double share : {0.001, 0.1, 0.5, 0.9, 0.999}) {
-        const double q = at(Spline::radius_of_fraction(real(share))), u = at(Poly6::radius_of_fraction(real(share)));
+    for (double fraction : {0.001, 0.1, 0.5, 0.9, 0.999}) {
+        const double q = at(Spline::radius_of_fraction(real(fraction))), u = at(Poly6::radius_of_fraction(real(fraction)));
         double spline_sum = 0, poly6_sum = 0;
         const int n = 2000;
         for (int i = 0; i < n; ++i) {
@@ -120,8 +120,8 @@ TEST_CASE(WISP_ARITH_NAME ": a share of the kernel's volume lies within radius_o
             spline_sum += 15 / (64 * pi_) * spline(r) * 4 * pi_ * r * r * q / n;
             poly6_sum += 315 / (64 * pi_) * poly6(s) * 4 * pi_ * s * s * u / n;
         }
-        CHECK(std::fabs(spline_sum - share) < 3e-6);
-        CHECK(std::fabs(poly6_sum - share) < 3e-6);
+        CHECK(std::fabs(spline_sum - fraction) < 3e-6);
+        CHECK(std::fabs(poly6_sum - fraction) < 3e-6);
     }
     CHECK(at(Spline::radius_of_fraction(Real(0))) < 0.01);
     CHECK(at(Spline::radius_of_fraction(Real(1))) <= 2);

@@ -20,7 +20,8 @@ bool same(const std::vector<float> &a, const std::vector<float> &b) {
     return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
 
-// The room as it is in a frame: bodies and morphs elsewhere, some hidden, other lights and another view.
+// The room as it is in a frame: instances and deforming triangles elsewhere, some hidden, other lights and another
+// view.
 struct Animation {
     explicit Animation(uint64_t seed) : room(seed, 16), triangles(room.triangles), instances(room.instances) {}
     const Scene &at(int frame) {
@@ -141,7 +142,7 @@ TEST_CASE(WISP_ARITH_NAME ": surfaces keep to their plan; with less there is no 
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": room for lights, materials and bodies is planned, and missed") {
+TEST_CASE(WISP_ARITH_NAME ": room for lights, materials and instances is planned, and missed") {
     for (const int many : {0, 1, 2}) {
         Room room;
         for (int i = 0; i < (many == 0 ? 3000 : 1); ++i) room.material(matte({1, 1, 1}));
@@ -197,7 +198,7 @@ TEST_CASE(WISP_ARITH_NAME ": surfaces without lights, unseen ones, hidden ones a
     hidden.scene.background = room.scene.background;
     hidden.scene.camera = look_at_origin(12, 8, room_pixels);
     hidden.build();
-    CHECK(all_background(hidden.scene)); // a body alone, hidden
+    CHECK(all_background(hidden.scene)); // an instance alone, hidden
     Room flat;
     flat.material(matte({1, 1, 1}));
     for (int i = 0; i < 5; ++i) flat.add({0, 0, 0}, {1, 1, 1}, {2, 2, 2}, 0);

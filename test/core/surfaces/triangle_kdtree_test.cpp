@@ -112,7 +112,7 @@ std::vector<TriangleSet> triangle_sets() {
 struct Query {
     Vec3 origin, direction;
     Real begin, end;
-    uint32_t skip;
+    uint32_t ignore_triangle;
 };
 
 Vec3 vec(double x, double y, double z) { return vec_of({x, y, z}); }
@@ -136,9 +136,9 @@ std::vector<Query> queries_for(const Triangles &triangles) {
                        w * p[0].z + u * p[1].z + v * p[2].z};
     };
     const Double3 middle = any_corner();
-    const auto add = [&](const Vec3 &origin, const Vec3 &direction, Real end, uint32_t skip = no_triangle) {
+    const auto add = [&](const Vec3 &origin, const Vec3 &direction, Real end, uint32_t ignore_triangle = no_triangle) {
         if (!(dot(direction, direction) > Real(0x1p-20))) return;
-        queries.push_back({origin, direction, Real(0), end, skip});
+        queries.push_back({origin, direction, Real(0), end, ignore_triangle});
     };
     for (int i = 0; i < 120; ++i) {
         const Vec3 from = vec_of(moved(middle, point_within(random, 8))), to = vec_of(any_point());
@@ -172,7 +172,7 @@ std::vector<Query> queries_for(const Triangles &triangles) {
 // ---- testing every triangle ----
 
 struct Every {
-    std::vector<std::pair<uint32_t, TriangleHit>> hits; // in the interval, but for `skip`
+    std::vector<std::pair<uint32_t, TriangleHit>> hits; // in the interval, but for `ignore_triangle`
     bool occluded = false;
     SurfaceHit nearest;
     bool found = false;
@@ -180,7 +180,7 @@ struct Every {
     Every(const Triangles &triangles, const TriangleRay &ray, const Query &query) {
         for (uint32_t i = 0; i < triangles.size(); ++i) {
             TriangleHit hit;
-            if (i == query.skip || !has_area(triangles[i]) || !intersect(ray, triangles[i], hit)) continue;
+            if (i == query.ignore_triangle || !has_area(triangles[i]) || !intersect(ray, triangles[i], hit)) continue;
             if (!(query.begin < hit.distance && hit.distance < query.end)) continue;
             hits.push_back({i, hit});
             occluded = occluded || triangles[i].material == opaque;
@@ -206,13 +206,15 @@ TEST_CASE(WISP_ARITH_NAME ": the triangle tree finds the hits of testing every t
             const Every every(set.triangles, ray, query);
             TreeCounts counts = {0, 0};
             SurfaceHit hit;
-            const bool found = nearest_hit(planted.tree, ray, query.begin, query.end, query.skip, hit, counts);
+            const bool found =
+                nearest_hit(planted.tree, ray, query.begin, query.end, query.ignore_triangle, hit, counts);
             bool same = found == every.found;
             if (found && every.found)
                 same = hit.distance == every.nearest.distance && hit.triangle == every.nearest.triangle &&
                        hit.u == every.nearest.u && hit.v == every.nearest.v;
             uint32_t occluder = 0;
-            const bool stopped = any_hit(planted.tree, ray, query.begin, query.end, query.skip, occluder, counts);
+            const bool stopped =
+                any_hit(planted.tree, ray, query.begin, query.end, query.ignore_triangle, occluder, counts);
             same = same && stopped == every.occluded;
             if (stopped) same = same && every.has(occluder) && set.triangles[occluder].material == opaque;
             wrong += same ? 0 : 1;

@@ -2,20 +2,22 @@
 // the opaque static triangles that the light may see through it, nearest first.
 //
 // A shadow ray tests the triangles of the cell through which it reaches the light, as far as its own point. Each is
-// tested as its tree tests it. A list holds every triangle that a ray through the cell may hit, so the answers are those
-// of `trace`. Where one triangle covers all of a cell, points behind it are in shadow without a test. The grid of a light
-// is made when the first ray asks, and made again when the light has changed. Rays are traced where a grid has no list:
-// for points beside the grid, and for cells with too many triangles.
+// tested as its tree tests it. A list holds every triangle that a ray through the cell may hit, so the answers are
+// those of `trace`. Where one triangle covers all of a cell, points behind it are in shadow without a test. The grid of
+// a light is made when the first ray asks, and made again when the light has changed. Rays are traced where a grid has
+// no list: for points beside the grid, and for cells with too many triangles.
 //
 // Triangles are sorted into cells by integers, on the lattice of box_shaft.h, in coordinates of the light:
 //
 //   along   distance from the light along an axis. A light amid the triangles has a cube of six faces. A light far from
 //           them has one face, along the axis nearest to its direction to them.
 //   across  along the next two axes, less along * slope (of that direction), times gain. The gain is such that all
-//           triangles lie in -along to along, for a parallel light in -reach to reach. A cube's slopes are 0, its gains 1.
+//           triangles lie in -along to along, for a parallel light in -reach to reach. A cube's slopes are 0, its
+//           gains 1.
 //
-// So cells are cells of across / along. A parallel light is one before which all points have along = `reach`. A ray hits
-// what lies within box_shaft.h's margin M of the segment from the light to its point. In coordinates of the light that is:
+// So cells are cells of across / along. A parallel light is one before which all points have along = `reach`. A ray
+// hits what lies within box_shaft.h's margin M of the segment from the light to its point. In coordinates of the light
+// that is:
 //
 //   along: M; across: (M + 1 + (M + 1) slope) gain, where 1 covers the rounding of across; and 2 in both covers that of
 //   a point and of a corner to units of 2^coarser steps. For parallel lights the slope is off by 2^-26 at most, so M
@@ -24,13 +26,13 @@
 // A cell is the cone of all (u, v, 1) * z with z >= 0 and low <= u, v <= high; the segments lie in it. The cell lists
 // each triangle of which a corner is above low and one below high, in u and v, and which is not beside one of its own
 // edges: in the plane of the light and an edge no point q of the cone that is within `margin` of the triangle is beyond
-// the edge by more than margin * normal, and all such q are at least at the triangle's least distance from the light, in
-// the largest coordinate, less the margin.
+// the edge by more than margin * normal, and all such q are at least at the triangle's least distance from the light,
+// in the largest coordinate, less the margin.
 //
 // A triangle covers a cell where all of the cone is inside its edges by so much that no rounding of corners and ray
 // changes a sign of intersect() (triangle.h): of volumes (light, q, corner, corner) with coordinates below R. Each of
-// those points is off by `margin` at most, with the light at 0 the three by twice that, which changes the volume by less
-// than 3 * 3 * 2 R^2 * 2 margin = 36 R^2 margin.
+// those points is off by `margin` at most, with the light at 0 the three by twice that, which changes the volume by
+// less than 3 * 3 * 2 R^2 * 2 margin = 36 R^2 margin.
 #include "core/numbers/double_bits.h"
 #include "core/shadows/box_shaft.h"
 #include <algorithm>
@@ -74,7 +76,8 @@ struct BufferView {
 
 struct BufferLight {
     Light light; // as it was when its lists were made
-    enum : uint8_t { unresolved, listed, unlisted } state; // unlisted: rounding is too large for cells
+
+    enum : uint8_t { unresolved, listed, unlisted } state; // unlisted: roundings are too large for cells
     ShaftLattice lattice;
     BufferView view;
     BufferCell *cells;
@@ -142,37 +145,37 @@ LatticePoint corner_of(const LatticeBounds &box, int i) {
     return {{(i & 1 ? box.high : box.low).x[0], (i & 2 ? box.high : box.low).x[1], (i & 4 ? box.high : box.low).x[2]}};
 }
 
-// false: what is rounded is too much for cells.
+// False: roundings are too large for cells.
 bool make_view(BufferView &view, const Light &light, const ShaftLattice &lattice, const TriangleTree &tree,
                uint32_t edge) {
     view = {};
     const bool parallel = light.kind == LightKind::parallel;
     LatticeBounds box = {lattice_point(tree.bounds.low, lattice.exponent),
                          lattice_point(tree.bounds.high, lattice.exponent)};
-    LatticePoint way; // of the light to the middle
+    LatticePoint towards; // from the light to the middle of the triangles
     if (parallel) {
-        way = lattice_point(light.direction, -28);
+        towards = lattice_point(light.direction, -28);
         for (int a = 0; a < 3; ++a) view.origin.x[a] = (box.low.x[a] + box.high.x[a]) / 2;
     } else {
         view.origin = lattice_point(light.position, lattice.exponent);
-        for (int a = 0; a < 3; ++a) way.x[a] = (box.low.x[a] + box.high.x[a]) / 2 - view.origin.x[a];
+        for (int a = 0; a < 3; ++a) towards.x[a] = (box.low.x[a] + box.high.x[a]) / 2 - view.origin.x[a];
     }
     int64_t widest = 1;
     for (int a = 0; a < 3; ++a) {
-        if (size_of(way.x[a]) > size_of(way.x[view.axis])) view.axis = a;
+        if (size_of(towards.x[a]) > size_of(towards.x[view.axis])) view.axis = a;
         widest = std::max(widest, box.high.x[a] - box.low.x[a]);
     }
-    const int64_t far = size_of(way.x[view.axis]);
+    const int64_t far = size_of(towards.x[view.axis]);
     view.cube = !parallel && far < 2 * widest;
     view.edge = view.cube ? edge : single_edge(edge);
-    view.sign = way.x[view.axis] < 0 ? -1 : 1;
+    view.sign = towards.x[view.axis] < 0 ? -1 : 1;
     view.gain[0] = view.gain[1] = 1 << gain_bits;
     const int64_t margin = lattice.margin + (parallel ? 2 : 0);
     if (!view.cube) {
         view.reach = parallel ? parallel_reach : 0;
         const Face face(view, 0);
         for (int k = 0; k < 2; ++k) {
-            view.slope[k] = way.x[face.across[k]] * (int64_t{1} << slope_bits) / far;
+            view.slope[k] = towards.x[face.across[k]] * (int64_t{1} << slope_bits) / far;
             view.gain[k] = std::min(max_gain, (max_margin << (gain_bits + coarser - 2)) / (margin + 1));
             for (int i = 0; i < 8; ++i) {
                 const LatticePoint p = corner_of(box, i);
@@ -194,7 +197,7 @@ bool make_view(BufferView &view, const Light &light, const ShaftLattice &lattice
     return view.depth_margin <= max_margin;
 }
 
-// A triangle as a face sees it.
+// A triangle in the coordinates of a face.
 class Outline {
   public:
     Outline(const BufferView &view, const ShaftLattice &lattice, const Face &face, const LatticePoint (&corner)[3])
@@ -212,7 +215,7 @@ class Outline {
         int64_t low[2], high[2]; // high: behind the last
     };
 
-    // Whether any cell may list it, and those that have to be looked at.
+    // A range of cells, outside of which no cell lists the triangle; false: no cell does.
     bool find_cells(const Face &face, Cells &all) {
         const int64_t *const m = view_.margin;
         all = {{0, 0}, {cells_, cells_}};
@@ -248,7 +251,7 @@ class Outline {
         return true;
     }
 
-    // false: it is not in the cell.
+    // The depth of its entry in these cells; false: the triangle is not in them.
     bool find_depth(const Cells &cell, int32_t &depth) const {
         int64_t nearest = nearest_ - view_.depth_margin;
         if (height_ > 0) {
@@ -260,7 +263,7 @@ class Outline {
         return true;
     }
 
-    // Behind which all is in its shadow, or no_depth.
+    // The depth beyond which all of these cells is in its shadow, or no_depth.
     int32_t covered_beyond(const Cells &cell) const {
         if (!may_cover_) return no_depth;
         for (const auto &line : line_)
@@ -334,9 +337,10 @@ class Outline {
                 low = -high;
             }
             height_ = low - size(normal_);
-            if (nearest_ < ray_epsilon_ + 8 * depth_margin) return; // too near to the light to be sure that it is before it
+            if (nearest_ < ray_epsilon_ + 8 * depth_margin)
+                return; // too near to the light to be sure that it is before it
         }
-        // All cones are looked at as far away as the farthest corner.
+        // Volumes are computed where the cones are as far away as the farthest corner.
         const int64_t plane = view_.reach != 0 ? view_.reach : farthest_;
         if (side_ == 0 || plane <= 4 * off) return;
         int64_t reach = plane;
@@ -358,17 +362,17 @@ class Outline {
     int64_t normal_[3], height_ = 0; // of its plane: all of it that is hit is at least so far along the normal
 };
 
-// visit(index of a cell, cell, outline) of each that may have to list the triangle.
+// Calls visit(index of a cell, cell, outline) for each cell that may have to list the triangle.
 template <class Visit>
 void for_each_cell_of(const BufferLight &light, const LatticePoint (&corner)[3], uint64_t &tests, Visit &&visit) {
     for (uint32_t f = 0; f < faces_of(light.view); ++f) {
         const Face face(light.view, f);
         Outline outline(light.view, light.lattice, face, corner);
-        Outline::Cells waiting[24];
+        Outline::Cells stack[24];
         ++tests;
-        if (!outline.find_cells(face, waiting[0])) continue;
+        if (!outline.find_cells(face, stack[0])) continue;
         for (int count = 1; count > 0;) {
-            const Outline::Cells cells = waiting[--count];
+            const Outline::Cells cells = stack[--count];
             ++tests;
             if (!outline.may_be_in(cells)) continue;
             const int64_t width = cells.high[0] - cells.low[0], height = cells.high[1] - cells.low[1];
@@ -378,9 +382,9 @@ void for_each_cell_of(const BufferLight &light, const LatticePoint (&corner)[3],
             }
             const int k = width >= height ? 0 : 1;
             const int64_t middle = (cells.low[k] + cells.high[k]) / 2;
-            waiting[count] = waiting[count + 1] = cells;
-            waiting[count++].low[k] = middle;
-            waiting[count++].high[k] = middle;
+            stack[count] = stack[count + 1] = cells;
+            stack[count++].low[k] = middle;
+            stack[count++].high[k] = middle;
         }
     }
 }
@@ -427,7 +431,7 @@ void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &sh
             cell->count = 0;
         }
     }
-    // Now that all is known of what is in shadow, there are no more.
+    // `covered` is final now, so this visits no more entries than were counted.
     for_each_entry([&light](BufferCell &cell, const BufferEntry &entry, const Outline &, const Outline::Cells &) {
         if (cell.count != BufferCell::traced) light.entries[cell.first + cell.count++] = entry;
     });
@@ -445,7 +449,7 @@ uint32_t entries_for(const Scene &scene) {
         std::min(fair, 16 * uint64_t{scene.static_count} + 2 * cells_of_cube(cube_edge(scene.static_count))));
 }
 
-// The cell of a point, and its depth; nullptr: none.
+// The cell of a point, and the point's depth; nullptr: the point is beside the grid.
 const BufferCell *find_cell(const BufferLight &light, const TriangleTree &tree, const Vec3 &from, int64_t &depth) {
     const Real reach = tree.largest * Real(2); // as far as whole numbers go
     if (!(abs(from.x) <= reach && abs(from.y) <= reach && abs(from.z) <= reach)) return nullptr;
@@ -454,11 +458,11 @@ const BufferCell *find_cell(const BufferLight &light, const TriangleTree &tree, 
         if (x < -farthest || x >= farthest) return nullptr;
     uint32_t index = 0;
     if (light.view.cube) {
-        const auto way = [&](int a) { return at.x[a] - light.view.origin.x[a]; };
+        const auto offset = [&](int a) { return at.x[a] - light.view.origin.x[a]; };
         int axis = 0;
         for (int a = 1; a < 3; ++a)
-            if (size_of(way(a)) > size_of(way(axis))) axis = a;
-        index = static_cast<uint32_t>(2 * axis + (way(axis) < 0 ? 1 : 0));
+            if (size_of(offset(a)) > size_of(offset(axis))) axis = a;
+        index = static_cast<uint32_t>(2 * axis + (offset(axis) < 0 ? 1 : 0));
     }
     const Face face(light.view, index);
     const Projected point = face.project(light.view, at);

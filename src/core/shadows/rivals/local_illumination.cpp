@@ -116,8 +116,7 @@ bool begin_octree_frame(Shadows &shadows, const Settings &, Arena &) {
         octrees.wasteful = octrees.wasteful || octrees.cells[l].state() == LocalCell::divided;
         octrees.cells[l] = cell_of(LocalCell::unresolved);
     }
-    const bool scarce =
-        octrees.cell_count - octrees.light_count > max_cells / 2 || octrees.list_words > max_words / 2;
+    const bool scarce = octrees.cell_count - octrees.light_count > max_cells / 2 || octrees.list_words > max_words / 2;
     if (scarce && octrees.wasteful) clear(octrees);
     return true;
 }

@@ -3,7 +3,8 @@
 // The paper remembers one occluder for each light. Here each static triangle has its own for each light, because
 // neighbouring pixels of a triangle share an occluder more often than successive rays of all depths do. All moving
 // triangles share one for each light. Only static occluders are remembered: their tree is searched first in any case,
-// and they stay where they are. The cached triangle is tested as its tree tests it, so the answers are those of `trace`.
+// and they stay where they are. The cached triangle is tested as its tree tests it, so the answers are those of
+// `trace`.
 #include "core/shadows/shadow_query.h"
 #include <algorithm>
 

@@ -46,8 +46,7 @@ void lay_out(VoxelGrid &grid, const TriangleTree &tree) {
     }
     grid.edge = 1;
     for (;;) {
-        for (int a = 0; a < 3; ++a)
-            grid.count[a] = static_cast<uint32_t>((high.x[a] - grid.low.x[a]) / grid.edge + 1);
+        for (int a = 0; a < 3; ++a) grid.count[a] = static_cast<uint32_t>((high.x[a] - grid.low.x[a]) / grid.edge + 1);
         uint64_t count = 1;
         for (int a = 0; a < 3; ++a) count = std::min(count * grid.count[a], uint64_t{1} << 32);
         if (count <= max_voxels) return;
@@ -82,8 +81,7 @@ bool begin_voxel_frame(Shadows &shadows, const Settings &, Arena &) {
     if (first) lay_out(grid, tree);
     for (uint32_t l = 0; l < grid.light_count; ++l) {
         VoxelLight &light = grid.lights[l];
-        if (update_light(light, shadows, l, first))
-            std::fill(light.state, light.state + voxel_count(grid), unresolved);
+        if (update_light(light, shadows, l, first)) std::fill(light.state, light.state + voxel_count(grid), unresolved);
     }
     return true;
 }

@@ -1,0 +1,59 @@
+// Shadow queries of a room, one by one.
+#pragma once
+#include "core/shadows/shadows.h"
+#include "host/base/double3.h"
+#include "support/built_surfaces.h"
+
+namespace wisp::WISP_ARITH {
+
+// A room whose shadow queries come one by one, each compared with tracing.
+struct QueriedRoom : Room {
+    void use(ShadowMethod method) {
+        Settings settings = {};
+        settings.shadows = method;
+        block.resize(static_cast<size_t>(shadow_bytes(scene, settings)));
+        Arena arena(block.data(), block.size());
+        REQUIRE(make_shadow_memory(scene, settings, arena, shadows.memory));
+        shadows.technique = find_technique(method);
+        statistics = {};
+        queries = shadowed = wrong = 0;
+        REQUIRE(begin_frame(shadows, settings, arena));
+    }
+    void ask(const Vec3 &from, uint32_t light, uint32_t triangle) {
+        const Illumination way = illuminate(tracer.lights[light], from, from, from);
+        const ShadowQuery query = make_shadow_query(surfaces, from, light, way, triangle, {}, {}, 0);
+        TreeCounts unused = {};
+        const bool right = is_blocked(surfaces, query.ray, surfaces.ray_epsilon, query.end, triangle, unused);
+        ++queries;
+        shadowed += right;
+        wrong += is_shadowed(shadows, query) != right;
+    }
+    // Points of every triangle, and everywhere, and of and about the lights.
+    void query_everywhere(uint64_t seed, double size) {
+        Sequence next{seed};
+        const uint32_t other = scene.static_count; // a triangle that moves
+        const auto somewhere = [&](double part) {
+            const double x = 2 * next() - 1, y = 2 * next() - 1, z = 2 * next() - 1;
+            return Double3{x, y, z} * (part * size);
+        };
+        for (uint32_t l = 0; l < scene.light_count; ++l) {
+            for (uint32_t i = 0; i < scene.static_count; ++i) {
+                const Double3 *c = triangles[i].corner;
+                for (const double u : {0.0, 0.5, 1.0, next()})
+                    for (const double v : {0.0, 0.5, next()})
+                        if (u + v <= 1) ask(vec_of(c[0] + (c[1] - c[0]) * u + (c[2] - c[0]) * v), l, i);
+                ask(vec_of(c[0] * 1.25 - lights[l].position * 0.25), l, other); // seen behind its corners
+            }
+            for (int i = 0; i < 100; ++i) {
+                ask(vec_of(somewhere(1.25)), l, other);
+                ask(vec_of(lights[l].position + somewhere(1e-6)), l, other);
+            }
+            ask(vec_of(lights[l].position), l, other);
+        }
+    }
+
+    std::vector<unsigned char> block;
+    uint64_t queries = 0, shadowed = 0, wrong = 0;
+};
+
+} // namespace wisp::WISP_ARITH
