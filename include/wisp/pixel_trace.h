@@ -1,10 +1,12 @@
-// What a caller may hear of one pixel while it is rendered: its samples, the rays of each with what they meet, the
-// lights that shine there, the steps through smoke, and the sums. Plain data, the same for every arithmetic, in the
-// units of Scene: the caller who normalised lengths and radiances knows the way back.
+// The record of one pixel while it is rendered: its samples, the rays of each sample with what they hit, the lights that
+// shine there, the steps through smoke, and the sums. Plain data, the same for every arithmetic. Lengths and radiances
+// have the units of Scene: a caller who normalised them knows the way back.
 //
-// A pixel is told as  sample { ray } sample_end ... pixel,
-// and a ray as        ray [march light* step* ... march_end] [hit light* lit (ray | unsent)*] ray_end,
-// with rays in one another. Lights of a step come before it, but maybe before steps in front of it: `step` tells.
+// The events of a pixel come in the order  sample { ray } sample_end ... pixel,
+// those of a ray in the order              ray [march light* step* ... march_end] [hit light* direct_light
+//                                          (ray | unsent)*] ray_end,
+// with rays nested in one another. The lights of a step come before the step, but maybe before earlier steps too: the
+// number `step` says to which step a light belongs.
 #pragma once
 #include "wisp/scene.h"
 
@@ -12,13 +14,13 @@ namespace wisp {
 
 enum class RayKind : uint8_t { camera, reflected, refracted };
 
-// How the shadow towards a light was decided.
+// How it was decided whether a light is in shadow.
 enum class ShadowDecision : uint8_t {
-    unasked,     // there is no surface, or nothing would come of the light
-    known,       // without asking any triangle
-    culled_static, // of what never moves; what does was asked
-    tried,       // of what never moves a few triangles were asked, one by one; no tree
-    traced       // by a ray through a tree
+    none,          // not at all: there is no surface, or the light adds nothing in any case
+    culled,        // without testing any triangle
+    culled_static, // without testing static triangles; moving ones were tested
+    tested,        // by testing a few static triangles, one by one, without a tree
+    traced         // by a ray through a tree
 };
 
 struct TraceEvent {
@@ -30,7 +32,7 @@ struct TraceEvent {
         step,
         march_end,
         hit,
-        lit,
+        direct_light,
         unsent,
         ray_end,
         sample_end,
@@ -39,42 +41,42 @@ struct TraceEvent {
 
     struct Sample {
         uint32_t index;
-        double column, row; // in the picture, in pixels
+        double column, row; // position in the picture, in pixels
     };
     struct Ray {
         RayKind kind;
-        uint32_t level; // 0: of the camera
+        uint32_t level; // 0: a camera ray
         Double3 origin, direction;
-        Double3 share; // by which what it brings is multiplied
-        double weight; // that share of all the rays before, and of the smoke on their way
+        Double3 factor; // the ray's radiance is multiplied by this
+        double weight;  // product of the largest channels of all factors so far, and of the smoke's transmittances
     };
     struct March {
-        double begin, end; // on the ray: where smoke may be
-        double step;
+        double begin, end; // distances on the ray between which there may be smoke
+        double step;       // length of a step
         int32_t steps;
     };
     struct Light {
-        int32_t step;      // of the march; -1: shines on what the ray has hit
-        uint32_t smoke;    // that scatters it, of a step through resampled smoke; else 0
-        uint32_t light;    // of the scene
-        bool faces;        // it is in front of the surface, and shines there
-        Double3 direction; // that light travels in
+        int32_t step;      // of the march; -1: the light shines on the surface that the ray has hit
+        uint32_t smoke;    // in resampled smoke: the smoke that scatters the light; else 0
+        uint32_t light;    // index in the scene
+        bool faces;        // the light is in front of the surface, and reaches it
+        Double3 direction; // in which the light travels
         double distance;
-        Double3 irradiance; // before smoke and shadows; of a cluster with --lights cuts, that of all its lights
-        ShadowDecision answer;
+        Double3 irradiance; // before smoke and shadows; with --lights cuts, of all lights of the cluster
+        ShadowDecision decision;
         bool blocked;
-        uint64_t node_visits, triangle_tests, extra_tests; // that it took to know, as in Statistics
-        double optical_depth, transmittance; // of the smoke before the light; 0 and 1 where it was not asked
-        Double3 contribution;                // radiance; of a step, per unit of length
+        uint64_t node_visits, triangle_tests, extra_tests; // work of the decision, counted as in Statistics
+        double optical_depth, transmittance; // of the smoke in front of the light; 0 and 1 where it was not computed
+        Double3 contribution;                // radiance; of a step, radiance per unit of length
     };
     struct Step {
         int32_t step;
-        double distance; // of its middle, from the ray's origin
+        double distance; // from the ray's origin to the step's middle
         double length;
         double extinction;
-        double optical_depth, transmittance; // of the march before it
-        Double3 single, multiple, emission;  // light scattered once, more often, and sent, per unit of length
-        Double3 radiance;                    // that arrives
+        double optical_depth, transmittance; // of the march before this step
+        Double3 single, multiple, emission;  // scattered once, scattered more often, emitted; per unit of length
+        Double3 radiance;                    // what of them arrives at the ray's origin
     };
     struct MarchEnd {
         Double3 radiance;
@@ -82,29 +84,30 @@ struct TraceEvent {
     };
     struct Hit {
         double distance;
-        uint32_t triangle;            // of the scene
-        int32_t instance;                 // that it belongs to, -1: none
-        bool still;                   // it never moves
-        uint32_t material;            // of the scene
-        int32_t texture;              // of the scene, -1: none
-        double u, v;                  // weights of corners 1 and 2
-        Double3 point, plane, normal; // the triangle's normal and the interpolated one, on the ray's side
-        bool entered;                 // from outside
-        Double3 texture_color;        // 1 1 1: none
-        Double3 ambient;              // radiance
+        uint32_t triangle; // index in the scene
+        int32_t instance;  // that the triangle belongs to; -1: none
+        bool is_static;    // the triangle never moves
+        uint32_t material; // index in the scene
+        int32_t texture;   // index in the scene; -1: none
+        double u, v;       // barycentric weights of corners 1 and 2
+        Double3 point;
+        Double3 plane, normal; // the triangle's normal and the interpolated one, both on the ray's side
+        bool entered;          // the ray comes from outside
+        Double3 texture_color; // 1 1 1: no texture
+        Double3 ambient;       // radiance
     };
-    struct Lit { // the lights together; with --lights cuts the sum of those clusters that were not split
-        Double3 radiance;
+    struct DirectLight {
+        Double3 radiance; // from all lights; with --lights cuts from the clusters of the final cut
     };
-    struct Unsent { // a ray that is not worth it, or one too many
+    struct Unsent { // a secondary ray that was not traced
         RayKind kind;
-        Double3 share;
+        Double3 factor;
         double weight;
-        bool too_deep; // else too light
+        bool too_deep; // the chain of rays is as long as it may be; false: the weight is too small
     };
     struct RayEnd {
-        bool hit;      // else it sees the background
-        Double3 smoke; // radiance of the smoke on its way
+        bool hit;      // a surface; false: the ray sees the background
+        Double3 smoke; // radiance of the smoke in front
         double transmittance;
         Double3 behind; // radiance of what is behind the smoke
         Double3 radiance;
@@ -128,7 +131,7 @@ struct TraceEvent {
         Step step;
         MarchEnd march_end;
         Hit hit;
-        Lit lit;
+        DirectLight direct_light;
         Unsent unsent;
         RayEnd ray_end;
         SampleEnd sample_end;
@@ -136,11 +139,11 @@ struct TraceEvent {
     };
 };
 
-// Hears of the pixel (x, y), if it is in the crop.
+// Receives the events of the pixel (x, y), if it is in the crop.
 struct PixelTrace {
     int32_t x, y;
     void *context;
-    void (*heard)(void *context, const TraceEvent &entry);
+    void (*on_event)(void *context, const TraceEvent &event);
 };
 
 } // namespace wisp

@@ -5,7 +5,9 @@
 
 namespace wisp {
 
-enum class Method : uint8_t { direct, map, volume }; // S4; `volume` is `direct` with a density_step
+// How multiple scattering is found: from the photon map at each step (S4-2), from the particle map (S4-3), or as `direct`
+// in resampled smoke, with a density_step (S4-1).
+enum class Method : uint8_t { direct, map, volume };
 
 enum class IrradianceMap : uint8_t { none, uniform, adaptive }; // S4-4
 

@@ -51,8 +51,9 @@ struct FrameCache {
 // to the sums, and to the counters. Sums of all batches together are those that `render` traces. Unless the status is
 // done, what is in the sums is of no use.
 //
-// The rays of one pixel of the crop are told to a `journal`. Pixels before it in the crop are rendered first, so the
-// shadows that it tells are decided by what those have taught; a crop of the pixel alone is the quickest.
+// `inspect` renders as `render` does, and passes the events of one pixel of the crop to `trace`. Pixels before it in the
+// crop are rendered first, and what they have taught decides how shadows of this pixel are found. A crop of the pixel
+// alone is the quickest. A program that does not call `inspect` does not link what records a pixel.
 //
 // With settings.reference, `render_reference` takes its place: it adds the samples of the passes to the crop's `sums`,
 // top row first; a sample's unit is 2^scene.radiance_exponent.
@@ -60,8 +61,9 @@ struct FrameCache {
     namespace arithmetic {                                                                                             \
     Plan plan(const Scene &scene, const Settings &settings);                                                           \
     Status render(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer, float *rgb,    \
-                  Statistics &statistics, PhotonSums *sums = nullptr, FrameCache *kept = nullptr,                               \
-                  const PixelTrace *journal = nullptr);                                                                   \
+                  Statistics &statistics, PhotonSums *sums = nullptr, FrameCache *kept = nullptr);                       \
+    Status inspect(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer, float *rgb,   \
+                   Statistics &statistics, PhotonSums *sums, const PixelTrace &trace);                                 \
     Status trace_map(const Scene &scene, const Settings &settings, const Batches &batches, Arena &arena,               \
                      const Observer &observer, PhotonSums &sums, Statistics &statistics);                                 \
     Status render_reference(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer,      \

@@ -1,5 +1,4 @@
-// build/wisp inspect: its pixel is the picture's, its JSON is JSON and holds what the text does, and wrong usage is
-// told.
+// build/wisp inspect: its pixel is that of the picture, its JSON is valid and has what the text has, and wrong usage is refused.
 #include "host/images/picture.h"
 #include "host/base/text.h"
 #include "support/command_line.h"
@@ -85,7 +84,7 @@ size_t count(const std::string &text, const std::string &word) {
 } // namespace
 
 TEST_CASE("command line: an inspected pixel is that of the picture, to the bit") {
-    const CommandLineTest desk;
+    const CommandLineTest test;
     const std::string wake = "wake.aff --frames 2 --size 16x12 --spp 2 --photons 2000 ",
                       surfaces = "surfaces.aff --size 16x12 --spp 3 ", smoke = "small.aff --size 16x12 --photons 2000 ";
     for (const std::string &scene :
@@ -98,10 +97,10 @@ TEST_CASE("command line: an inspected pixel is that of the picture, to the bit")
           std::string("glow.aff --size 16x12 --photons 2000 --arith f64")}) {
         const std::string command = "fixtures/" + scene + " ";
         CAPTURE(command);
-        REQUIRE(desk.wisp("render " + command + "-q -o " + desk.file("p.pfm")).status == 0);
-        const Picture picture = read_pfm(desk.file("p.pfm"));
+        REQUIRE(test.wisp("render " + command + "-q -o " + test.file("p.pfm")).status == 0);
+        const Picture picture = read_pfm(test.file("p.pfm"));
         const int left = picture.width == 16 ? 0 : 2, top = picture.height == 12 ? 0 : 1;
-        const Ran ran = desk.wisp("inspect " + command + "7 6 --json");
+        const Ran ran = test.wisp("inspect " + command + "7 6 --json");
         CHECK(ran.err == "");
         REQUIRE(ran.status == 0);
         const std::vector<double> value = last_triple(ran.out, "value");
@@ -115,19 +114,19 @@ TEST_CASE("command line: an inspected pixel is that of the picture, to the bit")
     }
 }
 
-TEST_CASE("command line: what is told of a pixel stands in the units of the scene, in text and in JSON") {
-    CommandLineTest desk;
+TEST_CASE("command line: the events of a pixel are in the units of the scene, in text and in JSON") {
+    CommandLineTest test;
     // A box of fog above a floor, a light straight above: all is known.
-    desk.write("t.aff", "v from 0 0 8 at 0 -4 0 up 0 1 0 angle 30 hither 1 resolution 9 9\nb 0.5 0.25 0.125\nam 0 0 0\n"
+    test.write("t.aff", "v from 0 0 8 at 0 -4 0 up 0 1 0 angle 30 hither 1 resolution 9 9\nb 0.5 0.25 0.125\nam 0 0 0\n"
                         "ld 0 -1 0 4 2 1\nf 0.5 0.5 0.5 1 0 1 0 1\n"
                         "p 4 -64 -4 64 64 -4 64 64 -4 -64 -64 -4 -64\n"
                         "smoke box -8 4 -8 8 8 8 0.25 {\n albedo 0 0 0\n}\n");
     const std::string command =
-        "inspect " + desk.file("t.aff") + " 4 4 --photons 0 --irradiance none --spp 1 --arith f64 ";
-    const Ran text = desk.wisp(command);
+        "inspect " + test.file("t.aff") + " 4 4 --photons 0 --irradiance none --spp 1 --arith f64 ";
+    const Ran text = test.wisp(command);
     CHECK(text.err == "");
     REQUIRE(text.status == 0);
-    const std::string expected = desk.file("t.aff") +
+    const std::string expected = test.file("t.aff") +
                                  ", frame 0, f64: pixel 4 4 of 9 x 9\n"
                                  "sample 0 of 1 at 4.5 4.5: radiance 0.234199 0.1171 0.0585498\n"
                                  "  camera ray from 0 0 8 along 0 -0.447214 -0.894427, share 1 1 1, weight 1\n";
@@ -142,23 +141,23 @@ TEST_CASE("command line: what is told of a pixel stands in the units of the scen
         CAPTURE(text.out);
         CHECK(count(text.out, line) == 1);
     }
-    CHECK(desk.wisp(command).out == text.out);
-    const Ran json = desk.wisp(command + "--json");
+    CHECK(test.wisp(command).out == text.out);
+    const Ran json = test.wisp(command + "--json");
     const std::vector<double> direct = last_triple(json.out, "contribution");
     CHECK(direct[0] == doctest::Approx(4 * 0.5 / 3.14159265358979324 * std::exp(-1.0)).epsilon(1e-12));
     CHECK(direct == last_triple(json.out, "mean")); // no other light
     // A name that JSON would stumble over.
-    std::filesystem::copy(desk.file("t.aff"), desk.file("t\"\\\t.aff"));
-    const Ran odd = desk.wisp("inspect '" + desk.file("t\"\\\t.aff") + "' 4 4 --photons 0 --irradiance none --json");
+    std::filesystem::copy(test.file("t.aff"), test.file("t\"\\\t.aff"));
+    const Ran odd = test.wisp("inspect '" + test.file("t\"\\\t.aff") + "' 4 4 --photons 0 --irradiance none --json");
     CHECK(JsonCheck(odd.out).whole());
     CHECK(count(odd.out, "t\\\"\\\\\\u0009.aff") == 1);
 }
 
-TEST_CASE("command line: samples are told together or one alone, their sums in any case") {
-    const CommandLineTest desk;
+TEST_CASE("command line: all samples are printed or one alone, their sums in any case") {
+    const CommandLineTest test;
     const std::string command = "inspect fixtures/surfaces.aff 20 30 --frames 1 --json --spp 4";
-    const Ran all = desk.wisp(command), one = desk.wisp(command + " --sample 2"),
-              same = desk.wisp(command + " --sample=2");
+    const Ran all = test.wisp(command), one = test.wisp(command + " --sample 2"),
+              same = test.wisp(command + " --sample=2");
     CHECK(count(all.out, "\"camera\"") == 4);
     CHECK(count(one.out, "\"camera\"") == 1);
     CHECK(count(one.out, "\"index\"") == 4);
@@ -168,16 +167,16 @@ TEST_CASE("command line: samples are told together or one alone, their sums in a
     CHECK(all.out.find(one.out.substr(ray, 2000)) != std::string::npos);
     // In text, the same numbers of rays and lights.
     const std::string words = "inspect fixtures/surfaces.aff 20 30 --frames 1 --spp 4";
-    const Ran text = desk.wisp(words);
+    const Ran text = test.wisp(words);
     CHECK(count(text.out, " ray from ") == count(all.out, "\"kind\": ") - count(all.out, "\"too_deep\": "));
     CHECK(count(text.out, "light ") - count(text.out, "too light ") == count(all.out, "\"light\": "));
 }
 
 TEST_CASE("command line: with a crop, shadows are decided by what the pixels before have taught") {
-    const CommandLineTest desk;
+    const CommandLineTest test;
     const std::string command = "inspect fixtures/surfaces.aff 40 40 --frames 0 --json ";
-    const Ran alone = desk.wisp(command), whole = desk.wisp(command + "--crop 0,0,64,48"),
-              traced = desk.wisp(command + "--crop 0,0,64,48 --shadows trace");
+    const Ran alone = test.wisp(command), whole = test.wisp(command + "--crop 0,0,64,48"),
+              traced = test.wisp(command + "--crop 0,0,64,48 --shadows trace");
     CHECK(last_triple(alone.out, "value") == last_triple(whole.out, "value"));
     CHECK(last_triple(alone.out, "value") == last_triple(traced.out, "value"));
     const auto known = [](const Ran &ran) { return count(ran.out, "\"known\"") + count(ran.out, "\"known_still\""); };
@@ -187,20 +186,20 @@ TEST_CASE("command line: with a crop, shadows are decided by what the pixels bef
 }
 
 TEST_CASE("command line: a saved map serves to inspect") {
-    const CommandLineTest desk;
+    const CommandLineTest test;
     const std::string scene =
         "fixtures/small.aff --smoke map --irradiance none --light-step 1.5 --size 16x12 --photons 5000 ";
-    REQUIRE(desk.wisp("render " + scene + "-q --map-out " + desk.file("m.map")).status == 0);
-    const Ran anew = desk.wisp("inspect " + scene + "7 6"),
-              saved = desk.wisp("inspect " + scene + "7 6 --map-in " + desk.file("m.map"));
+    REQUIRE(test.wisp("render " + scene + "-q --map-out " + test.file("m.map")).status == 0);
+    const Ran anew = test.wisp("inspect " + scene + "7 6"),
+              saved = test.wisp("inspect " + scene + "7 6 --map-in " + test.file("m.map"));
     CHECK(saved.status == 0);
     CHECK(saved.out == anew.out);
-    desk.refuses(desk.wisp("inspect " + scene + "7 6 --seed 2 --map-in " + desk.file("m.map")), 3);
+    test.refuses(test.wisp("inspect " + scene + "7 6 --seed 2 --map-in " + test.file("m.map")), 3);
 }
 
-TEST_CASE("command line: what cannot be inspected is told in a line") {
-    const CommandLineTest desk;
-    const std::string s = "inspect " + desk.s() + " ";
+TEST_CASE("command line: what cannot be inspected is refused with a line") {
+    const CommandLineTest test;
+    const std::string s = "inspect " + test.s() + " ";
     for (const auto &[words, line] :
          {std::pair(s + "16 0", "X: found '16', expected a whole number from 0 to 15"),
           std::pair(s + "0 12", "Y: found '12', expected a whole number from 0 to 11"),
@@ -225,10 +224,10 @@ TEST_CASE("command line: what cannot be inspected is told in a line") {
           std::pair(std::string("inspect fixtures/surfaces.aff 1 2"),
                     "fixtures/surfaces.aff: found several frames, expected one with --frames")}) {
         CAPTURE(words);
-        desk.refuses(desk.wisp(words), 2, line);
+        test.refuses(test.wisp(words), 2, line);
     }
-    desk.refuses(desk.wisp("inspect " + desk.file("none.aff") + " 1 2"), 3);
-    desk.refuses(desk.wisp("inspect " + desk.s() + " 1 2 --memory 1k"), 4);
+    test.refuses(test.wisp("inspect " + test.file("none.aff") + " 1 2"), 3);
+    test.refuses(test.wisp("inspect " + test.s() + " 1 2 --memory 1k"), 4);
 }
 
 } // namespace wisp

@@ -37,24 +37,24 @@ struct MapCommandTest : CommandLineTest {
 } // namespace
 
 TEST_CASE("map command: traced in 1, 4 and 16 parts the map is one file, and one picture") {
-    const MapCommandTest desk;
+    const MapCommandTest test;
     for (const std::string arithmetic : {"f32", "f64", "fixed"})
         for (const std::string deposit : {"exact", "path"}) {
             const std::string options = " --arith " + arithmetic + " --deposit " + deposit;
             CAPTURE(options);
-            const std::string alone = desk.render("--digest" + options).out;
+            const std::string alone = test.render("--digest" + options).out;
             CHECK(alone.size() == 68);
-            REQUIRE(desk.render("--map-out " + desk.file("whole.map") + " --batches 0:16" + options).status == 0);
-            const Ran with_map = desk.render("--digest --map-out " + desk.file("again.map") + options);
+            REQUIRE(test.render("--map-out " + test.file("whole.map") + " --batches 0:16" + options).status == 0);
+            const Ran with_map = test.render("--digest --map-out " + test.file("again.map") + options);
             CHECK(with_map.out == alone);
-            CHECK(desk.same("again.map", "whole.map"));
-            CHECK(desk.map("whole.map").counts.emitted == 65000);
+            CHECK(test.same("again.map", "whole.map"));
+            CHECK(test.map("whole.map").counts.emitted == 65000);
             for (int parts : {1, 4, 16}) {
                 std::string list, turned;
                 for (int i = 0; i < parts; ++i) {
-                    const std::string name = desk.file("p" + std::to_string(i) + ".map");
+                    const std::string name = test.file("p" + std::to_string(i) + ".map");
                     const Ran part =
-                        desk.render("--map-out " + name + options + " --batches " + std::to_string(16 / parts * i) +
+                        test.render("--map-out " + name + options + " --batches " + std::to_string(16 / parts * i) +
                                     ":" + std::to_string(16 / parts * (i + 1)));
                     REQUIRE(part.status == 0);
                     CHECK((part.out + part.err).empty());
@@ -62,94 +62,94 @@ TEST_CASE("map command: traced in 1, 4 and 16 parts the map is one file, and one
                     turned = " " + name + turned;
                 }
                 for (const std::string &order : {list, turned}) {
-                    REQUIRE(desk.wisp("merge" + order + " -o " + desk.file("m.map")).status == 0);
-                    CHECK(desk.same("m.map", "whole.map"));
+                    REQUIRE(test.wisp("merge" + order + " -o " + test.file("m.map")).status == 0);
+                    CHECK(test.same("m.map", "whole.map"));
                 }
-                if (parts > 1) CHECK(!desk.same("p0.map", "whole.map"));
-                CHECK(desk.render("--digest --map-in " + desk.file("m.map") + options).out == alone);
+                if (parts > 1) CHECK(!test.same("p0.map", "whole.map"));
+                CHECK(test.render("--digest --map-in " + test.file("m.map") + options).out == alone);
             }
         }
 }
 
 TEST_CASE("map command: parts of parts, with gaps between them, merge as they come") {
-    const MapCommandTest desk;
+    const MapCommandTest test;
     const auto trace = [&](const std::string &name, const std::string &batches) {
-        REQUIRE(desk.render("--map-out " + desk.file(name) + " --batches " + batches).status == 0);
-        return " " + desk.file(name);
+        REQUIRE(test.render("--map-out " + test.file(name) + " --batches " + batches).status == 0);
+        return " " + test.file(name);
     };
     const auto merge = [&](const std::string &files, const std::string &name) {
-        REQUIRE(desk.wisp("merge" + files + " -o " + desk.file(name)).status == 0);
-        return " " + desk.file(name);
+        REQUIRE(test.wisp("merge" + files + " -o " + test.file(name)).status == 0);
+        return " " + test.file(name);
     };
     const std::string a = trace("a.map", "0:3"), b = trace("b.map", "3:9"), c = trace("c.map", "9:16");
     const std::string gap = merge(c + a, "gap.map");
-    CHECK(desk.map("gap.map").batches == Ranges{{0, 3}, {9, 16}});
+    CHECK(test.map("gap.map").batches == Ranges{{0, 3}, {9, 16}});
     merge(gap + b, "whole.map");
     trace("all.map", "0:16");
-    CHECK(desk.same("whole.map", "all.map"));
+    CHECK(test.same("whole.map", "all.map"));
     merge(a, "one.map"); // of one: the same
-    CHECK(desk.same("one.map", "a.map"));
+    CHECK(test.same("one.map", "a.map"));
 }
 
 TEST_CASE("map command: other views of one map are those of photons traced for them") {
-    MapCommandTest desk;
-    REQUIRE(desk.render("--map-out " + desk.file("a.map")).status == 0);
+    MapCommandTest test;
+    REQUIRE(test.render("--map-out " + test.file("a.map")).status == 0);
     for (const std::string view :
          {"", "--size 11x5", "--crop 2,1,6,6", "--spp 3", "--step 0.25", "--irradiance adaptive"}) {
-        const Ran traced = desk.render(view + " --digest --stats " + desk.file("t.json"));
+        const Ran traced = test.render(view + " --digest --stats " + test.file("t.json"));
         const Ran kept =
-            desk.render(view + " --digest --stats " + desk.file("k.json") + " --map-in " + desk.file("a.map"));
+            test.render(view + " --digest --stats " + test.file("k.json") + " --map-in " + test.file("a.map"));
         CAPTURE(view);
         CHECK(kept.status == 0);
         CHECK(kept.err.empty());
         CHECK(kept.out == traced.out);
-        CHECK(desk.counters("k.json", "photons").size() == 2); // seconds, and counts
-        CHECK(desk.counters("k.json", "photons")[0] == "0.000000");
-        CHECK(desk.counters("t.json", "photons")[0] != "0.000000");
+        CHECK(test.counters("k.json", "photons").size() == 2); // seconds, and counts
+        CHECK(test.counters("k.json", "photons")[0] == "0.000000");
+        CHECK(test.counters("t.json", "photons")[0] != "0.000000");
         for (const char *count : {"emitted", "collisions", "stored", "absorbed", "escaped", "particle_map"})
-            CHECK(desk.counters("k.json", count) == desk.counters("t.json", count));
+            CHECK(test.counters("k.json", count) == test.counters("t.json", count));
     }
     // Another camera, and another background that is no brighter than the lights.
     std::string text = MapCommandTest::scene();
     text.replace(text.find("0.5 0.5 6"), 9, "-3 0.5 4.");
     text.replace(text.find("b 0.1"), 5, "b 0.4");
-    desk.write("m.aff", text);
-    const Ran traced = desk.render("--digest");
-    CHECK(desk.render("--digest --map-in " + desk.file("a.map")).out == traced.out);
-    CHECK(desk.wisp("plan " + desk.file("m.aff") + " --map-in " + desk.file("a.map"))
-              .out.find("65000 photons of " + desk.file("a.map") + ", kept on the particles") != std::string::npos);
+    test.write("m.aff", text);
+    const Ran traced = test.render("--digest");
+    CHECK(test.render("--digest --map-in " + test.file("a.map")).out == traced.out);
+    CHECK(test.wisp("plan " + test.file("m.aff") + " --map-in " + test.file("a.map"))
+              .out.find("65000 photons of " + test.file("a.map") + ", kept on the particles") != std::string::npos);
 }
 
 TEST_CASE("map command: scenes that need no photons have maps too, with nothing in them") {
-    MapCommandTest desk;
+    MapCommandTest test;
     for (const std::string options : {"--photons 0", "--photons 100000"}) {
-        desk.write("m.aff", MapCommandTest::scene("{ albedo 0 0 0 }\nsmoke box 2 2 2 3 3 3 1 { albedo 0 0 0 }"));
-        std::string text = text_of(desk.file("m.aff"));
+        test.write("m.aff", MapCommandTest::scene("{ albedo 0 0 0 }\nsmoke box 2 2 2 3 3 3 1 { albedo 0 0 0 }"));
+        std::string text = text_of(test.file("m.aff"));
         text.replace(text.find("extinction 0.02"), 15, "albedo 0 0 0   ");
-        desk.write("m.aff", text);
+        test.write("m.aff", text);
         CAPTURE(options);
-        const Ran out = desk.render(options + " --digest --map-out " + desk.file("n.map"));
+        const Ran out = test.render(options + " --digest --map-out " + test.file("n.map"));
         CHECK(out.status == 0);
-        CHECK(desk.map("n.map").sums.empty());
-        CHECK(desk.map("n.map").counts.emitted == 0);
-        const Ran in = desk.render(options + " --digest --map-in " + desk.file("n.map"));
+        CHECK(test.map("n.map").sums.empty());
+        CHECK(test.map("n.map").counts.emitted == 0);
+        const Ran in = test.render(options + " --digest --map-in " + test.file("n.map"));
         CHECK(in.status == 0);
         CHECK(in.out == out.out);
     }
 }
 
 TEST_CASE("map command: a map that is not this scene's, or not whole, is refused in one line") {
-    MapCommandTest desk;
-    const std::string a = desk.file("a.map"), x = desk.file("x.map");
-    REQUIRE(desk.render("--map-out " + a).status == 0);
-    const MapFile whole = desk.map("a.map");
+    MapCommandTest test;
+    const std::string a = test.file("a.map"), x = test.file("x.map");
+    REQUIRE(test.render("--map-out " + a).status == 0);
+    const MapFile whole = test.map("a.map");
     const auto refuses = [&](const std::string &options, const std::string &line) {
         CAPTURE(options);
-        const Ran ran = desk.render(options + " --digest -o " + desk.file("x.pfm") + " --stats " + desk.file("x.json"));
-        desk.refuses(ran, 3, line);
-        CHECK(!desk.has("x.pfm"));
-        CHECK(!desk.has("x.json"));
-        desk.refuses(desk.wisp("plan " + desk.file("m.aff") + " " + options), 3, line);
+        const Ran ran = test.render(options + " --digest -o " + test.file("x.pfm") + " --stats " + test.file("x.json"));
+        test.refuses(ran, 3, line);
+        CHECK(!test.has("x.pfm"));
+        CHECK(!test.has("x.json"));
+        test.refuses(test.wisp("plan " + test.file("m.aff") + " " + options), 3, line);
     };
     const std::string other = a +
                               ": a map of another scene, other settings, arithmetic or version, expected the map of "
@@ -159,83 +159,83 @@ TEST_CASE("map command: a map that is not this scene's, or not whole, is refused
     for (const std::string box :
          {"{ phase 0.31 emission 0.2 0.1 0 }", "{ phase 0.3 emission 0.2 0.1 0.1 }",
           "{ phase 0.3 emission 0.2 0.1 0 extinction 1.1 }", "{ phase 0.3 emission 0.2 0.1 0 albedo 0.9 0.9 0.8 }"}) {
-        desk.write("m.aff", MapCommandTest::scene(box));
+        test.write("m.aff", MapCommandTest::scene(box));
         refuses("--map-in " + a, other);
     }
-    desk.write("m.aff", MapCommandTest::scene("{ phase 0.3 emission 0.2 0.1 0 }", "lp -3 3 3 1 1 1\n"));
+    test.write("m.aff", MapCommandTest::scene("{ phase 0.3 emission 0.2 0.1 0 }", "lp -3 3 3 1 1 1\n"));
     refuses("--map-in " + a, other);
     std::string brighter = MapCommandTest::scene();
     brighter.replace(brighter.find("40 40 40"), 8, "80 80 80");
-    desk.write("m.aff", brighter);
+    test.write("m.aff", brighter);
     refuses("--map-in " + a, other);
-    desk.write("m.aff", MapCommandTest::scene());
-    desk.write("puff.vtk", CommandLineTest::puff(41));
+    test.write("m.aff", MapCommandTest::scene());
+    test.write("puff.vtk", CommandLineTest::puff(41));
     refuses("--map-in " + a, other);
-    desk.write("puff.vtk", CommandLineTest::puff(40));
-    CHECK(desk.render("--map-in " + a).status == 0); // none of the above was in the way
+    test.write("puff.vtk", CommandLineTest::puff(40));
+    CHECK(test.render("--map-in " + a).status == 0); // none of the above was in the way
 
-    refuses("--map-in " + desk.file("none.map"),
-            desk.file("none.map") + ": cannot be opened: No such file or directory");
-    refuses("--map-in " + desk.s(), desk.s() + ":1: not a particle map, expected 'wisp map 1'");
+    refuses("--map-in " + test.file("none.map"),
+            test.file("none.map") + ": cannot be opened: No such file or directory");
+    refuses("--map-in " + test.s(), test.s() + ":1: not a particle map, expected 'wisp map 1'");
     std::string text = text_of(a);
     text.back() = static_cast<char>(text.back() ^ 1);
-    desk.write("x.map", text);
+    test.write("x.map", text);
     refuses("--map-in " + x, x + ":2: the file is damaged: its SHA-256 is another, expected " + text.substr(18, 64));
-    desk.write("x.map", text_of(a).substr(0, text.size() - 8));
+    test.write("x.map", text_of(a).substr(0, text.size() - 8));
     refuses("--map-in " + x, x + ":2: the file is damaged: its SHA-256 is another, expected " + text.substr(18, 64));
 
     MapFile map = whole;
     map.counts.emitted += 1;
     map.counts.escaped += 1;
-    desk.forge("x.map", map);
+    test.forge("x.map", map);
     refuses("--map-in " + x, x + ":6: counts that do not add up, expected those of the batches' photons");
     const std::string sums = " sums, expected those of this scene's map";
     map = whole;
     map.sums.push_back(0);
-    desk.forge("x.map", map);
+    test.forge("x.map", map);
     refuses("--map-in " + x, x + ": " + std::to_string(whole.sums.size() + 1) + sums);
     map.sums.clear();
-    desk.forge("x.map", map);
+    test.forge("x.map", map);
     refuses("--map-in " + x, x + ": 0" + sums);
     map = whole;
     map.sums.pop_back(); // only the core knows how many there must be at least
-    desk.forge("x.map", map);
-    desk.refuses(desk.render("--digest --map-in " + x), 3, x + ": not as many sums as this scene's map has");
+    test.forge("x.map", map);
+    test.refuses(test.render("--digest --map-in " + x), 3, x + ": not as many sums as this scene's map has");
 
-    REQUIRE(desk.render("--map-out " + x + " --batches 0:15").status == 0);
+    REQUIRE(test.render("--map-out " + x + " --batches 0:15").status == 0);
     refuses("--map-in " + x, x + ": batches 0:15, expected 0:16; 'wisp merge' adds those of other files");
 }
 
 TEST_CASE("map command: sums that nobody traced do no harm") {
-    MapCommandTest desk;
+    MapCommandTest test;
     for (const std::string arithmetic : {"f32", "f64", "fixed"}) {
-        REQUIRE(desk.render("--map-out " + desk.file("a.map") + " --batches 0:16 --arith " + arithmetic).status == 0);
-        MapFile map = desk.map("a.map");
+        REQUIRE(test.render("--map-out " + test.file("a.map") + " --batches 0:16 --arith " + arithmetic).status == 0);
+        MapFile map = test.map("a.map");
         for (size_t i = 0; i < map.sums.size(); ++i) map.sums[i] = i % 3 ? INT64_MIN : INT64_MAX;
-        desk.forge("x.map", map);
-        CHECK(desk.render("--arith " + arithmetic + " --map-in " + desk.file("x.map")).status == 0);
+        test.forge("x.map", map);
+        CHECK(test.render("--arith " + arithmetic + " --map-in " + test.file("x.map")).status == 0);
     }
 }
 
 TEST_CASE("map command: options of the map are refused where they do nothing") {
-    MapCommandTest desk;
-    const std::string a = desk.file("a.map"), out = " --map-out " + a;
+    MapCommandTest test;
+    const std::string a = test.file("a.map"), out = " --map-out " + a;
     const auto refuses = [&](const std::string &options, const std::string &line) {
         CAPTURE(options);
-        desk.refuses(desk.render(options), 2, line);
-        CHECK(!desk.has("a.map"));
-        CHECK(!desk.has("x.pfm"));
+        test.refuses(test.render(options), 2, line);
+        CHECK(!test.has("a.map"));
+        CHECK(!test.has("x.pfm"));
     };
-    for (const std::string way : {"--smoke direct ", "--reference "})
+    for (const std::string method : {"--smoke direct ", "--reference "})
         for (const std::string &option :
              {"map-out " + a, "map-in " + a, std::string("batches 0:1"), std::string("remap")})
-            refuses(way + "--" + option, "option '" + option.substr(0, option.find(' ')) + "' belongs to --smoke map");
+            refuses(method + "--" + option, "option '" + option.substr(0, option.find(' ')) + "' belongs to --smoke map");
     for (const std::string &option : {"map-out " + a, std::string("batches 0:1"), std::string("remap")})
         refuses("--map-in x --" + option,
                 "option '" + option.substr(0, option.find(' ')) + "' does not go with --map-in: nothing is traced");
     refuses("--batches 0:1", "option 'batches' makes no picture, expected --map-out with it");
     refuses("--batches 0:1 --digest" + out, "option 'digest' does not go with --batches: they make no picture");
-    refuses("--batches 0:1 -o " + desk.file("x.pfm") + out,
+    refuses("--batches 0:1 -o " + test.file("x.pfm") + out,
             "option 'output' does not go with --batches: they make no picture");
     refuses("--batches 1:17" + out,
             "option 'batches': found '1:17', expected batches below 16: those of 65000 photons");
@@ -245,41 +245,41 @@ TEST_CASE("map command: options of the map are refused where they do nothing") {
         refuses("--batches " + batches + out, "");
     refuses("--frames 0:1" + out, "option 'map-out': found '" + a + "' for several frames, expected a name with %04d");
     refuses("-o " + a, "option 'output': found '" + a + "', expected --map-out for the particle map");
-    refuses("-o " + desk.file("x.pfm") + " --map-out " + desk.file("x.pfm"),
-            "option 'map-out' is '" + desk.file("x.pfm") + "' like an output, expected another file");
+    refuses("-o " + test.file("x.pfm") + " --map-out " + test.file("x.pfm"),
+            "option 'map-out' is '" + test.file("x.pfm") + "' like an output, expected another file");
     for (const std::string option : {"map-out", "map-in"}) {
-        desk.write("m.aff", MapCommandTest::scene("{ }", "render " + option + " a.map"));
-        desk.refuses(desk.render(""), 3,
-                     desk.file("m.aff") + ":12: option '" + option + "' in a scene, expected it on the command line");
+        test.write("m.aff", MapCommandTest::scene("{ }", "render " + option + " a.map"));
+        test.refuses(test.render(""), 3,
+                     test.file("m.aff") + ":12: option '" + option + "' in a scene, expected it on the command line");
     }
 }
 
 TEST_CASE("map command: photons that the sums might not hold are refused before any is traced") {
-    const MapCommandTest desk;
+    const MapCommandTest test;
     const std::string photons = "--deposit exact --photons 9223372036854775807 ";
     const std::string found = "option 'photons': found 9223372036854775807, expected at most ",
                       expected = " that the particle map's sums can hold";
     for (const std::string command : {"render ", "plan "}) {
-        const std::string scene = command + desk.file("m.aff") + " " + photons;
-        desk.refuses(desk.wisp(scene), 2, found + "68718476735" + expected);
-        desk.refuses(desk.wisp(scene + "--deposit path"), 2, found + "4293967295" + expected);
-        desk.refuses(desk.wisp(scene + "--batches 0:1 --map-out " + desk.file("a.map")), 2);
+        const std::string scene = command + test.file("m.aff") + " " + photons;
+        test.refuses(test.wisp(scene), 2, found + "68718476735" + expected);
+        test.refuses(test.wisp(scene + "--deposit path"), 2, found + "4293967295" + expected);
+        test.refuses(test.wisp(scene + "--batches 0:1 --map-out " + test.file("a.map")), 2);
     }
-    // As many as they hold may be asked for; other ways have no such sums.
-    CHECK(desk.render("--deposit exact --photons 68718476735 --batches 0:1 --map-out " + desk.file("a.map")).status ==
+    // As many as they hold are accepted; other methods have no such sums.
+    CHECK(test.render("--deposit exact --photons 68718476735 --batches 0:1 --map-out " + test.file("a.map")).status ==
           0);
-    CHECK(desk.render(photons + "--reference --passes 0:1").status == 0);
+    CHECK(test.render(photons + "--reference --passes 0:1").status == 0);
 }
 
-TEST_CASE("map command: frames whose smoke stays share a map, unless it is to be traced anew") {
-    MapCommandTest desk;
-    for (int i : {0, 1, 3}) desk.write("q_" + std::to_string(i) + ".vtk", CommandLineTest::puff(30));
-    desk.write("q_2.vtk", CommandLineTest::puff(31));
+TEST_CASE("map command: frames with the same smoke use one map, unless --remap traces it anew") {
+    MapCommandTest test;
+    for (int i : {0, 1, 3}) test.write("q_" + std::to_string(i) + ".vtk", CommandLineTest::puff(30));
+    test.write("q_2.vtk", CommandLineTest::puff(31));
     std::string text = MapCommandTest::scene();
     text.replace(text.find("puff.vtk"), 8, "q_%d.vtk");
-    desk.write("m.aff", text);
+    test.write("m.aff", text);
     const auto frames = [&](const std::string &options, const std::string &name) {
-        return desk.render("--frames 0:3 --digest -v --stats " + desk.file(name) + " " + options);
+        return test.render("--frames 0:3 --digest -v --stats " + test.file(name) + " " + options);
     };
     const Ran kept = frames("", "k.json"), anew = frames("--remap", "a.json");
     CHECK(kept.status == 0);
@@ -289,51 +289,51 @@ TEST_CASE("map command: frames whose smoke stays share a map, unless it is to be
     CHECK(kept.out == anew.out);
     // Of "photons", the seconds come first and the counts behind them.
     const auto seconds = [&](const std::string &name, size_t frame) {
-        return desk.counters(name, "photons")[2 * frame];
+        return test.counters(name, "photons")[2 * frame];
     };
     for (size_t i = 0; i < 4; ++i) {
         CHECK((seconds("k.json", i) == "0.000000") == (i == 1));
         CHECK(seconds("a.json", i) != "0.000000");
     }
-    CHECK(desk.counters("k.json", "collisions") == desk.counters("a.json", "collisions"));
-    CHECK(desk.counters("k.json", "emitted") == std::vector<std::string>(4, "65000"));
+    CHECK(test.counters("k.json", "collisions") == test.counters("a.json", "collisions"));
+    CHECK(test.counters("k.json", "emitted") == std::vector<std::string>(4, "65000"));
 
     // Saved and used frame by frame; a name without a number serves all frames that it fits.
-    const std::string numbered = desk.file("f_%02d.map");
+    const std::string numbered = test.file("f_%02d.map");
     CHECK(frames("--map-out " + numbered, "o.json").out == kept.out);
-    CHECK(desk.same("f_00.map", "f_01.map"));
-    CHECK(!desk.same("f_00.map", "f_02.map"));
+    CHECK(test.same("f_00.map", "f_01.map"));
+    CHECK(!test.same("f_00.map", "f_02.map"));
     CHECK(frames("--map-in " + numbered, "i.json").out == kept.out);
     for (size_t i = 0; i < 4; ++i) CHECK(seconds("i.json", i) == "0.000000");
-    CHECK(desk.render("--frames 0:1 --digest --map-in " + desk.file("f_00.map")).out == kept.out.substr(0, 136));
-    CHECK(desk.render("--frames 0:2 --map-in " + desk.file("f_00.map")).status == 3);
+    CHECK(test.render("--frames 0:1 --digest --map-in " + test.file("f_00.map")).out == kept.out.substr(0, 136));
+    CHECK(test.render("--frames 0:2 --map-in " + test.file("f_00.map")).status == 3);
     // Parts of each.
-    const std::string part = desk.file("h_%02d.map");
-    CHECK(desk.render("--frames 0:3 --batches 2:4 --map-out " + part).status == 0);
-    CHECK(desk.same("h_00.map", "h_01.map"));
-    CHECK(!desk.same("h_00.map", "h_02.map"));
-    CHECK(desk.map("h_03.map").batches == Ranges{{2, 4}});
+    const std::string part = test.file("h_%02d.map");
+    CHECK(test.render("--frames 0:3 --batches 2:4 --map-out " + part).status == 0);
+    CHECK(test.same("h_00.map", "h_01.map"));
+    CHECK(!test.same("h_00.map", "h_02.map"));
+    CHECK(test.map("h_03.map").batches == Ranges{{2, 4}});
 }
 
 TEST_CASE("map command: merge refuses maps that do not belong together, and writes nothing then") {
-    MapCommandTest desk;
+    MapCommandTest test;
     const auto trace = [&](const std::string &name, const std::string &options) {
-        REQUIRE(desk.render("--map-out " + desk.file(name) + " --batches " + options).status == 0);
-        return desk.file(name);
+        REQUIRE(test.render("--map-out " + test.file(name) + " --batches " + options).status == 0);
+        return test.file(name);
     };
     const std::string a = trace("a.map", "0:2"), b = trace("b.map", "1:3"), c = trace("c.map", "4:5");
     const auto refuses = [&](const std::string &arguments, int status, const std::string &line = "",
                              const std::string &out = "x.map") {
         CAPTURE(arguments);
-        desk.refuses(desk.wisp("merge " + arguments + " -o " + desk.file(out)), status, line);
-        for (const char *name : {"x.map", "x.pfm", "y.map"}) CHECK(!desk.has(name));
+        test.refuses(test.wisp("merge " + arguments + " -o " + test.file(out)), status, line);
+        for (const char *name : {"x.map", "x.pfm", "y.map"}) CHECK(!test.has(name));
     };
     const std::string usage = "maps are merged to a map, expected one --output and no other option with it";
     refuses("", 2, "found no file to merge, expected some .passes or .map");
     refuses(a + " " + c + " --digest", 2, usage);
-    refuses(a + " " + c + " -o " + desk.file("y.map"), 2, usage);
-    refuses(a + " " + c + " -o " + desk.file("x.pfm"), 2, usage);
-    refuses(a + " " + c + " --error-out " + desk.file("x.pfm"), 2, usage);
+    refuses(a + " " + c + " -o " + test.file("y.map"), 2, usage);
+    refuses(a + " " + c + " -o " + test.file("x.pfm"), 2, usage);
+    refuses(a + " " + c + " --error-out " + test.file("x.pfm"), 2, usage);
     refuses(a + " " + c + " --exposure 1", 2, usage);
     refuses(a + " " + c, 3, a + ":1: not a file of passes, expected 'wisp passes 1'", "x.pfm");
     refuses(a + " " + b, 3, b + ": batches 1:3, expected none of 0:2, which are there already");
@@ -344,42 +344,42 @@ TEST_CASE("map command: merge refuses maps that do not belong together, and writ
         refuses(a + " " + other, 3,
                 other + ": a map of another scene, other settings, arithmetic or version, expected the same");
     }
-    desk.write("m.aff", MapCommandTest::scene("{ phase 0.31 emission 0.2 0.1 0 }"));
+    test.write("m.aff", MapCommandTest::scene("{ phase 0.31 emission 0.2 0.1 0 }"));
     const std::string other = trace("other.map", "4:5");
     refuses(a + " " + other, 3,
             other + ": a map of another scene, other settings, arithmetic or version, expected the same");
-    refuses(a + " " + desk.file("none.map"), 3,
-            desk.file("none.map") + ": cannot be opened: No such file or directory");
-    refuses(a + " " + desk.s(), 3, desk.s() + ":1: not a particle map, expected 'wisp map 1'");
+    refuses(a + " " + test.file("none.map"), 3,
+            test.file("none.map") + ": cannot be opened: No such file or directory");
+    refuses(a + " " + test.s(), 3, test.s() + ":1: not a particle map, expected 'wisp map 1'");
     const std::string text = text_of(c);
-    desk.write("cut.map", text.substr(0, text.size() - 1));
-    refuses(a + " " + desk.file("cut.map"), 3,
-            desk.file("cut.map") + ":2: the file is damaged: its SHA-256 is another, expected " + text.substr(18, 64));
-    MapFile forged = desk.map("c.map"), first = desk.map("a.map");
+    test.write("cut.map", text.substr(0, text.size() - 1));
+    refuses(a + " " + test.file("cut.map"), 3,
+            test.file("cut.map") + ":2: the file is damaged: its SHA-256 is another, expected " + text.substr(18, 64));
+    MapFile forged = test.map("c.map"), first = test.map("a.map");
     first.sums[0] = forged.sums[0] = INT64_MAX;
-    desk.forge("first.map", first);
-    desk.forge("forged.map", forged);
-    refuses(desk.file("first.map") + " " + desk.file("forged.map"), 3,
-            desk.file("forged.map") + ": its sums and those before are too large together, expected 63 bits at most");
+    test.forge("first.map", first);
+    test.forge("forged.map", forged);
+    refuses(test.file("first.map") + " " + test.file("forged.map"), 3,
+            test.file("forged.map") + ": its sums and those before are too large together, expected 63 bits at most");
     // Views do not part them.
-    desk.write("m.aff", "# again\n" + MapCommandTest::scene() + "\nrender step 0.25");
-    CHECK(desk.wisp("merge " + a + " " + trace("same.map", "4:5 --size 3x3 --spp 9") + " -o " + desk.file("z.map"))
+    test.write("m.aff", "# again\n" + MapCommandTest::scene() + "\nrender step 0.25");
+    CHECK(test.wisp("merge " + a + " " + trace("same.map", "4:5 --size 3x3 --spp 9") + " -o " + test.file("z.map"))
               .status == 0);
 }
 
 TEST_CASE("map command: a map that cannot be written ends with 5, before any picture") {
-    const MapCommandTest desk;
-    std::filesystem::create_symlink("/dev/full", desk.file("full.map"));
-    const std::string none = desk.file("none/a.map"), full = desk.file("full.map");
+    const MapCommandTest test;
+    std::filesystem::create_symlink("/dev/full", test.file("full.map"));
+    const std::string none = test.file("none/a.map"), full = test.file("full.map");
     for (const std::string &path : {none, full}) {
         const std::string why = path == none ? "No such file or directory" : "No space left on device";
-        desk.refuses(desk.render("--digest -o " + desk.file("x.pfm") + " --map-out " + path), 5,
+        test.refuses(test.render("--digest -o " + test.file("x.pfm") + " --map-out " + path), 5,
                      path + ": could not be written: " + why);
-        CHECK(!desk.has("x.pfm"));
-        desk.refuses(desk.render("--batches 0:1 --map-out " + path), 5, path + ": could not be written: " + why);
+        CHECK(!test.has("x.pfm"));
+        test.refuses(test.render("--batches 0:1 --map-out " + path), 5, path + ": could not be written: " + why);
     }
-    REQUIRE(desk.render("--batches 0:1 -v --map-out " + desk.file("a.map")).err ==
-            "wrote " + desk.file("a.map") + "\n");
-    desk.refuses(desk.wisp("merge " + desk.file("a.map") + " -o " + none), 5,
+    REQUIRE(test.render("--batches 0:1 -v --map-out " + test.file("a.map")).err ==
+            "wrote " + test.file("a.map") + "\n");
+    test.refuses(test.wisp("merge " + test.file("a.map") + " -o " + none), 5,
                  none + ": could not be written: No such file or directory");
 }

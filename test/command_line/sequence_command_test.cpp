@@ -15,8 +15,8 @@ using namespace wisp;
 namespace {
 
 // An animation of a textured triangle before another that changes its form, in frames of pixels that cost little.
-struct Reel : CommandLineTest {
-    Reel() {
+struct SequenceCommandTest : CommandLineTest {
+    SequenceCommandTest() {
         write("tiles.ppm", "P6 2 1 255\n\1\2\3\4\5\6");
         write("still.aff", "f 1 1 1 0.5 0 0 0 1\nm vertices 3 -1 0 0 1 0 0 0 1.5 0 texturecoords 3 tiles.ppm 0 0 1 0 "
                            "0 1 triangles 1 0 1 2 0 1 2\n");
@@ -59,9 +59,9 @@ struct Reel : CommandLineTest {
 // A run of its own that is given a signal.
 class Process {
   public:
-    Process(const CommandLineTest &desk, const std::string &arguments) {
+    Process(const CommandLineTest &test, const std::string &arguments) {
         const std::string command =
-            "exec " + built("wisp") + " " + arguments + " > " + desk.file("out") + " 2> " + desk.file("err");
+            "exec " + built("wisp") + " " + arguments + " > " + test.file("out") + " 2> " + test.file("err");
         id_ = fork();
         if (id_ == 0) {
             for (int number : {SIGINT, SIGTERM}) std::signal(number, SIG_DFL); // a background job ignores them
@@ -102,97 +102,97 @@ void await(const std::string &path) {
 } // namespace
 
 TEST_CASE("sequence command: frames that are there are kept, others made, and the bits are the same") {
-    Reel desk;
-    const Ran first = desk.render("--digest");
+    SequenceCommandTest test;
+    const Ran first = test.render("--digest");
     CHECK(first.err.empty());
     CHECK(lines(first.out) == 5);
-    const std::set<std::string> all = desk.names();
-    CHECK(all.size() == 2 + 5 + 5 * 3); // puff.vtk and s.aff of every desk; here, out and err
-    const std::string last = text_of(desk.file("f_04.png"));
-    const Ran again = desk.render("--digest");
-    CHECK(desk.kept_of(again) == 5);
+    const std::set<std::string> all = test.names();
+    CHECK(all.size() == 2 + 5 + 5 * 3); // puff.vtk and s.aff of every test; here, out and err
+    const std::string last = text_of(test.file("f_04.png"));
+    const Ran again = test.render("--digest");
+    CHECK(test.kept_of(again) == 5);
     CHECK(again.out == first.out);
-    CHECK(desk.render("--digest -q").err.empty());
+    CHECK(test.render("--digest -q").err.empty());
     // What is gone is made again.
-    for (const char *name : {"f_01.pfm", "f_02.png", "f_04.pfm.wisp"}) std::filesystem::remove(desk.file(name));
-    CHECK(desk.kept() == 2);
-    CHECK(desk.names() == all);
+    for (const char *name : {"f_01.pfm", "f_02.png", "f_04.pfm.wisp"}) std::filesystem::remove(test.file(name));
+    CHECK(test.kept() == 2);
+    CHECK(test.names() == all);
     // What is not what was written, anywhere; what is half of it; and what follows it.
     for (const std::string name : {"f_01.pfm", "f_02.png", "f_04.pfm.wisp"}) {
-        const std::string whole = text_of(desk.file(name));
+        const std::string whole = text_of(test.file(name));
         CAPTURE(name);
         for (size_t at : {size_t{0}, size_t{30}, whole.size() / 2, whole.size() - 300, whole.size() - 40,
                           whole.size() - 14, whole.size() - 1}) {
             if (at >= whole.size()) continue;
-            desk.flip(name, at);
-            CHECK(desk.kept("--frames 1:4") == 3);
-            CHECK(text_of(desk.file(name)) == whole);
+            test.flip(name, at);
+            CHECK(test.kept("--frames 1:4") == 3);
+            CHECK(text_of(test.file(name)) == whole);
         }
         for (const std::string &wrong : {whole.substr(0, whole.size() / 2), whole + "\n", std::string(), whole + whole,
                                          whole.substr(0, 12), whole.substr(0, whole.size() - 1)}) {
-            desk.write(name, wrong);
-            CHECK(desk.kept("--frames 1:4") == 3);
-            CHECK(text_of(desk.file(name)) == whole);
+            test.write(name, wrong);
+            CHECK(test.kept("--frames 1:4") == 3);
+            CHECK(text_of(test.file(name)) == whole);
         }
     }
     // A picture under the name of another frame, with its record.
     for (const char *kind : {".pfm", ".pfm.wisp", ".png"})
-        desk.write(std::string("f_00") + kind, text_of(desk.file(std::string("f_03") + kind)));
-    CHECK(desk.kept() == 4);
-    CHECK(desk.render("--digest").out == first.out);
-    CHECK(text_of(desk.file("f_04.png")) == last);
+        test.write(std::string("f_00") + kind, text_of(test.file(std::string("f_03") + kind)));
+    CHECK(test.kept() == 4);
+    CHECK(test.render("--digest").out == first.out);
+    CHECK(text_of(test.file("f_04.png")) == last);
     // Frames apart are those of one run.
-    for (int i = 0; i < 5; ++i) CHECK(desk.kept("--frames " + std::to_string(i)) == 1);
+    for (int i = 0; i < 5; ++i) CHECK(test.kept("--frames " + std::to_string(i)) == 1);
 }
 
 TEST_CASE("sequence command: a frame is kept only for the same scene, options and version of the number system") {
-    Reel desk;
-    CHECK(desk.kept() == 0);
+    SequenceCommandTest test;
+    CHECK(test.kept() == 0);
     for (const std::string option : {"--arith f64", "--arith fixed", "--size 81x60", "--spp 2", "--depth 3",
                                      "--shadows trace", "--lights cuts", "--seed 2", "--frame-count 6 --frames 1:3"}) {
         CAPTURE(option);
-        CHECK(desk.kept(option) == 0);
-        CHECK(desk.kept(option) == (option.find("frames") == std::string::npos ? 5 : 3));
-        CHECK(desk.kept() < 5);
+        CHECK(test.kept(option) == 0);
+        CHECK(test.kept(option) == (option.find("frames") == std::string::npos ? 5 : 3));
+        CHECK(test.kept() < 5);
     }
     // Only the .png shows it, yet a frame is kept as a whole.
-    CHECK(desk.kept("--exposure 1") == 0);
-    CHECK(desk.kept("--exposure 1") == 5);
-    CHECK(desk.kept() == 0);
+    CHECK(test.kept("--exposure 1") == 0);
+    CHECK(test.kept("--exposure 1") == 5);
+    CHECK(test.kept() == 0);
     // What changes no pixel.
     for (const std::string option : {"--memory 1G", "--progress never", "--shadows exact", "--frame-count 5"})
-        CHECK(desk.kept(option) == 5);
-    const std::string tiles = text_of(desk.file("tiles.ppm")), still = text_of(desk.file("still.aff"));
-    desk.write("still.aff", "# a comment\n" + still);
-    CHECK(desk.kept() == 5);
-    desk.write("still.aff", still + "s 0 0 0 0.1\n");
-    CHECK(desk.kept() == 0);
-    desk.flip("tiles.ppm", tiles.size() - 1);
-    CHECK(desk.kept() == 0);
-    desk.write("t.aff", Reel::scene("3")); // all but the first frame move
-    CHECK(desk.kept() == 1);
+        CHECK(test.kept(option) == 5);
+    const std::string tiles = text_of(test.file("tiles.ppm")), still = text_of(test.file("still.aff"));
+    test.write("still.aff", "# a comment\n" + still);
+    CHECK(test.kept() == 5);
+    test.write("still.aff", still + "s 0 0 0 0.1\n");
+    CHECK(test.kept() == 0);
+    test.flip("tiles.ppm", tiles.size() - 1);
+    CHECK(test.kept() == 0);
+    test.write("t.aff", SequenceCommandTest::scene("3")); // all but the first frame move
+    CHECK(test.kept() == 1);
     // Others, where they are not several, are always made.
-    const std::string one = "render " + desk.file("t.aff") + " --frames 2 -o " + desk.file("one.pfm");
-    for (int i = 0; i < 2; ++i) CHECK(desk.wisp(one).err.empty());
-    CHECK(!desk.has("one.pfm.wisp"));
+    const std::string one = "render " + test.file("t.aff") + " --frames 2 -o " + test.file("one.pfm");
+    for (int i = 0; i < 2; ++i) CHECK(test.wisp(one).err.empty());
+    CHECK(!test.has("one.pfm.wisp"));
 }
 
 TEST_CASE("sequence command: particles of a frame, and grids, are part of its scene") {
-    CommandLineTest desk;
-    desk.write("p_0.vtk", CommandLineTest::puff(20));
-    desk.write("p_1.vtk", CommandLineTest::puff(21));
-    desk.write("g.vol", CommandLineTest::volume(2, 1, 1, 1, 1, 1, {1, 0.5f}));
-    desk.write("p.aff", CommandLineTest::lit("p_%d.vtk { radius 0.2 mass 1 extinction 0.02 }\nsmoke g.vol { extinction 0.1 }"));
+    CommandLineTest test;
+    test.write("p_0.vtk", CommandLineTest::puff(20));
+    test.write("p_1.vtk", CommandLineTest::puff(21));
+    test.write("g.vol", CommandLineTest::volume(2, 1, 1, 1, 1, 1, {1, 0.5f}));
+    test.write("p.aff", CommandLineTest::lit("p_%d.vtk { radius 0.2 mass 1 extinction 0.02 }\nsmoke g.vol { extinction 0.1 }"));
     const auto kept = [&](const std::string &options = "") {
-        return Reel::kept_of(
-            desk.wisp("render " + desk.file("p.aff") + " --frames 0:1 -o " + desk.file("f_%d.png ") + options));
+        return SequenceCommandTest::kept_of(
+            test.wisp("render " + test.file("p.aff") + " --frames 0:1 -o " + test.file("f_%d.png ") + options));
     };
     CHECK(kept() == 0);
     CHECK(kept() == 2);
-    desk.write("p_1.vtk", CommandLineTest::puff(22));
+    test.write("p_1.vtk", CommandLineTest::puff(22));
     CHECK(kept() == 1);
     CHECK(kept() == 2);
-    desk.write("g.vol", CommandLineTest::volume(2, 1, 1, 1, 1, 1, {1, 0.25f}));
+    test.write("g.vol", CommandLineTest::volume(2, 1, 1, 1, 1, 1, {1, 0.25f}));
     CHECK(kept() == 0);
     for (const std::string option :
          {"--photons 1000", "--smoke direct --irradiance none", "--step 0.25 --smoke direct", "--gather 10",
@@ -202,53 +202,53 @@ TEST_CASE("sequence command: particles of a frame, and grids, are part of its sc
         CHECK(kept(option) == 2);
     }
     // Maps, errors and sums are made with the picture.
-    for (const std::string &option : {"--smoke map --map-out " + desk.file("m_%d.map"),
-                                      "--reference --passes 0:2 --error-out " + desk.file("e_%d.pfm"),
-                                      "--reference --passes 0:2 -o " + desk.file("e_%d.passes")})
+    for (const std::string &option : {"--smoke map --map-out " + test.file("m_%d.map"),
+                                      "--reference --passes 0:2 --error-out " + test.file("e_%d.pfm"),
+                                      "--reference --passes 0:2 -o " + test.file("e_%d.passes")})
         for (int i = 0; i < 2; ++i) CHECK(kept(option) == 0);
 }
 
 TEST_CASE("sequence command: digests and statistics of kept frames are true") {
-    Reel desk;
+    SequenceCommandTest test;
     const auto png = [&](const std::string &options) {
-        return desk.wisp("render " + desk.file("t.aff") + " -o " + desk.file("f_%02d.png ") + options);
+        return test.wisp("render " + test.file("t.aff") + " -o " + test.file("f_%02d.png ") + options);
     };
-    const std::string stats = " --stats " + desk.file("s.json");
-    CHECK(Reel::kept_of(png("")) == 0);
-    CHECK(Reel::kept_of(png("")) == 5);
-    const Ran digests = png("--digest"); // which no .png tells
-    CHECK(Reel::kept_of(digests) == 0);
+    const std::string stats = " --stats " + test.file("s.json");
+    CHECK(SequenceCommandTest::kept_of(png("")) == 0);
+    CHECK(SequenceCommandTest::kept_of(png("")) == 5);
+    const Ran digests = png("--digest"); // which follow from no .png
+    CHECK(SequenceCommandTest::kept_of(digests) == 0);
     CHECK(lines(digests.out) == 5);
-    CHECK(Reel::kept_of(png(stats)) == 0);
+    CHECK(SequenceCommandTest::kept_of(png(stats)) == 0);
     const auto digest_of = [&] {
-        const std::string json = text_of(desk.file("s.json"));
+        const std::string json = text_of(test.file("s.json"));
         return json.substr(json.find("\"digest\": "), 76);
     };
     const std::string whole = digest_of();
-    CHECK(desk.kept() == 0);
-    std::filesystem::remove(desk.file("f_03.pfm"));
-    CHECK(desk.kept(stats) == 4);
+    CHECK(test.kept() == 0);
+    std::filesystem::remove(test.file("f_03.pfm"));
+    CHECK(test.kept(stats) == 4);
     CHECK(digest_of() == whole);
-    const std::string json = text_of(desk.file("s.json"));
+    const std::string json = text_of(test.file("s.json"));
     CHECK(json.find("{ \"frame\": 2, \"kept\": true },\n    { \"frame\": 3, \"seconds\": ") != std::string::npos);
-    CHECK(desk.kept(stats) == 5);
+    CHECK(test.kept(stats) == 5);
     CHECK(digest_of() == whole);
 }
 
 TEST_CASE("sequence command: frames of the paper's shadows are never kept, and carry no record") {
-    const Reel desk;
-    CHECK(desk.kept() == 0);
-    CHECK(desk.kept("--shadows paper") == 0);
-    CHECK(desk.kept("--shadows paper") == 0);
-    CHECK(text_of(desk.file("f_01.png")).find("tEXt") == std::string::npos);
-    CHECK(desk.kept() == 0);
+    const SequenceCommandTest test;
+    CHECK(test.kept() == 0);
+    CHECK(test.kept("--shadows paper") == 0);
+    CHECK(test.kept("--shadows paper") == 0);
+    CHECK(text_of(test.file("f_01.png")).find("tEXt") == std::string::npos);
+    CHECK(test.kept() == 0);
 }
 
 TEST_CASE("sequence command: a .png with its record is a PNG, and the same pixels") {
-    const Reel desk;
-    desk.render("--frames 1");
-    desk.wisp("render " + desk.file("t.aff") + " --frames 1 -o " + desk.file("one.png"));
-    const Bytes plain = read_file(desk.file("one.png")), proved = read_file(desk.file("f_01.png"));
+    const SequenceCommandTest test;
+    test.render("--frames 1");
+    test.wisp("render " + test.file("t.aff") + " --frames 1 -o " + test.file("one.png"));
+    const Bytes plain = read_file(test.file("one.png")), proved = read_file(test.file("f_01.png"));
     const auto big_endian = [](const uint8_t *b) {
         return uint32_t{b[0]} << 24 | uint32_t{b[1]} << 16 | uint32_t{b[2]} << 8 | b[3];
     };
@@ -274,73 +274,73 @@ TEST_CASE("sequence command: a .png with its record is a PNG, and the same pixel
 }
 
 TEST_CASE("sequence command: killed at any moment, the next run goes on and leaves what one run leaves") {
-    Reel desk;
-    desk.write("out", "");
-    desk.write("err", "");
+    SequenceCommandTest test;
+    test.write("out", "");
+    test.write("err", "");
     const std::string options = "--digest --size 120x90";
     const auto clear = [&] {
-        for (const std::string &name : desk.names())
-            if (name.compare(0, 2, "f_") == 0) std::filesystem::remove(desk.file(name));
+        for (const std::string &name : test.names())
+            if (name.compare(0, 2, "f_") == 0) std::filesystem::remove(test.file(name));
     };
-    const Ran whole = desk.render(options);
+    const Ran whole = test.render(options);
     REQUIRE(whole.status == 0);
-    const std::set<std::string> all = desk.names();
+    const std::set<std::string> all = test.names();
     std::map<std::string, std::string> contents;
     for (const std::string &name : all)
-        if (name.compare(0, 2, "f_") == 0) contents[name] = text_of(desk.file(name));
+        if (name.compare(0, 2, "f_") == 0) contents[name] = text_of(test.file(name));
     uint32_t state = 1;
     int broken = 0;
     for (int i = 0; i < 20; ++i) {
         clear();
-        Process process(desk, desk.command(options));
+        Process process(test, test.command(options));
         state = state * 1664525u + 1013904223u;
         // Within the next milliseconds of a frame that was just begun, or of the program's start.
-        if (i % 5 > 0) await(desk.file("f_0" + std::to_string(i % 5 - 1) + ".pfm"));
+        if (i % 5 > 0) await(test.file("f_0" + std::to_string(i % 5 - 1) + ".pfm"));
         usleep(state >> 20); // up to 4 ms
         const int status = process.end(SIGKILL);
         CHECK((status == 0 || status == 128 + SIGKILL));
-        broken += status != 0 && !desk.has("f_04.png");
+        broken += status != 0 && !test.has("f_04.png");
         for (const auto &[name, text] : contents) // whole, or not there
-            if (desk.has(name)) CHECK(text_of(desk.file(name)) == text);
-        const Ran next = desk.render(options);
+            if (test.has(name)) CHECK(text_of(test.file(name)) == text);
+        const Ran next = test.render(options);
         CHECK(next.out == whole.out);
-        CHECK(desk.names() == all);
-        for (const auto &[name, text] : contents) CHECK(text_of(desk.file(name)) == text);
+        CHECK(test.names() == all);
+        for (const auto &[name, text] : contents) CHECK(text_of(test.file(name)) == text);
     }
     CHECK(broken > 0);
     // What a kill between two system calls leaves: all that may lie about, beside frames that are whole and are not.
-    std::filesystem::remove(desk.file("f_02.pfm"));
+    std::filesystem::remove(test.file("f_02.pfm"));
     for (const char *name : {"f_00.pfm", "f_01.png", "f_02.pfm", "f_02.pfm.wisp", "f_03.pfm.wisp"})
-        desk.write(std::string(name) + ".part", "half");
-    const Ran next = desk.render(options);
-    CHECK(desk.kept_of(next) == 4);
+        test.write(std::string(name) + ".part", "half");
+    const Ran next = test.render(options);
+    CHECK(test.kept_of(next) == 4);
     CHECK(next.out == whole.out);
-    CHECK(desk.names() == all);
+    CHECK(test.names() == all);
 }
 
-TEST_CASE("sequence command: asked to stop, it stops at a row, says so in one line and leaves nothing aside") {
-    Reel desk;
-    const std::string slow = desk.command("--frames 0:1 --size 64x600 --spp 4000 --progress always");
+TEST_CASE("sequence command: after a signal it stops at a row, says so in one line and leaves nothing aside") {
+    SequenceCommandTest test;
+    const std::string slow = test.command("--frames 0:1 --size 64x600 --spp 4000 --progress always");
     for (const auto &[signal, name] : {std::pair<int, std::string>{SIGINT, "SIGINT"}, {SIGTERM, "SIGTERM"}}) {
-        desk.write("err", "");
-        Process process(desk, slow);
-        await(desk.file("err"));
+        test.write("err", "");
+        Process process(test, slow);
+        await(test.file("err"));
         CHECK(process.end(signal) == 128 + signal);
-        const std::string err = text_of(desk.file("err"));
+        const std::string err = text_of(test.file("err"));
         CHECK(lines(err) == 1);
-        CHECK(err.substr(err.rfind('\r') + 1) == desk.file("t.aff") + ": stopped by " + name + " in frame 0\n");
-        CHECK(desk.tidy());
-        CHECK(!desk.has("f_00.pfm"));
+        CHECK(err.substr(err.rfind('\r') + 1) == test.file("t.aff") + ": stopped by " + name + " in frame 0\n");
+        CHECK(test.tidy());
+        CHECK(!test.has("f_00.pfm"));
     }
     // Photons stop between their batches.
-    desk.write("b.aff", CommandLineTest::lit("box -1 -1 -1 1 1 1 1.5 { }"));
-    desk.write("err", "");
-    Process process(desk, "render " + desk.file("b.aff") +
+    test.write("b.aff", CommandLineTest::lit("box -1 -1 -1 1 1 1 1.5 { }"));
+    test.write("err", "");
+    Process process(test, "render " + test.file("b.aff") +
                               " --smoke map --photons 400000000 --progress always --batches "
                               "0:90000 --map-out " +
-                              desk.file("b.map"));
-    await(desk.file("err"));
+                              test.file("b.map"));
+    await(test.file("err"));
     CHECK(process.end(SIGTERM) == 128 + SIGTERM);
-    CHECK(desk.tidy());
-    CHECK(!desk.has("b.map"));
+    CHECK(test.tidy());
+    CHECK(!test.has("b.map"));
 }

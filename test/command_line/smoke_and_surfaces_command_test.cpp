@@ -31,18 +31,18 @@ struct Cave : CommandLineTest {
 
 } // namespace
 
-TEST_CASE("command line: smoke and surfaces are one picture, by every way, in every arithmetic") {
+TEST_CASE("command line: smoke and surfaces are one picture, by every method, in every arithmetic") {
     Cave cave;
-    for (const std::string way : {"", "--smoke direct", "--smoke volume", "--smoke map --deposit path",
+    for (const std::string method : {"", "--smoke direct", "--smoke volume", "--smoke map --deposit path",
                                   "--reference --passes 0:4", "--lights cuts", "--shadows paper"}) {
-        CAPTURE(way);
+        CAPTURE(method);
         std::string of[2];
         for (const bool smoke : {true, false})
             for (const std::string arithmetic : {"--arith f32 ", "--arith f64 ", "--arith fixed "}) {
                 cave.write_scene("1.2", "", smoke ? "" : "transform 1 1 1 0 1 0 0 0 0 9\n"); // behind the camera
-                const std::string digest = cave.digest(arithmetic + way);
+                const std::string digest = cave.digest(arithmetic + method);
                 CHECK(lines(digest) == 1);
-                CHECK(cave.digest(arithmetic + way) == digest);
+                CHECK(cave.digest(arithmetic + method) == digest);
                 if (arithmetic == "--arith f64 ") of[smoke] = digest;
             }
         CHECK(of[0] != of[1]);

@@ -41,10 +41,10 @@ struct Table : CommandLineTest {
 } // namespace
 
 TEST_CASE("stitch command: a picture in 2, 3 and 7 parts is that of one run, as .pfm and as .png") {
-    const Table desk;
+    const Table test;
     const std::string surfaces = "render fixtures/surfaces.aff -q --spp 1 --frames 2 --size 40x31",
-                      smoke = "render " + desk.file("b.aff") + " -q --size 40x31 ",
-                      particles = "render " + desk.file("p.aff") + " -q --size 40x31 ";
+                      smoke = "render " + test.file("b.aff") + " -q --size 40x31 ",
+                      particles = "render " + test.file("p.aff") + " -q --size 40x31 ";
     uint32_t state = 5;
     for (const std::string &command :
          {surfaces, surfaces + " --arith f64 --shadows exact", surfaces + " --arith fixed", particles,
@@ -52,65 +52,65 @@ TEST_CASE("stitch command: a picture in 2, 3 and 7 parts is that of one run, as 
           smoke + "--smoke direct --irradiance adaptive", smoke + "--smoke map --irradiance none",
           smoke + "--smoke direct --irradiance none", smoke + "--reference --passes 0:2 --arith fixed"}) {
         CAPTURE(command);
-        REQUIRE(desk.wisp(command + " -o " + desk.file("one.pfm") + " -o " + desk.file("one.png")).status == 0);
+        REQUIRE(test.wisp(command + " -o " + test.file("one.pfm") + " -o " + test.file("one.png")).status == 0);
         for (int parts : {2, 3, 7}) {
             std::string names, turned;
             int i = 0;
             for (const Crop &crop : Table::cut({0, 0, 40, 31}, parts, state)) {
-                const std::string name = desk.part(command, i++, crop);
+                const std::string name = test.part(command, i++, crop);
                 names += name;
                 turned = name + turned;
             }
             for (const std::string &order : parts == 7 ? std::vector{names, turned} : std::vector{names}) {
-                const Ran ran = desk.wisp("stitch" + order + " -o " + desk.file("all.pfm") + " --digest -o " +
-                                          desk.file("all.png"));
+                const Ran ran = test.wisp("stitch" + order + " -o " + test.file("all.pfm") + " --digest -o " +
+                                          test.file("all.png"));
                 CHECK(ran.status == 0);
                 CHECK(ran.err.empty());
-                CHECK(desk.same("all.pfm", "one.pfm"));
-                CHECK(desk.same("all.png", "one.png"));
-                CHECK(ran.out.substr(64) == "  " + desk.file("all.pfm") + "\n");
+                CHECK(test.same("all.pfm", "one.pfm"));
+                CHECK(test.same("all.png", "one.png"));
+                CHECK(ran.out.substr(64) == "  " + test.file("all.pfm") + "\n");
             }
         }
     }
-    CHECK(!desk.has("all.pfm.wisp"));
+    CHECK(!test.has("all.pfm.wisp"));
 }
 
 TEST_CASE("stitch command: frames and batches of photons in 2, 3 and 7 parts are those of one run") {
-    const Table desk;
+    const Table test;
     const std::string frames = "render fixtures/surfaces.aff -q --spp 1 --size 20x15 --frame-count 14 --digest -o ";
-    const Ran one = desk.wisp(frames + desk.file("one_%02d.pfm"));
-    const std::string smoke = "render " + desk.file("b.aff") + " --smoke map --photons 65000 ";
-    const std::string picture = desk.wisp(smoke + "--digest").out;
+    const Ran one = test.wisp(frames + test.file("one_%02d.pfm"));
+    const std::string smoke = "render " + test.file("b.aff") + " --smoke map --photons 65000 ";
+    const std::string picture = test.wisp(smoke + "--digest").out;
     for (int parts : {2, 3, 7}) {
         std::string maps;
         for (int i = 0; i < parts; ++i) {
             const std::string number = std::to_string(i);
-            CHECK(desk.wisp(frames + desk.file("all_%02d.pfm") + " --frames " + number + ":13:" + std::to_string(parts))
+            CHECK(test.wisp(frames + test.file("all_%02d.pfm") + " --frames " + number + ":13:" + std::to_string(parts))
                       .status == 0);
-            maps += " " + desk.file(number + ".map");
-            CHECK(desk.wisp(smoke + "--batches " + std::to_string(16 * i / parts) + ":" +
-                            std::to_string(16 * (i + 1) / parts) + " --map-out " + desk.file(number + ".map"))
+            maps += " " + test.file(number + ".map");
+            CHECK(test.wisp(smoke + "--batches " + std::to_string(16 * i / parts) + ":" +
+                            std::to_string(16 * (i + 1) / parts) + " --map-out " + test.file(number + ".map"))
                       .status == 0);
         }
         for (int i = 0; i < 14; ++i) {
             const std::string number = (i < 10 ? "0" : "") + std::to_string(i);
-            CHECK(desk.same("one_" + number + ".pfm", "all_" + number + ".pfm"));
-            for (const char *kind : {".pfm", ".pfm.wisp"}) std::filesystem::remove(desk.file("all_" + number + kind));
+            CHECK(test.same("one_" + number + ".pfm", "all_" + number + ".pfm"));
+            for (const char *kind : {".pfm", ".pfm.wisp"}) std::filesystem::remove(test.file("all_" + number + kind));
         }
-        CHECK(desk.wisp("merge" + maps + " -o " + desk.file("all.map")).status == 0);
-        CHECK(desk.wisp(smoke + "--digest --map-in " + desk.file("all.map")).out == picture);
+        CHECK(test.wisp("merge" + maps + " -o " + test.file("all.map")).status == 0);
+        CHECK(test.wisp(smoke + "--digest --map-in " + test.file("all.map")).out == picture);
     }
 }
 
 TEST_CASE("stitch command: parts that are no whole are refused in one line, and nothing is written") {
-    Table desk;
+    Table test;
     const std::string command = "render fixtures/surfaces.aff -q --spp 1 --frames 2 --size 8x6";
-    const std::string a = desk.part(command, 0, {0, 0, 3, 6}), b = desk.part(command, 1, {3, 0, 8, 4}),
-                      c = desk.part(command, 2, {3, 4, 8, 6}), over = desk.part(command, 3, {2, 4, 8, 6});
+    const std::string a = test.part(command, 0, {0, 0, 3, 6}), b = test.part(command, 1, {3, 0, 8, 4}),
+                      c = test.part(command, 2, {3, 4, 8, 6}), over = test.part(command, 3, {2, 4, 8, 6});
     const auto refuses = [&](const std::string &parts, int status, const std::string &line) {
         CAPTURE(parts);
-        desk.refuses(desk.wisp("stitch" + parts + " -o " + desk.file("x.pfm")), status, line);
-        CHECK(!desk.has("x.pfm"));
+        test.refuses(test.wisp("stitch" + parts + " -o " + test.file("x.pfm")), status, line);
+        CHECK(!test.has("x.pfm"));
     };
     const auto name = [](const std::string &part) { return part.substr(1); };
     refuses(a + b + over, 3, name(over) + ": pixel 2,4 is in " + name(a) + " too, expected parts that do not overlap");
@@ -121,7 +121,7 @@ TEST_CASE("stitch command: parts that are no whole are refused in one line, and 
     refuses(c + a, 3, name(c) + missing + "3,0, expected all");
     refuses(a, 3, name(a) + missing + "3,0, expected all");
     for (const std::string other : {"--frames 3", "--spp 2", "--arith f64", "--size 9x6", "--depth 1"}) {
-        const std::string d = desk.part(command + " " + other, 4, {3, 4, 8, 6});
+        const std::string d = test.part(command + " " + other, 4, {3, 4, 8, 6});
         refuses(a + b + d, 3,
                 name(d) + ": a part of another picture than " + name(a) +
                     ": another scene, frame, size, options, arithmetic or version, expected the same");
@@ -130,31 +130,31 @@ TEST_CASE("stitch command: parts that are no whole are refused in one line, and 
     refuses(a + " x.png", 2, "found 'x.png' to stitch, expected a .pfm file of --crop");
     refuses(a + " --spp 2", 2, "there is no option '--spp' of stitch, expected --output, --exposure, --digest, --quiet or --verbose");
     refuses(a + " -o x.map", 2, "option 'output': found 'x.map', expected .pfm or .png of stitch");
-    desk.refuses(desk.wisp("stitch" + a), 2, "found nothing to make of the parts, expected --output or --digest");
+    test.refuses(test.wisp("stitch" + a), 2, "found nothing to make of the parts, expected --output or --digest");
     // A picture that is no part, one without its record, with that of another, and damaged ones.
-    const std::string none = desk.file("none.pfm");
-    desk.wisp(command + " -o " + none);
+    const std::string none = test.file("none.pfm");
+    test.wisp(command + " -o " + none);
     refuses(" " + none, 3, none + ".wisp: cannot be opened: No such file or directory");
-    refuses(" " + desk.file("nowhere.pfm"), 3,
-            desk.file("nowhere.pfm.wisp: cannot be opened: No such file or directory"));
+    refuses(" " + test.file("nowhere.pfm"), 3,
+            test.file("nowhere.pfm.wisp: cannot be opened: No such file or directory"));
     const std::string record = text_of(name(c) + ".wisp"), picture = text_of(name(c));
-    desk.write("none.pfm.wisp", record);
+    test.write("none.pfm.wisp", record);
     refuses(a + b + " " + none, 3,
             none + ": not the picture of " + none + ".wisp, expected the one as rendered");
-    desk.write("p2.pfm", picture.substr(0, picture.size() - 1) + "x");
+    test.write("p2.pfm", picture.substr(0, picture.size() - 1) + "x");
     refuses(a + b + c, 3,
             name(c) + ": not the picture of " + name(c) + ".wisp, expected the one as rendered");
-    desk.write("p2.pfm", picture.substr(0, picture.size() - 1));
+    test.write("p2.pfm", picture.substr(0, picture.size() - 1));
     refuses(a + b + c, 3, name(c) + ": byte 12: 119 bytes of pixels, expected 120");
-    desk.write("p2.pfm", picture);
-    desk.write("p2.pfm.wisp", record.substr(0, record.size() - 2));
+    test.write("p2.pfm", picture);
+    test.write("p2.pfm.wisp", record.substr(0, record.size() - 2));
     refuses(a + b + c, 3,
             name(c) + ".wisp:2: the file is damaged: its SHA-256 is another, expected " + record.substr(22, 64));
-    desk.write("p2.pfm.wisp", "P5");
+    test.write("p2.pfm.wisp", "P5");
     refuses(a + b + c, 3, name(c) + ".wisp:1: not a record of a picture, expected 'wisp picture 1'");
-    desk.write("p2.pfm.wisp", record);
-    CHECK(desk.wisp("stitch" + a + b + c + " -o " + desk.file("y.pfm")).status == 0);
-    CHECK(desk.same("y.pfm", "none.pfm"));
-    desk.refuses(desk.wisp("stitch" + a + b + c + " -o " + desk.file("no/y.pfm")), 5,
-                 desk.file("no/y.pfm") + ": could not be written: No such file or directory");
+    test.write("p2.pfm.wisp", record);
+    CHECK(test.wisp("stitch" + a + b + c + " -o " + test.file("y.pfm")).status == 0);
+    CHECK(test.same("y.pfm", "none.pfm"));
+    test.refuses(test.wisp("stitch" + a + b + c + " -o " + test.file("no/y.pfm")), 5,
+                 test.file("no/y.pfm") + ": could not be written: No such file or directory");
 }

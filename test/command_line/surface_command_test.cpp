@@ -11,8 +11,8 @@ namespace {
 const std::string five_frames = "render fixtures/surfaces.aff --size 20x15 --spp 1 --quiet --digest ";
 
 // Small enough for tests, unlike those that a user would draw.
-struct Stage : CommandLineTest {
-    Stage() { std::filesystem::copy("fixtures/tiles.ppm", file("tiles.ppm")); }
+struct SurfaceCommandTest : CommandLineTest {
+    SurfaceCommandTest() { std::filesystem::copy("fixtures/tiles.ppm", file("tiles.ppm")); }
     // A camera at z = 6, a light, a grey material, then what is given.
     Ran draw(const std::string &shapes, const std::string &options = "") const {
         return draw_seen("0 1 6", shapes, options);
@@ -49,57 +49,57 @@ std::string scaled(const std::string &early, const std::string &late) {
 } // namespace
 
 TEST_CASE("command line: frames of surfaces are the same alone and in order, in every arithmetic") {
-    const Stage desk;
+    const SurfaceCommandTest test;
     for (const std::string arithmetic : {"--arith f32 ", "--arith f64 ", "--arith fixed "}) {
-        const Ran all = desk.wisp(five_frames + arithmetic);
+        const Ran all = test.wisp(five_frames + arithmetic);
         CHECK(all.status == 0);
         CHECK(lines(all.out) == 5);
         std::string alone, some;
         for (const char *frame : {"4", "3", "2", "1", "0"})
-            alone = desk.wisp(five_frames + arithmetic + "--frames " + frame).out + alone;
+            alone = test.wisp(five_frames + arithmetic + "--frames " + frame).out + alone;
         CHECK(alone == all.out);
         std::istringstream rows(all.out);
         std::string row;
         for (int i = 0; std::getline(rows, row); ++i)
             if (i % 2 == 1) some += row + "\n";
-        CHECK(desk.wisp(five_frames + arithmetic + "--frames 1:4:2").out == some);
+        CHECK(test.wisp(five_frames + arithmetic + "--frames 1:4:2").out == some);
     }
     // Other frames of the same time.
-    const std::string first = desk.wisp(five_frames + "--frames 0").out,
-                      last = desk.wisp(five_frames + "--frames 4").out;
-    CHECK(desk.wisp(five_frames + "--frame-count 2").out == first + last);
-    CHECK(desk.wisp(five_frames + "--frame-count 1").out == first);
-    desk.refuses(desk.wisp(five_frames + "--frames 3:5"), 2);
-    desk.refuses(desk.wisp(five_frames + "--frame-count 2 --frames 2"), 2);
+    const std::string first = test.wisp(five_frames + "--frames 0").out,
+                      last = test.wisp(five_frames + "--frames 4").out;
+    CHECK(test.wisp(five_frames + "--frame-count 2").out == first + last);
+    CHECK(test.wisp(five_frames + "--frame-count 1").out == first);
+    test.refuses(test.wisp(five_frames + "--frames 3:5"), 2);
+    test.refuses(test.wisp(five_frames + "--frame-count 2 --frames 2"), 2);
 }
 
 TEST_CASE("command line: a crop of surfaces is a part of the whole; rays are counted") {
-    const Stage desk;
-    const std::string one = "render fixtures/surfaces.aff --size 20x15 -q --frames 2 -o " + desk.file("a.pfm") + " ";
-    REQUIRE(desk.wisp(one + "--stats " + desk.file("a.json")).status == 0);
-    const std::string counts = text_of(desk.file("a.json"));
+    const SurfaceCommandTest test;
+    const std::string one = "render fixtures/surfaces.aff --size 20x15 -q --frames 2 -o " + test.file("a.pfm") + " ";
+    REQUIRE(test.wisp(one + "--stats " + test.file("a.json")).status == 0);
+    const std::string counts = text_of(test.file("a.json"));
     CHECK(counts.find("\"primary\": 1200") != std::string::npos);
-    const Picture whole = read_pfm(desk.file("a.pfm"));
-    REQUIRE(desk.wisp(one + "--crop 4,3,17,11").status == 0);
-    const Picture part = read_pfm(desk.file("a.pfm"));
+    const Picture whole = read_pfm(test.file("a.pfm"));
+    REQUIRE(test.wisp(one + "--crop 4,3,17,11").status == 0);
+    const Picture part = read_pfm(test.file("a.pfm"));
     CHECK(part.width == 13);
     CHECK(part.height == 8);
     for (size_t y = 0; y < 8; ++y)
         CHECK(std::equal(part.rgb.begin() + static_cast<int64_t>(y * 39),
                          part.rgb.begin() + static_cast<int64_t>(y * 39 + 39),
                          whole.rgb.begin() + static_cast<int64_t>(((y + 3) * 20 + 4) * 3)));
-    const Ran plan = desk.wisp("plan fixtures/surfaces.aff");
+    const Ran plan = test.wisp("plan fixtures/surfaces.aff");
     CHECK(plan.status == 0);
     CHECK(plan.out.find("triangle trees yes") != std::string::npos);
-    desk.refuses(desk.wisp("render fixtures/surfaces.aff --frames 0 --memory 100k -q -o " + desk.file("a.pfm")), 4);
+    test.refuses(test.wisp("render fixtures/surfaces.aff --frames 0 --memory 100k -q -o " + test.file("a.pfm")), 4);
 }
 
 TEST_CASE("command line: surfaces that are hardly there are pictures") {
-    const Stage desk;
+    const SurfaceCommandTest test;
     for (const std::string arithmetic : {"--arith f32", "--arith f64", "--arith fixed"}) {
         CAPTURE(arithmetic);
-        const auto drawn = [&](const std::string &shapes) { return desk.sum(desk.draw(shapes, arithmetic)); };
-        const double nothing = desk.background();
+        const auto drawn = [&](const std::string &shapes) { return test.sum(test.draw(shapes, arithmetic)); };
+        const double nothing = test.background();
         CHECK(drawn("m vertices 3 1 1 1 1 1 1 1 1 1 triangles 1 0 1 2\n") == nothing); // a point
         CHECK(drawn("m vertices 3 0 0 0 1 1 1 2 2 2 triangles 1 0 1 2\n") == nothing); // a line
         CHECK(drawn("x b { " + corners + "}\n" + scaled("0 0 0", "0 0 0")) == nothing);
@@ -118,21 +118,21 @@ TEST_CASE("command line: surfaces that are hardly there are pictures") {
         }
         for (const std::string from : {"0 1e-29 6e-29", "0 1e28 6e28"}) {
             const std::string size = from.substr(2, from.find(' ', 2) - 2);
-            const Ran ran = desk.draw_seen(
+            const Ran ran = test.draw_seen(
                 from, "m vertices 3 -" + size + " 0 0 " + size + " 0 0 0 " + size + " 0 triangles 1 0 1 2\n",
                 arithmetic);
             if (size == "1e-29")
-                desk.refuses(ran, 3); // the light is far too far away
+                test.refuses(ran, 3); // the light is far too far away
             else
-                CHECK(desk.sum(ran) != nothing);
+                CHECK(test.sum(ran) != nothing);
         }
     }
 }
 
 TEST_CASE("command line: a texture as PNG makes the same picture as the PPM of the same texels") {
-    Stage desk;
+    SurfaceCommandTest test;
     const std::string texels = "abcdefghijklmnopqrstuvwx"; // of 4 x 2
-    desk.write("tiles.ppm", "P6 4 2 255\n" + texels);
+    test.write("tiles.ppm", "P6 4 2 255\n" + texels);
     Bytes bytes;
     stbi_write_png_to_func(
         [](void *to, void *data, int size) {
@@ -140,78 +140,78 @@ TEST_CASE("command line: a texture as PNG makes the same picture as the PPM of t
             static_cast<Bytes *>(to)->insert(static_cast<Bytes *>(to)->end(), begin, begin + size);
         },
         &bytes, 4, 2, 3, texels.data(), 3 * 4);
-    write_file(desk.file("tiles.png"), bytes);
+    write_file(test.file("tiles.png"), bytes);
     const std::string corners_of_texture = " -1 0 0 0 0 1 0 0 1 0 0 1.5 0 0.5 1\n";
-    const Ran of_ppm = desk.draw("tt tiles.ppm" + corners_of_texture, "--digest"),
-              of_png = desk.draw("tt tiles.png" + corners_of_texture, "--digest"),
-              untextured = desk.draw(corners, "--digest");
+    const Ran of_ppm = test.draw("tt tiles.ppm" + corners_of_texture, "--digest"),
+              of_png = test.draw("tt tiles.png" + corners_of_texture, "--digest"),
+              untextured = test.draw(corners, "--digest");
     CHECK(of_ppm.status == 0);
     CHECK(of_png.err == "");
     CHECK(of_png.out == of_ppm.out);
     CHECK(of_png.out != untextured.out);
     bytes.resize(bytes.size() - 1);
-    write_file(desk.file("tiles.png"), bytes);
-    desk.refuses(desk.draw("tt tiles.png" + corners_of_texture), 3,
-                 desk.file("tiles.png") + ": byte " + std::to_string(bytes.size() - 11) +
+    write_file(test.file("tiles.png"), bytes);
+    test.refuses(test.draw("tt tiles.png" + corners_of_texture), 3,
+                 test.file("tiles.png") + ": byte " + std::to_string(bytes.size() - 11) +
                      ": 8 bytes of a chunk, expected at most 7: 7 bytes are left");
 }
 
 TEST_CASE("command line: what does not fit is refused with a line, not drawn otherwise") {
-    const Stage desk;
-    const std::string t = desk.file("t.aff") + ":1: ", end = ", expected a scene that fits";
-    const auto refused = [&](const Ran &ran, const std::string &line) { desk.refuses(ran, 3, line); };
-    refused(desk.draw_seen("0 1e9 6e9", corners),
+    const SurfaceCommandTest test;
+    const std::string t = test.file("t.aff") + ":1: ", end = ", expected a scene that fits";
+    const auto refused = [&](const Ran &ran, const std::string &line) { test.refuses(ran, 3, line); };
+    refused(test.draw_seen("0 1e9 6e9", corners),
             t + "the camera is too far from the surfaces for this arithmetic" + end);
-    refused(desk.draw("l 1e9 1e9 1e9\n" + corners),
+    refused(test.draw("l 1e9 1e9 1e9\n" + corners),
             t + "a light is too far from the surfaces for this arithmetic" + end);
-    refused(desk.draw("tt nowhere.ppm -1 0 0 0 0 1 0 0 1 0 0 1 0 0 1\n"),
-            desk.file("nowhere.ppm") + ": cannot be opened: No such file or directory");
-    std::ofstream(desk.file("cut.ppm")) << "P6 4 4 255\nabc";
-    refused(desk.draw("tt cut.ppm -1 0 0 0 0 1 0 0 1 0 0 1 0 0 1\n"),
-            desk.file("cut.ppm") + ": byte 11: 3 bytes of texels, expected 4 x 4 texels of 3 bytes");
-    refused(desk.draw("tt tiles.ppm -1 0 0 1e30 0 1 0 0 1 0 0 1 0 0 1\n"),
-            desk.file("t.aff") + ":5: found 1e30, expected u from -8192 to 8192");
-    refused(desk.draw("lp 0 0 1e-20 1e30 1e30 1e30\nm vertices 3 -1e-29 0 0 1e-29 0 0 0 1e-29 0 triangles 1 0 1 2\n"),
+    refused(test.draw("tt nowhere.ppm -1 0 0 0 0 1 0 0 1 0 0 1 0 0 1\n"),
+            test.file("nowhere.ppm") + ": cannot be opened: No such file or directory");
+    std::ofstream(test.file("cut.ppm")) << "P6 4 4 255\nabc";
+    refused(test.draw("tt cut.ppm -1 0 0 0 0 1 0 0 1 0 0 1 0 0 1\n"),
+            test.file("cut.ppm") + ": byte 11: 3 bytes of texels, expected 4 x 4 texels of 3 bytes");
+    refused(test.draw("tt tiles.ppm -1 0 0 1e30 0 1 0 0 1 0 0 1 0 0 1\n"),
+            test.file("t.aff") + ":5: found 1e30, expected u from -8192 to 8192");
+    refused(test.draw("lp 0 0 1e-20 1e30 1e30 1e30\nm vertices 3 -1e-29 0 0 1e-29 0 0 0 1e-29 0 triangles 1 0 1 2\n"),
             t + "the camera is too far from the surfaces for this arithmetic" + end);
     // 1 W/sr from 1e-30 away is more than a float is.
-    std::ofstream(desk.file("u.aff")) << "v from 0 1e-30 6e-30 at 0 0 0 up 0 1 0 angle 40 hither 1 resolution 4 4\n"
+    std::ofstream(test.file("u.aff")) << "v from 0 1e-30 6e-30 at 0 0 0 up 0 1 0 angle 40 hither 1 resolution 4 4\n"
                                          "lp 1e-30 1e-30 1e-30 1 1 1\nm vertices 3 -1e-30 0 0 1e-30 0 0 0 1e-30 0 "
                                          "triangles 1 0 1 2\n";
-    refused(desk.wisp("render " + desk.file("u.aff") + " -q -o " + desk.file("u.pfm")),
-            desk.file("u.aff") + ":1: it is too bright for a picture of 32-bit numbers" + end);
+    refused(test.wisp("render " + test.file("u.aff") + " -q -o " + test.file("u.pfm")),
+            test.file("u.aff") + ":1: it is too bright for a picture of 32-bit numbers" + end);
     // Fixed point holds less.
     const std::string ball = "x b { s 0 0 0 1 }\n" + corners, fixed = "--arith fixed --frames 1";
     const std::string stretched = t + "something is stretched more than 2048 times, too much for fixed point" + end;
     const std::string animated = "a 0 1 2\n" + ball;
-    refused(desk.draw(animated + scaled("1e-9 1e-9 1e-9", "1 1 1"), fixed), stretched);
-    refused(desk.draw(animated + scaled("1 1 1", "1 1e-9 1"), fixed), stretched);
-    CHECK(desk.sum(desk.draw(animated + scaled("1e-9 1e-9 1e-9", "1 1 1"), "--frames 1")) ==
-          doctest::Approx(desk.sum(desk.draw(ball))).epsilon(1e-4));
-    CHECK(desk.sum(desk.draw(animated + scaled("0.001 0.001 0.001", "1 1 1"), fixed)) ==
-          doctest::Approx(desk.sum(desk.draw(ball))).epsilon(1e-4));
-    refused(desk.draw("fm 9 1 1 1 1 1 1 1 1 1 0 1\n" + corners, "--arith fixed"),
+    refused(test.draw(animated + scaled("1e-9 1e-9 1e-9", "1 1 1"), fixed), stretched);
+    refused(test.draw(animated + scaled("1 1 1", "1 1e-9 1"), fixed), stretched);
+    CHECK(test.sum(test.draw(animated + scaled("1e-9 1e-9 1e-9", "1 1 1"), "--frames 1")) ==
+          doctest::Approx(test.sum(test.draw(ball))).epsilon(1e-4));
+    CHECK(test.sum(test.draw(animated + scaled("0.001 0.001 0.001", "1 1 1"), fixed)) ==
+          doctest::Approx(test.sum(test.draw(ball))).epsilon(1e-4));
+    refused(test.draw("fm 9 1 1 1 1 1 1 1 1 1 0 1\n" + corners, "--arith fixed"),
             t + "a material is brighter than 4, too much for fixed point" + end);
 }
 
 TEST_CASE("command line: fixed point reaches lights and cameras that are far out") {
-    const Stage desk;
+    const SurfaceCommandTest test;
     const std::string far = "l 100 120 50\n" + corners;
     for (const char *from : {"0 1 6", "0 20 120"}) {
-        const double exact = desk.sum(desk.draw_seen(from, far, "--arith f64"));
-        CHECK(desk.sum(desk.draw_seen(from, far, "--arith fixed")) == doctest::Approx(exact).epsilon(1e-6));
+        const double exact = test.sum(test.draw_seen(from, far, "--arith f64"));
+        CHECK(test.sum(test.draw_seen(from, far, "--arith fixed")) == doctest::Approx(exact).epsilon(1e-6));
     }
     // By their key frames too.
     const std::string keys = " transl 4  0 0 1 6  0 0 0  0 0 1 6  0 0 0  1 0 20 90  0 0 0  1 0 20 90  0 0 0 }\n";
     const std::string moving = "a 0 1 2\nla lamp 1 1 1\n" + far + "k camera {" + keys + "k lamp {" + keys;
     for (const char *frame : {" --frames 0", " --frames 1"}) {
-        const double exact = desk.sum(desk.draw(moving, std::string("--arith f64") + frame));
-        CHECK(desk.sum(desk.draw(moving, std::string("--arith fixed") + frame)) ==
+        const double exact = test.sum(test.draw(moving, std::string("--arith f64") + frame));
+        CHECK(test.sum(test.draw(moving, std::string("--arith fixed") + frame)) ==
               doctest::Approx(exact).epsilon(1e-6));
     }
 }
 
 TEST_CASE("command line: cuts of many lights take fewer shadow rays; where they are of no use nothing changes") {
-    const Stage desk;
+    const SurfaceCommandTest test;
     const auto many = [](const std::string &kind, int count, double far, double strong) {
         std::string text;
         for (int i = 0; i < count; ++i)
@@ -221,44 +221,44 @@ TEST_CASE("command line: cuts of many lights take fewer shadow rays; where they 
         return text;
     };
     const auto rays = [&](const std::string &options) {
-        desk.sum(desk.draw(corners + many("l", 150, 9, 0.01) + many("lp", 150, 8, 1),
-                           options + " --stats " + desk.file("a.json")));
-        const std::string counts = text_of(desk.file("a.json")), name = "\"shadow\": ";
+        test.sum(test.draw(corners + many("l", 150, 9, 0.01) + many("lp", 150, 8, 1),
+                           options + " --stats " + test.file("a.json")));
+        const std::string counts = text_of(test.file("a.json")), name = "\"shadow\": ";
         return std::atoi(counts.c_str() + counts.find(name) + name.size());
     };
     for (const std::string arithmetic : {"--arith f32", "--arith f64", "--arith fixed"}) {
         CAPTURE(arithmetic);
         const int all = rays(arithmetic + " --lights all");
-        const Bytes picture = read_file(desk.file("t.pfm"));
+        const Bytes picture = read_file(test.file("t.pfm"));
         CHECK(rays(arithmetic) == all);
-        CHECK(read_file(desk.file("t.pfm")) == picture);
+        CHECK(read_file(test.file("t.pfm")) == picture);
         CHECK(rays(arithmetic + " --lights cuts") < all / 2);
-        const Bytes cut = read_file(desk.file("t.pfm"));
+        const Bytes cut = read_file(test.file("t.pfm"));
         CHECK(cut != picture);
         CHECK(rays(arithmetic + " --lights=cuts --shadows exact") < all / 2);
-        CHECK(read_file(desk.file("t.pfm")) == cut);
-        desk.sum(
-            desk.draw("render lights cuts\n" + corners + many("l", 150, 9, 0.01) + many("lp", 150, 8, 1), arithmetic));
-        CHECK(read_file(desk.file("t.pfm")) == cut);
+        CHECK(read_file(test.file("t.pfm")) == cut);
+        test.sum(
+            test.draw("render lights cuts\n" + corners + many("l", 150, 9, 0.01) + many("lp", 150, 8, 1), arithmetic));
+        CHECK(read_file(test.file("t.pfm")) == cut);
     }
     const std::string strong = corners + many("lp", 200, 100, 1e6);
-    CHECK(desk.draw(strong, "--arith fixed").status == 0);
-    CHECK(desk.draw(strong, "--arith f32 --lights cuts").status == 0);
-    desk.refuses(desk.draw(strong, "--arith fixed --lights cuts"), 3,
-                 desk.file("t.aff") +
+    CHECK(test.draw(strong, "--arith fixed").status == 0);
+    CHECK(test.draw(strong, "--arith f32 --lights cuts").status == 0);
+    test.refuses(test.draw(strong, "--arith fixed --lights cuts"), 3,
+                 test.file("t.aff") +
                      ":1: the lights together are too strong for cuts in fixed point, expected a scene "
                      "that fits");
-    desk.refuses(desk.draw(corners, "--lights some"), 2, "option 'lights': found 'some', expected all, cuts");
+    test.refuses(test.draw(corners, "--lights some"), 2, "option 'lights': found 'some', expected all, cuts");
     const std::string plan = "plan fixtures/surfaces.aff --lights ";
-    CHECK(desk.wisp(plan + "all").out.find("light cuts") == std::string::npos);
-    CHECK(desk.wisp(plan + "cuts").out.find("light cuts     ") != std::string::npos);
-    CHECK(desk.wisp("plan " + desk.s() + " --lights cuts").out.find("of no use: there is no surface") !=
+    CHECK(test.wisp(plan + "all").out.find("light cuts") == std::string::npos);
+    CHECK(test.wisp(plan + "cuts").out.find("light cuts     ") != std::string::npos);
+    CHECK(test.wisp("plan " + test.s() + " --lights cuts").out.find("of no use: there is no surface") !=
           std::string::npos);
-    for (const std::string way : {"", " --reference --passes 0:1"}) {
-        const std::string smoke = "render " + desk.s() + " -q --digest" + way;
-        const Ran all = desk.wisp(smoke);
+    for (const std::string method : {"", " --reference --passes 0:1"}) {
+        const std::string smoke = "render " + test.s() + " -q --digest" + method;
+        const Ran all = test.wisp(smoke);
         CHECK(all.status == 0);
-        CHECK(desk.wisp(smoke + " --lights cuts").out == all.out);
+        CHECK(test.wisp(smoke + " --lights cuts").out == all.out);
     }
 }
 

@@ -1,5 +1,6 @@
 // Any bytes as a texture: one line that says what is wrong, or a picture whose averages are averages down to one texel.
 #include "host/base/error.h"
+#include "host/images/texture.h"
 #include "host/images/texture_readers.h"
 #include <algorithm>
 #include <cstdlib>

@@ -14,9 +14,6 @@ struct Group {
     LanePoints points;
 };
 
-struct LaneColor {
-    Lanes red, green, blue;
-};
 WISP_INLINE void set(LaneColor &color, const Color &value) {
     for (uint32_t l = 0; l < lanes; ++l) color.red[l] = value.x, color.green[l] = value.y, color.blue[l] = value.z;
 }
@@ -27,15 +24,6 @@ WISP_INLINE void add(LaneColor &color, const Lanes &amount, const Color &value) 
         color.blue[l] += amount[l] * value.z;
     }
 }
-// The same of the light that is scattered, by a smoke's extinctions and its albedo.
-WISP_INLINE void add(LaneColor &color, const Lanes &extinction, const LaneColor &scattered, const Color &albedo) {
-    for (uint32_t l = 0; l < lanes; ++l) {
-        color.red[l] += extinction[l] * (albedo.x * scattered.red[l]);
-        color.green[l] += extinction[l] * (albedo.y * scattered.green[l]);
-        color.blue[l] += extinction[l] * (albedo.z * scattered.blue[l]);
-    }
-}
-inline Color color_of(const LaneColor &color, uint32_t l) { return Color(color.red[l], color.green[l], color.blue[l]); }
 
 // What the brightest channel of a light sends to each step, before any smoke, and whither.
 struct LaneLight {
@@ -46,7 +34,7 @@ WISP_INLINE void illuminate_each(const Light &light, const Ray &ray, const Group
     Light unit = light;
     unit.color = Color(largest(light.color));
     for (uint32_t l = 0; l < lanes; ++l) {
-        const Step step = step_of(ray, group.t[l] - Real(0.5) * group.dx[l], group.dx[l]);
+        const Step step = make_step(ray, group.step[l], group.t[l] - Real(0.5) * group.dx[l], group.dx[l]);
         const Illumination here = illuminate(unit, step.middle, step.begin, step.end);
         lit.irradiance[l] = here.irradiance.x;
         lit.x[l] = here.direction.x;
@@ -74,86 +62,60 @@ WISP_INLINE void illuminate_group(const Light &light, const Ray &ray, const Grou
     if (nearest < near) illuminate_each(light, ray, group, lit);
 }
 
-// Each step's entry of a light, where it is heard.
-template <bool heard> struct LaneNotes {
-    template <class Ask> bool is_blocked(uint32_t, const Statistics &, Ask &&ask) { return ask(); }
-};
-template <> struct LaneNotes<true> {
-    template <class Ask> bool is_blocked(uint32_t lane, const Statistics &statistics, Ask &&ask) {
-        const Statistics before = statistics;
-        const bool blocked = ask();
-        tell_answer(entry[lane], before, statistics, blocked);
-        return blocked;
-    }
-    // The smoke has the extinctions `here`, and scatters `p` of the light's brightest channel.
-    void tell_lanes(const PixelTrace &journal, const Light &light, const Color &color, const Ray &ray, const Group &group,
-                    const LaneLight &lit, const Lanes &tau, const Color &albedo, const Lanes &here, const Lanes &p) {
-        for (uint32_t l = 0; l < lanes; ++l) {
-            if (!(here[l] > Real(0))) continue;
-            const Vec3 x = ray.origin + ray.direction * group.t[l];
-            const Real depth = max(Real(0), tau[l]);
-            entry[l].step = group.step[l];
-            entry[l].faces = true;
-            entry[l].direction = told(Vec3(lit.x[l], lit.y[l], lit.z[l]));
-            entry[l].distance = to_double(illuminate(light, x, x, x).distance);
-            entry[l].irradiance = told(color * lit.irradiance[l]);
-            entry[l].optical_depth = to_double(depth);
-            entry[l].transmittance = to_double(exp(-depth));
-            entry[l].contribution = told(albedo * color * (here[l] * p[l]));
-            tell(journal, entry[l]);
-        }
-    }
-    TraceEvent::Light entry[lanes] = {};
-};
-
-// What surfaces leave of a light's share in each step.
-template <bool heard>
+// Sets a light's radiance to 0 in each step that surfaces shadow from it.
 void shade(const GridMarcher &marcher, const Light &light, uint32_t number, const Ray &ray, const Group &group,
-           Lanes &share, LaneNotes<heard> &notes) {
+           Lanes &scattered, PixelRecorder *recorder) {
     for (uint32_t l = 0; l < lanes; ++l) {
-        if (!(group.dx[l] > Real(0)) || !(share[l] > Real(0))) continue;
+        if (!(group.dx[l] > Real(0)) || !(scattered[l] > Real(0))) continue;
         const Vec3 x = ray.origin + ray.direction * group.t[l];
-        const auto is_blocked = [&] { return is_shadowed(marcher.shadows, number, x, illuminate(light, x, x, x)); };
-        if (notes.is_blocked(l, *marcher.statistics, is_blocked)) share[l] = Real(0);
+        const auto query = [&] { return is_shadowed(marcher.shadows, number, x, illuminate(light, x, x, x)); };
+        if (record_shadow(recorder, l, *marcher.statistics, query)) scattered[l] = Real(0);
     }
 }
 
-// sum of p L of the lights, after the smoke before them. `here` are the smoke's extinctions.
-template <class M>
-WISP_INLINE void gather_lights(const M &marcher, const SmokeVolume &smoke, const Ray &ray, const Group &group,
-                                const Lanes &here, LaneColor &scattered) {
+// Radiance of the lights in each step, times the phase function, behind the smoke in front of them. `extinction` is the
+// smoke's.
+WISP_INLINE void gather_lights(const GridMarcher &marcher, const SmokeVolume &smoke, const Ray &ray, const Group &group,
+                               const Lanes &extinction, LaneColor &scattered, PixelRecorder *recorder) {
     const OpticalDepthGrid &depths = *marcher.depths;
     const Vec3 out = -ray.direction;
-    if (depths.light_count > 0) {
-        LaneCells at;
-        find_cells(group.points, depths.spacing, static_cast<int32_t>(depths.light_count), at);
-        const int32_t nodes = static_cast<int32_t>(nodes_of(depths.spacing));
-        for (uint32_t light = 0; light < depths.light_count; ++light) {
-            LaneLight lit;
-            const Light &from = depths.lights[light];
-            const Real brightest = largest(from.color);
-            illuminate_group(from, ray, group, marcher.step, lit);
-            Lanes tau, p;
-            interpolate(at, depths.depth, tau);
-            if (smoke.phase.isotropic())
-                for (uint32_t l = 0; l < lanes; ++l) p[l] = inv_four_pi<Real>;
-            else
-                for (uint32_t l = 0; l < lanes; ++l) p[l] = smoke.phase(Vec3(lit.x[l], lit.y[l], lit.z[l]), out);
-            for (uint32_t l = 0; l < lanes; ++l) p[l] *= lit.irradiance[l] * exp(-max(Real(0), tau[l]));
-            LaneNotes<is_heard<M>> notes;
-            if (marcher.shadows) shade(marcher, from, light, ray, group, p, notes);
-            if (brightest > Real(0)) add(scattered, p, from.color / brightest);
-            if constexpr (is_heard<M>) {
-                for (TraceEvent::Light &entry : notes.entry) {
-                    entry.light = light;
-                    entry.smoke = static_cast<uint32_t>(&smoke - marcher.medium->smokes);
-                }
-                if (brightest > Real(0))
-                    notes.tell_lanes(*marcher.journal, from, from.color / brightest, ray, group, lit, tau, smoke.albedo,
-                                     here, p);
+    if (depths.light_count == 0) return;
+    LaneCells at;
+    find_cells(group.points, depths.spacing, static_cast<int32_t>(depths.light_count), at);
+    const int32_t nodes = static_cast<int32_t>(nodes_of(depths.spacing));
+    for (uint32_t light = 0; light < depths.light_count; ++light) {
+        LaneLight lit;
+        const Light &from = depths.lights[light];
+        const Real brightest = largest(from.color);
+        illuminate_group(from, ray, group, marcher.step, lit);
+        Lanes tau, p;
+        interpolate(at, depths.depth, tau);
+        if (smoke.phase.isotropic())
+            for (uint32_t l = 0; l < lanes; ++l) p[l] = inv_four_pi<Real>;
+        else
+            for (uint32_t l = 0; l < lanes; ++l) p[l] = smoke.phase(Vec3(lit.x[l], lit.y[l], lit.z[l]), out);
+        for (uint32_t l = 0; l < lanes; ++l) p[l] *= lit.irradiance[l] * exp(-max(Real(0), tau[l]));
+        if (marcher.shadows) shade(marcher, from, light, ray, group, p, recorder);
+        if (brightest > Real(0)) add(scattered, p, from.color / brightest);
+        if (is_recording(recorder) && brightest > Real(0)) {
+            LaneLightRecord record;
+            record.light = light;
+            record.smoke = static_cast<uint32_t>(&smoke - marcher.medium->smokes);
+            record.source = &from;
+            record.color = from.color / brightest;
+            record.albedo = smoke.albedo;
+            for (uint32_t l = 0; l < lanes; ++l) {
+                record.step[l] = group.step[l];
+                record.middle[l] = ray.origin + ray.direction * group.t[l];
+                record.direction[l] = Vec3(lit.x[l], lit.y[l], lit.z[l]);
+                record.irradiance[l] = lit.irradiance[l];
+                record.optical_depth[l] = tau[l];
+                record.extinction[l] = extinction[l];
+                record.scattered[l] = p[l];
             }
-            for (uint32_t l = 0; l < lanes; ++l) at.node[l] += nodes;
+            recorder->lane_lights(*recorder, record);
         }
+        for (uint32_t l = 0; l < lanes; ++l) at.node[l] += nodes;
     }
 }
 
@@ -243,14 +205,8 @@ inline Real mean_transmittance_of(Real s, Real e) {
     return s < Real(0.125) ? series : quotient;
 }
 
-// What is heard of a group: the parts of its sources.
-struct LaneParts {
-    LaneColor single, multiple, emission;
-};
-
-template <class M>
-WISP_INLINE void march_lanes(const M &marcher, const Ray &ray, const GridRay &in_bricks, Real length, Group &group,
-                              Progress &so_far) {
+WISP_MULTIVERSIONED void march_group(const GridMarcher &marcher, const Ray &ray, const GridRay &in_bricks, Real length,
+                                     Group &group, Progress &so_far, PixelRecorder *recorder) {
     const Medium &medium = *marcher.medium;
     const SparseGrid &bricks = *medium.bricks;
     const Real step_length = marcher.step;
@@ -267,12 +223,7 @@ WISP_INLINE void march_lanes(const M &marcher, const Ray &ray, const GridRay &in
     LaneColor source;
     for (uint32_t l = 0; l < lanes; ++l) sigma[l] = Real(0);
     set(source, Color(Real(0)));
-    LaneParts parts;
-    if constexpr (is_heard<M>) {
-        set(parts.single, Color(Real(0)));
-        set(parts.multiple, Color(Real(0)));
-        set(parts.emission, Color(Real(0)));
-    }
+    if (is_recording(recorder)) recorder->lanes_begin(*recorder);
     for (uint32_t s = 0; s < medium.count; ++s) {
         const SmokeVolume &smoke = medium.smokes[s];
         if (!smoke.field.is_resampled) continue;
@@ -285,23 +236,25 @@ WISP_INLINE void march_lanes(const M &marcher, const Ray &ray, const GridRay &in
         }
         if (!(any > Real(0))) continue;
         const Color glow = (Color(Real(1)) - smoke.albedo) * smoke.emission;
-        LaneColor scattered;
-        set(scattered, Color(Real(0)));
-        gather_lights(marcher, smoke, ray, group, here, scattered);
-        if constexpr (is_heard<M>) {
-            LaneColor again;
-            set(again, Color(Real(0)));
-            gather_scattered(marcher, smoke, ray, group, again);
-            add(parts.single, here, scattered, smoke.albedo);
-            add(parts.multiple, here, again, smoke.albedo);
-            add(parts.emission, here, glow);
+        LaneColor single, multiple;
+        set(single, Color(Real(0)));
+        set(multiple, Color(Real(0)));
+        gather_lights(marcher, smoke, ray, group, here, single, recorder);
+        gather_scattered(marcher, smoke, ray, group, multiple);
+        if (is_recording(recorder)) {
+            LaneSourceRecord record;
+            for (uint32_t l = 0; l < lanes; ++l) record.extinction[l] = here[l];
+            record.single = single;
+            record.multiple = multiple;
+            record.albedo = smoke.albedo;
+            record.emission = glow;
+            recorder->lane_sources(*recorder, record);
         }
-        gather_scattered(marcher, smoke, ray, group, scattered);
         for (uint32_t l = 0; l < lanes; ++l) {
             sigma[l] += here[l];
-            source.red[l] += here[l] * (smoke.albedo.x * scattered.red[l] + glow.x);
-            source.green[l] += here[l] * (smoke.albedo.y * scattered.green[l] + glow.y);
-            source.blue[l] += here[l] * (smoke.albedo.z * scattered.blue[l] + glow.z);
+            source.red[l] += here[l] * (smoke.albedo.x * (single.red[l] + multiple.red[l]) + glow.x);
+            source.green[l] += here[l] * (smoke.albedo.y * (single.green[l] + multiple.green[l]) + glow.y);
+            source.blue[l] += here[l] * (smoke.albedo.z * (single.blue[l] + multiple.blue[l]) + glow.z);
         }
     }
 
@@ -322,33 +275,33 @@ WISP_INLINE void march_lanes(const M &marcher, const Ray &ray, const GridRay &in
         source.green[l] *= weight[l];
         source.blue[l] *= weight[l];
     }
-    if constexpr (is_heard<M>)
-        for (uint32_t l = 0; l < lanes; ++l)
-            tell_step(marcher, group.step[l], group.begin + group.t[l], group.dx[l], sigma[l], so_deep + before[l],
-                      color_of(parts.single, l), color_of(parts.multiple, l), color_of(parts.emission, l),
-                      color_of(source, l));
+    if (is_recording(recorder)) {
+        LaneStepRecord record;
+        for (uint32_t l = 0; l < lanes; ++l) {
+            record.step[l] = group.step[l];
+            record.distance[l] = group.begin + group.t[l];
+            record.length[l] = group.dx[l];
+            record.extinction[l] = sigma[l];
+            record.optical_depth[l] = so_deep + before[l];
+        }
+        record.radiance = source;
+        recorder->lane_steps(*recorder, record);
+    }
     so_far.radiance += Color(sum_of_lanes(source.red), sum_of_lanes(source.green), sum_of_lanes(source.blue));
     so_far.depth.add(sum);
 }
 
-WISP_MULTIVERSIONED void march_group(const GridMarcher &marcher, const Ray &ray, const GridRay &in_bricks, Real length,
-                           Group &group, Progress &so_far) {
-    march_lanes(marcher, ray, in_bricks, length, group, so_far);
-}
-void march_group(const Heard<GridMarcher> &marcher, const Ray &ray, const GridRay &in_bricks, Real length,
-                 Group &group, Progress &so_far) {
-    march_lanes(marcher, ray, in_bricks, length, group, so_far);
-}
+} // namespace
 
-template <class M> Segment march_of(M &marcher, const Ray &ray, Real end) {
+Segment march(GridMarcher &marcher, const Ray &ray, Real end, PixelRecorder *recorder) {
     const Medium &medium = *marcher.medium;
     Real begin = Real(0);
-    if (medium.empty() || !clip(medium.bounds, ray, begin, end)) return nothing_between();
+    if (medium.empty() || !clip(medium.bounds, ray, begin, end)) return empty_segment();
     const Ray inside = {ray.origin + ray.direction * begin, ray.direction};
     const Real length = end - begin, inverse_step = Real(1) / marcher.step;
     const int32_t steps = floor_to_int(length * inverse_step) + 1;
     const GridRay in_bricks(*medium.bricks, inside);
-    tell_march(marcher, begin, end, steps);
+    if (is_recording(recorder)) recorder->march(*recorder, begin, end, marcher.step, steps);
     Progress so_far;
     Group group;
     group.begin = begin;
@@ -361,7 +314,7 @@ template <class M> Segment march_of(M &marcher, const Ray &ray, Real end) {
         for (int32_t i = first; i < last; ++i) {
             group.step[waiting++] = i;
             if (waiting < lanes) continue;
-            march_group(marcher, inside, in_bricks, length, group, so_far);
+            march_group(marcher, inside, in_bricks, length, group, so_far, recorder);
             waiting = 0;
             if (!(so_far.depth.value < opaque_depth)) return false;
         }
@@ -371,14 +324,11 @@ template <class M> Segment march_of(M &marcher, const Ray &ray, Real end) {
     });
     if (waiting > 0 && so_far.depth.value < opaque_depth) {
         for (uint32_t l = waiting; l < lanes; ++l) group.step[l] = steps; // of no length
-        march_group(marcher, inside, in_bricks, length, group, so_far);
+        march_group(marcher, inside, in_bricks, length, group, so_far, recorder);
     }
-    return tell_end(marcher, so_far.depth.value, {so_far.radiance, exp(-so_far.depth.value)});
+    const Segment seen = {so_far.radiance, exp(-so_far.depth.value)};
+    if (is_recording(recorder)) recorder->march_end(*recorder, seen.radiance, so_far.depth.value, seen.transmittance);
+    return seen;
 }
-
-} // namespace
-
-Segment march(GridMarcher &marcher, const Ray &ray, Real end) { return march_of(marcher, ray, end); }
-Segment march(Heard<GridMarcher> &marcher, const Ray &ray, Real end) { return march_of(marcher, ray, end); }
 
 } // namespace wisp::WISP_ARITH

@@ -16,7 +16,6 @@ struct GridMarcher {
 
 // As the other `march`: steps lie at the same places along the ray, and those outside of bricks are passed over. Depths
 // are kept, and transmittances of steps multiplied in groups of eight.
-Segment march(GridMarcher &marcher, const Ray &ray, Real end);
-Segment march(Heard<GridMarcher> &marcher, const Ray &ray, Real end);
+Segment march(GridMarcher &marcher, const Ray &ray, Real end, PixelRecorder *recorder);
 
 } // namespace wisp::WISP_ARITH

@@ -75,25 +75,32 @@ void gather(const GridField &field, const Color *source, const Ray &ray, const W
     }
 }
 
-// Per unit of length.
-Color emitted(const Medium &medium, const Real *extinctions) {
-    Color sum(Real(0));
-    for (uint32_t s = 0; s < medium.count; ++s) {
-        const SmokeVolume &smoke = medium.smokes[s];
-        sum += (Color(Real(1)) - smoke.albedo) * smoke.emission * extinctions[s];
-    }
-    return sum;
+} // namespace
+
+uint64_t window_bytes(const Scene &scene) {
+    return 4 * Arena::bytes<Real>(padded_steps) + Arena::bytes<Real>(scene.smoke_count * uint64_t{padded_steps}) +
+           Arena::bytes<Real>(scene.smoke_count);
 }
 
-template <class M> Segment march_of(M &marcher, const Ray &ray, Real end) {
+bool make_window(const Scene &scene, Arena &arena, ParticleMarcher &marcher) {
+    marcher.middle = arena.make<Real>(padded_steps);
+    marcher.red = arena.make<Real>(padded_steps);
+    marcher.green = arena.make<Real>(padded_steps);
+    marcher.blue = arena.make<Real>(padded_steps);
+    marcher.sigma = arena.make<Real>(scene.smoke_count * size_t{padded_steps});
+    marcher.extinctions = arena.make<Real>(scene.smoke_count);
+    return marcher.middle && marcher.red && marcher.green && marcher.blue && marcher.sigma && marcher.extinctions;
+}
+
+Segment march(ParticleMarcher &marcher, const Ray &ray, Real end, PixelRecorder *recorder) {
     const Medium &medium = *marcher.medium;
     Real begin = Real(0);
-    if (medium.empty() || !clip(medium.bounds, ray, begin, end)) return nothing_between();
+    if (medium.empty() || !clip(medium.bounds, ray, begin, end)) return empty_segment();
 
     const Ray inside = {ray.origin + ray.direction * begin, ray.direction};
     const Real length = end - begin, step = marcher.step, inverse_step = Real(1) / step;
     const int32_t steps = floor_to_int(length / step) + 1;
-    tell_march(marcher, begin, end, steps);
+    if (is_recording(recorder)) recorder->march(*recorder, begin, end, step, steps);
     Color radiance(Real(0));
     Depth depth;
     for (int32_t first = 0; first < steps && depth.value < opaque_depth; first += window_steps) {
@@ -126,9 +133,10 @@ template <class M> Segment march_of(M &marcher, const Ray &ray, Real end) {
             }
             const Real from = Real(first + i) * step, dx = min(step, length - from);
             if (!(sigma > Real(0)) || !(dx > Real(0))) continue;
-            const Step step_here = step_of(inside, from, dx);
+            const Step step_here = make_step(inside, first + i, from, dx);
             const Color sent = Color(marcher.red[at], marcher.green[at], marcher.blue[at]);
-            const Color single = single_scattering(marcher, step_here, first + i, -ray.direction, marcher.extinctions);
+            const Color single = single_scattering(medium, marcher.lights, step_here, -ray.direction,
+                                                   marcher.extinctions, *marcher.statistics, recorder);
             Color source = sent + single, multiple(Real(0));
             if (marcher.irradiance) {
                 multiple =
@@ -137,37 +145,19 @@ template <class M> Segment march_of(M &marcher, const Ray &ray, Real end) {
             }
             const Real s = sigma * dx;
             const Color arriving = source * (exp(-depth.value) * mean_transmittance(s) * dx);
-            if constexpr (is_heard<M>) {
-                const Color emission = emitted(medium, marcher.extinctions);
-                if (!marcher.irradiance) multiple = max(sent - emission, Color(Real(0))); // by the sources
-                tell_step(marcher, first + i, begin + from + Real(0.5) * dx, dx, sigma, depth.value, single, multiple,
-                          emission, arriving);
+            if (is_recording(recorder)) {
+                const Color emission = emitted_radiance(medium, marcher.extinctions);
+                if (!marcher.irradiance) multiple = max(sent - emission, Color(Real(0))); // in the sources
+                recorder->step(*recorder, {first + i, begin + from + Real(0.5) * dx, dx, sigma, depth.value, single,
+                                           multiple, emission, arriving});
             }
             radiance += arriving;
             depth.add(s);
         }
     }
-    return tell_end(marcher, depth.value, {radiance, exp(-depth.value)});
+    const Segment seen = {radiance, exp(-depth.value)};
+    if (is_recording(recorder)) recorder->march_end(*recorder, seen.radiance, depth.value, seen.transmittance);
+    return seen;
 }
-
-} // namespace
-
-uint64_t window_bytes(const Scene &scene) {
-    return 4 * Arena::bytes<Real>(padded_steps) + Arena::bytes<Real>(scene.smoke_count * uint64_t{padded_steps}) +
-           Arena::bytes<Real>(scene.smoke_count);
-}
-
-bool make_window(const Scene &scene, Arena &arena, ParticleMarcher &marcher) {
-    marcher.middle = arena.make<Real>(padded_steps);
-    marcher.red = arena.make<Real>(padded_steps);
-    marcher.green = arena.make<Real>(padded_steps);
-    marcher.blue = arena.make<Real>(padded_steps);
-    marcher.sigma = arena.make<Real>(scene.smoke_count * size_t{padded_steps});
-    marcher.extinctions = arena.make<Real>(scene.smoke_count);
-    return marcher.middle && marcher.red && marcher.green && marcher.blue && marcher.sigma && marcher.extinctions;
-}
-
-Segment march(ParticleMarcher &marcher, const Ray &ray, Real end) { return march_of(marcher, ray, end); }
-Segment march(Heard<ParticleMarcher> &marcher, const Ray &ray, Real end) { return march_of(marcher, ray, end); }
 
 } // namespace wisp::WISP_ARITH

@@ -22,8 +22,7 @@ struct ParticleMarcher {
 
 // As `march`, with the elements' source functions in place of photons: each particle is visited once a window, not once
 // a step.
-Segment march(ParticleMarcher &marcher, const Ray &ray, Real end);
-Segment march(Heard<ParticleMarcher> &marcher, const Ray &ray, Real end);
+Segment march(ParticleMarcher &marcher, const Ray &ray, Real end, PixelRecorder *recorder);
 
 bool make_window(const Scene &scene, Arena &arena, ParticleMarcher &marcher); // false: the arena was too small
 uint64_t window_bytes(const Scene &scene);

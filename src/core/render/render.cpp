@@ -6,6 +6,7 @@
 #include "core/numbers/double_bits.h"
 #include "core/numbers/sample_sums.h"
 #include "core/render/path_tracer.h"
+#include "core/render/traced_render.h"
 #include "core/render/whitted.h"
 #include "core/shadows/shadows.h"
 #include "wisp/wisp.h"
@@ -62,13 +63,12 @@ struct Frame {
     Arena &arena;
     float *rgb;
     Statistics &statistics;
-    const PixelTrace *journal; // of one pixel, or nullptr
+    PixelRecorder *recorder; // of one pixel, or nullptr
 };
 
-// The picture of radiance(ray, x, y, sample), the pixel's column and row; heard_radiance(ray, x, y, sample) is the
-// same, of the pixel that is told.
-template <class Radiance, class HeardRadiance>
-Status fill(const Frame &frame, Radiance &&radiance, HeardRadiance &&heard_radiance) {
+// The picture of radiance(ray, x, y, sample, recorder): x and y are the pixel's column and row. The recorder is nullptr
+// for all pixels but the one that is traced.
+template <class Radiance> Status fill(const Frame &frame, Radiance &&radiance) {
     const Scene &scene = frame.scene;
     const Settings &settings = frame.settings;
     const Observer &observer = frame.observer;
@@ -83,70 +83,56 @@ Status fill(const Frame &frame, Radiance &&radiance, HeardRadiance &&heard_radia
         if (!observer(Stage::render, row, static_cast<uint64_t>(crop.y1 - crop.y0))) return Status::stopped;
         for (int32_t x = crop.x0; x < crop.x1; ++x) {
             Color sum(Real(0));
-            const bool heard = frame.journal && frame.journal->x == x && frame.journal->y == y;
+            const bool traced = frame.recorder && frame.recorder->trace.x == x && frame.recorder->trace.y == y;
+            PixelRecorder *const recorder = traced ? frame.recorder : nullptr;
             for (uint32_t i = 0; i < samples; ++i) {
                 const Real column = Real(x) + pattern.u(i), row_ = Real(y) + pattern.v(i);
                 const Ray ray = view.ray_through(column, row_);
                 ++statistics.rays.primary;
-                if (!heard) {
-                    sum += radiance(ray, x, y, i);
-                    continue;
-                }
-                tell(*frame.journal, TraceEvent::Sample{i, to_double(column), to_double(row_)});
-                const Color seen = heard_radiance(ray, x, y, i);
-                tell(*frame.journal, TraceEvent::SampleEnd{i, told(seen)});
+                if (is_recording(recorder)) recorder->sample(*recorder, i, column, row_);
+                const Color seen = radiance(ray, x, y, i, recorder);
+                if (is_recording(recorder)) recorder->sample_end(*recorder, i, seen);
                 sum += seen;
             }
             const Color mean = sum / Real(static_cast<int32_t>(samples));
             *rgb++ = to_float_scaled(mean.x, scene.radiance_exponent);
             *rgb++ = to_float_scaled(mean.y, scene.radiance_exponent);
             *rgb++ = to_float_scaled(mean.z, scene.radiance_exponent);
-            if (heard) tell(*frame.journal, TraceEvent::Pixel{samples, told(mean), {rgb[-3], rgb[-2], rgb[-1]}});
+            if (is_recording(recorder)) recorder->pixel(*recorder, samples, mean, rgb - 3);
         }
     }
     return Status::done;
 }
 
-// Surfaces as the tracer sees them, and as one that is heard does.
-Status render_surfaces(const Frame &frame, const Whitted &tracer, const Whitted &heard) {
-    const auto radiance_of = [](const auto &seeing) {
-        return [&seeing](const Ray &ray, int32_t x, int32_t y, uint32_t sample) {
-            begin_sample(*seeing.shadows, x, y, sample);
-            return trace(seeing, ray);
-        };
-    };
-    const Heard<Whitted> telling = {heard, frame.journal};
-    return fill(frame, radiance_of(tracer), radiance_of(telling));
+// The picture of surfaces.
+Status render_surfaces(const Frame &frame, Whitted &tracer) {
+    return fill(frame, [&tracer](const Ray &ray, int32_t x, int32_t y, uint32_t sample, PixelRecorder *recorder) {
+        tracer.recorder = recorder;
+        begin_sample(*tracer.shadows, x, y, sample);
+        return trace(tracer, ray);
+    });
 }
 
 // What comes along the ray to the eye, through the smoke of a marcher, in front of the background or of surfaces.
 template <class Marcher> Status render_frame(const Frame &frame, Marcher &marcher) {
-    Heard<Marcher> telling = {marcher, frame.journal};
     if (!frame.surfaces) {
         const Color background = vec_of(frame.scene.background);
-        return fill(
-            frame,
-            [&](const Ray &ray, int32_t, int32_t, uint32_t) {
-                const Segment through = march(marcher, ray, infinite_distance);
-                return through.radiance + background * through.transmittance;
-            },
-            [&](const Ray &ray, int32_t, int32_t, uint32_t) {
-                tell_camera_ray(telling, ray);
-                const Segment through = march(telling, ray, infinite_distance);
-                const Color radiance = through.radiance + background * through.transmittance;
-                tell_ray_end(telling, false, through, background, radiance);
-                return radiance;
-            });
+        return fill(frame, [&](const Ray &ray, int32_t, int32_t, uint32_t, PixelRecorder *recorder) {
+            if (is_recording(recorder)) recorder->ray(*recorder, RayKind::camera, 0, ray, Color(Real(1)), Real(1));
+            const Segment smoke = march(marcher, ray, infinite_distance, recorder);
+            const Color radiance = smoke.radiance + background * smoke.transmittance;
+            if (is_recording(recorder))
+                recorder->ray_end(*recorder, false, smoke.radiance, smoke.transmittance, background, radiance);
+            return radiance;
+        });
     }
-    Whitted tracer = *frame.surfaces, heard = tracer;
-    tracer.medium = heard.medium = &frame.medium;
+    Whitted tracer = *frame.surfaces;
+    tracer.medium = &frame.medium;
     tracer.marcher = &marcher;
-    tracer.through = [](void *any, const Ray &ray, Real end) { return march(*static_cast<Marcher *>(any), ray, end); };
-    heard.marcher = &telling;
-    heard.through = [](void *any, const Ray &ray, Real end) {
-        return march(*static_cast<Heard<Marcher> *>(any), ray, end);
+    tracer.march = [](void *any, const Ray &ray, Real end, PixelRecorder *recorder) {
+        return march(*static_cast<Marcher *>(any), ray, end, recorder);
     };
-    return render_surfaces(frame, tracer, heard);
+    return render_surfaces(frame, tracer);
 }
 
 // The cells of the bricks in smoothing lengths, 0 where no bricks are needed, and how far apart the points of the
@@ -522,7 +508,12 @@ Plan plan(const Scene &scene, const Settings &settings) {
 }
 
 Status render(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer, float *rgb,
-              Statistics &statistics, PhotonSums *sums, FrameCache *kept, const PixelTrace *journal) {
+              Statistics &statistics, PhotonSums *sums, FrameCache *kept) {
+    return render_traced(scene, settings, arena, observer, rgb, statistics, sums, kept, nullptr);
+}
+
+Status render_traced(const Scene &scene, const Settings &settings, Arena &arena, const Observer &observer, float *rgb,
+                     Statistics &statistics, PhotonSums *sums, FrameCache *kept, PixelRecorder *recorder) {
     FrameCache own = {};
     if (!kept) kept = &own;
     FrameScene world;
@@ -544,9 +535,9 @@ Status render(const Scene &scene, const Settings &settings, Arena &arena, const 
                          arena,
                          rgb,
                          statistics,
-                         journal};
+                         recorder};
     if (world.surfaces && medium.empty()) {
-        status = render_surfaces(frame, shading.tracer, shading.tracer);
+        status = render_surfaces(frame, shading.tracer);
     } else if (settings.method != Method::map) {
         status = render_direct(frame);
     } else {
@@ -607,7 +598,7 @@ Status render_reference(const Scene &scene, const Settings &settings, Arena &are
     if (world.surfaces && !medium.empty()) {
         tracer.medium = &medium;
         tracer.marcher = &sampler;
-        tracer.through = [](void *any, const Ray &part, Real end) {
+        tracer.march = [](void *any, const Ray &part, Real end, PixelRecorder *) {
             Sampler &own = *static_cast<Sampler *>(any);
             return Segment{sample_radiance(own.paths, part, end, Color(Real(0)), own.generator),
                            exp(-optical_depth(*own.paths.medium, part, end))};

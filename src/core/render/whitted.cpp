@@ -58,7 +58,7 @@ WISP_INLINE Color texture_of(const Scene &scene, const Triangle &triangle, const
                       v[0] * share.x + v[1] * share.y + v[2] * share.z, lod);
 }
 
-template <class T> Point point_at(const T &tracer, const Beam &beam, const Hit &hit) {
+Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
     const Scene &scene = *tracer.scene;
     const Triangle &triangle = scene.triangles[hit.triangle];
     const PlacedInstance *instance = hit.instance < tracer.surfaces->instance_count ? &tracer.surfaces->instances[hit.instance] : nullptr;
@@ -114,40 +114,42 @@ template <class T> Point point_at(const T &tracer, const Beam &beam, const Hit &
 // What the irradiance from light i is multiplied by, seen along `direction`; false: nothing comes of it. A light behind
 // the triangle's plane gives nothing, whatever the interpolated normal says, and none is blocked by the triangle
 // itself.
-template <class T>
-bool respond(const T &tracer, const Point &point, const Vec3 &direction, uint32_t i, const Illumination &from,
+bool shade_light(const Whitted &tracer, const Point &point, const Vec3 &direction, uint32_t i, const Illumination &from,
              Color &factor) {
     const SurfaceMaterial &material = *point.material;
     const Vec3 to_light = -from.direction;
     const Real cosine = dot(point.normal, to_light);
-    LightRecord<is_heard<T>> note(tracer, *tracer.statistics, i, from);
+    PixelRecorder *const recorder = tracer.recorder;
     if (!(dot(point.plane, to_light) > Real(0)) || !(cosine > Real(0)) || !(largest(from.irradiance) > Real(0))) {
-        if constexpr (is_heard<T>) note.entry.faces = false;
+        if (is_recording(recorder)) recorder->light(*recorder, {-1, i, false, from});
         return false;
     }
     const ShadowQuery query = make_shadow_query(*tracer.surfaces, point.position, i, from, point.triangle, point.u,
                                                 point.v, point.instance);
-    if (note.is_blocked(tracer.shadows, [&] { return is_shadowed(*tracer.shadows, query); })) return false;
-    Real passing = Real(1);
+    if (record_shadow(recorder, 0, *tracer.statistics, [&] { return is_shadowed(*tracer.shadows, query); })) {
+        if (is_recording(recorder)) recorder->light(*recorder, {-1, i, true, from});
+        return false;
+    }
+    Real depth = Real(0), passing = Real(1);
     if (tracer.medium) {
-        const Real depth = optical_depth(*tracer.medium, query.ray, from.distance);
+        depth = optical_depth(*tracer.medium, query.ray, from.distance);
         passing = exp(-depth);
-        note.passes(depth, passing);
     }
     const Real lambert = tracer.lights[i].kind == LightKind::constant ? cosine : cosine * inv_pi<Real>;
     const Real highlight = power(dot(mirrored(-to_light, point.normal), -direction), material.shininess);
     factor = (material.diffuse * point.texture * lambert + material.specular * highlight) * passing;
-    if constexpr (is_heard<T>) note.gives(from.irradiance * factor);
+    if (is_recording(recorder))
+        recorder->light(*recorder, {-1, i, true, from, depth, passing, from.irradiance * factor});
     return true;
 }
 
 // What the lights give, seen along `direction`.
-template <class T> Color direct_light(const T &tracer, const Point &point, const Vec3 &direction) {
+Color direct_light(const Whitted &tracer, const Point &point, const Vec3 &direction) {
     Color sum(Real(0)), factor;
     if (!tracer.cuts) {
         for (uint32_t i = 0; i < tracer.scene->light_count; ++i) {
             const Illumination from = illuminate(tracer.lights[i], point.position, point.position, point.position);
-            if (respond(tracer, point, direction, i, from, factor)) sum += from.irradiance * factor;
+            if (shade_light(tracer, point, direction, i, from, factor)) sum += from.irradiance * factor;
         }
         return sum;
     }
@@ -160,30 +162,26 @@ template <class T> Color direct_light(const T &tracer, const Point &point, const
                           point.material->shininess};
     if (!(largest(lit.diffuse) > Real(0)) && !(largest(lit.specular) > Real(0))) return sum;
     const auto ask = [&](uint32_t i, const Illumination &from) {
-        return respond(tracer, point, direction, i, from, factor) ? factor : Color(Real(0));
+        return shade_light(tracer, point, direction, i, from, factor) ? factor : Color(Real(0));
     };
     return light_of_cut(*tracer.cuts, lit, ask).sum;
 }
 
-template <class T> Color trace(const T &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight);
+Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight);
 
-// A ray that leaves the point, if it is worth it.
-template <class T>
-Color follow(const T &tracer, const Point &point, const Vec3 &direction, const Color &share, uint32_t depth,
-             Real weight, RayKind kind, uint64_t &count) {
-    const Real rest = weight * largest(share);
+// What a ray that leaves the point sees, times `factor`; 0 where its weight is too small to be worth a ray.
+Color trace_secondary(const Whitted &tracer, const Point &point, const Vec3 &direction, const Color &factor,
+                      uint32_t depth, Real weight, RayKind kind, uint64_t &count) {
+    const Real rest = weight * largest(factor);
+    PixelRecorder *const recorder = tracer.recorder;
     if (depth == tracer.depth || rest < least_weight) {
-        if constexpr (is_heard<T>)
-            if (rest > Real(0))
-                tell(*tracer.journal, TraceEvent::Unsent{kind, told(share), to_double(rest), !(rest < least_weight)});
+        if (is_recording(recorder) && rest > Real(0)) recorder->unsent(*recorder, kind, factor, rest, !(rest < least_weight));
         return Color(Real(0));
     }
     ++count;
-    if constexpr (is_heard<T>)
-        tell(*tracer.journal,
-             TraceEvent::Ray{kind, depth + 1, told(point.position), told(direction), told(share), to_double(rest)});
     const Beam beam = {{point.position, direction}, point.width, point.triangle};
-    return share * trace(tracer, beam, tracer.surfaces->ray_epsilon, depth + 1, rest);
+    if (is_recording(recorder)) recorder->ray(*recorder, kind, depth + 1, beam.ray, factor, rest);
+    return factor * trace(tracer, beam, tracer.surfaces->ray_epsilon, depth + 1, rest);
 }
 
 // The direction off the surface, on this side of its plane: where the interpolated normal would send the ray through
@@ -208,37 +206,33 @@ WISP_INLINE bool refraction(const Point &point, const Vec3 &direction, Vec3 &way
     return true;
 }
 
-// What there is to tell of a hit.
-TraceEvent::Hit hit_entry(const Whitted &tracer, const Hit &hit, const Point &point, const Color &ambient) {
-    const Triangle &triangle = tracer.scene->triangles[hit.triangle];
-    TraceEvent::Hit entry = {};
-    entry.distance = to_double(hit.distance);
-    entry.triangle = hit.triangle;
-    entry.instance = hit.instance < tracer.surfaces->instance_count ? static_cast<int32_t>(hit.instance) : -1;
-    entry.still = point.still;
-    entry.material = triangle.material;
-    entry.texture = triangle.texture;
-    entry.u = to_double(hit.u);
-    entry.v = to_double(hit.v);
-    entry.point = told(point.position);
-    entry.plane = told(point.plane);
-    entry.normal = told(point.normal);
-    entry.entered = point.entered;
-    entry.texture_color = told(point.texture);
-    entry.ambient = told(ambient);
-    return entry;
-}
-
 // What the surface that a beam hits, if any, sends back along it.
-template <class T> Color shade(const T &tracer, const Beam &beam, const Hit &hit, uint32_t depth, Real weight) {
+Color shade(const Whitted &tracer, const Beam &beam, const Hit &hit, uint32_t depth, Real weight) {
     if (!hit.found) return tracer.background;
     const Point point = point_at(tracer, beam, hit);
     const SurfaceMaterial &material = *point.material;
     const Vec3 &direction = beam.ray.direction;
     Color radiance = material.ambient * point.texture;
-    if constexpr (is_heard<T>) tell(*tracer.journal, hit_entry(tracer, hit, point, radiance));
+    if (is_recording(tracer.recorder)) {
+        const Triangle &triangle = tracer.scene->triangles[hit.triangle];
+        const bool in_instance = hit.instance < tracer.surfaces->instance_count;
+        tracer.recorder->hit(*tracer.recorder, {hit.distance,
+                                                hit.triangle,
+                                                in_instance ? static_cast<int32_t>(hit.instance) : -1,
+                                                point.still,
+                                                triangle.material,
+                                                triangle.texture,
+                                                hit.u,
+                                                hit.v,
+                                                point.position,
+                                                point.plane,
+                                                point.normal,
+                                                point.entered,
+                                                point.texture,
+                                                radiance});
+    }
     const Color lit = direct_light(tracer, point, direction);
-    if constexpr (is_heard<T>) tell(*tracer.journal, TraceEvent::Lit{told(lit)});
+    if (is_recording(tracer.recorder)) tracer.recorder->direct_light(*tracer.recorder, lit);
     radiance += lit;
     const Color passing(material.transmission);
     Vec3 inside;
@@ -246,24 +240,24 @@ template <class T> Color shade(const T &tracer, const Beam &beam, const Hit &hit
     const Color mirror = material.specular + (passes ? Color(Real(0)) : passing);
     auto &rays = tracer.statistics->rays;
     radiance +=
-        follow(tracer, point, reflection(point, direction), mirror, depth, weight, RayKind::reflected, rays.reflected);
-    if (passes) radiance += follow(tracer, point, inside, passing, depth, weight, RayKind::refracted, rays.refracted);
+        trace_secondary(tracer, point, reflection(point, direction), mirror, depth, weight, RayKind::reflected,
+                        rays.reflected);
+    if (passes)
+        radiance += trace_secondary(tracer, point, inside, passing, depth, weight, RayKind::refracted, rays.refracted);
     return radiance;
 }
 
-template <class T> Color trace(const T &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight) {
+Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight) {
     TreeCounts unused = {};
     const Hit hit = tracer.nearest_hit(*tracer.surfaces, beam.ray, begin, infinite_distance, beam.skip, unused);
     if (depth == 0) record_primary_hit(*tracer.shadows, beam.ray, hit);
-    if (!tracer.medium) {
-        const Color radiance = shade(tracer, beam, hit, depth, weight);
-        tell_ray_end(tracer, hit.found, nothing_between(), radiance, radiance);
-        return radiance;
-    }
-    const Segment smoke = tracer.through(tracer.marcher, beam.ray, hit.found ? hit.distance : infinite_distance);
+    Segment smoke = empty_segment();
+    if (tracer.medium)
+        smoke = tracer.march(tracer.marcher, beam.ray, hit.found ? hit.distance : infinite_distance, tracer.recorder);
     const Color behind = shade(tracer, beam, hit, depth, weight * smoke.transmittance);
-    const Color radiance = smoke.radiance + behind * smoke.transmittance;
-    tell_ray_end(tracer, hit.found, smoke, behind, radiance);
+    const Color radiance = tracer.medium ? smoke.radiance + behind * smoke.transmittance : behind;
+    if (is_recording(tracer.recorder))
+        tracer.recorder->ray_end(*tracer.recorder, hit.found, smoke.radiance, smoke.transmittance, behind, radiance);
     return radiance;
 }
 
@@ -284,10 +278,7 @@ SurfaceMaterial *make_surface_materials(const Scene &scene, Arena &arena) {
 }
 
 Color trace(const Whitted &tracer, const Ray &ray) {
-    return trace(tracer, {ray, Real(0), no_triangle}, Real(0), 0, Real(1));
-}
-Color trace(const Heard<Whitted> &tracer, const Ray &ray) {
-    tell_camera_ray(tracer, ray);
+    if (is_recording(tracer.recorder)) tracer.recorder->ray(*tracer.recorder, RayKind::camera, 0, ray, Color(Real(1)), Real(1));
     return trace(tracer, {ray, Real(0), no_triangle}, Real(0), 0, Real(1));
 }
 

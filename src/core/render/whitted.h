@@ -32,7 +32,8 @@ struct Whitted {
     // Smoke, where there is any: what lights shine through, and what a ray sees of it up to a distance.
     const Medium *medium = nullptr;
     void *marcher = nullptr;
-    Segment (*through)(void *marcher, const Ray &ray, Real end) = nullptr;
+    Segment (*march)(void *marcher, const Ray &ray, Real end, PixelRecorder *recorder) = nullptr;
+    PixelRecorder *recorder = nullptr; // of the pixel that is traced, or nullptr
     // What finds the surface that a ray hits.
     Hit (*nearest_hit)(const Surfaces &, const Ray &, Real begin, Real end, uint32_t ignore_triangle,
                        TreeCounts &) = wisp::WISP_ARITH::nearest_hit;
@@ -40,6 +41,5 @@ struct Whitted {
 
 // Radiance along a camera ray.
 Color trace(const Whitted &tracer, const Ray &ray);
-Color trace(const Heard<Whitted> &tracer, const Ray &ray);
 
 } // namespace wisp::WISP_ARITH

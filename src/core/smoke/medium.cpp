@@ -51,8 +51,8 @@ uint64_t medium_bytes(const Scene &scene, double density_step) {
         const SmokeDescription &source = scene.smokes[i];
         bytes +=
             resampled && !source.empty() ? resampled_field_bytes(source, bricks.count) : density_field_bytes(source);
-        const bool glows = any_above_zero(source.emission);
-        if (glows) bytes += Arena::bytes<uint32_t>(elements_of(source));
+        const bool emits = any_above_zero(source.emission);
+        if (emits) bytes += Arena::bytes<uint32_t>(elements_of(source));
     }
     return bytes;
 }

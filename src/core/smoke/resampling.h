@@ -1,11 +1,11 @@
-// Which smoke can be resampled to a lattice along the axes (S4-1).
+// Which smoke can be resampled to a sparse grid (S4-1).
 #pragma once
 #include "core/numbers/double_bits.h"
 #include "wisp/scene.h"
 
 namespace wisp {
 
-// Whether all smoke is a single grid whose edges are those of space.
+// Whether all smoke is one density grid that is not rotated.
 inline bool is_aligned_grid(const Scene &scene) {
     uint32_t smokes = 0;
     const GridDescription *grid = nullptr;
@@ -18,7 +18,7 @@ inline bool is_aligned_grid(const Scene &scene) {
            total_order_key(grid->axis[1].y) == total_order_key(1.0) && total_order_key(grid->axis[2].z) == total_order_key(1.0);
 }
 
-// Whether the scene's smoke can be resampled to a lattice along the axes (S4-1): particles, or such a grid.
+// Whether the scene's smoke can be resampled: it consists of particles, or it is an aligned grid.
 inline bool can_resample(const Scene &scene) {
     bool particles = true, any = false;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {

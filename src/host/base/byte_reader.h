@@ -1,8 +1,8 @@
 // A cursor over the bytes of one file: words and numbers of text, packed numbers of either byte order.
 //
-// Nothing is ever read beyond the end, and no count is believed before it was held against the bytes that are left
-// (require). Errors speak of the item that was read last: by its line while the reader is set to text, by its byte
-// offset while it is set to binary. Lines are counted only when an error needs one.
+// Nothing is ever read beyond the end. A count is compared with the bytes that are left before it is used (require). Errors name the item
+// that was read last: its line while the reader is set to text, its byte offset while it is set to binary. Lines are counted only for an
+// error.
 #pragma once
 #include "host/base/error.h"
 #include <algorithm>
@@ -79,7 +79,7 @@ class ByteReader {
         return left() && data_[position_] != '\n';
     }
 
-    // The next word. `expected` tells what is missing when the file, or the line, ends before it.
+    // The next word. `expected` says what is missing where the file, or the line, ends before the word.
     std::string_view word(const char *expected) {
         if (!find_word()) fail_here(std::string("the file ends, expected ") + expected);
         return take_word();

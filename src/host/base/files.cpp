@@ -27,19 +27,19 @@ bool write_whole(const std::string &path, const char *mode, const void *data, si
     if (!file) return false;
     const bool written = size == 0 || std::fwrite(data, 1, size, file) == size; // of nothing, data may be null
     const int why = errno;
-    const bool closed = std::fclose(file) == 0; // what was buffered meets a full disk only here
+    const bool closed = std::fclose(file) == 0; // buffered bytes meet a full disk only here
     if (!written) errno = why;
     return written && closed;
 }
 
-// A device, a pipe, a folder: something that a rename would replace or cannot replace.
+// A device, a pipe or a folder, which a rename must not or cannot replace.
 bool is_special(const std::string &path) {
     std::error_code ignored;
     const std::filesystem::file_status status = std::filesystem::status(path, ignored);
     return std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);
 }
 
-// Where a file is written before it takes its name: always the same, so that what a killed process left is found.
+// The name under which a file is written before it is renamed: always the same, so that the file of a killed process is found.
 std::string aside_of(const std::string &path) { return path + ".part"; }
 
 bool is_open_at(int file, const std::string &path) {
@@ -48,8 +48,8 @@ bool is_open_at(int file, const std::string &path) {
            open.st_ino == there.st_ino;
 }
 
-// Opens `aside` for this process alone: of several that write the same file each waits for the one before. A file
-// system without locks is taken as one without such neighbours. -1, errno: it cannot be opened.
+// Opens `aside` for this process alone: of several processes that write the same file, each waits for the one before. On a file system
+// without locks they do not wait. -1 with errno if it cannot be opened.
 int claim(const std::string &aside) {
     for (;;) {
         const int file = open(aside.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
@@ -57,11 +57,11 @@ int claim(const std::string &aside) {
         while (flock(file, LOCK_EX) != 0 && errno == EINTR) {
         }
         if (is_open_at(file, aside)) return file;
-        close(file); // the one before has given it its name
+        close(file); // the process before has renamed it
     }
 }
 
-// Signals that ask the process to end wait as long as this lives: nothing stays aside.
+// Blocks the signals that end the process for the life of this object, so that no PATH.part is left.
 class Uninterrupted {
   public:
     Uninterrupted() {

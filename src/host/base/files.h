@@ -13,13 +13,13 @@ Bytes read_file(const std::string &path);
 // The same for files that another file names: devices and pipes, which may never end, are refused.
 Bytes read_plain_file(const std::string &path);
 
-// `path` holds exactly `bytes` afterwards, or what it held before: they are written aside, to PATH.part, and renamed.
-// What is not a plain file (a device, a pipe) is written directly. Throws Error(exit_output) `PATH: could not be
-// written: REASON`; nothing is left aside then, nor by an interrupt, and what a killed process left is overwritten.
+// Writes `bytes` to PATH.part and renames it, so that `path` holds either exactly `bytes` or what it held before. A device or a pipe is
+// written directly. Throws Error(exit_output) `PATH: could not be written: REASON`. Neither an error nor an interrupt leaves PATH.part;
+// the one of a killed process is overwritten.
 void write_file(const std::string &path, const Bytes &bytes);
 void write_file(const std::string &path, const std::string &text);
 
-// Removes the PATH.part of a process that was killed, not one that is being written.
+// Removes the PATH.part that a killed process has left, but not one that another process is writing.
 void tidy_up(const std::string &path);
 
 } // namespace wisp

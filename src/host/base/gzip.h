@@ -1,4 +1,4 @@
-// Undoes gzip (RFC 1952).
+// Decompresses gzip (RFC 1952).
 #pragma once
 #include "host/base/files.h"
 #include <cstddef>

@@ -11,7 +11,9 @@ struct Core {
     const char *name;
     Plan (*plan)(const Scene &, const Settings &);
     Status (*render)(const Scene &, const Settings &, Arena &, const Observer &, float *, Statistics &, PhotonSums *,
-                     FrameCache *, const PixelTrace *);
+                     FrameCache *);
+    Status (*inspect)(const Scene &, const Settings &, Arena &, const Observer &, float *, Statistics &, PhotonSums *,
+                      const PixelTrace &);
     Status (*trace_map)(const Scene &, const Settings &, const Batches &, Arena &, const Observer &, PhotonSums &,
                         Statistics &);
     Status (*render_reference)(const Scene &, const Settings &, Arena &, const Observer &, PixelSums *, Statistics &);
@@ -22,8 +24,9 @@ struct Core {
 inline const Core &core(Arithmetic arithmetic) {
 #define WISP_CORE(arithmetic)                                                                                          \
     {                                                                                                                  \
-#arithmetic, arithmetic::plan, arithmetic::render, arithmetic::trace_map, arithmetic::render_reference,        \
-            arithmetic::density_statistics_bytes, arithmetic::find_density_statistics                                           \
+#arithmetic, arithmetic::plan, arithmetic::render, arithmetic::inspect, arithmetic::trace_map,                 \
+            arithmetic::render_reference, arithmetic::density_statistics_bytes,                       \
+            arithmetic::find_density_statistics                                                                        \
     }
     static constexpr Core cores[] = {WISP_CORE(f32), WISP_CORE(f64), WISP_CORE(fixed)};
 #undef WISP_CORE

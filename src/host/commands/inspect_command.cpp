@@ -127,10 +127,10 @@ int inspect_command(const std::vector<std::string> &arguments) {
     Statistics statistics;
     install_signal_handlers();
     Progress progress(options, frame);
-    const PixelTrace trace = inspection.trace();
-    const Status status = core(options.arithmetic)
-                              .render(prepared.scene, settings, arena, progress.observer(), rgb.data(), statistics,
-                                      uses_map(settings) ? &sums : nullptr, nullptr, &trace);
+    const Status status =
+        core(options.arithmetic)
+            .inspect(prepared.scene, settings, arena, progress.observer(), rgb.data(), statistics,
+                     uses_map(settings) ? &sums : nullptr, inspection.trace());
     progress.finish();
     if (status == Status::stopped) stop(request, frame);
     if (status != Status::done) fail(request, plan, frame, status);

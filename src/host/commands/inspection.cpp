@@ -76,9 +76,9 @@ void Inspection::record(const TraceEvent &event) {
         open_.back()->hit = hit;
         break;
     }
-    case Kind::lit:
-        open_.back()->lit = event.lit;
-        radiance(open_.back()->lit.radiance);
+    case Kind::direct_light:
+        open_.back()->direct_light = event.direct_light;
+        radiance(open_.back()->direct_light.radiance);
         break;
     case Kind::unsent: open_.back()->unsent.push_back(event.unsent); break;
     case Kind::ray_end: {
@@ -109,12 +109,12 @@ const char *name_of(RayKind kind) {
     return "";
 }
 
-const char *name_of(ShadowDecision answer) {
-    switch (answer) {
-    case ShadowDecision::unasked: return "unasked";
-    case ShadowDecision::known: return "known";
+const char *name_of(ShadowDecision decision) {
+    switch (decision) {
+    case ShadowDecision::none: return "unasked";
+    case ShadowDecision::culled: return "known";
     case ShadowDecision::culled_static: return "known_still";
-    case ShadowDecision::tried: return "tried";
+    case ShadowDecision::tested: return "tried";
     case ShadowDecision::traced: return "traced";
     }
     return "";
@@ -153,11 +153,11 @@ std::string shadow_text(const TraceEvent::Light &light) {
                               std::to_string(light.triangle_tests) + " triangles of trees, " +
                               std::to_string(light.extra_tests) + " others)";
     const std::string found = light.blocked ? "in shadow, " : "not in shadow, ";
-    switch (light.answer) {
-    case ShadowDecision::unasked: return light.blocked ? "in shadow" : "no shadow asked for";
-    case ShadowDecision::known: return found + "known without asking any triangle";
+    switch (light.decision) {
+    case ShadowDecision::none: return light.blocked ? "in shadow" : "no shadow asked for";
+    case ShadowDecision::culled: return found + "known without asking any triangle";
     case ShadowDecision::culled_static: return found + "known of what is still; asked of what moves" + counts;
-    case ShadowDecision::tried: return found + "of still triangles some were tried" + counts;
+    case ShadowDecision::tested: return found + "of still triangles some were tried" + counts;
     case ShadowDecision::traced: return found + "asked by a ray" + counts;
     }
     return "";
@@ -193,12 +193,12 @@ void print_march(Text &text, int depth, const Inspection::Ray &ray) {
 }
 
 std::string instance_text(const TraceEvent::Hit &hit) {
-    return hit.instance >= 0 ? "of body " + std::to_string(hit.instance) : hit.still ? "still" : "that changes its form";
+    return hit.instance >= 0 ? "of body " + std::to_string(hit.instance) : hit.is_static ? "still" : "that changes its form";
 }
 
 void print_ray(Text &text, int depth, const Inspection::Ray &ray) {
     text.line(depth, "%s ray from %s along %s, share %s, weight %.6g", name_of(ray.ray.kind),
-              triple(ray.ray.origin).c_str(), triple(ray.ray.direction).c_str(), triple(ray.ray.share).c_str(),
+              triple(ray.ray.origin).c_str(), triple(ray.ray.direction).c_str(), triple(ray.ray.factor).c_str(),
               ray.ray.weight);
     ++depth;
     if (ray.march) print_march(text, depth, ray);
@@ -211,11 +211,11 @@ void print_ray(Text &text, int depth, const Inspection::Ray &ray) {
                   hit.texture < 0 ? "no texture:" : ("texture " + std::to_string(hit.texture) + ":").c_str(),
                   triple(hit.texture_color).c_str(), triple(hit.ambient).c_str());
         for (const TraceEvent::Light &light : ray.lights) print_light(text, depth + 1, light);
-        text.line(depth, "lights together %s", triple(ray.lit.radiance).c_str());
+        text.line(depth, "lights together %s", triple(ray.direct_light.radiance).c_str());
         for (const auto &next : ray.rays) print_ray(text, depth + 1, *next);
         for (const TraceEvent::Unsent &unsent : ray.unsent)
             text.line(depth + 1, "%s ray not sent: %s (share %s, weight %.6g)", name_of(unsent.kind),
-                      unsent.too_deep ? "the chain is as long as --depth" : "too light", triple(unsent.share).c_str(),
+                      unsent.too_deep ? "the chain is as long as --depth" : "too light", triple(unsent.factor).c_str(),
                       unsent.weight);
     } else {
         text.line(depth, "hits nothing");
@@ -249,7 +249,7 @@ std::string light_json(const TraceEvent::Light &light) {
         .add("distance", exact(light.distance))
         .add("irradiance", exact(light.irradiance))
         .add_flag("blocked", light.blocked)
-        .add("answer", quoted(name_of(light.answer)))
+        .add("answer", quoted(name_of(light.decision)))
         .add("node_visits", light.node_visits)
         .add("triangle_tests", light.triangle_tests)
         .add("extra_tests", light.extra_tests)
@@ -293,7 +293,7 @@ std::string march_json(const Inspection::Ray &ray) {
 std::string unsent_json(const TraceEvent::Unsent &unsent) {
     return Object()
         .add("kind", quoted(name_of(unsent.kind)))
-        .add("share", exact(unsent.share))
+        .add("share", exact(unsent.factor))
         .add("weight", exact(unsent.weight))
         .add_flag("too_deep", unsent.too_deep)
         .text();
@@ -308,7 +308,7 @@ std::string hit_json(const Inspection::Ray &ray) {
         .add("distance", exact(hit.distance))
         .add("triangle", whole(hit.triangle))
         .add("body", hit.instance >= 0 ? whole(hit.instance) : "null")
-        .add_flag("still", hit.still)
+        .add_flag("still", hit.is_static)
         .add("material", whole(hit.material))
         .add("texture", hit.texture >= 0 ? whole(hit.texture) : "null")
         .add("u", exact(hit.u))
@@ -320,7 +320,7 @@ std::string hit_json(const Inspection::Ray &ray) {
         .add("texture_color", exact(hit.texture_color))
         .add("ambient", exact(hit.ambient))
         .add("lights", list(ray.lights, light_json))
-        .add("lit", exact(ray.lit.radiance))
+        .add("lit", exact(ray.direct_light.radiance))
         .add("rays", list(ray.rays, [](const auto &next) { return ray_json(*next); }))
         .add("unsent", list(ray.unsent, unsent_json))
         .text();
@@ -332,7 +332,7 @@ std::string ray_json(const Inspection::Ray &ray) {
         .add("level", whole(ray.ray.level))
         .add("origin", exact(ray.ray.origin))
         .add("direction", exact(ray.ray.direction))
-        .add("share", exact(ray.ray.share))
+        .add("share", exact(ray.ray.factor))
         .add("weight", exact(ray.ray.weight))
         .add("march", march_json(ray))
         .add("hit", hit_json(ray))

@@ -20,7 +20,7 @@ struct Inspection {
         TraceEvent::MarchEnd march_end;
         std::optional<TraceEvent::Hit> hit; // none: the ray leaves the scene
         std::vector<TraceEvent::Light> lights;
-        TraceEvent::Lit lit;
+        TraceEvent::DirectLight direct_light;
         std::vector<std::unique_ptr<Ray>> rays;
         std::vector<TraceEvent::Unsent> unsent;
         TraceEvent::RayEnd end;
@@ -43,7 +43,7 @@ struct Inspection {
     std::vector<Sample> samples;
     TraceEvent::Pixel pixel;
 
-    // What to hand to render(): a trace of the pixel x, y whose events are recorded here.
+    // What to hand to inspect(): a trace of the pixel x, y whose events are recorded here.
     PixelTrace trace();
 
   private:

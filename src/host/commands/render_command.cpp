@@ -163,7 +163,7 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
         }
         status = core(options.arithmetic)
                      .render(prepared.scene, settings, arena, progress.observer(), picture.rgb.data(), report.statistics,
-                             mapped ? &sums : nullptr, &sequence.cache, nullptr);
+                             mapped ? &sums : nullptr, &sequence.cache);
     }
     progress.finish();
     if (status == Status::stopped) stop(request, frame);

@@ -60,8 +60,9 @@ Settings settings_of(const Options &options, const PreparedScene &prepared) {
     if (options.crop) {
         const auto &c = *options.crop;
         if (c.x1 > width || c.y1 > height)
-            throw Error(exit_usage, "option 'crop' reaches beyond the picture's " + std::to_string(width) + " x " +
-                                        std::to_string(height) + " pixels");
+            throw Error(exit_usage, "option 'crop': found " + std::to_string(c.x0) + "," + std::to_string(c.y0) + "," +
+                                        std::to_string(c.x1) + "," + std::to_string(c.y1) + ", expected pixels of the " +
+                                        std::to_string(width) + " x " + std::to_string(height) + " picture");
         settings.crop = {c.x0, c.y0, c.x1, c.y1};
     }
     settings.samples = options.samples;

@@ -7,8 +7,8 @@ namespace wisp {
 
 enum class Column : uint8_t { x, y, z, density, mass, smoothing_length, unused };
 
-// Collects particles in three steps: claim the columns that the file has, set the count once it was held against the
-// bytes left, store each value. Every error is the reader's, about the item that it read last.
+// Collects particles in three steps: claim the columns that the file has, set the count once it was compared with the
+// bytes left, store each value. Errors are those of the reader, about the item that it read last.
 class ParticleBuilder {
   public:
     explicit ParticleBuilder(ByteReader &reader) : reader_(reader) {}

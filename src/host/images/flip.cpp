@@ -161,15 +161,15 @@ std::vector<Triple> filtered_colors(const std::array<Plane, 3> &ycxcz, int width
     const Filter wide_filter = spatial_filter(0.04), narrow_filter = spatial_filter(0.025);
     const Plane wide = filtered(ycxcz[2], width, wide_filter, wide_filter);
     const Plane narrow = filtered(ycxcz[2], width, narrow_filter, narrow_filter);
-    // The filters above sum to 1; what the sums were before is the share of each: their weights at 0 are 1 / sum.
+    // The filters above sum to 1; the weight of each is its sum before that, which follows from its value at 0.
     const double wide_peak = wide_filter[spatial_radius], narrow_peak = narrow_filter[spatial_radius];
     const double wide_sum = 34.1 * std::sqrt(pi<double> / 0.04) / (wide_peak * wide_peak);
     const double narrow_sum = 13.5 * std::sqrt(pi<double> / 0.025) / (narrow_peak * narrow_peak);
-    const double wide_share = wide_sum / (wide_sum + narrow_sum);
+    const double wide_weight = wide_sum / (wide_sum + narrow_sum);
 
     std::vector<Triple> colors(y.size());
     for (size_t i = 0; i < colors.size(); ++i) {
-        const double cz = wide_share * wide[i] + (1 - wide_share) * narrow[i];
+        const double cz = wide_weight * wide[i] + (1 - wide_weight) * narrow[i];
         Triple rgb = rgb_of_ycxcz({y[i], cx[i], cz});
         for (double &c : rgb) c = std::clamp(c, 0.0, 1.0);
         colors[i] = hunt_lab_of_rgb(rgb);

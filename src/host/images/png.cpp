@@ -1,5 +1,5 @@
 // PNG (ISO/IEC 15948), decoded by stb_image, whose one place this is. The chunks are checked first, because stb_image believes
-// their lengths and does not look at their check sums: each chunk lies within the file, and the sides are not absurd for a file of its
+// their lengths and does not look at their check sums: each chunk lies within the file, and the sides fit a file of its
 // size. So a hostile file takes memory in proportion to its own size, beyond an allowance.
 #include "host/base/byte_reader.h"
 #include "host/images/texture_readers.h"

@@ -1,11 +1,11 @@
-// What stands in blocks `xs`, in the space of the world. Of what moves, motion.h knows the place.
+// Points and directions from the space of a node to the world, for nodes that are all `xs`. prepare/motion.h has the moving ones.
 #pragma once
 #include "host/base/double3.h"
 #include "host/scene/scene_graph.h"
 
 namespace wisp {
 
-// The direction alone, of the same length: scales are left out.
+// Rotates a direction; scales do not apply.
 inline Double3 turned_in_world(const std::vector<Node> &nodes, int32_t node, Double3 direction) {
     for (; node >= 0; node = nodes[static_cast<size_t>(node)].parent) {
         const Placement &place = nodes[static_cast<size_t>(node)].placement;
@@ -23,7 +23,7 @@ inline Double3 placed_in_world(const std::vector<Node> &nodes, int32_t node, Dou
     return p;
 }
 
-// By how much lengths grow; all scales are uniform and above 0.
+// The factor of lengths; all scales are uniform and above 0.
 inline double scale_in_world(const std::vector<Node> &nodes, int32_t node) {
     double scale = 1;
     for (; node >= 0; node = nodes[static_cast<size_t>(node)].parent)

@@ -1,5 +1,4 @@
-// A scene as its file says it, with all that it includes: NFF and AFF, and statements of our own, in the units of the
-// scene.
+// A scene file with the files that it includes: NFF and AFF, and statements of our own. Everything is in the units of the scene.
 #pragma once
 #include "host/scene/scene_graph.h"
 #include "host/scene/scene_tokens.h"
@@ -59,8 +58,7 @@ struct SceneFile {
     std::vector<Default> defaults; // `render KEY VALUE`
 };
 
-// Throws InputError `FILE:LINE: what is wrong, what was expected`. Of the files that a scene names only those that it
-// includes are read.
+// Throws InputError `FILE:LINE: what is wrong, what was expected`. Included files are read; particles, grids and textures are not.
 SceneFile read_scene(const std::string &path);
 SceneFile parse_scene(const std::string &path, const std::string &text, const FileReader &read = read_plain_file,
                       const SceneLimits &limits = {});

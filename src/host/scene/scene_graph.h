@@ -1,5 +1,5 @@
-// Surfaces as NFF and AFF files say them: shapes in the spaces of a tree of transforms, materials, key frames.
-// Everything is in the units of the file; nothing is evaluated at any time yet (motion.h does that).
+// Surfaces as in NFF and AFF files: shapes in a tree of transforms, materials, key frames. Everything is in the units of the file.
+// prepare/motion.h evaluates it at a time.
 #pragma once
 #include "wisp/scene.h"
 #include <array>
@@ -41,7 +41,7 @@ struct Node {
     Placement placement;
 };
 
-// As `fm` gives it; `f` is translated to it. index: as in the file, 0 and below mean 1.
+// The material of a statement `fm`; a statement `f` is converted to it. An `index` of 0 or below means 1.
 struct FileMaterial {
     Double3 ambient, diffuse, specular;
     double shininess, transmission, index;
@@ -55,12 +55,12 @@ struct Mesh {
     int32_t node;
     uint32_t material;
     int32_t texture;                           // index into SceneGraph::textures; -1: none
-    std::vector<Double3> positions, normals;   // normals: none, or of any length; 0 0 0: that of the plane
+    std::vector<Double3> positions, normals;   // normals: none, or of any length; 0 0 0: the plane's normal
     std::vector<std::array<double, 2>> texels; // u, v; empty without texture
     std::vector<Row> rows;
 };
 
-// `tpa`: a triangle whose corners and normals are linear between its times (at least one, none before the one before).
+// `tpa`: a triangle whose corners and normals are linear between its times. There is at least one time, and times do not descend.
 struct Morph {
     struct Pose {
         double time;

@@ -1,5 +1,5 @@
-// The words of a scene, from its file and those that it includes, and what statements are made of: names, numbers,
-// vectors, colours. Every file is read and split into words once, however often it is included.
+// The words of a scene file and of those that it includes, and the elements of statements: names, numbers, vectors, colours. Every file is
+// read and split into words once, however often it is included.
 //
 // Errors are InputErrors at the line of the word that was taken last.
 #pragma once
@@ -13,7 +13,7 @@
 
 namespace wisp {
 
-// What a scene may grow to by including files again and again.
+// Limits, because a scene may include files again and again.
 struct SceneLimits {
     size_t depth = 64;              // of files in files
     size_t includes = 100000;       // in all
@@ -32,15 +32,15 @@ class SceneTokens {
     size_t depth() const { return open_.size() - 1; }
     bool at_end() const { return open_.back().next == open_.back().source->words.size(); }
     void include(const std::string &path); // its words come next
-    void leave();                          // an included file, for the one that includes it
-    // A file as the one that is being read calls it.
+    void leave();                          // returns from an included file to the one that includes it
+    // The path of a file whose name in the current file is `file`.
     std::string beside(std::string_view file) const;
 
     int line() const;
     std::string where() const; // `FILE:LINE: `
     [[noreturn]] void fail(const std::string &text) const;
 
-    // What is expected is `part` and `what`, one behind the other. Words live as long as this does.
+    // The next word. An error says that `part` and `what`, joined, was expected. The text is valid as long as this object.
     std::string_view take(std::string_view what, std::string_view part = "");
     std::string name(std::string_view what); // any word but a brace
     void keyword(std::string_view word);

@@ -13,11 +13,11 @@ class ShapeParser {
     ShapeParser(SceneTokens &tokens, SceneGraph &graph, size_t max_triangles)
         : tokens_(tokens), graph_(graph), max_triangles_(max_triangles) {}
 
-    // The rest of the statement `word`, in the space of a node; false if it is none of them.
+    // Reads the rest of the statement `word`, in the space of a node; false if it is not a statement about surfaces.
     bool parse(std::string_view word, int32_t node);
-    static std::string statements(); // with a space behind each
+    static std::string statements(); // each followed by a space
 
-    // At the end: makes the spheres, all as coarse where there are many; too many are refused before.
+    // Call at the end: makes the spheres, coarse ones where there are many. Throws before that where there would be too many triangles.
     void finish();
 
   private:
@@ -47,7 +47,7 @@ class ShapeParser {
     struct Sphere {
         Double3 center;
         double radius;
-        size_t mesh; // its place among the graph's
+        size_t mesh; // its index in the graph
     };
 
     SceneTokens &tokens_;
@@ -55,9 +55,9 @@ class ShapeParser {
     std::vector<Sphere> spheres_;
     size_t max_triangles_, triangles_ = 0;
     int32_t node_ = -1;                                    // of the statement
-    std::map<std::array<double, 12>, uint32_t> materials_; // where in the graph
-    std::map<std::string, int32_t, std::less<>> textures_; // likewise
-    std::optional<uint32_t> material_;                     // the last; none yet: the default
+    std::map<std::array<double, 12>, uint32_t> materials_; // index in the graph
+    std::map<std::string, int32_t, std::less<>> textures_; // index in the graph
+    std::optional<uint32_t> material_;                     // the last one; none yet: the default
 };
 
 } // namespace wisp

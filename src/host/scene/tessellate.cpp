@@ -10,7 +10,7 @@ namespace {
 
 Mesh empty_mesh() { return {-1, 0, -1, {}, {}, {}, {}}; }
 
-// ---- Spheres: an icosahedron whose edges are parted, blown up
+// ---- Spheres: an icosahedron with subdivided edges, projected to the sphere
 
 std::vector<Double3> icosahedron_corners() {
     const double golden = (1 + std::sqrt(5.0)) / 2;
@@ -22,12 +22,12 @@ std::vector<Double3> icosahedron_corners() {
     return corners;
 }
 
-// How much of each corner of the icosahedron is in a point, in parts: the same for all faces that share the point.
+// A point as weights of the icosahedron's corners, in units of 1 / segments: the same for all faces that share the point.
 using Blend = std::array<uint8_t, 12>;
 
 class UnitSphere {
   public:
-    explicit UnitSphere(uint32_t parts_) : parts(parts_) { // of each edge
+    explicit UnitSphere(uint32_t segments_) : segments(segments_) { // of each edge
         for (uint32_t a = 0; a < corners_.size(); ++a)
             for (uint32_t b = a + 1; b < corners_.size(); ++b)
                 for (uint32_t c = b + 1; c < corners_.size(); ++c) add_face(a, b, c);
@@ -37,7 +37,7 @@ class UnitSphere {
         corner_radius = cbrt(6 * four_pi<double> / 3 / volume);
     }
 
-    const uint32_t parts;
+    const uint32_t segments;
     std::vector<Double3> normals;
     std::vector<Mesh::Row> rows;
     double corner_radius; // of the polyhedron with the sphere's volume
@@ -49,15 +49,15 @@ class UnitSphere {
         if (dot(corners_[a], cross(corners_[b], corners_[c])) < 0) std::swap(b, c);
         const auto at = [&](uint32_t i, uint32_t j) { // i steps from a towards b, j towards c
             Blend blend{};
-            blend[a] = static_cast<uint8_t>(parts - i - j);
+            blend[a] = static_cast<uint8_t>(segments - i - j);
             blend[b] = static_cast<uint8_t>(i);
             blend[c] = static_cast<uint8_t>(j);
             return index_of(blend);
         };
-        for (uint32_t i = 0; i < parts; ++i)
-            for (uint32_t j = 0; i + j < parts; ++j) {
+        for (uint32_t i = 0; i < segments; ++i)
+            for (uint32_t j = 0; i + j < segments; ++j) {
                 add_row({at(i, j), at(i + 1, j), at(i, j + 1)});
-                if (i + j + 1 < parts) add_row({at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)});
+                if (i + j + 1 < segments) add_row({at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)});
             }
     }
 
@@ -69,9 +69,9 @@ class UnitSphere {
             constexpr double edge_turns = 0.17620819117478337; // atan(2) / (2 pi)
             Double3 sum = {0, 0, 0};
             for (size_t i = 0; i < blend.size(); ++i) {
-                // Sines part the edges into equal arcs.
+                // Sines divide the edges into equal arcs.
                 double sine, cosine;
-                sincos_turns(edge_turns * blend[i] / parts, sine, cosine);
+                sincos_turns(edge_turns * blend[i] / segments, sine, cosine);
                 sum = sum + corners_[i] * sine;
             }
             normals.push_back(unit(sum));
@@ -87,7 +87,7 @@ class UnitSphere {
 
 constexpr uint32_t sides = 32;
 
-// ---- Polygons: ears are cut off the outline, by exact decisions about its points on a fine lattice in the plane
+// ---- Polygons: ear clipping, with exact decisions about points that are rounded to a fine lattice in the plane
 
 using Point = std::array<int64_t, 2>; // |coordinate| <= 2^60
 
@@ -101,7 +101,7 @@ int turn(const Point &a, const Point &b, const Point &c) {
     return (left_low > right_low) - (left_low < right_low);
 }
 
-// The outline seen from where it turns to the left; empty when it has no area.
+// The outline projected to a plane, counter-clockwise; empty when it has no area.
 std::vector<Point> flattened(const std::vector<Double3> &points) {
     std::vector<Double3> relative; // halved, so that no difference is infinite
     double size = 0;
@@ -115,10 +115,10 @@ std::vector<Point> flattened(const std::vector<Double3> &points) {
     for (Double3 &p : relative)
         p = {scale_pow2(p.x, -exponent), scale_pow2(p.y, -exponent), scale_pow2(p.z, -exponent)};
     for (size_t i = 1; i < relative.size(); ++i) normal = normal + cross(relative[i - 1], relative[i]);
-    const double most = largest_component(normal);
-    if (most <= 0x1p-44) return {}; // a line up to the rounding of the sum, for outlines of size 1/2 to 1
+    const double longest = largest_component(normal);
+    if (longest <= 0x1p-44) return {}; // a line up to the rounding of the sum, for outlines of size 1/2 to 1
 
-    const bool along_x = std::fabs(normal.x) == most, along_y = !along_x && std::fabs(normal.y) == most;
+    const bool along_x = std::fabs(normal.x) == longest, along_y = !along_x && std::fabs(normal.y) == longest;
     const bool swap = (along_x ? normal.x : along_y ? normal.y : normal.z) < 0;
     std::vector<Point> flat;
     for (const Double3 &p : relative) {
@@ -129,9 +129,9 @@ std::vector<Point> flattened(const std::vector<Double3> &points) {
     return flat;
 }
 
-// Ears are cut one after the other; cutting one can make ears of its neighbours alone, so that each point is looked at
-// three times a rule at most. A rule that finds no more ears gives way to the next: an outline that neither touches nor
-// crosses itself needs the first two.
+// Ears are cut one after the other. Only the two neighbours of an ear can become ears when it is cut, so each point is visited at most
+// three times for each rule. Where a rule finds no more ears, the next rule applies. An outline that neither touches nor crosses itself
+// needs only the first two rules.
 class EarCutter {
   public:
     explicit EarCutter(std::vector<Point> points)
@@ -149,12 +149,12 @@ class EarCutter {
             if (left_ < 3) break;
             uint32_t i = first_;
             do {
-                look_at_later(i);
+                enqueue(i);
                 i = next_[i];
             } while (i != first_);
-            for (; looked_ < queue_.size() && left_ > 2; ++looked_) {
-                i = queue_[looked_];
-                if (place_[i] == looked_ && can_go(i, rule)) remove(i);
+            for (; visited_ < queue_.size() && left_ > 2; ++visited_) {
+                i = queue_[visited_];
+                if (place_[i] == visited_ && can_be_cut(i, rule)) remove(i);
             }
         }
         return std::move(rows_);
@@ -164,18 +164,18 @@ class EarCutter {
     enum class Rule {
         spikes,  // points that add no area: repeated, or where the outline turns back
         clear,   // and ears that no other point touches
-        touched, // and ears into which no other line runs
-        convex,  // and whatever turns to the left
-        any      // and all the rest
+        touched, // and ears that no other edge enters
+        convex,  // and all convex points
+        any      // and all points
     };
 
-    void look_at_later(uint32_t i) {
+    void enqueue(uint32_t i) {
         turns_[i] = static_cast<int8_t>(turn(points_[previous_[i]], points_[i], points_[next_[i]]));
         place_[i] = queue_.size();
         queue_.push_back(i);
     }
 
-    bool can_go(uint32_t i, Rule rule) const {
+    bool can_be_cut(uint32_t i, Rule rule) const {
         const Point &a = points_[previous_[i]], &b = points_[i], &c = points_[next_[i]];
         if (turns_[i] == 0 && !(a < b && b < c) && !(c < b && b < a)) return true;
         if (rule == Rule::spikes) return false;
@@ -183,7 +183,7 @@ class EarCutter {
         return turns_[i] > 0 && (rule == Rule::convex || is_ear(i, rule));
     }
 
-    // Whether no other point is in the ear. What runs into it has a point there that is not convex.
+    // Whether no other point is in the ear. Only points that are not convex need a test: an outline that enters the ear has one there.
     bool is_ear(uint32_t i, Rule rule) const {
         const std::array<Point, 3> ear = {points_[previous_[i]], points_[i], points_[next_[i]]};
         for (uint32_t q = next_[next_[i]]; q != previous_[i]; q = next_[q])
@@ -199,12 +199,12 @@ class EarCutter {
             on_edges += side[k] == 0;
         }
         if (on_edges == 1 && rule == Rule::clear) return true;
-        const auto runs_in = [&](uint32_t to) {
+        const auto enters = [&](uint32_t to) {
             for (size_t k = 0; k < 3; ++k)
                 if (side[k] == 0 && turn(ear[k], ear[(k + 1) % 3], points_[to]) <= 0) return false;
             return true;
         };
-        return runs_in(previous_[q]) || runs_in(next_[q]);
+        return enters(previous_[q]) || enters(next_[q]);
     }
 
     void remove(uint32_t i) {
@@ -216,16 +216,16 @@ class EarCutter {
         previous_[c] = a;
         first_ = a;
         --left_;
-        look_at_later(a);
-        look_at_later(c);
+        enqueue(a);
+        enqueue(c);
     }
 
     const std::vector<Point> points_;
-    std::vector<uint32_t> previous_, next_; // of the points that are left
-    std::vector<int8_t> turns_;             // of these, as turn()
-    std::vector<uint32_t> queue_;           // of points to look at; what counts is a point's last place in it
+    std::vector<uint32_t> previous_, next_; // of the points that remain
+    std::vector<int8_t> turns_;             // turn() at each point
+    std::vector<uint32_t> queue_;           // points to visit; only the last occurrence of a point counts
     std::vector<size_t> place_;
-    size_t looked_ = 0, left_;
+    size_t visited_ = 0, left_;
     uint32_t first_ = 0;
     std::vector<Mesh::Row> rows_;
 };
@@ -245,13 +245,13 @@ Mesh sphere_mesh(const Double3 &center, double radius, bool fine) {
 
 Mesh cone_mesh(const Double3 &base, double base_radius, const Double3 &apex, double apex_radius) {
     Mesh mesh = empty_mesh();
-    const Double3 way = apex - base;
+    const Double3 height_vector = apex - base;
     base_radius = std::fabs(base_radius);
     apex_radius = std::fabs(apex_radius);
-    if (largest_component(way) == 0 || (base_radius == 0 && apex_radius == 0)) return mesh;
+    if (largest_component(height_vector) == 0 || (base_radius == 0 && apex_radius == 0)) return mesh;
 
-    const Double3 axis = unit(way);
-    const double height = dot(way, axis);
+    const Double3 axis = unit(height_vector);
+    const double height = dot(height_vector, axis);
     const Double3 size = {std::fabs(axis.x), std::fabs(axis.y), std::fabs(axis.z)};
     const Double3 other = size.x <= size.y && size.x <= size.z ? Double3{1, 0, 0}
                           : size.y <= size.z                   ? Double3{0, 1, 0}

@@ -1,4 +1,4 @@
-// What is told of a pixel: its sums are the picture's bits, its parts are sums of theirs, and closed forms hold.
+// The record of a pixel: its sums are the picture's bits, each part is the sum of its own parts, and closed forms hold.
 #include "support/built_surfaces.h"
 #include "wisp/settings.h"
 #include "wisp/wisp.h"
@@ -14,8 +14,8 @@ using Kind = TraceEvent::Kind;
 constexpr int pixels = 6;
 constexpr double plate_height = 2.5, plate_half = 1.2;
 
-// A ray with what was told of it, and whether its parts add up.
-struct ToldRay {
+// A ray with its events.
+struct RecordedRay {
     TraceEvent::Ray ray = {};
     bool marched = false;
     TraceEvent::March march = {};
@@ -24,53 +24,53 @@ struct ToldRay {
     TraceEvent::MarchEnd march_end = {};
     std::vector<TraceEvent::Hit> hit;
     std::vector<TraceEvent::Light> lights;
-    TraceEvent::Lit lit = {};
-    std::vector<ToldRay> rays;
+    TraceEvent::DirectLight direct_light = {};
+    std::vector<RecordedRay> rays;
     TraceEvent::RayEnd end = {};
 };
 
-struct Listener {
-    std::vector<TraceEvent> entries;
-    PixelTrace journal(int x, int y) {
+struct EventList {
+    std::vector<TraceEvent> list;
+    PixelTrace trace(int x, int y) {
         return {x, y, this,
-                [](void *self, const TraceEvent &entry) { static_cast<Listener *>(self)->entries.push_back(entry); }};
+                [](void *self, const TraceEvent &event) { static_cast<EventList *>(self)->list.push_back(event); }};
     }
 };
 
-// The ray whose entry is `at`; `at` is then behind its last one.
-ToldRay read_ray(const std::vector<TraceEvent> &entries, size_t &at) {
-    ToldRay told;
-    REQUIRE(entries[at].kind == Kind::ray);
-    told.ray = entries[at++].ray;
+// The ray whose event is `at`; `at` is then behind its last one.
+RecordedRay read_ray(const std::vector<TraceEvent> &events, size_t &at) {
+    RecordedRay recorded;
+    REQUIRE(events[at].kind == Kind::ray);
+    recorded.ray = events[at++].ray;
     for (;; ++at) {
-        REQUIRE(at < entries.size());
-        const TraceEvent &entry = entries[at];
-        switch (entry.kind) {
+        REQUIRE(at < events.size());
+        const TraceEvent &event = events[at];
+        switch (event.kind) {
         case Kind::march:
-            CHECK(!told.marched);
-            told.marched = true;
-            told.march = entry.march;
+            CHECK(!recorded.marched);
+            recorded.marched = true;
+            recorded.march = event.march;
             break;
-        case Kind::step: told.steps.push_back(entry.step); break;
-        case Kind::light: (entry.light.step < 0 ? told.lights : told.in_steps).push_back(entry.light); break;
-        case Kind::march_end: told.march_end = entry.march_end; break;
-        case Kind::hit: told.hit.push_back(entry.hit); break;
-        case Kind::lit: told.lit = entry.lit; break;
+        case Kind::step: recorded.steps.push_back(event.step); break;
+        case Kind::light: (event.light.step < 0 ? recorded.lights : recorded.in_steps).push_back(event.light); break;
+        case Kind::march_end: recorded.march_end = event.march_end; break;
+        case Kind::hit: recorded.hit.push_back(event.hit); break;
+        case Kind::direct_light: recorded.direct_light = event.direct_light; break;
         case Kind::unsent: break;
         case Kind::ray:
-            told.rays.push_back(read_ray(entries, at));
+            recorded.rays.push_back(read_ray(events, at));
             --at;
             break;
         case Kind::ray_end:
-            told.end = entry.ray_end;
+            recorded.end = event.ray_end;
             ++at;
-            return told;
+            return recorded;
         default: REQUIRE(false);
         }
     }
 }
 
-// Exact: what is told are numbers of the arithmetic.
+// Exact: a record holds numbers of the arithmetic.
 Vec3 back(const Double3 &v) { return vec_of(v); }
 bool same(const Vec3 &a, const Double3 &b) { return at(a.x) == b.x && at(a.y) == b.y && at(a.z) == b.z; }
 
@@ -130,43 +130,43 @@ Settings settings_of(const Way &way, ShadowMethod shadows = ShadowMethod::exact,
     return settings;
 }
 
-std::vector<float> heard_picture(const Scene &scene, const Settings &settings, const PixelTrace *journal) {
+std::vector<float> traced_picture(const Scene &scene, const Settings &settings, const PixelTrace *trace) {
     std::vector<unsigned char> memory(plan(scene, settings).bytes.arena);
     Arena arena(memory.data(), memory.size());
     const Crop &crop = settings.crop;
     std::vector<float> rgb(static_cast<size_t>((crop.x1 - crop.x0) * (crop.y1 - crop.y0) * 3));
     Statistics statistics;
-    REQUIRE(render(scene, settings, arena, Observer{}, rgb.data(), statistics, nullptr, nullptr, journal) ==
-            Status::done);
+    REQUIRE((trace ? inspect(scene, settings, arena, Observer{}, rgb.data(), statistics, nullptr, *trace)
+                   : render(scene, settings, arena, Observer{}, rgb.data(), statistics)) == Status::done);
     return rgb;
 }
 
 // All rays of a sample, each before those that it sends.
-template <class Visit> void for_each_ray(const ToldRay &told, Visit &&visit) {
-    visit(told);
-    for (const ToldRay &next : told.rays) for_each_ray(next, visit);
+template <class Visit> void for_each_ray(const RecordedRay &recorded, Visit &&visit) {
+    visit(recorded);
+    for (const RecordedRay &next : recorded.rays) for_each_ray(next, visit);
 }
 
-// The pixel's rays, a tree for each sample; its entries are in order, and what it is is what they add up to.
-std::vector<ToldRay> read_pixel(const Scene &scene, const Settings &settings, const Listener &listener,
+// The pixel's rays, a tree for each sample; its events are in order, and what it is is what they add up to.
+std::vector<RecordedRay> read_pixel(const Scene &scene, const Settings &settings, const EventList &recorded,
                                 const float *rgb) {
-    const auto &entries = listener.entries;
-    std::vector<ToldRay> rays;
+    const auto &events = recorded.list;
+    std::vector<RecordedRay> rays;
     Color sum(Real(0));
-    size_t at_entry = 0;
+    size_t at_event = 0;
     for (uint32_t i = 0; i < settings.samples; ++i) {
-        REQUIRE(entries[at_entry].kind == Kind::sample);
-        CHECK(entries[at_entry++].sample.index == i);
-        rays.push_back(read_ray(entries, at_entry));
+        REQUIRE(events[at_event].kind == Kind::sample);
+        CHECK(events[at_event++].sample.index == i);
+        rays.push_back(read_ray(events, at_event));
         CHECK(rays.back().ray.kind == RayKind::camera);
-        REQUIRE(entries[at_entry].kind == Kind::sample_end);
-        const Color seen = back(entries[at_entry++].sample_end.radiance);
+        REQUIRE(events[at_event].kind == Kind::sample_end);
+        const Color seen = back(events[at_event++].sample_end.radiance);
         CHECK(same(seen, rays.back().end.radiance));
         sum += seen;
     }
-    REQUIRE(at_entry + 1 == entries.size());
-    const TraceEvent::Pixel &pixel = entries[at_entry].pixel;
-    CHECK(entries[at_entry].kind == Kind::pixel);
+    REQUIRE(at_event + 1 == events.size());
+    const TraceEvent::Pixel &pixel = events[at_event].pixel;
+    CHECK(events[at_event].kind == Kind::pixel);
     CHECK(pixel.samples == settings.samples);
     const Color mean = sum / Real(static_cast<int32_t>(settings.samples));
     CHECK(same(mean, pixel.mean));
@@ -176,31 +176,31 @@ std::vector<ToldRay> read_pixel(const Scene &scene, const Settings &settings, co
 }
 
 // A ray is the sum of its parts, in the order in which the core adds them: to the bit.
-void check_sums(const ToldRay &told, const Color &background) {
-    const Real through = real(told.end.transmittance);
-    CHECK(same(back(told.end.smoke) + back(told.end.behind) * through, told.end.radiance));
-    CHECK(told.end.hit == (told.hit.size() == 1));
-    if (told.marched) {
-        CHECK(same(back(told.march_end.radiance), told.end.smoke));
-        CHECK(told.march_end.transmittance == told.end.transmittance);
+void check_sums(const RecordedRay &recorded, const Color &background) {
+    const Real through = real(recorded.end.transmittance);
+    CHECK(same(back(recorded.end.smoke) + back(recorded.end.behind) * through, recorded.end.radiance));
+    CHECK(recorded.end.hit == (recorded.hit.size() == 1));
+    if (recorded.marched) {
+        CHECK(same(back(recorded.march_end.radiance), recorded.end.smoke));
+        CHECK(recorded.march_end.transmittance == recorded.end.transmittance);
     } else {
-        CHECK(told.end.transmittance == 1);
+        CHECK(recorded.end.transmittance == 1);
     }
-    if (!told.end.hit) {
-        CHECK(same(background, told.end.behind));
-        CHECK(told.lights.empty());
-        CHECK(told.rays.empty());
+    if (!recorded.end.hit) {
+        CHECK(same(background, recorded.end.behind));
+        CHECK(recorded.lights.empty());
+        CHECK(recorded.rays.empty());
         return;
     }
     Color lit(Real(0));
-    for (const TraceEvent::Light &light : told.lights) lit += back(light.contribution);
-    CHECK(same(lit, told.lit.radiance));
-    Color sum = back(told.hit[0].ambient) + lit;
-    for (const ToldRay &next : told.rays) {
-        CHECK(next.ray.level == told.ray.level + 1);
-        sum += back(next.ray.share) * back(next.end.radiance);
+    for (const TraceEvent::Light &light : recorded.lights) lit += back(light.contribution);
+    CHECK(same(lit, recorded.direct_light.radiance));
+    Color sum = back(recorded.hit[0].ambient) + lit;
+    for (const RecordedRay &next : recorded.rays) {
+        CHECK(next.ray.level == recorded.ray.level + 1);
+        sum += back(next.ray.factor) * back(next.end.radiance);
     }
-    CHECK(same(sum, told.end.behind));
+    CHECK(same(sum, recorded.end.behind));
 }
 
 // Of eight and more numbers added in another order, and of exponentials that are right to some last places.
@@ -209,25 +209,25 @@ double error_of(size_t count, double largest) {
     return static_cast<double>(count + 16) * unit_error * (is_fixed ? std::max(largest, 1.0) : largest);
 }
 
-void check_march(const ToldRay &told, uint32_t light_count) {
-    if (!told.marched) {
-        CHECK(told.steps.empty());
+void check_march(const RecordedRay &recorded, uint32_t light_count) {
+    if (!recorded.marched) {
+        CHECK(recorded.steps.empty());
         return;
     }
     double depth = 0, radiance = 0;
     size_t next = 0;
-    for (const TraceEvent::Step &step : told.steps) {
+    for (const TraceEvent::Step &step : recorded.steps) {
         CHECK(step.step >= 0);
-        CHECK(step.step < told.march.steps);
-        CHECK(step.distance > told.march.begin - 1e-5);
-        CHECK(step.distance < told.march.end + 1e-5);
+        CHECK(step.step < recorded.march.steps);
+        CHECK(step.distance > recorded.march.begin - 1e-5);
+        CHECK(step.distance < recorded.march.end + 1e-5);
         CHECK(step.length > 0);
         CHECK(step.extinction > 0);
-        const size_t terms = told.steps.size();
+        const size_t terms = recorded.steps.size();
         CHECK(std::fabs(step.optical_depth - depth) <= error_of(terms, depth));
         CHECK(std::fabs(step.transmittance - std::exp(-depth)) <= error_of(terms, 1));
         const double s = step.extinction * step.length, source = step.single.x + step.multiple.x + step.emission.x;
-        // E4: the source over the step, dimmed by what is before it. For small s the mean is a series, whose first
+        // N-E4: the source over the step, dimmed by what is before it. For small s the mean is a series, whose first
         // term left out is below 0.125^6 / 5040 of it.
         const double arrives = source * std::exp(-depth) * -std::expm1(-s) / s * step.length;
         CHECK(std::fabs(step.radiance.x - arrives) <=
@@ -237,7 +237,7 @@ void check_march(const ToldRay &told, uint32_t light_count) {
         // Its lights, once each.
         double single = 0;
         uint32_t lights = 0;
-        for (const TraceEvent::Light &light : told.in_steps)
+        for (const TraceEvent::Light &light : recorded.in_steps)
             if (light.step == step.step) {
                 single += light.contribution.x;
                 ++lights;
@@ -248,11 +248,11 @@ void check_march(const ToldRay &told, uint32_t light_count) {
         CHECK(std::fabs(single - step.single.x) <= error_of(light_count, single));
         next += lights;
     }
-    CHECK(next == told.in_steps.size()); // all belong to a step
-    const double count = static_cast<double>(told.steps.size());
-    CHECK(std::fabs(told.march_end.optical_depth - depth) <= error_of(told.steps.size(), depth));
-    CHECK(std::fabs(told.march_end.transmittance - std::exp(-depth)) <= error_of(told.steps.size(), 1));
-    CHECK(std::fabs(told.march_end.radiance.x - radiance) <= error_of(static_cast<size_t>(count), radiance));
+    CHECK(next == recorded.in_steps.size()); // all belong to a step
+    const double count = static_cast<double>(recorded.steps.size());
+    CHECK(std::fabs(recorded.march_end.optical_depth - depth) <= error_of(recorded.steps.size(), depth));
+    CHECK(std::fabs(recorded.march_end.transmittance - std::exp(-depth)) <= error_of(recorded.steps.size(), 1));
+    CHECK(std::fabs(recorded.march_end.radiance.x - radiance) <= error_of(static_cast<size_t>(count), radiance));
 }
 
 // Whether the plate is between a point and a light, whither `way` leads, `distance` off; empty near its edge, or its
@@ -268,7 +268,7 @@ Plate find_plate(const Double3 &from, const Double3 &way, double distance) {
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME ": a pixel's told sum is its value in the picture, to the bit, and so are the sums in it") {
+TEST_CASE(WISP_ARITH_NAME ": a pixel's recorded sum is its value in the picture, to the bit, and so are the sums in it") {
     for (const bool surfaces : {false, true})
         for (const Way &way : ways) {
             CAPTURE(surfaces);
@@ -276,7 +276,7 @@ TEST_CASE(WISP_ARITH_NAME ": a pixel's told sum is its value in the picture, to 
             Scenery scenery(surfaces, way.method != Method::map || surfaces);
             if (surfaces && !way.resampled && way.irradiance == IrradianceMap::none) scenery.smokes[0].asymmetry = 0;
             Settings settings = settings_of(way);
-            const std::vector<float> picture = heard_picture(scenery.scene, settings, nullptr);
+            const std::vector<float> picture = traced_picture(scenery.scene, settings, nullptr);
             size_t steps = 0, hits = 0, sent = 0;
             bool multiple = false;
             for (int y = 0; y < pixels; ++y)
@@ -284,19 +284,19 @@ TEST_CASE(WISP_ARITH_NAME ": a pixel's told sum is its value in the picture, to 
                     CAPTURE(x);
                     CAPTURE(y);
                     settings.crop = {x, y, x + 1, y + 1};
-                    Listener listener;
-                    const PixelTrace journal = listener.journal(x, y);
-                    const std::vector<float> alone = heard_picture(scenery.scene, settings, &journal);
+                    EventList events;
+                    const PixelTrace trace = events.trace(x, y);
+                    const std::vector<float> alone = traced_picture(scenery.scene, settings, &trace);
                     const float *rgb = picture.data() + 3 * (y * pixels + x);
                     CHECK(std::memcmp(alone.data(), rgb, 3 * sizeof *rgb) == 0);
-                    for (const ToldRay &ray : read_pixel(scenery.scene, settings, listener, rgb))
-                        for_each_ray(ray, [&](const ToldRay &told) {
-                            check_sums(told, vec_of(scenery.scene.background));
-                            check_march(told, scenery.scene.light_count);
-                            steps += told.steps.size();
-                            hits += told.hit.size();
-                            sent += told.rays.size();
-                            for (const TraceEvent::Step &step : told.steps) multiple |= step.multiple.x > 0;
+                    for (const RecordedRay &ray : read_pixel(scenery.scene, settings, events, rgb))
+                        for_each_ray(ray, [&](const RecordedRay &recorded) {
+                            check_sums(recorded, vec_of(scenery.scene.background));
+                            check_march(recorded, scenery.scene.light_count);
+                            steps += recorded.steps.size();
+                            hits += recorded.hit.size();
+                            sent += recorded.rays.size();
+                            for (const TraceEvent::Step &step : recorded.steps) multiple |= step.multiple.x > 0;
                         });
                 }
             CHECK(steps > 50);
@@ -306,28 +306,28 @@ TEST_CASE(WISP_ARITH_NAME ": a pixel's told sum is its value in the picture, to 
         }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": a pixel of surfaces alone is told, too; others, and none, are not") {
+TEST_CASE(WISP_ARITH_NAME ": a pixel of surfaces alone is recorded, too; others, and none, are not") {
     Scenery scenery;
     scenery.scene.smoke_count = 0;
     Settings settings = settings_of(ways[0]);
-    const std::vector<float> picture = heard_picture(scenery.scene, settings, nullptr);
+    const std::vector<float> picture = traced_picture(scenery.scene, settings, nullptr);
     for (const int place : {0, 7, 20, 35}) { // in the whole picture
-        Listener listener;
-        const PixelTrace journal = listener.journal(place % pixels, place / pixels);
-        CHECK(heard_picture(scenery.scene, settings, &journal) == picture);
-        for (const ToldRay &ray : read_pixel(scenery.scene, settings, listener, picture.data() + 3 * place))
-            for_each_ray(ray, [&](const ToldRay &told) {
-                CHECK(!told.marched);
-                check_sums(told, vec_of(scenery.scene.background));
+        EventList events;
+        const PixelTrace trace = events.trace(place % pixels, place / pixels);
+        CHECK(traced_picture(scenery.scene, settings, &trace) == picture);
+        for (const RecordedRay &ray : read_pixel(scenery.scene, settings, events, picture.data() + 3 * place))
+            for_each_ray(ray, [&](const RecordedRay &recorded) {
+                CHECK(!recorded.marched);
+                check_sums(recorded, vec_of(scenery.scene.background));
             });
     }
-    Listener listener;
-    const PixelTrace outside = listener.journal(pixels, 0);
-    CHECK(heard_picture(scenery.scene, settings, &outside) == picture);
-    CHECK(listener.entries.empty());
+    EventList events;
+    const PixelTrace outside = events.trace(pixels, 0);
+    CHECK(traced_picture(scenery.scene, settings, &outside) == picture);
+    CHECK(events.list.empty());
 }
 
-TEST_CASE(WISP_ARITH_NAME ": told shadows are those of a plate that is in the way, however they are decided") {
+TEST_CASE(WISP_ARITH_NAME ": recorded shadows are those of a plate that is in the way, however they are decided") {
     for (const ShadowMethod method : {ShadowMethod::trace, ShadowMethod::cache, ShadowMethod::exact,
                                       ShadowMethod::voxel, ShadowMethod::lightbuffer, ShadowMethod::lie})
         for (const Way &way : {ways[0], ways[3], ways[6]}) {
@@ -335,16 +335,16 @@ TEST_CASE(WISP_ARITH_NAME ": told shadows are those of a plate that is in the wa
             Scenery scenery;
             scenery.smokes[0].asymmetry = 0;
             Settings settings = settings_of(way, method, 9);
-            size_t blocked[2] = {0, 0}, lit[2] = {0, 0}, answers[5] = {};
+            size_t blocked[2] = {0, 0}, lit[2] = {0, 0}, decisions[5] = {};
             for (const int place : {14, 15, 20, 21, 26, 27, 33}) {
-                Listener listener;
-                const PixelTrace journal = listener.journal(place % pixels, place / pixels);
-                const std::vector<float> picture = heard_picture(scenery.scene, settings, &journal);
-                for (const ToldRay &ray : read_pixel(scenery.scene, settings, listener, picture.data() + 3 * place))
-                    for_each_ray(ray, [&](const ToldRay &told) {
+                EventList events;
+                const PixelTrace trace = events.trace(place % pixels, place / pixels);
+                const std::vector<float> picture = traced_picture(scenery.scene, settings, &trace);
+                for (const RecordedRay &ray : read_pixel(scenery.scene, settings, events, picture.data() + 3 * place))
+                    for_each_ray(ray, [&](const RecordedRay &recorded) {
                         const auto check = [&](const TraceEvent::Light &light, const Double3 &from, bool in_smoke) {
-                            ++answers[static_cast<int>(light.answer)];
-                            if (light.answer == ShadowDecision::unasked) {
+                            ++decisions[static_cast<int>(light.decision)];
+                            if (light.decision == ShadowDecision::none) {
                                 CHECK(!light.blocked);
                                 return;
                             }
@@ -354,11 +354,11 @@ TEST_CASE(WISP_ARITH_NAME ": told shadows are those of a plate that is in the wa
                             CHECK(light.blocked == (plate == Plate::before));
                             ++(light.blocked ? blocked : lit)[in_smoke];
                         };
-                        for (const TraceEvent::Light &light : told.lights) check(light, told.hit[0].point, false);
-                        for (const TraceEvent::Light &light : told.in_steps)
-                            for (const TraceEvent::Step &step : told.steps)
+                        for (const TraceEvent::Light &light : recorded.lights) check(light, recorded.hit[0].point, false);
+                        for (const TraceEvent::Light &light : recorded.in_steps)
+                            for (const TraceEvent::Step &step : recorded.steps)
                                 if (step.step == light.step) {
-                                    const Double3 &o = told.ray.origin, &d = told.ray.direction;
+                                    const Double3 &o = recorded.ray.origin, &d = recorded.ray.direction;
                                     const double t = step.distance;
                                     check(light, {o.x + d.x * t, o.y + d.y * t, o.z + d.z * t}, true);
                                 }
@@ -368,19 +368,19 @@ TEST_CASE(WISP_ARITH_NAME ": told shadows are those of a plate that is in the wa
                 CHECK(blocked[in_smoke] > 10);
                 CHECK(lit[in_smoke] > 10);
             }
-            const auto count = [&answers](ShadowDecision answer) { return answers[static_cast<int>(answer)]; };
+            const auto count = [&decisions](ShadowDecision decision) { return decisions[static_cast<int>(decision)]; };
             // What this scene makes of each method.
             const bool proves = method == ShadowMethod::exact || method == ShadowMethod::voxel,
                        lists = method == ShadowMethod::lightbuffer || method == ShadowMethod::lie;
-            CHECK((count(ShadowDecision::known) > 0) == (proves || method == ShadowMethod::lightbuffer));
+            CHECK((count(ShadowDecision::culled) > 0) == (proves || method == ShadowMethod::lightbuffer));
             CHECK((count(ShadowDecision::traced) > 0) == !lists);
-            CHECK((count(ShadowDecision::tried) > 0) ==
+            CHECK((count(ShadowDecision::tested) > 0) ==
                   (lists || method == ShadowMethod::cache || method == ShadowMethod::exact));
             CHECK(count(ShadowDecision::culled_static) == 0); // nothing moves
         }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": what is told of a hit and of the smoke before its light has its closed form") {
+TEST_CASE(WISP_ARITH_NAME ": a recorded hit, and the smoke in front of its lights, have their closed form") {
     Scenery scenery(true, false);
     SmokeDescription fog = {};
     fog.grid = {1, 1, 1, nullptr, 0.25, {0, 0, 0}, {8, 1, 8}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
@@ -390,11 +390,11 @@ TEST_CASE(WISP_ARITH_NAME ": what is told of a hit and of the smoke before its l
     settings.photons = 0;
     size_t checked = 0;
     for (int place = 0; place < pixels * pixels; ++place) {
-        Listener listener;
-        const PixelTrace journal = listener.journal(place % pixels, place / pixels);
+        EventList events;
+        const PixelTrace trace = events.trace(place % pixels, place / pixels);
         settings.crop = {place % pixels, place / pixels, place % pixels + 1, place / pixels + 1};
-        const std::vector<float> rgb = heard_picture(scenery.scene, settings, &journal);
-        for (const ToldRay &ray : read_pixel(scenery.scene, settings, listener, rgb.data()))
+        const std::vector<float> rgb = traced_picture(scenery.scene, settings, &trace);
+        for (const RecordedRay &ray : read_pixel(scenery.scene, settings, events, rgb.data()))
             for (const TraceEvent::Hit &hit : ray.hit) {
                 const Double3 &o = ray.ray.origin, &d = ray.ray.direction;
                 CHECK(std::fabs(o.y + d.y * hit.distance - hit.point.y) < 1e-5);
@@ -403,10 +403,10 @@ TEST_CASE(WISP_ARITH_NAME ": what is told of a hit and of the smoke before its l
                 CHECK(std::fabs(hit.point.y + 2) < 1e-6); // the floor
                 CHECK(hit.material == 0);
                 CHECK(hit.instance == -1);
-                CHECK(hit.still);
+                CHECK(hit.is_static);
                 CHECK(hit.plane.y == 1);
                 for (const TraceEvent::Light &light : ray.lights) {
-                    if (light.answer == ShadowDecision::unasked || light.blocked) continue;
+                    if (light.decision == ShadowDecision::none || light.blocked) continue;
                     // Fog of height 2, from 1 to 3 above the floor.
                     const Double3 &l = light.direction;
                     const double way = 2 / -l.y, up = 3 / -l.y; // in the fog, to its top

@@ -72,7 +72,7 @@ TEST_CASE(WISP_ARITH_NAME ": an even slab has its source's radiance times 1 - e^
         Settings settings = small_settings(1);
         settings.step = step;
         const Rendered picture = render_in_memory(lit.scene, settings);
-        const double depth = 2000 * 15 / (8 * pi_ * 64 * 64); // numerics L, on the axis
+        const double depth = 2000 * 15 / (8 * pi_ * 64 * 64); // N-L, on the axis
         CHECK(picture.rgb[0] == doctest::Approx(1 - std::exp(-depth)).epsilon(3e-5));
     }
 }
@@ -142,7 +142,7 @@ TEST_CASE(WISP_ARITH_NAME ": a crop is the same part of the whole, to the bit") 
     CHECK(part.statistics.rays.primary == 36 * 3);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": two smokes add, and one split in two is the one") { // decisions: several blocks add
+TEST_CASE(WISP_ARITH_NAME ": two smokes add, and one split in two is the one") {
     const auto all = cloud(300, 3, 1, 0.3);
     const std::vector<Particle> first(all.begin(), all.begin() + 120), second(all.begin() + 120, all.end());
     LitSmoke one(all);

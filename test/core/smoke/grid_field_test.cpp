@@ -657,7 +657,7 @@ TEST_CASE(WISP_ARITH_NAME ": points around samples are spread as the density") {
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": a grid glows where it is dense, evenly in all directions") { // S2
+TEST_CASE(WISP_ARITH_NAME ": a grid emits in proportion to its density, uniformly in all directions") { // S2
     for (const Grid &grid : grids()) {
         SmokeDescription source = grid_smoke_of(grid.source());
         source.emission = {1, 1, 1};

@@ -33,10 +33,12 @@ TEST_CASE(WISP_ARITH_NAME ": optical depths of smokes add, and a photon collides
     Sequence next{5};
     int first = 0, second = 0;
     for (uint32_t i = 0; i < 2000; ++i) {
-        const Vec3 aim = vec(6 * next() - 3, 6 * next() - 3, 6 * next() - 3);
+        // At particles of the first smoke and at points of the second in turn.
+        const Vec3 offset = vec(next() - 0.5, next() - 0.5, next() - 0.5);
+        const Vec3 aim = i % 2 ? vec_of(all.apart[i / 2 % all.apart.size()].position) + offset : offset * Real(6);
         const Vec3 direction = normalize(vec(next() - 0.5, next() - 0.5, next() - 0.375));
-        const Ray ray = {aim - direction * Real(9), direction};
-        const Real end = Real(20);
+        const Ray ray = {aim - direction * Real(30), direction};
+        const Real end = Real(60);
         CHECK(optical_depth(medium, ray, end) == (Real(0) + optical_depth(medium.smokes[0].field, ray, end)) +
                                                      optical_depth(medium.smokes[1].field, ray, end));
         const Event event = photon_event(i, 1);

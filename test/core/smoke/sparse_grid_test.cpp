@@ -284,12 +284,12 @@ TEST_CASE(WISP_ARITH_NAME ": eight steps at a time through resampled smoke give 
         }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": without lights resampled smoke is what is behind it, dimmed, and its glow") {
+TEST_CASE(WISP_ARITH_NAME ": without lights resampled smoke is the attenuated background and its emission") {
     Lit lit;
     lit.scene.light_count = 0;
-    for (int glows = 0; glows < 2; ++glows) {
+    for (int emits = 0; emits < 2; ++emits) {
         Settings settings = brick_settings(6, 0.5);
-        if (!glows) lit.smokes[0].emission = {0, 0, 0};
+        if (!emits) lit.smokes[0].emission = {0, 0, 0};
         const Rendered bricks = render_in_memory(lit.scene, settings);
         settings.method = Method::direct;
         const Rendered single = render_in_memory(lit.scene, settings);

@@ -1,4 +1,4 @@
-// What is left out as noise changes rays and pixels by no more than was asked.
+// Removed particles change rays and pixels by no more than epsilon.
 #include "host/prepare/decimate.h"
 #include "support/built_smoke.h"
 #include "wisp/settings.h"
@@ -23,7 +23,7 @@ std::vector<Particle> dusty_cloud(Kernel kernel) {
 }
 
 struct Thinned {
-    std::vector<Particle> gone, gifts, left; // gifts: what heirs are given, as particles
+    std::vector<Particle> gone, transfers, left; // transfers: the mass that receivers get, as particles
     size_t given = 0;
 
     Thinned(const std::vector<Particle> &all, const SmokeDescription &smoke, const Double3 &eye,
@@ -33,10 +33,10 @@ struct Thinned {
         for (const Removal &r : removals) {
             gone.push_back(all[r.index]);
             if (r.mass_receiver == r.index) continue;
-            gifts.push_back({all[r.mass_receiver].position, all[r.mass_receiver].h, all[r.index].area});
+            transfers.push_back({all[r.mass_receiver].position, all[r.mass_receiver].h, all[r.index].area});
         }
         remove_particles(left, removals);
-        sort_canonically(gifts);
+        sort_canonically(transfers);
         sort_canonically(left);
     }
 };
@@ -77,12 +77,12 @@ TEST_CASE(WISP_ARITH_NAME ": no ray from the eye or a light loses or gains more 
             const Thinned decimate(particles, smoke_of(particles, kernel), eye, lights, epsilon);
             CAPTURE(decimate.gone.size());
             CHECK(decimate.gone.size() > 100);
-            CHECK(decimate.gifts.size() > 100);
+            CHECK(decimate.transfers.size() > 100);
             const double most = -std::log1p(-epsilon);
             double lost = 0, given = 0;
             const auto ask = [&](const Double3 &source, bool parallel) {
                 const double loss = greatest_depth(decimate.gone, kernel, particles, source, parallel);
-                const double gain = greatest_depth(decimate.gifts, kernel, particles, source, parallel);
+                const double gain = greatest_depth(decimate.transfers, kernel, particles, source, parallel);
                 CHECK(loss <= most + 200 * unit_error);
                 CHECK(gain <= most + 200 * unit_error);
                 lost = std::max(lost, loss);
@@ -118,7 +118,7 @@ TEST_CASE(WISP_ARITH_NAME ": pixels of backlit smoke change by no more than the 
         for (size_t i = 0; i < before.rgb.size(); ++i) {
             const double was = static_cast<double>(before.rgb[i]), is = static_cast<double>(after.rgb[i]);
             const double sky = i % 3 == 0 ? 0.25 : i % 3 == 1 ? 0.5 : 1, change = std::fabs(std::log(is / was));
-            // Steps of s h are wrong by 0.125 s^2 of the depth (numerics E4), before and after.
+            // Steps of s h are wrong by 0.125 s^2 of the depth (N-E4), before and after.
             CHECK(change <= -std::log1p(-epsilon) * 1.00125 - 0.0025 * std::log(was / sky) + 1e-6);
             greatest = std::max(greatest, change);
         }
@@ -147,7 +147,7 @@ TEST_CASE(WISP_ARITH_NAME ": pixels of lit smoke stay within the bound of single
         scene.smokes = &left;
         const Rendered after = render_in_memory(scene, settings);
         double worst = 0;
-        const double quadrature = 0.02; // 0.125 s^2 of a depth (numerics E4), s = 0.2, and depths of up to 4
+        const double quadrature = 0.02; // 0.125 s^2 of a depth (N-E4), s = 0.2, and depths of up to 4
         for (size_t i = 0; i < before.rgb.size(); ++i) {
             const double was = static_cast<double>(before.rgb[i]), is = static_cast<double>(after.rgb[i]);
             const double kept = (1 - epsilon) * (1 - epsilon);

@@ -1,4 +1,4 @@
-// Tells the formats apart, and holds the rules that they share.
+// Recognises the formats, and has the rules that they share.
 #include "host/base/files.h"
 #include "host/base/gzip.h"
 #include "host/formats/particle_readers.h"
@@ -20,7 +20,7 @@ constexpr Format formats[] = {
     {"ply", ".ply", "a PLY file", Encoding::text, parse_ply},
 };
 
-// Kin of the formats that are read, and how to come by one of these.
+// Related formats that are not read, and how to convert them.
 struct Stranger {
     std::string_view magic;
     const char *message;

@@ -1,0 +1,115 @@
+// Records one pixel (wisp/pixel_trace.h). The marches and the shading hold a pointer to a recorder, nullptr for every
+// other pixel, and hand it what they compute in the numbers of their arithmetic.
+//
+// The functions of a recorder are reached through its pointers alone. make_recorder() names them, in a unit of its own:
+// a program that does not inspect pixels does not link them.
+#pragma once
+#include "core/geometry/ray.h"
+#include "core/lights/light.h"
+#include "wisp/pixel_trace.h"
+#include "wisp/statistics.h"
+
+namespace wisp::WISP_ARITH {
+
+// As TraceEvent's members of the same names.
+struct LightRecord {
+    int32_t step;
+    uint32_t light;
+    bool faces;
+    Illumination from;
+    Real optical_depth = Real(0), transmittance = Real(1);
+    Color contribution = Color(Real(0));
+};
+struct StepRecord {
+    int32_t step;
+    Real distance, length, extinction, optical_depth;
+    Color single, multiple, emission, radiance;
+};
+struct HitRecord {
+    Real distance;
+    uint32_t triangle;
+    int32_t instance;
+    bool is_static;
+    uint32_t material;
+    int32_t texture;
+    Real u, v;
+    Vec3 point, plane, normal;
+    bool entered;
+    Color texture_color, ambient;
+};
+
+// The same of `lanes` steps of a march through resampled smoke. They are copies: an array of lanes that a pointer leads
+// to would not stay in a register.
+struct LaneColor {
+    Real red[lanes], green[lanes], blue[lanes];
+};
+struct LaneLightRecord { // one light, scattered by one smoke
+    uint32_t light, smoke;
+    const Light *source;
+    Color color;                      // the light's, divided by its largest channel
+    Color albedo;                     // the smoke's
+    int32_t step[lanes];
+    Vec3 middle[lanes];               // of the steps
+    Vec3 direction[lanes];            // in which the light travels
+    Real irradiance[lanes];           // of the light's largest channel, before smoke
+    Real optical_depth[lanes];        // interpolated: it may be below 0
+    Real extinction[lanes];           // of the smoke; 0: the lane is not recorded
+    Real scattered[lanes];            // of the light's largest channel: phase function times what arrives
+};
+struct LaneSourceRecord { // what one smoke sends
+    Real extinction[lanes];
+    LaneColor single, multiple; // radiance times phase function: albedo and extinction are still to be multiplied
+    Color albedo, emission;     // `emission` per unit of optical depth
+};
+struct LaneStepRecord { // the steps, of which lane_sources() has recorded what they send
+    int32_t step[lanes];
+    Real distance[lanes], length[lanes], extinction[lanes], optical_depth[lanes];
+    LaneColor radiance;
+};
+
+struct PixelRecorder {
+    PixelTrace trace;
+
+    void (*sample)(PixelRecorder &, uint32_t index, Real column, Real row);
+    void (*sample_end)(PixelRecorder &, uint32_t index, Color radiance);
+    void (*pixel)(PixelRecorder &, uint32_t samples, Color mean, const float *value);
+    void (*ray)(PixelRecorder &, RayKind, uint32_t level, const Ray &, Color factor, Real weight);
+    void (*ray_end)(PixelRecorder &, bool hit, Color smoke, Real transmittance, Color behind, Color radiance);
+    void (*unsent)(PixelRecorder &, RayKind, Color factor, Real weight, bool too_deep);
+    void (*hit)(PixelRecorder &, const HitRecord &);
+    void (*direct_light)(PixelRecorder &, Color radiance);
+    void (*march)(PixelRecorder &, Real begin, Real end, Real step, int32_t steps);
+    void (*march_end)(PixelRecorder &, Color radiance, Real optical_depth, Real transmittance);
+    void (*step)(PixelRecorder &, const StepRecord &);
+    void (*light)(PixelRecorder &, const LightRecord &);
+    // Before and after a shadow query: what the query has counted says how it was decided.
+    void (*shadow_begin)(PixelRecorder &, const Statistics &);
+    void (*shadow_end)(PixelRecorder &, uint32_t lane, const Statistics &, bool blocked);
+    // A group of steps: its lights, what its smokes send, and what arrives.
+    void (*lanes_begin)(PixelRecorder &);
+    void (*lane_lights)(PixelRecorder &, const LaneLightRecord &);
+    void (*lane_sources)(PixelRecorder &, const LaneSourceRecord &);
+    void (*lane_steps)(PixelRecorder &, const LaneStepRecord &);
+
+    // What the functions above keep from call to call: the shadow of the next light, one a lane; the counters before a
+    // shadow query; what all smokes send.
+    TraceEvent::Light shadow[lanes];
+    Statistics before;
+    LaneColor single, multiple, emission;
+};
+
+PixelRecorder make_recorder(const PixelTrace &trace);
+
+// Whether a pixel is recorded: hardly ever.
+inline bool is_recording(const PixelRecorder *recorder) { return __builtin_expect(recorder != nullptr, false); }
+
+// The answer of query(), whether a light is in shadow: it is recorded with the lane's next light.
+template <class Query>
+bool record_shadow(PixelRecorder *recorder, uint32_t lane, const Statistics &statistics, Query &&query) {
+    if (is_recording(recorder)) recorder->shadow_begin(*recorder, statistics);
+    const bool blocked = query();
+    if (is_recording(recorder)) recorder->shadow_end(*recorder, lane, statistics, blocked);
+    return blocked;
+}
+
+} // namespace wisp::WISP_ARITH
