@@ -3,7 +3,7 @@
 #include "support/built.h"
 #include "support/random_input.h"
 #include "support/temporary_folder.h"
-#include "wisp/self_test.h"
+#include "core/numbers/self_test.h"
 #include <cfenv>
 #include <cmath>
 #include <cstdlib>
@@ -78,7 +78,7 @@ TEST_CASE("hard case F2: contraction is found, and the elementary functions have
 #ifdef __SSE2__
     if (__builtin_cpu_supports("fma")) { // a build that contracts
         const TemporaryFolder folder;
-        std::ofstream(folder.file("a.cpp")) << "#include \"wisp/self_test.h\"\n#include <cstdio>\n"
+        std::ofstream(folder.file("a.cpp")) << "#include \"core/numbers/self_test.h\"\n#include <cstdio>\n"
                                                "int main() { const char *fault = wisp::arithmetic_fault(); "
                                                "std::puts(fault ? fault : \"none\"); }\n";
         const std::string compile = "g++ -std=c++17 -Iinclude -Isrc -o " + folder.file("a") + " " + folder.file("a.cpp");

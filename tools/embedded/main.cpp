@@ -9,7 +9,7 @@
 #include "board.h"
 #include "core/numbers/real.h"
 #include "portability/compiled_scene.h"
-#include "wisp/self_test.h"
+#include "core/numbers/self_test.h"
 #include <type_traits>
 
 namespace wisp {

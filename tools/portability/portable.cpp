@@ -7,7 +7,7 @@
 #include "core/numbers/sample_sums.h"
 #include "host/commands/core.h"
 #include "portability/compiled_scene.h"
-#include "wisp/self_test.h"
+#include "core/numbers/self_test.h"
 #include "wisp/settings.h"
 #include <cstdio>
 #include <cstdlib>

@@ -5,7 +5,7 @@
 #include "host/commands/core.h"
 #include "host/commands/inspection.h"
 #include "portability/compiled_scene.h"
-#include "wisp/self_test.h"
+#include "core/numbers/self_test.h"
 #include "wisp/settings.h"
 #include <new>
 

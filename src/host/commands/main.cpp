@@ -2,7 +2,7 @@
 #include "host/base/version.h"
 #include "host/commands/commands.h"
 #include "host/scene/options.h"
-#include "wisp/self_test.h"
+#include "core/numbers/self_test.h"
 #include <cstdio>
 #include <new>
 

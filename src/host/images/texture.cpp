@@ -1,4 +1,5 @@
 #include "host/images/picture.h"
+#include "host/images/texture.h"
 #include "host/images/texture_readers.h"
 #include <algorithm>
 #include <array>

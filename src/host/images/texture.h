@@ -15,11 +15,10 @@ struct TexturePyramid {
 };
 
 // A PPM: P6, comments in its header, maxval 255; bytes behind the last row are ignored. Or a PNG of at most 8 bits a value, whose
-// opacities and gamma are ignored; grey is R = G = B. Sides are from 1 to max_texture_side. The sRGB bytes become linear light, rounded
-// to the nearest. So is each average of the level before it, over the area that its texel covers: where a side is odd, a texel is
-// divided between two of the next level. Throws InputError `NAME: byte N: ...`.
+// opacities and gamma are ignored; grey is R = G = B. Sides are from 1 to max_texture_side (texture_readers.h). The sRGB bytes
+// become linear light, rounded to the nearest. So is each average of the level before it, over the area that its texel covers:
+// where a side is odd, a texel is divided between two of the next level. Throws InputError `NAME: byte N: ...`.
 TexturePyramid parse_texture(const Bytes &bytes, const std::string &name);
-constexpr int max_texture_side = 16384;
 
 // parse_texture() of the file's bytes.
 TexturePyramid read_texture(const std::string &path);

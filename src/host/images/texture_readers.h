@@ -1,8 +1,10 @@
 // The readers behind texture.h, one for each format. Each throws InputError `NAME: byte N: what is wrong, what was expected`.
 #pragma once
-#include "host/images/texture.h"
+#include "host/base/files.h"
 
 namespace wisp {
+
+constexpr int max_texture_side = 16384;
 
 // As in the file: rows from the top, 3 bytes (R G B, sRGB) each texel. Sides are from 1 to max_texture_side.
 struct Texels {

@@ -1,6 +1,6 @@
 // The self-test says what is wrong: on the running machine with its modes switched, and from bits that a wrong build
 // would give.
-#include "wisp/self_test.h"
+#include "core/numbers/self_test.h"
 #include <doctest/doctest.h>
 #include <string>
 
