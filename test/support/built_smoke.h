@@ -1,5 +1,6 @@
 // Small smokes for tests, and core structures that own their memory.
 #pragma once
+#include "support/worst.h"
 #include "wisp/wisp.h"
 #include "core/photons/photon_map.h"
 #include "wisp/settings.h"
@@ -108,14 +109,14 @@ struct BuiltGrid {
     GridField field;
 };
 
-// The distance of optical depths from the exponential distribution, truncated at `whole`, from which they are drawn: the
-// Kolmogorov-Smirnov statistic times the root of their number. It exceeds 1.95 by chance once in a thousand.
+// The distance of optical depths from the exponential distribution, truncated at `whole`, from which they are drawn:
+// the Kolmogorov-Smirnov statistic times the root of their number. It exceeds 1.95 by chance once in a thousand.
 inline double distance_from_exponential(std::vector<double> depths, double whole) {
     std::sort(depths.begin(), depths.end());
     const double n = static_cast<double>(depths.size()), all = 1 - std::exp(-whole);
     double worst = 0;
     for (size_t i = 0; i < depths.size(); ++i)
-        worst = std::max(worst, std::fabs((1 - std::exp(-depths[i])) / all - (static_cast<double>(i) + 0.5) / n));
+        worst = worst_of(worst, std::fabs((1 - std::exp(-depths[i])) / all - (static_cast<double>(i) + 0.5) / n));
     return worst * std::sqrt(n);
 }
 
@@ -183,7 +184,8 @@ struct BuiltPhotons {
         : memory(medium_bytes(scene, 0) + plan.bytes), arena(memory.data(), memory.size()),
           medium(make_medium(scene, 0, arena)) {
         for (uint32_t i = 0; i < scene.light_count; ++i) lights.push_back(make_light(scene.lights[i]));
-        maps = trace_photons(medium, nullptr, lights.data(), scene.light_count, settings, plan, observer, arena, statistics);
+        maps = trace_photons(medium, nullptr, lights.data(), scene.light_count, settings, plan, observer, arena,
+                             statistics);
     }
     std::vector<unsigned char> memory;
     Arena arena;
