@@ -3,8 +3,10 @@
 #include "host/images/picture.h"
 #include "host/results/passes.h"
 #include "support/command_line.h"
+#include "wisp/stage.h"
 #include <cmath>
 #include <doctest/doctest.h>
+#include <sstream>
 #include <unistd.h>
 
 using namespace wisp;
@@ -227,7 +229,7 @@ TEST_CASE("command line: plan says what a scene needs and renders nothing") {
         return test.wisp("plan " + test.file("even.aff")).out.find(", " + what + "\n") != std::string::npos;
     };
     CHECK(kept("0", "no flux (isotropic)"));
-    CHECK(kept("0.5", "flux and moments of directions"));
+    CHECK(kept("0.5", "flux and spherical harmonics of directions"));
     CHECK(kept("0.6", "flux"));
     test.write("empty.aff", "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 4 4");
     const Ran empty = test.wisp("plan " + test.file("empty.aff"));
@@ -572,6 +574,47 @@ TEST_CASE("command line: a box's smoke between the camera and the background dim
     }
 }
 
+TEST_CASE("command line: plan --json has the rows of plan, and --stats the bytes that were used beside them") {
+    CommandLineTest test;
+    for (const std::string options : {"--smoke direct", "--smoke map", "--reference --passes 0:1", "--photons 0"}) {
+        CAPTURE(options);
+        const Ran text = test.wisp("plan " + test.s() + " " + options);
+        const Ran json = test.wisp("plan " + test.s() + " " + options + " --json");
+        REQUIRE(text.status == 0);
+        REQUIRE(json.status == 0);
+        CHECK(json.err.empty());
+        const std::string stats = test.file("s.json");
+        REQUIRE(test.wisp("render " + test.s() + " " + options + " --stats " + stats).status == 0);
+        const std::string used = text_of(stats);
+        std::istringstream rows(text.out);
+        uint64_t sum = 0;
+        int stages = 0;
+        for (std::string row; std::getline(rows, row);) {
+            const std::string name = row.substr(0, row.find_last_not_of(' ', 14) + 1);
+            const bool needed = row.compare(15, 3, "yes") == 0;
+            const std::string bytes = std::to_string(std::stoull(row.substr(20, 14)));
+            if (name == "picture") continue;
+            if (name == "arena") {
+                CHECK(std::to_string(sum) == bytes);
+                CHECK(json.out.find("\"arena\": " + bytes + ",") != std::string::npos);
+                continue;
+            }
+            sum += std::stoull(bytes);
+            ++stages;
+            const size_t at = json.out.find("\"name\": \"" + name + "\"");
+            REQUIRE(at != std::string::npos);
+            const std::string object = json.out.substr(at, json.out.find('}', at) - at);
+            CHECK(object.find(std::string("\"needed\": ") + (needed ? "true" : "false")) != std::string::npos);
+            CHECK(object.find("\"bytes\": " + bytes + ",") != std::string::npos);
+            const size_t row_of_stats = used.find("\"" + name + "\": { \"planned\": " + bytes + ", \"used\": ");
+            REQUIRE(row_of_stats != std::string::npos);
+            const size_t number = used.find("\"used\": ", row_of_stats) + 8;
+            CHECK(std::stoull(used.substr(number)) <= std::stoull(bytes));
+        }
+        CHECK(stages == stage_count);
+    }
+}
+
 TEST_CASE("command line: plan counts boxes, grids and the stages of --reference") {
     CommandLineTest test;
     test.write("g.vol", CommandLineTest::volume(2, 3, 4, 1, 1, 1, std::vector<float>(24, 1)));
@@ -585,15 +628,16 @@ TEST_CASE("command line: plan counts boxes, grids and the stages of --reference"
     const Ran reference = plan("all.aff --reference --spp 3");
     CHECK(reference.status == 0);
     CHECK(reference.err.empty());
-    CHECK(lines(reference.out) == 5);
-    CHECK(reference.out.find("particle tree  yes") == 0);
+    CHECK(lines(reference.out) == stage_count + 2); // the stages, the arena and the picture
+    CHECK(reference.out.find("\nparticle tree  yes") != std::string::npos);
     CHECK(reference.out.find("\nmajorants      yes") != std::string::npos);
-    CHECK(reference.out.find("\npaths          yes               0 bytes  48 a pixel\n") != std::string::npos);
+    CHECK(reference.out.find("\ncamera rays    yes               0 bytes  48 a pixel\n") != std::string::npos);
     CHECK(reference.out.find("\narena          yes") != std::string::npos);
     // 12 bytes as numbers, 12 in the file, 96 of sums.
     CHECK(reference.out.find("\npicture        yes            7560 bytes  9 x 7 pixels, beside the arena\n") !=
           std::string::npos);
-    CHECK(reference.out.find("photons") == std::string::npos);
+    CHECK(reference.out.find("\nphotons        no                0 bytes  the reference follows random paths") !=
+          std::string::npos);
     CHECK(plan("all.aff --reference --spp 3 --passes 4:6").out.find("  6 a pixel\n") != std::string::npos);
     CHECK(plan("all.aff --reference --memory 10k").status == 4);
     CHECK(plan("b.aff --memory 1G").status == 0);

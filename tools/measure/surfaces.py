@@ -102,7 +102,7 @@ def culling(name, scene, count, title, notes=""):
                          *(cell for k in (0, 1) for cell in (100 * (1 - sums[k][0] / sums[k][1]), max(saved[k]))),
                          median(seconds), spread(seconds), ratio(traced.seconds("render"), seconds),
                          sum(frame["shadow"].get("wrong_pixels", 0) for frame in frames),
-                         frames[0]["bytes"]["mode_words"] / 1e6, f"{right} of {len(base)}"])
+                         frames[0]["stages"]["shadows"]["used"] / 1e6, f"{right} of {len(base)}"])
             header += [f"{label}: visits saved %", f"{label}: tests saved %"]
             for i, row in enumerate(per_frame):
                 row += [saved[0][i], saved[1][i]]

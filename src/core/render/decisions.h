@@ -5,7 +5,7 @@
 
 namespace wisp::WISP_ARITH {
 
-// Where photons leave their power (S4).
+// Where photons leave their power (S4-2, S4-3).
 enum class PhotonStore : uint8_t {
     none,         // no photon is traced
     photon_map,   // a point for each collision (S2)

@@ -1,4 +1,4 @@
-// The stages of smoke: density, light depths, photons, and how photons are read (S2 to S4).
+// The stages of smoke: density, light depths, photons, and how photons are read (S2, S3, S4-1 to S4-4).
 #include "core/render/stages.h"
 
 namespace wisp::WISP_ARITH::stages {
