@@ -210,8 +210,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case F7: pictures of the arithmetics differ by
         Picture picture = {24, 24, std::vector<float>(24 * 24 * 3)};
         Statistics statistics;
         REQUIRE(core(arithmetic)
-                    .render(scene, settings, arena, Observer{}, picture.rgb.data(), statistics, nullptr, nullptr,
-                            nullptr) == Status::done);
+                    .render(scene, settings, arena, Observer{}, picture.rgb.data(), statistics, nullptr, nullptr) ==
+                Status::done);
         return srgb_bytes(picture);
     };
     const Bytes a = shown(mine), b = shown(other);
