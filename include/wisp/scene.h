@@ -113,7 +113,8 @@ struct Scene {
     const SmokeDescription *smokes;
     uint32_t smoke_count;
     int32_t radiance_exponent;
-    // Triangles: those that never move, then those of the bodies, then those that change their form.
+    // Triangles: those that never move (static), then those of the instances, then those that change their form
+    // (deforming).
     const Triangle *triangles;
     uint32_t static_count, instance_triangle_count, deforming_count;
     const Instance *instances;
@@ -122,7 +123,7 @@ struct Scene {
     uint32_t material_count;
     const Texture *textures;
     uint32_t texture_count;
-    double ray_epsilon; // rays that leave a surface meet nothing that is nearer than this (1e-6 of the still scene's diagonal)
+    double ray_epsilon; // rays that leave a surface hit nothing nearer than this: 1e-6 of the static triangles' diagonal
 
     uint32_t triangle_count() const { return static_count + instance_triangle_count + deforming_count; }
 };

@@ -108,8 +108,8 @@ struct BuiltGrid {
     GridField field;
 };
 
-// The distance of optical depths from the exponential distribution, truncated at `whole`, from which they are drawn: the
-// Kolmogorov-Smirnov statistic times the root of their number. It exceeds 1.95 by chance once in a thousand.
+// The distance of optical depths from the exponential distribution, truncated at `whole`, from which they are drawn:
+// the Kolmogorov-Smirnov statistic times the root of their number. It exceeds 1.95 by chance once in a thousand.
 inline double distance_from_exponential(std::vector<double> depths, double whole) {
     std::sort(depths.begin(), depths.end());
     const double n = static_cast<double>(depths.size()), all = 1 - std::exp(-whole);
@@ -163,7 +163,8 @@ struct BuiltPhotons {
         : memory(medium_bytes(scene, 0) + plan.bytes), arena(memory.data(), memory.size()),
           medium(make_medium(scene, 0, arena)) {
         for (uint32_t i = 0; i < scene.light_count; ++i) lights.push_back(make_light(scene.lights[i]));
-        maps = trace_photons(medium, nullptr, lights.data(), scene.light_count, settings, plan, observer, arena, statistics);
+        maps = trace_photons(medium, nullptr, lights.data(), scene.light_count, settings, plan, observer, arena,
+                             statistics);
     }
     std::vector<unsigned char> memory;
     Arena arena;

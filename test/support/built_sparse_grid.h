@@ -38,7 +38,7 @@ struct SmokeLists {
         const GridDescription block = {1, 1, 1, nullptr, 0.7, {3, -2, 1}, {4, 6, 3}, {x, y, z}};
         lists = {{smoke_of(mixed)},        {smoke_of(apart, Kernel::poly6), smoke_of(mixed)},
                  {grid_smoke_of(aligned)}, {box_smoke({4, 6, 3}, 0.7, 20)},
-                 {grid_smoke_of(rotated)},  {smoke_of(apart), grid_smoke_of(rotated), grid_smoke_of(block)}};
+                 {grid_smoke_of(rotated)}, {smoke_of(apart), grid_smoke_of(rotated), grid_smoke_of(block)}};
     }
     std::vector<Particle> mixed, apart;
     std::vector<float> sparse, full;
@@ -93,11 +93,11 @@ struct TracedFluence {
         REQUIRE(medium.ready);
         for (uint32_t i = 0; i < scene.light_count; ++i) lights.push_back(make_light(scene.lights[i]));
         REQUIRE(make_optical_depth_grid(medium, lights.data(), scene.light_count, *medium.bricks, 1, arena,
-                                  &statistics.rays.shadow, depths));
+                                        &statistics.rays.shadow, depths));
         sums = {arena.make<int64_t>(plan.sums), plan.sums, 0};
         REQUIRE(make_emission_distribution(scene, medium, depths, arena, distribution));
-        REQUIRE(trace_fluence(medium, nullptr, depths, distribution, settings, plan.needs, spacing, all_batches(settings),
-                                    Observer{}, arena, sums, statistics, deposits) == Status::done);
+        REQUIRE(trace_fluence(medium, nullptr, depths, distribution, settings, plan.needs, spacing,
+                              all_batches(settings), Observer{}, arena, sums, statistics, deposits) == Status::done);
     }
     uint64_t count;
     FluencePlan plan;

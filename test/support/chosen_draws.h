@@ -1,5 +1,5 @@
-// Events and keys that give a chosen draw in one dimension, by inverting the hash of random.h. Tests use them to exercise
-// the rarest random numbers.
+// Events and keys that give a chosen draw in one dimension, by inverting the hash of random.h. Tests use them to
+// exercise the rarest random numbers.
 #pragma once
 #include "core/numbers/random.h"
 

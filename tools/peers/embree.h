@@ -66,7 +66,7 @@ Place place_of(const Scene &scene) {
 struct Query {
     Vec3 origin, direction;
     Real end;
-    uint32_t skip; // of wisp alone
+    uint32_t ignore_triangle; // for wisp only
 };
 
 class Embree {

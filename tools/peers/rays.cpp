@@ -1,12 +1,12 @@
 // The triangle tree beside Embree 3, one ray at a time on one thread: primary rays, shadow rays, bounces.
 //
-//   rays SCENE...       what the camera sees of the first frame of a scene (NFF, AFF) at 512 x 512; `room` is a
-//                       made-up one of about 140,000 triangles
+//   rays SCENE...       camera rays of the first frame of a scene (NFF, AFF) at 512 x 512; `room` is a made-up scene of
+//                       about 140,000 triangles
 //
-// Every triangle is in one tree, where it is in the world. Embree is asked for RTC_SCENE_FLAG_ROBUST, once with the
-// widest vectors of the machine and once as isa=sse2, which is what bits that do not depend on the machine are held
-// against. What lets light through is not in the scene that it is asked for shadows. Times are medians of five
-// alternating runs; `ratio` is a rival's time over ours. Hits are compared before anything is timed.
+// Every triangle is in one tree, in the world's space. Embree runs with RTC_SCENE_FLAG_ROBUST, once with the widest
+// vectors of the machine and once as isa=sse2, which is the fair comparison for bits that do not depend on the machine.
+// Embree's scene for shadow rays holds opaque triangles only. Times are medians of five alternating runs; `ratio` is a
+// rival's time over ours. Hits are compared before anything is timed.
 #include "core/numbers/random.h"
 #include "embree.h"
 
@@ -112,13 +112,13 @@ class Wisp {
         if (!tree.ready) std::exit(1);
     }
     bool closest(const Query &query, SurfaceHit &hit) const {
-        return nearest_hit(tree, TriangleRay(query.origin, query.direction), begin_, query.end, query.skip, hit,
-                           counts);
+        return nearest_hit(tree, TriangleRay(query.origin, query.direction), begin_, query.end, query.ignore_triangle,
+                           hit, counts);
     }
     bool occluded(const Query &query) const {
         uint32_t occluder = 0;
-        return any_hit(tree, TriangleRay(query.origin, query.direction), begin_, query.end, query.skip, occluder,
-                       counts);
+        return any_hit(tree, TriangleRay(query.origin, query.direction), begin_, query.end, query.ignore_triangle,
+                       occluder, counts);
     }
     TriangleTree tree;
     double build_seconds;

@@ -1,12 +1,12 @@
-// The shadow rays of an animation, resolved by each way of wisp, those without a ray included, and by Embree 3.
+// The shadow queries of an animation, answered by each technique of wisp and by Embree 3.
 //
 //   shadow_rays SCENE FRAMES [STEP]     every STEP-th of so many frames at 512 x 512, one ray a pixel
 //
-// The rays are those that shading asks for, in its order: from camera rays, and from reflected and refracted ones. They
-// are kept as they are asked, then each way resolves all of a frame, with what it has learnt from the frames before,
-// and Embree (RTC_SCENE_FLAG_ROBUST, rtcOccluded1, one thread) in a scene of what is opaque, whose making is not
-// counted. What wisp makes for a frame is. `ratio` is Embree's time over a way's, with the widest vectors of the
-// machine, and with isa=sse2.
+// The queries are those of shading, in its order: from camera rays, and from reflected and refracted ones. They are
+// recorded. Then each technique answers all queries of a frame, with what it has kept from the frames before. So does
+// Embree (RTC_SCENE_FLAG_ROBUST, rtcOccluded1, one thread) in a scene of the opaque triangles. Building Embree's scene
+// is not timed; what a technique makes for a frame is. `over Embree` is Embree's time over a technique's, with the
+// widest vectors of the machine, and with isa=sse2.
 #include "core/render/whitted.h"
 #include "embree.h"
 #include "wisp/settings.h"
@@ -23,20 +23,21 @@ struct Queries {
 const ShadowTechnique recording_technique = {[](Shadows &shadows, const ShadowQuery &query) {
     Queries &all = memory_of<Queries>(shadows);
     all.queries.push_back(query);
-    all.shadowed.push_back(is_shadowed(all.traced, query));
-    return all.shadowed.back();
+    const bool shadowed = is_shadowed(all.traced, query);
+    all.shadowed.push_back(shadowed);
+    return shadowed;
 }};
 
 using Bytes = std::vector<unsigned char>;
 
-// A way of finding shadows, and what it keeps.
-struct Way {
+// A technique that is measured, and its memory.
+struct Technique {
     const char *name;
     ShadowMethod method;
     Bytes kept, frame;
     void *memory = nullptr;
     double seconds = 0;
-    uint64_t asked = 0, different = 0;
+    uint64_t queries = 0, different = 0;
     Statistics statistics = {};
 };
 
@@ -46,9 +47,10 @@ void measure(const std::string &name, int64_t frames, int64_t step) {
     options.frame_count = frames;
     const SceneFile file = read_scene(name);
     PreparedScene prepared;
-    Way ways[] = {{"trace", ShadowMethod::trace, {}, {}}, {"exact", ShadowMethod::exact, {}, {}},
-                  {"cache", ShadowMethod::cache, {}, {}}, {"lightbuffer", ShadowMethod::lightbuffer, {}, {}},
-                  {"voxel", ShadowMethod::voxel, {}, {}}, {"lie", ShadowMethod::lie, {}, {}}};
+    Technique techniques[] = {
+        {"trace", ShadowMethod::trace, {}, {}}, {"exact", ShadowMethod::exact, {}, {}},
+        {"cache", ShadowMethod::cache, {}, {}}, {"lightbuffer", ShadowMethod::lightbuffer, {}, {}},
+        {"voxel", ShadowMethod::voxel, {}, {}}, {"lie", ShadowMethod::lie, {}, {}}};
     Bytes kept_trees, placed;
     Surfaces surfaces;
     double rival_seconds[2] = {0, 0};
@@ -63,12 +65,12 @@ void measure(const std::string &name, int64_t frames, int64_t step) {
             kept_trees.resize(surface_bytes(scene));
             Arena arena(kept_trees.data(), kept_trees.size());
             surfaces = make_surfaces(scene, arena);
-            for (Way &way : ways) {
-                settings.shadows = way.method;
-                way.kept.resize(shadow_bytes(scene, settings));
-                way.frame.resize(way.kept.size());
-                Arena own(way.kept.data(), way.kept.size());
-                if (!make_shadow_memory(scene, settings, own, way.memory)) std::exit(1);
+            for (Technique &technique : techniques) {
+                settings.shadows = technique.method;
+                technique.kept.resize(shadow_bytes(scene, settings));
+                technique.frame.resize(technique.kept.size());
+                Arena own(technique.kept.data(), technique.kept.size());
+                if (!make_shadow_memory(scene, settings, own, technique.memory)) std::exit(1);
             }
         }
         placed.resize(placement_bytes(scene) + Arena::bytes<Light>(scene.light_count) +
@@ -91,17 +93,18 @@ void measure(const std::string &name, int64_t frames, int64_t step) {
         const View view(scene.camera);
         for (int y = 0; y < pixels; ++y)
             for (int x = 0; x < pixels; ++x) trace(tracer, view.ray_through(Real(x) + Real(0.5), Real(y) + Real(0.5)));
-        for (Way &way : ways) {
-            Shadows shadows = {&scene, &surfaces, lights, &way.statistics, find_technique(way.method), way.memory};
-            settings.shadows = way.method;
-            Arena own(way.frame.data(), way.frame.size());
+        for (Technique &technique : techniques) {
+            Shadows shadows = {
+                &scene, &surfaces, lights, &technique.statistics, find_technique(technique.method), technique.memory};
+            settings.shadows = technique.method;
+            Arena own(technique.frame.data(), technique.frame.size());
             const double start = now();
             if (!begin_frame(shadows, settings, own)) std::exit(1);
             for (size_t i = 0; i < kept.queries.size(); ++i)
-                way.different += is_shadowed(shadows, kept.queries[i]) != kept.shadowed[i];
+                technique.different += is_shadowed(shadows, kept.queries[i]) != kept.shadowed[i];
             end_frame(shadows);
-            way.seconds += now() - start;
-            way.asked += kept.queries.size();
+            technique.seconds += now() - start;
+            technique.queries += kept.queries.size();
         }
         const Place place = place_of(scene);
         const char *devices[2] = {"threads=1,set_affinity=0", "threads=1,isa=sse2,set_affinity=0"};
@@ -115,22 +118,22 @@ void measure(const std::string &name, int64_t frames, int64_t step) {
             rival_seconds[d] += now() - start;
         }
     }
-    for (const Way &way : ways) {
-        if (way.different > 0) {
-            std::fprintf(stderr, "%s: %s: %llu shadows differ\n", name.c_str(), way.name,
-                         static_cast<unsigned long long>(way.different));
+    for (const Technique &technique : techniques) {
+        if (technique.different > 0) {
+            std::fprintf(stderr, "%s: %s: %llu shadows differ\n", name.c_str(), technique.name,
+                         static_cast<unsigned long long>(technique.different));
             std::exit(1);
         }
-        const double asked = static_cast<double>(way.asked);
-        std::printf(WISP_ARITH_NAME ",%s,%s,%.3g,%.2f,%.2f,%.2f\n", name.substr(name.rfind('/') + 1).c_str(), way.name,
-                    asked / way.seconds * 1e-6, ways[0].seconds / way.seconds, rival_seconds[0] / way.seconds,
-                    rival_seconds[1] / way.seconds);
+        const double queries = static_cast<double>(technique.queries);
+        std::printf(WISP_ARITH_NAME ",%s,%s,%.3g,%.2f,%.2f,%.2f\n", name.substr(name.rfind('/') + 1).c_str(),
+                    technique.name, queries / technique.seconds * 1e-6, techniques[0].seconds / technique.seconds,
+                    rival_seconds[0] / technique.seconds, rival_seconds[1] / technique.seconds);
     }
     for (int d = 0; d < 2; ++d)
         std::printf(WISP_ARITH_NAME ",%s,%s,%.3g,%.2f,,%.3g%% differ\n", name.substr(name.rfind('/') + 1).c_str(),
-                    d ? "Embree sse2" : "Embree", static_cast<double>(ways[0].asked) / rival_seconds[d] * 1e-6,
-                    ways[0].seconds / rival_seconds[d],
-                    100 * static_cast<double>(rival_different[d]) / static_cast<double>(ways[0].asked));
+                    d ? "Embree sse2" : "Embree", static_cast<double>(techniques[0].queries) / rival_seconds[d] * 1e-6,
+                    techniques[0].seconds / rival_seconds[d],
+                    100 * static_cast<double>(rival_different[d]) / static_cast<double>(techniques[0].queries));
 }
 
 } // namespace

@@ -57,7 +57,8 @@ template <class Corner> Real trilinear(const Vec3 &t, Corner &&corner) {
 struct LatticeAxis {
     LatticeAxis(Real low_, Real edge_, Real inverse_edge, int32_t count, Real start, Real origin_, Real direction_)
         : low(low_), edge(edge_), origin(origin_), direction(direction_), last(direction_ < Real(0) ? 0 : count - 1),
-          forward(direction_ < Real(0) ? -1 : 1), cell(cell_of(start, low_, inverse_edge, count)), exit(infinite_distance) {
+          forward(direction_ < Real(0) ? -1 : 1), cell(cell_of(start, low_, inverse_edge, count)),
+          exit(infinite_distance) {
         find_exit();
     }
     void step() {

@@ -1,7 +1,7 @@
 // Building the point tree and searching it for the k nearest (S5).
 //
-// * The build moves points as records of four values between two buffers. Quickselect copies them from one buffer to the
-//   other without branches; few records are divided by counting ranks. The choice of pivots changes the time but not
+// * The build moves points as records of four values between two buffers. Quickselect copies them between the buffers
+//   without branches; few records are divided by counting ranks. The choice of pivots changes the time but not
 //   the result, because (coordinate, id) is a total order.
 // * `nearest` guesses a radius from the density of the points and gathers all points within it. In the rare case that
 //   these are too few, it repeats with a larger radius. The k-th distance among the candidates is found by counting
@@ -198,8 +198,8 @@ void cut_few(const Record *from, Record *to, uint32_t count, uint32_t wanted, in
 }
 
 // Copies the records to `to` so that the first `wanted` by (coordinate, id) come first; `from` is overwritten.
-// 0 < wanted < count. This is quickselect. The first step copies without branches. In later steps the cut is near an end,
-// so few records are swapped. After max_steps std::nth_element takes over, which bounds the time for any input.
+// 0 < wanted < count. This is quickselect. The first step copies without branches. In later steps the cut is near an
+// end, so few records are swapped. After max_steps std::nth_element takes over, which bounds the time for any input.
 void cut(Record *from, Record *to, uint32_t count, uint32_t wanted, int axis) {
     constexpr uint32_t max_steps = 64;
     for (uint32_t step = 0; count > few; ++step) {
@@ -483,8 +483,8 @@ void take(const Candidates &c, uint32_t k, Cut cut, const uint32_t *id, Real *di
     }
 }
 
-// Moves the first k candidates, or all if there are fewer, to the given arrays, which may be the candidates' own. Returns
-// their number. The limit becomes the next number above the distance of the last one.
+// Moves the first k candidates, or all if there are fewer, to the given arrays, which may be the candidates' own.
+// Returns their number. The limit becomes the next number above the distance of the last one.
 __attribute__((noinline)) uint32_t keep_first(Candidates &c, uint32_t k, const uint32_t *id, Real *distance,
                                               uint32_t *slot) {
     const uint32_t inside = count_below(c.distance, c.count, c.limit), kept = min(k, inside);
@@ -494,9 +494,10 @@ __attribute__((noinline)) uint32_t keep_first(Candidates &c, uint32_t k, const u
     return kept;
 }
 
-// Gathers the slots of all leaves within the radius. If they exceed `capacity`, at least the first k candidates are kept.
+// Gathers the slots of all leaves within the radius. If they exceed `capacity`, at least the first k candidates are
+// kept.
 WISP_MULTIVERSIONED void gather(const PointTree &tree, const Vec3 &center, uint32_t k, Real radius, uint32_t capacity,
-                      Candidates &c) {
+                                Candidates &c) {
     c.limit = radius * radius;
     uint32_t count = 0;
     for_each_leaf_near(tree, center, radius, [&](uint32_t leaf) {
@@ -513,8 +514,8 @@ WISP_MULTIVERSIONED void gather(const PointTree &tree, const Vec3 &center, uint3
     c.count = count;
 }
 
-// A radius that is likely to hold slightly more than k points, from the density of a node near the centre that has about
-// k points.
+// A radius that is likely to hold slightly more than k points, from the density of a node near the centre that has
+// about k points.
 Real guess_radius(const PointTree &tree, const Vec3 &center, uint32_t k) {
     const BallTest ball(center, Real(0));
     const BoxBlock *block = tree.blocks;
@@ -586,7 +587,7 @@ Nearest nearest(const PointTree &tree, const Vec3 &center, uint32_t k, Real max_
 }
 
 WISP_MULTIVERSIONED uint32_t in_radius(const PointTree &tree, const Vec3 &center, Real radius, uint32_t *slots,
-                             uint32_t capacity) {
+                                       uint32_t capacity) {
     const Real limit = radius * radius;
     uint32_t count = 0;
     for_each_leaf_near(tree, center, radius, [&](uint32_t leaf) {

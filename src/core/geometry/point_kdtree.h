@@ -1,8 +1,9 @@
 // A balanced kd-tree over points (S5): leaves near a point, leaves near a segment, and the k nearest points.
 //
-// Points are stored in the order of the tree ("slots") as a structure of arrays, `leaf_points` to a leaf. All leaves but
-// the last are full. A block holds the boxes of sixteen children, so that testing them is a loop over lanes; it stands
-// for four levels of median cuts. There are no links: the tree is its numbering, a heap with sixteen children to a node.
+// Points are stored in the order of the tree ("slots") as a structure of arrays, `leaf_points` to a leaf. All leaves
+// but the last are full. A block holds the boxes of sixteen children, so that testing them is a loop over lanes; it
+// stands for four levels of median cuts. There are no links: the tree is its numbering, a heap with sixteen children to
+// a node.
 //
 //   leaf l               holds the slots l * leaf_points ... (l + 1) * leaf_points - 1
 //   block b of height 0  holds the boxes of the leaves 16 b ... 16 b + 15
@@ -14,12 +15,12 @@
 // each is alone. A division cuts the widest extent of the points by the total order (coordinate, id). The slots of a
 // leaf are ordered by id. Hence the layout is a pure function of the points.
 //
-// Boxes only cull, so a bound takes 4 bytes in every arithmetic, rounded outwards. All tests are conservative: a leaf may
-// be visited without need, but none is missed. Leaves are visited in ascending order, so that sums over them have one
-// order.
+// Boxes only cull, so a bound takes 4 bytes in every arithmetic, rounded outwards. All tests are conservative: a leaf
+// may be visited without need, but none is missed. Leaves are visited in ascending order, so that sums over them have
+// one order.
 //
-// Ranges: in Fixed the squared distance between any two points or queries must be below 2^31, which holds for coordinates
-// within +-13,000; radii must be below 2^15. The floating arithmetics take coordinates up to 2^40.
+// Ranges: in Fixed the squared distance between any two points or queries must be below 2^31, which holds for
+// coordinates within +-13,000; radii must be below 2^15. The floating arithmetics take coordinates up to 2^40.
 #pragma once
 #include "core/geometry/ray.h"
 #include "wisp/arena.h"
@@ -28,7 +29,7 @@ namespace wisp {
 
 constexpr uint32_t leaf_points = 16;
 constexpr uint32_t log_children = 4, children = 1 << log_children; // boxes of a block
-constexpr uint32_t max_heights = 7;                               // 16^7 leaves hold more than 2^31 points
+constexpr uint32_t max_heights = 7;                                // 16^7 leaves hold more than 2^31 points
 static_assert(leaf_points % lanes == 0 && children % lanes == 0, "leaves and blocks are whole numbers of vectors");
 
 constexpr uint32_t no_point = 0xffffffff; // id of an empty slot
@@ -69,8 +70,9 @@ struct PointTree {
     const BoxBlock *blocks;
 };
 
-// Builds the tree of `count` <= 2^31 - 1 points. Its arrays are made from the arena; scratch memory is given back before
-// the function returns. If the arena is too small, the tree has no points and ready == false, and the arena is unchanged.
+// Builds the tree of `count` <= 2^31 - 1 points. Its arrays are made from the arena; scratch memory is given back
+// before the function returns. If the arena is too small, the tree has no points and ready == false, and the arena is
+// unchanged.
 PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena);
 
 // An upper bound of the bytes that build_point_tree takes from the arena, scratch included.
@@ -83,11 +85,11 @@ uint64_t point_tree_bytes(uint32_t count);
 template <class Visit>
 WISP_INLINE void for_each_leaf_near(const PointTree &tree, const Vec3 &center, Real radius, Visit &&visit);
 
-// The same for points within `radius` of the segment from origin + t0 direction to origin + t1 direction. `direction` is
-// a unit vector; 0 <= radius, in Fixed < 2^15. An end far outside the scene costs no more.
+// The same for points within `radius` of the segment from origin + t0 direction to origin + t1 direction. `direction`
+// is a unit vector; 0 <= radius, in Fixed < 2^15. An end far outside the scene costs no more.
 template <class Visit>
 WISP_INLINE void for_each_leaf_on_segment(const PointTree &tree, const Vec3 &origin, const Vec3 &direction, Real t0,
-                                           Real t1, Real radius, Visit &&visit);
+                                          Real t1, Real radius, Visit &&visit);
 
 // ---- k nearest ----
 
@@ -192,9 +194,10 @@ struct BallTest {
     uint32_t operator()(const BoxBlock &b, uint32_t l) const { return gap_squared(b, l) <= radius_squared ? 1 : 0; }
 };
 
-// Tests boxes against a segment with a radius, by separating axes (Gottschalk et al. 1996): box and segment are disjoint
-// if their projections on some axis are farther apart than the radius. The axes are x, y, z, and their cross products
-// with the direction d. All lengths are doubled: a box gives low + high and high - low, twice its middle and half-extent.
+// Tests boxes against a segment with a radius, by separating axes (Gottschalk et al. 1996): box and segment are
+// disjoint if their projections on some axis are farther apart than the radius. The axes are x, y, z, and their cross
+// products with the direction d. All lengths are doubled: a box gives low + high and high - low, twice its middle and
+// half-extent.
 struct SegmentTest {
     Bound middle_x, middle_y, middle_z;        // of the segment
     Bound reach_x, reach_y, reach_z;           // its half-extent plus the radius
@@ -242,9 +245,9 @@ struct SegmentTest {
     }
 };
 
-// Descends the tree height by height, a batch of blocks at a time. All children of the batch that pass the test are listed
-// before any of them is opened, so that there are few branches to predict. Lists are in ascending order, and a batch is
-// finished down to its leaves before the next one starts.
+// Descends the tree height by height, a batch of blocks at a time. All children of the batch that pass the test are
+// listed before any of them is opened, so that there are few branches to predict. Lists are in ascending order, and a
+// batch is finished down to its leaves before the next one starts.
 template <class Test, class Visit>
 WISP_INLINE void for_each_leaf(const PointTree &tree, const Test &test, Visit &&visit) {
     constexpr uint32_t batch = 8;
@@ -272,7 +275,8 @@ WISP_INLINE void for_each_leaf(const PointTree &tree, const Test &test, Visit &&
             const uint32_t block = list->member[i];
             for (uint32_t group = 0; group < children; group += lanes) {
                 uint32_t mask = 0;
-                WISP_NO_UNROLL for (uint32_t l = 0; l < lanes; ++l) mask |= test(blocks[block], group + l) ? 1u << l : 0u;
+                WISP_NO_UNROLL for (uint32_t l = 0; l < lanes; ++l)
+                    mask |= test(blocks[block], group + l) ? 1u << l : 0u;
                 uint32_t *member = below->member + count;
                 const uint32_t *lane = detail::set_bits.position[mask];
                 WISP_NO_UNROLL for (uint32_t l = 0; l < lanes; ++l) member[l] = block * children + group + lane[l];
@@ -297,7 +301,7 @@ WISP_INLINE void for_each_leaf_near(const PointTree &tree, const Vec3 &center, R
 
 template <class Visit>
 WISP_INLINE void for_each_leaf_on_segment(const PointTree &tree, const Vec3 &origin, const Vec3 &direction, Real t0,
-                                           Real t1, Real radius, Visit &&visit) {
+                                          Real t1, Real radius, Visit &&visit) {
     for_each_leaf(tree, SegmentTest(tree, origin, direction, t0, t1, radius), visit);
 }
 

@@ -3,24 +3,25 @@
 // Corners are sheared along the ray, so that the ray becomes the z axis. Each corner is sheared by itself, so two
 // triangles that share a corner have the same sheared corner. In the plane z = 0 a triangle is hit when the ray, the
 // point (0, 0), does not lie strictly on different sides of two of its edges. The side of an edge is the sign of the
-// cross product p x q of its ends. The sign is exact: for float, the products are taken in double, which holds them; for
-// double, the rounding errors of the products are kept (Dekker 1971); for Fixed, products have 128 bits. To the bit,
-// p x q = -(q x p), so of two triangles at an edge at least one is hit. A triangle is not hit if the ray lies on all of
-// its edges: it is seen edge-on, or its corners coincide.
+// cross product p x q of its ends. The sign is exact: for float, the products are taken in double, which holds them;
+// for double, the rounding errors of the products are kept (Dekker 1971); for Fixed, products have 128 bits. To the
+// bit, p x q = -(q x p), so of two triangles at an edge at least one is hit. A triangle is not hit if the ray lies on
+// all of its edges: it is seen edge-on, or its corners coincide.
 //
 // The same cross products, with relative error below 2^-50 (Fixed: 2^-60), are the weights of the corners. Trees over
 // triangles rely on this bound:
 //
-//   For each hit at `distance` there is a point of the triangle that differs from origin + distance * direction, in each
-//   coordinate, by at most 14 e M; in Fixed by at most 2 + |D| units of 2^-32.
+//   For each hit at `distance` there is a point of the triangle that differs from origin + distance * direction, in
+//   each coordinate, by at most 14 e M; in Fixed by at most 2 + |D| units of 2^-32.
 //
 // M is the largest coordinate of corner - origin. D is the dominant component of the direction. e is half a unit in the
-// last place: 2^-24 for float, 2^-53 for double. Derivation: the point is the triangle's point with the computed weights.
+// last place: 2^-24 for float, 2^-53 for double. Derivation: the point is the triangle's point with the computed
+// weights.
 //   - The sheared x of a corner, x - (d_x / D) z, has five roundings, of numbers up to M and last of one up to 2 M. Its
 //     error is at most 6 e M. So is the error of the weighted mean of the corners, whose computed value is 0 (within
 //     2^-50 M).
-//   - The depth of the point is the weighted mean of z, with weights of one sign. With the rounding of z, products, sums
-//     and quotients its error is at most 8 e M. The ray's other coordinates change with the depth by at most as much.
+//   - The depth of the point is the weighted mean of z, with weights of one sign. With the rounding of z,
+//     products, sums and quotients its error is at most 8 e M. The ray's other coordinates change with the depth by at most as much.
 //   - In Fixed, sheared coordinates are in units of 2^-46, and err by at most three of them for M < 2^15. The distance
 //     errs by 2^-33, and so the ray's point by 2^-33 |D|.
 //
@@ -124,8 +125,8 @@ inline uint64_t shifted_down(Wide w, int k) {
     return k == 0 ? low_word(w) : (high << (64 - k)) | (low_word(w) >> k);
 }
 
-// Whether the cross products, given at the opposite corners, have one sign. If so, sets the distance and the weights u of
-// b and v of c. a_z, b_z, c_z are the corners' z, and `dominant` is the direction's.
+// Whether the cross products, given at the opposite corners, have one sign. If so, sets the distance and the weights u
+// of b and v of c. a_z, b_z, c_z are the corners' z, and `dominant` is the direction's.
 template <class T>
 bool weigh(double at_a, double at_b, double at_c, T a_z, T b_z, T c_z, T dominant, T &distance, T &u, T &v) {
     if (min(at_a, min(at_b, at_c)) < 0 && max(at_a, max(at_b, at_c)) > 0) return false;
@@ -229,10 +230,10 @@ inline ShearedCorner shear(const TriangleRay &ray, Real x, Real y, Real z) {
     return {detail::sheared(x, z, ray.shear_x), detail::sheared(y, z, ray.shear_y), z};
 }
 
-// Intersects the whole line of the ray with the triangle: hit.distance may be negative. Returns false if there is no hit.
-// The triangle must have an area.
+// Intersects the whole line of the ray with the triangle: hit.distance may be negative. Returns false if there is no
+// hit. The triangle must have an area.
 inline bool intersect(const TriangleRay &ray, const ShearedCorner &a, const ShearedCorner &b, const ShearedCorner &c,
-                 TriangleHit &hit) {
+                      TriangleHit &hit) {
     using detail::cross;
     return detail::weigh(cross(c.x, c.y, b.x, b.y), cross(a.x, a.y, c.x, c.y), cross(b.x, b.y, a.x, a.y), a.z, b.z, c.z,
                          ray.direction[static_cast<int>(ray.z)], hit.distance, hit.u, hit.v);
@@ -241,7 +242,7 @@ inline bool intersect(const TriangleRay &ray, const Vec3 &a, const Vec3 &b, cons
     const int x = static_cast<int>(ray.x), y = static_cast<int>(ray.y), z = static_cast<int>(ray.z);
     const Vec3 to_a = a - ray.origin, to_b = b - ray.origin, to_c = c - ray.origin;
     return intersect(ray, shear(ray, to_a[x], to_a[y], to_a[z]), shear(ray, to_b[x], to_b[y], to_b[z]),
-                shear(ray, to_c[x], to_c[y], to_c[z]), hit);
+                     shear(ray, to_c[x], to_c[y], to_c[z]), hit);
 }
 
 // Whether the corners do not lie on one line. The test is exact.

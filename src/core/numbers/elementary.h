@@ -4,8 +4,8 @@
 //   gives the same bits if it rounds to nearest, keeps subnormal numbers and does not contract a * b + c (self_test.h
 //   checks this). libm is not used: its results differ between libraries, and even between CPUs.
 // * Fixed uses integers. Results are rounded from intermediates in units of 2^-50 or finer.
-// * The largest errors measured are 0.9 units in the last place for float and double (N-M). Exceptions: expm1 in float has
-//   1.07, angle_between 1.6, and sines below 2^-100 in float 1. For Fixed the largest error is 0.51 units of 2^-32; exp
+// * The largest errors measured are 0.9 units in the last place for float and double (N-M). Exceptions:
+//   expm1 in float has 1.07, angle_between 1.6, and sines below 2^-100 in float 1. For Fixed the largest error is 0.51 units of 2^-32; exp
 //   above 1 has a relative error of 1.2e-10.
 #pragma once
 #include "core/numbers/elementary_coefficients.h"
@@ -566,8 +566,8 @@ inline Fixed asin(Fixed x) {
     return Fixed::from_raw(detail::scale(half_pi_raw - detail::acos_fixed(x.raw()), -29).raw);
 }
 
-// The angle in [0, pi] between two vectors, from the length of their cross product (>= 0) and their dot product; both may
-// have a common positive factor. 0 for (0, 0).
+// The angle in [0, pi] between two vectors, from the length of their cross product (>= 0) and their dot product; both
+// may have a common positive factor. 0 for (0, 0).
 constexpr float angle_between(float cross, float dot) { return detail::angle_between_float(cross, dot); }
 constexpr double angle_between(double cross, double dot) { return detail::angle_between_float(cross, dot); }
 constexpr Fixed angle_between(Fixed cross, Fixed dot) {

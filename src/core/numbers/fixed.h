@@ -79,8 +79,8 @@ template <> constexpr PortableWide product(int64_t a, int64_t b) {
     const int64_t high = a_high * b_high + (middle >> 32) + (carry >> 32);
     return {static_cast<uint64_t>(high), (static_cast<uint64_t>(carry) << 32) | (low & 0xffffffff)};
 }
-// dividend / divisor; the quotient must fit one word (dividend.high < divisor). Long division by two digits of base 2^32
-// (Knuth, The Art of Computer Programming 2, 4.3.1, algorithm D).
+// dividend / divisor; the quotient must fit one word (dividend.high < divisor). Long division by two digits of base
+// 2^32 (Knuth, The Art of Computer Programming 2, 4.3.1, algorithm D).
 constexpr Quotient divide(PortableWide dividend, uint64_t divisor) {
     const int shift = leading_zeros(divisor);
     const uint64_t d = divisor << shift, d_high = d >> 32, d_low = d & 0xffffffff, low = dividend.low << shift;
@@ -124,8 +124,8 @@ using Wide = PortableWide;
 // a b / 2^64, rounded down: for polynomials in units far below 2^-32.
 constexpr int64_t multiply_high(int64_t a, int64_t b) { return high_word(product<Wide>(a, b)); }
 
-// w / 2^32, rounded to nearest. If w does not fit, the result saturates; `negative` is the sign of the exact value, which
-// w is modulo 2^128.
+// w / 2^32, rounded to nearest. If w does not fit, the result saturates; `negative` is the sign of the exact value,
+// which w is modulo 2^128.
 template <class Wide> constexpr Saturated rounded_to_fixed(Wide w, bool negative) {
     const Wide rounded = w + join<Wide>(0, uint64_t{1} << 31);
     const int64_t high = high_word(rounded);
@@ -147,8 +147,8 @@ template <class Wide> constexpr Saturated multiply(int64_t a, int64_t b) {
     const Wide exact = product<Wide>(a, b);
     return rounded_to_fixed(exact, high_word(exact) < 0);
 }
-// ax bx + ay by + az bz, rounded once. The sum may wrap around 2^127. Its high word then does not fit 32 bits either, so
-// the result saturates, with the sign of the sum of the high words.
+// ax bx + ay by + az bz, rounded once. The sum may wrap around 2^127. Its high word then does not fit 32 bits either,
+// so the result saturates, with the sign of the sum of the high words.
 template <class Wide>
 constexpr Saturated sum_of_products(int64_t ax, int64_t bx, int64_t ay, int64_t by, int64_t az, int64_t bz) {
     const Wide x = product<Wide>(ax, bx), y = product<Wide>(ay, by), z = product<Wide>(az, bz);
@@ -188,9 +188,9 @@ constexpr int64_t corrected_root(int64_t x, int64_t guess) {
     const int64_t excess = static_cast<int64_t>((static_cast<uint64_t>(x) << 32) - root * root);
     return guess + (excess > guess) - (excess <= -guess);
 }
-// The integer nearest to sqrt(x 2^32) by integers only, 0 < x. With n = x 2^shift in [2^62, 2^64), Newton's method gives
-// sqrt(n) to 32 bits. It starts from the line 2^32 (11/32 + 11/16 n/2^64), which is within 3.2 % of sqrt(n). A last step
-// gives 16 more bits.
+// The integer nearest to sqrt(x 2^32) by integers only, 0 < x. With n = x 2^shift in [2^62, 2^64), Newton's method
+// gives sqrt(n) to 32 bits. It starts from the line 2^32 (11/32 + 11/16 n/2^64), which is within 3.2 % of sqrt(n). A
+// last step gives 16 more bits.
 constexpr int64_t root_by_integers(int64_t x) {
     const int shift = leading_zeros(static_cast<uint64_t>(x)) & ~1;
     const uint64_t n = static_cast<uint64_t>(x) << shift;

@@ -1,6 +1,6 @@
-// Reproducible random numbers. A batch of photons owns an MT19937 that is seeded from (seed, batch). The generator gives
-// each photon a 64-bit key and nothing else. Every draw of the photon is a hash of (key, event, dimension). So a batch
-// can be traced on any machine, and rounding in one photon's path does not change the draws of another.
+// Reproducible random numbers. A batch of photons owns an MT19937 that is seeded from (seed, batch). The generator
+// gives each photon a 64-bit key and nothing else. Every draw of the photon is a hash of (key, event, dimension). So a
+// batch can be traced on any machine, and rounding in one photon's path does not change the draws of another.
 #pragma once
 #include <cstdint>
 
@@ -102,9 +102,9 @@ inline Event photon_event(uint64_t key, uint64_t event) {
     return {static_cast<uint32_t>(x), static_cast<uint32_t>(x >> 32)};
 }
 
-// 32 uniform bits for one dimension. In exact collisions (N-X, smoke) the dimension is a particle's canonical index; the
-// named dimensions below lie above every index. Only 32-bit operations are used, so that eight particles are one vector
-// loop.
+// 32 uniform bits for one dimension. In exact collisions (N-X, smoke) the dimension is a particle's canonical index;
+// the named dimensions below lie above every index. Only 32-bit operations are used, so that eight particles are one
+// vector loop.
 inline uint32_t draw(Event event, uint32_t dimension) {
     uint32_t x = (dimension * 0x9e3779b9u) ^ event.low;
     x = (x ^ (x >> 16)) * 0x7feb352du;

@@ -1,5 +1,5 @@
-// The density of one smoke, in one of three representations: particles, a density grid, or a sparse grid to which either
-// was resampled. The functions below dispatch to the representation.
+// The density of one smoke, in one of three representations: particles, a density grid, or a sparse grid to which
+// either was resampled. The functions below dispatch to the representation.
 #pragma once
 #include "core/smoke/resampled_field.h"
 
@@ -11,7 +11,9 @@ struct DensityField {
     GridField grid;             // for a resampled grid: its frame only, without samples
     ResampledField resampled;
 
-    const Box &bounds() const { return is_resampled ? resampled.bricks->bounds : is_grid ? grid.bounds : particles.bounds; }
+    const Box &bounds() const {
+        return is_resampled ? resampled.bricks->bounds : is_grid ? grid.bounds : particles.bounds;
+    }
     bool ready() const { return is_resampled ? resampled.ready : is_grid ? grid.ready : particles.ready; }
 };
 
@@ -19,10 +21,10 @@ inline uint64_t density_field_bytes(const SmokeDescription &source) {
     return source.is_grid() ? grid_field_bytes(source.grid) : particle_field_bytes(source.count);
 }
 
-// `bricks` is the sparse grid to resample to, or nullptr. The field takes dimensions_of(source) dimensions of a photon's
-// draws (random.h), from `first_dimension` on.
-inline DensityField make_density_field(const SmokeDescription &source, const SparseGrid *bricks, uint32_t first_dimension,
-                                       Arena &arena) {
+// `bricks` is the sparse grid to resample to, or nullptr. The field takes dimensions_of(source) dimensions of a
+// photon's draws (random.h), from `first_dimension` on.
+inline DensityField make_density_field(const SmokeDescription &source, const SparseGrid *bricks,
+                                       uint32_t first_dimension, Arena &arena) {
     DensityField field = {};
     field.is_resampled = bricks && !source.empty();
     field.is_grid = source.is_grid() && !field.is_resampled;
@@ -63,7 +65,8 @@ template <class Visit> void for_each_depth(const DensityField &field, const Ray 
         for_each_depth(field.particles, ray, end, visit);
 }
 
-// sigma_t at x by element, in a fixed order: visit(element, its contribution). An element may be visited more than once.
+// sigma_t at x by element, in a fixed order: visit(element, its contribution). An element may be visited more than
+// once.
 template <class Visit> void for_each_extinction(const DensityField &field, const Vec3 &x, Visit &&visit) {
     if (field.is_grid)
         for_each_extinction(field.grid, x, visit);

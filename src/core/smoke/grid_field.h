@@ -1,8 +1,8 @@
-// Smoke as a density grid. Samples lie at the centres of a box's cells. sigma_t is trilinear between them, constant over
-// the outer half of the border cells, and zero outside the box. A single sample gives a box of constant density.
+// Smoke as a density grid. Samples lie at the centres of a box's cells. sigma_t is trilinear between them, constant
+// over the outer half of the border cells, and zero outside the box. A single sample gives a box of constant density.
 //
-// Along a ray, trilinear interpolation in one cell is a cubic polynomial. Two-point Gauss-Legendre quadrature integrates
-// it exactly, so optical depths and collisions have no step error.
+// Along a ray, trilinear interpolation in one cell is a cubic polynomial. Two-point Gauss-Legendre quadrature
+// integrates it exactly, so optical depths and collisions have no step error.
 #pragma once
 #include "core/geometry/lattice.h"
 #include "core/numbers/random.h"

@@ -56,8 +56,8 @@ struct Spline {
     }
 
   private:
-    // The smallest b^2 in the logarithms. For smaller b, b^2 asinh(t / b) is below the resolution, and the quotient t / b
-    // could overflow.
+    // The smallest b^2 in the logarithms. For smaller b, b^2 asinh(t / b) is below the resolution, and the quotient t /
+    // b could overflow.
     static constexpr Real axis_squared = std::is_same_v<Real, double> ? Real(0x1p-80) : Real(0x1p-32);
 };
 

@@ -9,9 +9,9 @@ namespace {
 
 bool any(const Color &c) { return largest(c) > Real(0); }
 
-// For each particle, the fraction of the whole cross-section that lies before it, in units of 2^-32. The samples of a grid
-// have tents of equal volume: for these it is the fraction of the density. The sums are integers, so the choice of a
-// particle is the same in every arithmetic.
+// For each particle, the fraction of the whole cross-section that lies before it, in units of 2^-32. The samples of a
+// grid have tents of equal volume: for these it is the fraction of the density. The sums are integers, so the choice of
+// a particle is the same in every arithmetic.
 const uint32_t *area_fractions_before(const SmokeDescription &source, Arena &arena) {
     const uint32_t count = elements_of(source);
     uint32_t *before = arena.make<uint32_t>(count);

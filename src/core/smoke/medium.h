@@ -11,10 +11,10 @@ struct SmokeVolume {
     DensityField field;
     Color albedo;
     Phase phase = Phase(Real(0));
-    Color emission;              // L_e
+    Color emission;      // L_e
     Color emitted_power; // of the whole smoke: 4 pi (1 - albedo) L_e times the integral of sigma_t
-    // Where the smoke emits: for each particle or sample, the fraction of the integral of sigma_t that lies before it, in
-    // units of 2^-32; or else nullptr.
+    // Where the smoke emits: for each particle or sample, the fraction of the integral of sigma_t that lies before it,
+    // in units of 2^-32; or else nullptr.
     const uint32_t *area_fraction_before;
     const SmokeDescription *source;
 };
@@ -39,8 +39,8 @@ uint64_t medium_bytes(const Scene &scene, double density_step);
 // The integral of sigma_t of all smokes over the ray's distances 0 to `end`.
 Real optical_depth(const Medium &medium, const Ray &ray, Real end);
 
-// Whether there is smoke within `spacing` cells of a node, inside the brick. `node` is given in cells from the brick's low
-// corner. If the medium is resampled, `bricks` must be its own grid.
+// Whether there is smoke within `spacing` cells of a node, inside the brick. `node` is given in cells from the brick's
+// low corner. If the medium is resampled, `bricks` must be its own grid.
 bool meets_smoke(const Medium &medium, const SparseGrid &bricks, uint32_t brick, const Cell &node, int32_t spacing);
 
 struct MediumCollision {

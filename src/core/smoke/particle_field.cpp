@@ -1,8 +1,8 @@
 // Density from particles (S3), its line integrals (N-L), and exact collisions (N-X).
 //
-// Every function visits leaves in ascending order and adds lane l of each leaf to lane l of the sum. At the end the lanes
-// are added in one order (sum_of_lanes). A leaf that is visited although it is too far away adds zeros. So the bits do
-// not depend on how tightly the kd-tree culls.
+// Every function visits leaves in ascending order and adds lane l of each leaf to lane l of the sum. At the end the
+// lanes are added in one order (sum_of_lanes). A leaf that is visited although it is too far away adds zeros. So the
+// bits do not depend on how tightly the kd-tree culls.
 #include "core/smoke/particle_field.h"
 
 namespace wisp::WISP_ARITH {
@@ -88,8 +88,8 @@ template <class K> Real distance_of_depth(const Chord &chord, Real goal) {
     });
 }
 
-// Replaces `nearest` if the photon collides with particle `slot` before it. xi is the photon's draw for the particle: the
-// optical depth to the collision is -ln(1 - xi) (N-X).
+// Replaces `nearest` if the photon collides with particle `slot` before it. xi is the photon's draw for the particle:
+// the optical depth to the collision is -ln(1 - xi) (N-X).
 template <class K>
 void collide(const ParticleField &field, const Ray &ray, uint32_t slot, Real xi, Collision &nearest) {
     const PointTree &tree = field.tree;

@@ -1,5 +1,5 @@
-// Smoke as a density field of particles (S3): extinction at a point, optical depth of a segment in closed form (N-L), and
-// a photon's next collision (N-X).
+// Smoke as a density field of particles (S3): extinction at a point, optical depth of a segment in closed form (N-L),
+// and a photon's next collision (N-X).
 #pragma once
 #include "core/geometry/point_kdtree.h"
 #include "core/numbers/random.h"
@@ -9,8 +9,8 @@
 
 namespace wisp::WISP_ARITH {
 
-// sigma_t(x) = sum_i scale_i / h_i f(|x - x_i|^2 / h_i^2). All arrays are indexed by the slots of the tree. In the empty
-// slots of the last leaf, inverse_h and scale are 0.
+// sigma_t(x) = sum_i scale_i / h_i f(|x - x_i|^2 / h_i^2). All arrays are indexed by the slots of the tree. In the
+// empty slots of the last leaf, inverse_h and scale are 0.
 struct ParticleField {
     PointTree tree;
     Kernel kernel;
@@ -25,8 +25,8 @@ struct ParticleField {
     bool ready;               // false: the arena was too small
 };
 
-// The point of closest approach of a ray's line to a particle: its squared distance from the centre in units of h^2, and
-// its distance along the ray.
+// The point of closest approach of a ray's line to a particle: its squared distance from the centre in units of h^2,
+// and its distance along the ray.
 struct Passage {
     Real b_squared, along;
 };
@@ -58,8 +58,8 @@ template <class Visit> void for_each_extinction(const ParticleField &field, cons
 Real majorant(const ParticleField &field, const Box &box);
 
 // The first collision of a photon that flies along the ray, if there is one before `end` (N-X). Each particle is an
-// independent Poisson process with the rate of its own density. So a depth is drawn for each particle, its line integral
-// is inverted, and the nearest collision is taken. There are no majorant, no null collisions and no step.
+// independent Poisson process with the rate of its own density. So a depth is drawn for each particle, its line
+// integral is inverted, and the nearest collision is taken. There are no majorant, no null collisions and no step.
 Collision first_collision(const ParticleField &field, const Ray &ray, Real end, Event event);
 
 // Moves the ray's origin to its entry into the field's bounds. Distances from the origin then stay small, which keeps

@@ -17,7 +17,8 @@ static_assert(static_cast<uint32_t>(along) <= row, "a row of a brick fits");
 // Trilinear interpolation widens the field: it adds cell^2 / 6 to the variance along each axis. A kernel's own variance
 // is K::variance h^2. The kernels are narrowed to h'^2 = h^2 - cell^2 / (6 K::variance), so that the interpolated field
 // has the particles' variance. This divides the error of column depths by about six (S4-1).
-template <class K> void sum_particles(const ParticleField &field, const SparseGrid &bricks, uint32_t brick, Real *sums) {
+template <class K>
+void sum_particles(const ParticleField &field, const SparseGrid &bricks, uint32_t brick, Real *sums) {
     const PointTree &tree = field.tree;
     const Vec3 low = low_of(bricks, brick), half = bricks.lattice.edge * Real(0.5);
     const Real widening = bricks.cell.x * bricks.cell.x * Real(1 / (6 * K::variance));
@@ -55,7 +56,8 @@ template <class K> void sum_particles(const ParticleField &field, const SparseGr
     });
 }
 
-WISP_MULTIVERSIONED void resample_brick(const ParticleField &field, const SparseGrid &bricks, uint32_t brick, Real *nodes) {
+WISP_MULTIVERSIONED void resample_brick(const ParticleField &field, const SparseGrid &bricks, uint32_t brick,
+                                        Real *nodes) {
     Real sums[rows * row];
     for (Real &sum : sums) sum = Real(0);
     if (field.kernel == Kernel::spline)
@@ -140,8 +142,8 @@ Real extinction(const ResampledField &field, const Vec3 &x) {
     return brick == no_brick ? Real(0) : extinction(field, brick, position_in(bricks, brick, x));
 }
 
-WISP_MULTIVERSIONED void add_depths(const ResampledField &field, const GridRay &ray, const Lanes &t, const Lanes &length,
-                          Lanes &sum) {
+WISP_MULTIVERSIONED void add_depths(const ResampledField &field, const GridRay &ray, const Lanes &t,
+                                    const Lanes &length, Lanes &sum) {
     LanePoints points;
     find_points(*field.bricks, ray, t, points);
     LaneCells at;

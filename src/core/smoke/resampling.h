@@ -15,7 +15,8 @@ inline bool is_aligned_grid(const Scene &scene) {
         if (scene.smokes[i].is_grid()) grid = &scene.smokes[i].grid;
     }
     return smokes == 1 && grid && total_order_key(grid->axis[0].x) == total_order_key(1.0) &&
-           total_order_key(grid->axis[1].y) == total_order_key(1.0) && total_order_key(grid->axis[2].z) == total_order_key(1.0);
+           total_order_key(grid->axis[1].y) == total_order_key(1.0) &&
+           total_order_key(grid->axis[2].z) == total_order_key(1.0);
 }
 
 // Whether the scene's smoke can be resampled: it consists of particles, or it is an aligned grid.

@@ -28,7 +28,8 @@ Layout layout_of(const Vec3 &low, const Vec3 &cell, const Box &bounds) {
 // Half the edges of the axis-aligned box around a density grid that may be rotated.
 Vec3 reach_of(const GridDescription &grid) {
     const auto along = [&grid](double x, double y, double z) {
-        return abs(to_real<Real>(rounded_product(x, grid.half.x))) + abs(to_real<Real>(rounded_product(y, grid.half.y))) +
+        return abs(to_real<Real>(rounded_product(x, grid.half.x))) +
+               abs(to_real<Real>(rounded_product(y, grid.half.y))) +
                abs(to_real<Real>(rounded_product(z, grid.half.z)));
     };
     const Double3 *axis = grid.axis;
@@ -116,7 +117,8 @@ void for_each_touched(const Scene &scene, const Layout &layout, int32_t subdivis
         for (int32_t z = 0; z < grid.nz; ++z)
             for (int32_t y = 0; y < grid.ny; ++y)
                 for (int32_t x = 0; x < grid.nx; ++x)
-                    if (total_order_key(*density++) > 0) { // its tent covers the cells x and x + 1, at the border one more
+                    // A sample's tent covers the cells x and x + 1, at the border one more.
+                    if (total_order_key(*density++) > 0) {
                         const auto first = [subdivision](int32_t at) {
                             return max(at - 1, 0) * subdivision / brick_cells;
                         };

@@ -42,8 +42,8 @@ struct SparseGrid {
 // The smallest smoothing length of all smokes, 0 without smoke. A density grid's length is given by its description.
 Real smallest_smoothing_length(const Scene &scene);
 
-// The bricks around the smoke of `scene`. The edge of a cell is `lengths` times the smallest smoothing length. There are
-// two exceptions. If all smoke is one density grid that is not rotated, the cells are those between its samples, or
+// The bricks around the smoke of `scene`. The edge of a cell is `lengths` times the smallest smoothing length. There
+// are two exceptions. If all smoke is one density grid that is not rotated, the cells are those between its samples, or
 // halves of them. If it is one box of constant density, the cells are shrunk until a whole number fits the box.
 SparseGrid make_sparse_grid(const Scene &scene, double lengths, Arena &arena);
 
@@ -129,7 +129,8 @@ void for_each_holder(const SparseGrid &bricks, const Cell &position, const Cell 
 
 // Visits the bricks that the ray crosses between the distances `begin` and `end`, in order. visit(brick, from, to)
 // returns whether to continue.
-template <class Visit> void for_each_brick(const SparseGrid &bricks, const Ray &ray, Real begin, Real end, Visit &&visit) {
+template <class Visit>
+void for_each_brick(const SparseGrid &bricks, const Ray &ray, Real begin, Real end, Visit &&visit) {
     for_each_cell(bricks.lattice, ray, begin, end, [&](const Cell &cell, Real from, Real to) {
         const uint32_t brick = brick_at(bricks, cell);
         return brick == no_brick || visit(brick, from, to);

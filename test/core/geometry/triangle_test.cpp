@@ -1,5 +1,5 @@
-// Ray against triangle: no cracks, no hits of triangles without area, precision for small triangles, and agreement with a
-// second implementation.
+// Ray against triangle: no cracks, no hits of triangles without area, precision for small triangles, and agreement with
+// a second implementation.
 #include "support/triangle_sets.h"
 #include <algorithm>
 #include <cmath>
@@ -36,8 +36,8 @@ FarHit moeller(const Vec3 &origin, const Vec3 &direction, const Triangle &t) {
     return {dot(ac, q) / all, {1 - u - v, u, v}};
 }
 
-// The triangles of a fan lie between consecutive points of `rim` and `middle`. Counts the rays from around `from` to points
-// of the fan's edges that hit no triangle, and those that hit more than one.
+// The triangles of a fan lie between consecutive points of `rim` and `middle`. Counts the rays from around `from` to
+// points of the fan's edges that hit no triangle, and those that hit more than one.
 struct Cracks {
     uint32_t missed, doubled;
 };

@@ -41,7 +41,8 @@ TEST_CASE("double bits: numbers have the order of an FPU") {
     const std::vector<double> all = numbers();
     for (const double a : all)
         for (const double b : all)
-            wrong += (total_order_key(a) < total_order_key(b)) != (a < b) || (total_order_key(a) == total_order_key(b)) != (a == b);
+            wrong += (total_order_key(a) < total_order_key(b)) != (a < b) ||
+                     (total_order_key(a) == total_order_key(b)) != (a == b);
     CHECK(wrong == 0);
     CHECK(total_order_key(-0.0) == 0);
     CHECK(total_order_key(0x1p-149f) > 0);

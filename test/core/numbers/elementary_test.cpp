@@ -1,6 +1,6 @@
 // The elementary functions: double and Fixed against MPFR, float against double (whose own error, 2^-29 of a float's
-// last place, does not count). Bounds are the largest errors that N-M (numbers/README) gives, less where these functions do
-// better; the arguments are the same in every run.
+// last place, does not count). Bounds are the largest errors that N-M (numbers/README) gives, less where these
+// functions do better; the arguments are the same in every run.
 #include "core/numbers/elementary.h"
 #include "support/random_input.h"
 #include <doctest/doctest.h>

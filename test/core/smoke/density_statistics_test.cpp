@@ -90,7 +90,8 @@ TEST_CASE(WISP_ARITH_NAME ": the estimated error of the density is the true one"
         const int points = 20000;
         const auto coordinate = [&] { return (2 * next() - 1) * (half - 2); };
         for (int i = 0; i < points; ++i) {
-            const double x = coordinate(), y = coordinate(), z = coordinate(), density = at(extinction(built.field, vec(x, y, z)));
+            const double x = coordinate(), y = coordinate(), z = coordinate(),
+                         density = at(extinction(built.field, vec(x, y, z)));
             sum += density / points;
             squares += density * density / points;
         }

@@ -130,11 +130,11 @@ struct Grid {
         return sum;
     }
 
-    // The rounding error of a point in the frame: 9 operations on coordinates of this size (6 of the rotation, the axes'
-    // own rounding, the subtraction of the wall, and a ray's step).
+    // The rounding error of a point in the frame: 9 operations on coordinates of this size (6 of the rotation, the
+    // axes' own rounding, the subtraction of the wall, and a ray's step).
     double position_error(double reach) const { return 9 * unit_error * (1 + reach); }
-    // The resulting error of a value: that of the point in cells, whose reciprocal edge is rounded too, and 9 operations
-    // on the value. A value changes by at most the largest sample per cell and axis.
+    // The resulting error of a value: that of the point in cells, whose reciprocal edge is rounded too, and 9
+    // operations on the value. A value changes by at most the largest sample per cell and axis.
     double value_error(double reach) const {
         double cells_off = 0;
         for (int i = 0; i < 3; ++i)
@@ -308,7 +308,8 @@ TEST_CASE(WISP_ARITH_NAME ": rays along a grid's axes have the integral of its d
             double u[3];
             for (int k = 0; k < 3; ++k) u[k] = grid.n[k] * (0.01 + 0.98 * next());
             u[along] = i % 2 ? -2 : grid.n[along] + 2;
-            const Vec3 direction = vec(grid.axis[along] * (i % 2 ? 1 : -1)), origin = vec(grid.point({u[0], u[1], u[2]}));
+            const Vec3 direction = vec(grid.axis[along] * (i % 2 ? 1 : -1)),
+                       origin = vec(grid.point({u[0], u[1], u[2]}));
             const double reach = norm(doubles(origin) - grid.center) + norm(grid.half);
             CHECK(std::fabs(at(optical_depth(built.field, {origin, direction}, Real(100))) -
                             grid.depth(doubles(origin), doubles(direction), 100)) <
@@ -345,8 +346,8 @@ TEST_CASE(WISP_ARITH_NAME ": rays along walls and planes of samples, and just ou
                         v[along] = sign;
                         const Double3 origin = grid.point({u[0], u[1], u[2]}), direction = {v[0], v[1], v[2]};
                         const double expected = grid.depth(origin, direction, 100);
-                        CHECK(std::fabs(at(optical_depth(built.field, {vec(origin), vec(direction)}, Real(100))) - expected) <
-                              40 * unit_error * (1 + expected));
+                        CHECK(std::fabs(at(optical_depth(built.field, {vec(origin), vec(direction)}, Real(100))) -
+                                        expected) < 40 * unit_error * (1 + expected));
                         ++(expected > 0 ? met : missed);
                     }
     }
@@ -389,7 +390,8 @@ TEST_CASE(WISP_ARITH_NAME ": a box's optical depth is its extinction times the c
         const BuiltGrid rotated(grid.source());
         Sequence next;
         for (int i = 0; i < 300; ++i) {
-            const Vec3 direction = vec(random_unit(next)), origin = vec(random_point(grid, next) - doubles(direction) * 6);
+            const Vec3 direction = vec(random_unit(next)),
+                       origin = vec(random_point(grid, next) - doubles(direction) * 6);
             double begin, end = 100;
             REQUIRE(grid.clipped(doubles(origin), doubles(direction), begin, end));
             CHECK(std::fabs(at(optical_depth(rotated.field, {origin, direction}, Real(100))) - 0.8125 * (end - begin)) <
@@ -463,7 +465,7 @@ TEST_CASE(WISP_ARITH_NAME ": the sample of a collision is drawn in proportion to
                 for (int y = 0; y < grid.n[1]; ++y)
                     for (int x = 0; x < grid.n[0] && k < int(expected.size()); ++x, ++k)
                         expected[size_t(k)] += grid.sigma * grid.sample(x, y, z) * tent(u.x, x, grid.n[0]) *
-                                            tent(u.y, y, grid.n[1]) * tent(u.z, z, grid.n[2]) / all;
+                                               tent(u.y, y, grid.n[1]) * tent(u.z, z, grid.n[2]) / all;
         }
         REQUIRE(found > 500);
         for (size_t k = 0; k < hits.size(); ++k) // a sum of Bernoulli draws
@@ -476,7 +478,8 @@ TEST_CASE(WISP_ARITH_NAME ": the optical depth up to a grid's collision is expon
         const BuiltGrid built(grid.source());
         Sequence next{7};
         const Double3 direction = random_unit(next), middle = grid.center;
-        for (const Ray &ray : {Ray{vec(middle - direction * 6), vec(direction)}, Ray{vec(middle), vec(direction * -1)}}) {
+        for (const Ray &ray :
+             {Ray{vec(middle - direction * 6), vec(direction)}, Ray{vec(middle), vec(direction * -1)}}) {
             const double whole = at(optical_depth(built.field, ray, Real(100)));
             REQUIRE(whole > 0.2);
             std::vector<double> depths;
@@ -607,8 +610,8 @@ TEST_CASE(WISP_ARITH_NAME ": a walk visits the cells along a ray once each, in o
 
 namespace {
 
-// Chi-square of points against the density. The bins lie between the planes of samples and the walls of cells. The density
-// is trilinear in a bin, so its integral is the value at the middle times the volume.
+// Chi-square of points against the density. The bins lie between the planes of samples and the walls of cells. The
+// density is trilinear in a bin, so its integral is the value at the middle times the volume.
 void check_points(const Grid &grid, int number, const std::function<Double3(int)> &point) {
     const int nx = 2 * grid.n[0], ny = 2 * grid.n[1], nz = 2 * grid.n[2];
     std::vector<double> found(static_cast<size_t>(nx * ny * nz)), expected = found;
@@ -651,7 +654,7 @@ TEST_CASE(WISP_ARITH_NAME ": points around samples are spread as the density") {
             const double target = draw(event, 0) * 0x1p-32 * before.back();
             const auto above = std::upper_bound(before.begin(), before.end(), target);
             const Vec3 uniform(unit_open<Real>(draw(event, 1)), unit_open<Real>(draw(event, 2)),
-                             unit_open<Real>(draw(event, 3)));
+                               unit_open<Real>(draw(event, 3)));
             return doubles(point_of_sample(built.field, static_cast<uint32_t>(above - before.begin() - 1), uniform));
         });
     }

@@ -112,7 +112,8 @@ TEST_CASE(WISP_ARITH_NAME ": line integrals equal quadrature") {
 TEST_CASE(WISP_ARITH_NAME ": radius_of_fraction holds that fraction of the kernel's integral") {
     const double pi_ = 3.14159265358979323846;
     for (double fraction : {0.001, 0.1, 0.5, 0.9, 0.999}) {
-        const double q = at(Spline::radius_of_fraction(real(fraction))), u = at(Poly6::radius_of_fraction(real(fraction)));
+        const double q = at(Spline::radius_of_fraction(real(fraction))),
+                     u = at(Poly6::radius_of_fraction(real(fraction)));
         double spline_sum = 0, poly6_sum = 0;
         const int n = 2000;
         for (int i = 0; i < n; ++i) {

@@ -35,7 +35,8 @@ TEST_CASE(WISP_ARITH_NAME ": optical depths of resampled grids: exact where the 
     std::vector<float> linear(20 * 18 * 16);
     for (size_t i = 0; i < linear.size(); ++i)
         linear[i] = float(1 + 0.125 * double(i % 20) + 0.0625 * double(i / 20 % 18) + 0.25 * double(i / 360));
-    GridDescription source = {20, 18, 16, linear.data(), 0.125, {0, 0, 0}, {10, 9, 8}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    GridDescription source = {20,    18,        16,         linear.data(),
+                              0.125, {0, 0, 0}, {10, 9, 8}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     Sequence next{4};
     for (bool even : {true, false}) {
         if (!even)
@@ -163,7 +164,8 @@ TEST_CASE(WISP_ARITH_NAME ": through resampled smoke of extreme density a flight
     CHECK(!first_collision(built.medium, past, real(10), photon_event(7, 1)).found);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": the fraction that passes resampled smoke is that of its optical depth, the rest collides inside") {
+TEST_CASE(WISP_ARITH_NAME
+          ": the fraction that passes resampled smoke is that of its optical depth, the rest collides inside") {
     const SmokeLists all;
     for (size_t i = 0; i < resampled_lists; ++i) {
         const Resampled built(all.lists[i], 0.5);

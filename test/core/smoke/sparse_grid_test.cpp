@@ -20,7 +20,6 @@ bool holds(const Box &box, const Vec3 &x) {
            x.z <= box.high.z;
 }
 
-
 } // namespace
 
 TEST_CASE(WISP_ARITH_NAME ": there is a brick wherever there is smoke") {
@@ -156,7 +155,8 @@ TEST_CASE(WISP_ARITH_NAME ": every brick that holds a node has the same point th
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": the holders of a node are all bricks that have it, whichever brick it is given relative to") {
+TEST_CASE(WISP_ARITH_NAME
+          ": the holders of a node are all bricks that have it, whichever brick it is given relative to") {
     const SmokeLists all;
     Sequence next{9};
     for (double lengths : {0.3, 0.6}) {
@@ -184,8 +184,8 @@ TEST_CASE(WISP_ARITH_NAME ": the holders of a node are all bricks that have it, 
                 std::vector<std::pair<uint32_t, uint32_t>> found;
                 for_each_holder(bricks, position, node, n, [&](uint32_t b, uint32_t k) { found.push_back({b, k}); });
                 std::sort(found.begin(), found.end());
-                const auto expected =
-                    holders[{position.x * (n - 1) + node.x, position.y * (n - 1) + node.y, position.z * (n - 1) + node.z}];
+                const auto expected = holders[{position.x * (n - 1) + node.x, position.y * (n - 1) + node.y,
+                                               position.z * (n - 1) + node.z}];
                 if (found != expected) ++wrong;
                 max_holders = std::max<uint64_t>(max_holders, found.size());
                 outside += node.x < 0 && !found.empty() ? 1 : 0;
