@@ -1,5 +1,5 @@
-// Any bytes as a particle map: one line that says what is wrong, or a map that gives the same bytes when written. The
-// bytes behind the first two lines are also read under a SHA-256 that is theirs, which no chance would find.
+// Any bytes read as a particle map give an error of one line, or a map that is written as the same bytes. The
+// bytes behind the first two lines are also read with their right SHA-256, which random bytes would never have.
 #include "core/numbers/random.h"
 #include "host/base/error.h"
 #include "host/base/sha256.h"
@@ -10,11 +10,11 @@
 
 namespace {
 
-void promise(bool kept) {
-    if (!kept) std::abort();
+void promise(bool holds) {
+    if (!holds) std::abort();
 }
 
-// Whether it is done without an error; an error is one line that names the file.
+// Whether an action succeeds. An error must be one line that names the file.
 template <class Action> bool done(Action &&action) {
     try {
         action();
@@ -44,7 +44,7 @@ void read(const wisp::Bytes &bytes) {
     if (done([&] { wisp::check_map(map, map.scene, map.sums.size(), "name"); }))
         promise(photons - map.photons < wisp::batch_photons);
 
-    // To a map without batches it adds up to itself, once.
+    // Added to a map without batches the map gives itself; a second time it is refused.
     wisp::MapFile none = map;
     none.batches.clear();
     none.counts = {};

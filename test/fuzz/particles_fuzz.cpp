@@ -1,4 +1,4 @@
-// Whatever the bytes are, parse_particles gives a table that keeps its promises or one InputError of a single line.
+// Any bytes read as particles give a table whose numbers are valid, or an InputError of one line.
 #include "host/base/error.h"
 #include "host/formats/particles.h"
 #include <cmath>
@@ -7,8 +7,8 @@
 
 namespace {
 
-void promise(bool kept) {
-    if (!kept) std::abort();
+void promise(bool holds) {
+    if (!holds) std::abort();
 }
 
 void check_column(const std::vector<double> &values, size_t count) {

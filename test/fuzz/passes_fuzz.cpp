@@ -1,5 +1,5 @@
-// Any bytes as a file of passes: one line that says what is wrong, or passes that give the same bytes when written. The
-// bytes behind the first two lines are also read under a SHA-256 that is theirs, which no chance would find.
+// Any bytes read as a file of passes give an error of one line, or passes that are written as the same bytes. The
+// bytes behind the first two lines are also read with their right SHA-256, which random bytes would never have.
 #include "host/base/error.h"
 #include "host/base/sha256.h"
 #include "host/results/passes.h"
@@ -8,8 +8,8 @@
 
 namespace {
 
-void promise(bool kept) {
-    if (!kept) std::abort();
+void promise(bool holds) {
+    if (!holds) std::abort();
 }
 
 void read(const wisp::Bytes &bytes) {

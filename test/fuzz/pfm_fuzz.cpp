@@ -1,4 +1,4 @@
-// Any bytes as a PFM: refused with an InputError, or a picture that survives writing, comparing and showing.
+// Any bytes read as a PFM give an InputError, or a picture that can be written, compared and shown.
 #include "host/base/error.h"
 #include "host/images/compare.h"
 #include <cstdlib>

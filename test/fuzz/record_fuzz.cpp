@@ -1,5 +1,5 @@
-// Any bytes as the record of a .pfm: one line that says what is wrong, or a crop within its picture. The bytes behind
-// the first two lines are also read under a SHA-256 that is theirs, which no chance would find.
+// Any bytes read as the record of a .pfm give an error of one line, or a crop within its picture. The bytes behind
+// the first two lines are also read with their right SHA-256, which random bytes would never have.
 #include "host/base/error.h"
 #include "host/base/sha256.h"
 #include "host/results/picture_record.h"
@@ -9,8 +9,8 @@
 
 namespace {
 
-void promise(bool kept) {
-    if (!kept) std::abort();
+void promise(bool holds) {
+    if (!holds) std::abort();
 }
 
 void read(const wisp::Bytes &bytes) {

@@ -1,5 +1,5 @@
-// Scene files: any bytes give a scene or one line that says what is wrong. The input is the scene `name`, and behind
-// each 0 byte a file that it may include: `1`, `2`, ... There are no others.
+// Any bytes read as a scene file give a scene or an error of one line. The input is the scene `name`; each 0 byte ends a
+// file, and the next one is a file that the scene may include: `1`, `2`, ...
 #include "host/base/error.h"
 #include "host/scene/options.h"
 #include "host/scene/scene_file.h"
@@ -10,8 +10,8 @@ namespace {
 
 using namespace wisp;
 
-void promise(bool kept) {
-    if (!kept) std::abort();
+void promise(bool holds) {
+    if (!holds) std::abort();
 }
 
 bool is_finite(const Double3 &v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
@@ -111,7 +111,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         Options options;
         for (const auto &setting : scene.defaults) set_option(options, setting.option, setting.value, setting.where);
     } catch (const Error &error) {
-        // It begins with a file that there is, and a line.
+        // An error begins with a file of the input and a line.
         const std::string line = error.what();
         const size_t colon = line.find(':');
         const auto file = to_integer(line.substr(0, colon));

@@ -1,4 +1,4 @@
-// Any bytes as a texture: one line that says what is wrong, or a picture whose averages are averages down to one texel.
+// Any bytes read as a texture give an error of one line, or a picture whose mipmap holds averages down to one texel.
 #include "host/base/error.h"
 #include "host/images/texture.h"
 #include "host/images/texture_readers.h"
@@ -8,8 +8,8 @@
 
 namespace {
 
-void promise(bool kept) {
-    if (!kept) std::abort();
+void promise(bool holds) {
+    if (!holds) std::abort();
 }
 
 struct Level {

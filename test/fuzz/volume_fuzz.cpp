@@ -1,4 +1,4 @@
-// Any bytes as a density grid: one line that says what is wrong, or a grid that gives the same bytes when written.
+// Any bytes read as a density grid give an error of one line, or a grid that is written as the same bytes.
 #include "host/base/error.h"
 #include "host/formats/volume.h"
 #include <cmath>
@@ -7,8 +7,8 @@
 
 namespace {
 
-void promise(bool kept) {
-    if (!kept) std::abort();
+void promise(bool holds) {
+    if (!holds) std::abort();
 }
 
 void put(std::string &bytes, uint32_t number) {

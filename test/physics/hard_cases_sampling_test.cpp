@@ -4,6 +4,7 @@
 #include "support/built_smoke.h"
 #include "support/chosen_draws.h"
 #include "support/refusal.h"
+#include "support/worst.h"
 #include "wisp/settings.h"
 #include <cmath>
 #include <doctest/doctest.h>
@@ -153,8 +154,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A4: a tiny g loses no digits") {
         for (int i = 0; i < 3002; ++i) {
             const Real xi = i < 2 ? Real(i) : real(next());
             const double s = 2 * at(xi) - 1, cosine = at(phase.sample(xi).cosine);
-            worst = std::max(worst, std::fabs(cosine - (s + 1.5 * at(g_real) * (1 - s * s))));
-            worst_to_isotropic = std::max(worst_to_isotropic, std::fabs(cosine - s));
+            worst = worst_of(worst, std::fabs(cosine - (s + 1.5 * at(g_real) * (1 - s * s))));
+            worst_to_isotropic = worst_of(worst_to_isotropic, std::fabs(cosine - s));
         }
         CAPTURE(g);
         CHECK(worst <= bar);
@@ -240,7 +241,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A9: the direction stays a unit vector in 
     uint32_t scatterings = 0;
     const PathEnd path_end =
         walk(InfiniteMedium{1, 0.5, 0, 0}, photon_along_z(), key_of(1), [&](const AnyCollision &, uint32_t, const Photon &p) {
-            worst = std::max(worst, std::fabs(std::sqrt(at(dot(p.ray.direction, p.ray.direction))) - 1));
+            worst = worst_of(worst, std::fabs(std::sqrt(at(dot(p.ray.direction, p.ray.direction))) - 1));
             ++scatterings;
         });
     CHECK(path_end == PathEnd::capped);

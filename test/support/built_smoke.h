@@ -1,5 +1,6 @@
 // Small smokes for tests, and core structures that own their memory.
 #pragma once
+#include "support/worst.h"
 #include "wisp/wisp.h"
 #include "core/photons/photon_map.h"
 #include "wisp/settings.h"
@@ -115,7 +116,7 @@ inline double distance_from_exponential(std::vector<double> depths, double whole
     const double n = static_cast<double>(depths.size()), all = 1 - std::exp(-whole);
     double worst = 0;
     for (size_t i = 0; i < depths.size(); ++i)
-        worst = std::max(worst, std::fabs((1 - std::exp(-depths[i])) / all - (static_cast<double>(i) + 0.5) / n));
+        worst = worst_of(worst, std::fabs((1 - std::exp(-depths[i])) / all - (static_cast<double>(i) + 0.5) / n));
     return worst * std::sqrt(n);
 }
 

@@ -49,7 +49,7 @@ void turn(Camera &camera, Double3 axis, double degrees) {
 }
 
 // nullptr, or why there is no picture.
-const char *render(const Settings &settings, float *rgb, const PixelTrace *journal) {
+const char *render(const Settings &settings, float *rgb, const PixelTrace *trace) {
     const Core &with = core(static_cast<Arithmetic>(picture.arithmetic));
     const Plan plan = with.plan(picture.scene, settings);
     const bool mapped = settings.method == Method::map;
@@ -63,8 +63,10 @@ const char *render(const Settings &settings, float *rgb, const PixelTrace *journ
     if (picture.map_count == 0) picture.map.resize(static_cast<size_t>(plan.map_sums));
     PhotonSums sums = {picture.map.data(), picture.map.size(), picture.map_count};
     Statistics statistics = {};
-    const Status status = with.render(picture.scene, settings, arena, observer, rgb, statistics,
-                                      mapped ? &sums : nullptr, nullptr, journal);
+    PhotonSums *const used = mapped ? &sums : nullptr;
+    const Status status =
+        trace ? with.inspect(picture.scene, settings, arena, observer, rgb, statistics, used, *trace)
+              : with.render(picture.scene, settings, arena, observer, rgb, statistics, used, nullptr);
     picture.map_count = status == Status::done && mapped ? sums.count : 0;
     if (status == Status::overflow) return "photons collide so often that the particle map's sums might overflow";
     return status == Status::done ? nullptr : "the core has not rendered";

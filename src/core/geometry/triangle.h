@@ -21,7 +21,8 @@
 //     error is at most 6 e M. So is the error of the weighted mean of the corners, whose computed value is 0 (within
 //     2^-50 M).
 //   - The depth of the point is the weighted mean of z, with weights of one sign. With the rounding of z,
-//     products, sums and quotients its error is at most 8 e M. The ray's other coordinates change with the depth by at most as much.
+//     products, sums and quotients its error is at most 8 e M. The ray's other coordinates change with the depth by at
+//     most as much.
 //   - In Fixed, sheared coordinates are in units of 2^-46, and err by at most three of them for M < 2^15. The distance
 //     errs by 2^-33, and so the ray's point by 2^-33 |D|.
 //

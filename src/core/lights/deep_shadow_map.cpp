@@ -29,11 +29,12 @@ bool is_dense_at_faces(const SmokeDescription &smoke) {
     const GridDescription &grid = smoke.grid;
     if (!smoke.is_grid()) return false;
     if (!grid.density) return true;
-    const auto is_last = [](int32_t i, int32_t n) { return i == 0 || i == n - 1; };
+    const auto is_border = [](int32_t i, int32_t n) { return i == 0 || i == n - 1; };
     const Cell count = {grid.nx, grid.ny, grid.nz};
     for (int32_t z = 0; z < count.z; ++z)
         for (int32_t y = 0; y < count.y; ++y)
-            for (int32_t x = 0; x < count.x; x += is_last(z, count.z) || is_last(y, count.y) ? 1 : max(count.x - 1, 1))
+            for (int32_t x = 0; x < count.x;
+                 x += is_border(z, count.z) || is_border(y, count.y) ? 1 : max(count.x - 1, 1))
                 if (total_order_key(grid.density[index_of(count, {x, y, z})]) > 0) return true;
     return false;
 }

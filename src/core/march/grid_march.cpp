@@ -196,7 +196,7 @@ struct Progress {
     Depth depth;
 };
 
-// (1 - e^-s) / s without a branch; `e` is e^-s. (numerics E4)
+// (1 - e^-s) / s without a branch (N-E4); `e` is e^-s.
 inline Real mean_transmittance_of(Real s, Real e) {
     const Real series =
         Real(1) -

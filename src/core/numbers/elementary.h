@@ -4,9 +4,9 @@
 //   gives the same bits if it rounds to nearest, keeps subnormal numbers and does not contract a * b + c (self_test.h
 //   checks this). libm is not used: its results differ between libraries, and even between CPUs.
 // * Fixed uses integers. Results are rounded from intermediates in units of 2^-50 or finer.
-// * The largest errors measured are 0.9 units in the last place for float and double (N-M). Exceptions:
-//   expm1 in float has 1.07, angle_between 1.6, and sines below 2^-100 in float 1. For Fixed the largest error is 0.51 units of 2^-32; exp
-//   above 1 has a relative error of 1.2e-10.
+// * The largest errors measured are 0.9 units in the last place for float and double (N-M). Exceptions: 1.07 for expm1
+//   in float, 1.6 for angle_between, and 1 for sines below 2^-100 in float. For Fixed the largest error is 0.51 units
+//   of 2^-32; exp above 1 has a relative error of 1.2e-10.
 #pragma once
 #include "core/numbers/elementary_coefficients.h"
 #include "core/numbers/fixed.h"

@@ -124,7 +124,7 @@ void seek(const Sources &in, uint64_t target, Cursor &cursor) {
     uint64_t entry = cursor.entry;
     if (entry == UINT64_MAX || !(target < in.distribution.cumulative_weight[entry + 1]) ||
         target < in.distribution.cumulative_weight[entry]) {
-        uint64_t low = 0, high = entries; // before[low] <= target < before[high]
+        uint64_t low = 0, high = entries; // cumulative_weight[low] <= target < cumulative_weight[high]
         while (high - low > 1) {
             const uint64_t middle = low + (high - low) / 2;
             (in.distribution.cumulative_weight[middle] <= target ? low : high) = middle;

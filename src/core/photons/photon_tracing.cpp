@@ -39,7 +39,7 @@ PhotonUnit photon_unit(Real power, uint64_t emitted) {
 
 PhotonNeeds photon_needs(const Scene &scene, const Settings &settings) {
     PhotonNeeds needs = {};
-    bool scatters = false, glows = false, grey = true;
+    bool scatters = false, glows = false, single_channel = true;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const SmokeDescription &smoke = scene.smokes[i];
         if (smoke.empty()) continue;
@@ -48,12 +48,12 @@ PhotonNeeds photon_needs(const Scene &scene, const Settings &settings) {
         const int64_t g = total_order_key(smoke.asymmetry), size = max(g, -g);
         if (size > 0) needs.directions = true;
         if (size > 0 && size <= total_order_key(max_asymmetry_of_harmonics)) needs.harmonics = true;
-        if (!same(smoke.albedo.x, smoke.albedo.y) || !same(smoke.albedo.y, smoke.albedo.z)) grey = false;
+        if (!same(smoke.albedo.x, smoke.albedo.y) || !same(smoke.albedo.y, smoke.albedo.z)) single_channel = false;
     }
     needs.traced = scatters && (glows || scene.light_count > 0) && settings.photons > 0;
     if (!needs.traced) return {};
-    // All photons carry the same power if all lights have one hue and all albedos are grey.
-    needs.powers = !grey || glows;
+    // All photons carry the same power if all lights have one hue and no albedo has a hue.
+    needs.powers = !single_channel || glows;
     const Double3 *color = nullptr; // of the first light that is not black
     for (uint32_t i = 0; i < scene.light_count; ++i) {
         const Double3 &c = scene.lights[i].color;

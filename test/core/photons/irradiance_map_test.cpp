@@ -1,4 +1,5 @@
 // The irradiance map: interpolation, sharpening, adaptive bricks, packing (S4-4).
+#include "support/worst.h"
 #include "wisp/wisp.h"
 #include "support/built_sparse_grid.h"
 #include "support/compared_pictures.h"
@@ -227,7 +228,7 @@ TEST_CASE(WISP_ARITH_NAME ": an adaptive map has fewer points, and all others ar
                         const Color light = light_at(map, b, Vec3(Real(n.x), Real(n.y), Real(n.z))).radiance;
                         for (size_t c = 0; c < 3; ++c) {
                             greatest = std::max(greatest, exact[c]);
-                            worst = std::max(worst, std::fabs(at(light[static_cast<int>(c)]) - exact[c]));
+                            worst = worst_of(worst, std::fabs(at(light[static_cast<int>(c)]) - exact[c]));
                         }
                     }
                     CHECK(worst <= greatest * (tolerance + packed));

@@ -58,9 +58,9 @@ bool same(const Statistics::Photons &a, const Statistics::Photons &b) {
 struct Scenes {
     Mixture mixture; // colours, flux, and a smoke that glows
     std::vector<Particle> particles = cloud(200, 2, 0.8, 0.2);
-    SmokeDescription grey = smoke_of(particles); // all photons are alike
+    SmokeDescription single_channel = smoke_of(particles); // all photons are alike
     std::vector<LightSource> lights = {{LightKind::point, {6, 5, 4}, {0, 0, 1}, 2, {40, 40, 40}}};
-    Scene list[2] = {mixture.scene, scene_of(grey, lights)};
+    Scene list[2] = {mixture.scene, scene_of(single_channel, lights)};
 };
 
 } // namespace

@@ -3,6 +3,7 @@
 // where a thin triangle or a sharp highlight enlarges it pixels may differ by what it then is.
 #include "core/geometry/camera.h"
 #include "support/random_rooms.h"
+#include "support/worst.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -355,7 +356,7 @@ TEST_CASE(WISP_ARITH_NAME ": pictures are those of a reference tracer, but where
                                       at(radiance.z) - expected.z};
                 for (const double o : off) {
                     const double relative = std::fabs(o) / std::max(1.0, largest(expected));
-                    worst = std::max(worst, relative);
+                    worst = worst_of(worst, relative);
                     different += relative > tolerance + reference.error();
                 }
             }

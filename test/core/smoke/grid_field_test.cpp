@@ -1,5 +1,6 @@
 // Density grids and boxes against the definition: every sample's tent summed in double, integrated piece by piece.
 #include "support/built_smoke.h"
+#include "support/worst.h"
 #include <doctest/doctest.h>
 #include <functional>
 
@@ -491,7 +492,7 @@ TEST_CASE(WISP_ARITH_NAME ": the optical depth up to a grid's collision is expon
                 depths.push_back(at(optical_depth(built.field, ray, distance)));
                 // The depth that was drawn, up to the rounding of the distance and of the sum over cells.
                 const double drawn = -std::log1p(-at(unit_open<Real>(draw(photon_event(i, 9), 0))));
-                worst = std::max(worst, std::fabs(depths.back() - drawn));
+                worst = worst_of(worst, std::fabs(depths.back() - drawn));
             }
             const double n = double(keys), hit = 1 - std::exp(-whole);
             CHECK(std::fabs(double(depths.size()) / n - hit) < 4 * std::sqrt(hit * (1 - hit) / n));

@@ -1,5 +1,6 @@
 // Henyey and Greenstein over the whole range of g: the bounds are those of N-E1.
 #include "core/smoke/phase.h"
+#include "support/worst.h"
 #include <cmath>
 #include <doctest/doctest.h>
 #include <initializer_list>
@@ -40,7 +41,7 @@ TEST_CASE(WISP_ARITH_NAME ": sampled cosines are as exact as the table for every
             CHECK(c.cosine <= Real(1));
             CHECK(c.sine >= Real(0));
             CHECK(c.sine <= Real(1));
-            worst = std::max(worst, double(std::fabs(at(c.cosine) - exact_cosine(at(g_real), at(xi)))));
+            worst = worst_of(worst, double(std::fabs(at(c.cosine) - exact_cosine(at(g_real), at(xi)))));
         }
         // Fixed resolves 1 - |g| to 2^-32, and the sample moves with it.
         const double fixed_loss = std::is_same_v<Real, Fixed> ? 1.2e-9 / (1 - std::fabs(g)) : 0;

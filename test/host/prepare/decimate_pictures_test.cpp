@@ -1,6 +1,7 @@
 // Removed particles change rays and pixels by no more than epsilon.
 #include "host/prepare/decimate.h"
 #include "support/built_smoke.h"
+#include "support/worst.h"
 #include "wisp/settings.h"
 #include <doctest/doctest.h>
 
@@ -153,7 +154,7 @@ TEST_CASE(WISP_ARITH_NAME ": pixels of lit smoke stay within the bound of single
             const double kept = (1 - epsilon) * (1 - epsilon);
             CHECK(is >= kept * (was - epsilon * brightest) * (1 - quadrature));
             CHECK(is <= (was / kept + epsilon * brightest) * (1 + quadrature));
-            worst = std::max(worst, std::fabs(is - was) / was);
+            worst = worst_of(worst, std::fabs(is - was) / was);
         }
         CHECK(worst > 0.02 * epsilon);
         CHECK(before.statistics.smoke.particles - after.statistics.smoke.particles == decimate.gone.size());

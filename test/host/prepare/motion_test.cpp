@@ -3,6 +3,7 @@
 #include "host/prepare/motion.h"
 #include "support/data.h"
 #include "support/random_input.h"
+#include "support/worst.h"
 #include <complex>
 #include <cstdlib>
 #include <doctest/doctest.h>
@@ -227,7 +228,7 @@ TEST_CASE("motion: every published sample of a real scene's key frames") {
         }
         for (size_t i = 0; i < found.size(); ++i) {
             REQUIRE((words >> expected[i]));
-            largest_error = std::max(largest_error, std::fabs(found[i] - expected[i]));
+            largest_error = worst_of(largest_error, std::fabs(found[i] - expected[i]));
         }
     }
     CHECK(count == 7200);
@@ -244,11 +245,11 @@ TEST_CASE("motion: a real scene's traps of time, by both implementations") {
         for (int64_t frame = 0; frame < 800; ++frame) {
             const double time = time_of_frame(0, 50, 800, frame);
             if (!motion.translation.empty())
-                value_error = std::max(
+                value_error = worst_of(
                     value_error, distance(value_at(motion.translation, time), second_value(motion.translation, time)));
             if (!motion.rotation.empty()) {
                 REQUIRE(not_a_rotation(rotation_at(motion.rotation, time)) < 1e-12);
-                rotation_error = std::max(rotation_error, distance(rotation_at(motion.rotation, time),
+                rotation_error = worst_of(rotation_error, distance(rotation_at(motion.rotation, time),
                                                                    second_rotation(motion.rotation, time)));
             }
         }
@@ -267,8 +268,8 @@ TEST_CASE("motion: a second implementation on random tracks") {
         for (int sample = 0; sample < 40; ++sample) {
             const double a = random.between(track[0].time - 1, track.back().time + 1),
                          b = random.between(turns[0].time - 1, turns.back().time + 1);
-            value_error = std::max(value_error, distance(value_at(track, a), second_value(track, a)));
-            rotation_error = std::max(rotation_error, distance(rotation_at(turns, b), second_rotation(turns, b)));
+            value_error = worst_of(value_error, distance(value_at(track, a), second_value(track, a)));
+            rotation_error = worst_of(rotation_error, distance(rotation_at(turns, b), second_rotation(turns, b)));
         }
     }
     // Values up to 100 with some 20 roundings; the shortest arc that is divided by its sine, 1e-3, costs three digits.
@@ -373,7 +374,7 @@ TEST_CASE("motion: rotations are rotations at any time") {
         for (Key &key : track)
             if (random.bits() % 3 == 0) key.degrees = random.with_exponent(-40, 60);
         for (int sample = 0; sample < 50; ++sample)
-            largest_error = std::max(
+            largest_error = worst_of(
                 largest_error, not_a_rotation(rotation_at(track, random.between(track[0].time, track.back().time))));
     }
     CHECK(largest_error < 1e-12);
