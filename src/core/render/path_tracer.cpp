@@ -196,7 +196,7 @@ Color sample_radiance(const PathTracer &tracer, Ray ray, Real end, Color radianc
     return radiance;
 }
 
-uint64_t reference_bytes(const Scene &scene) { return medium_bytes(scene, 0) + Arena::bytes<Real>(max_majorants); }
+uint64_t majorant_bytes() { return Arena::bytes<Real>(max_majorants); }
 
 bool make_path_tracer(const Scene &scene, const Medium &medium, const Light *lights, Shadows *shadows, Arena &arena,
                       Statistics &statistics, PathTracer &tracer) {

@@ -42,7 +42,7 @@ MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 
 // (S1). A path that meets a surface ends there: those give no light to smoke.
 Color sample_radiance(const PathTracer &tracer, Ray ray, Real end, Color radiance, Pcg32 &generator);
 
-uint64_t reference_bytes(const Scene &scene);
+uint64_t majorant_bytes(); // of the arena, at most
 bool make_path_tracer(const Scene &scene, const Medium &medium, const Light *lights, Shadows *shadows, Arena &arena,
                       Statistics &statistics, PathTracer &tracer); // false: the arena was too small
 
