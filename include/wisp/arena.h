@@ -18,6 +18,7 @@ class Arena {
         if (start > size_ || count > (size_ - start) / sizeof(T)) return nullptr;
         used_ = start + count * sizeof(T);
         if (used_ > peak_) peak_ = used_;
+        if (used_ > stage_peak_) stage_peak_ = used_;
         return reinterpret_cast<T *>(base_ + start);
     }
 
@@ -27,6 +28,10 @@ class Arena {
 
     size_t size() const { return size_; }
     size_t peak() const { return peak_; }
+
+    // The most that was in use since the last begin_stage().
+    void begin_stage() { stage_peak_ = used_; }
+    size_t stage_peak() const { return stage_peak_; }
 
     // The bytes that make<T>(count) takes at most, for plans: the objects and the gap before them.
     template <class T> static constexpr uint64_t bytes(uint64_t count) { return count * sizeof(T) + alignment; }
@@ -39,7 +44,7 @@ class Arena {
     }
 
     unsigned char *base_;
-    size_t size_, used_ = 0, peak_ = 0;
+    size_t size_, used_ = 0, peak_ = 0, stage_peak_ = 0;
 };
 
 } // namespace wisp

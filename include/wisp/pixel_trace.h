@@ -8,9 +8,12 @@
 // with rays nested in one another. The lights of a step come before the step, but maybe before earlier steps too: the
 // number `step` says to which step a light belongs.
 #pragma once
-#include "wisp/scene.h"
+#include "wisp/double3.h"
+#include "wisp/progress.h"
 
 namespace wisp {
+
+struct Job;
 
 enum class RayKind : uint8_t { camera, reflected, refracted };
 
@@ -145,5 +148,18 @@ struct PixelTrace {
     void *context;
     void (*on_event)(void *context, const TraceEvent &event);
 };
+
+// Renders as Renderer::render does, and passes the events of one pixel of the crop to `trace`. Pixels before it in the
+// crop are rendered first, as shadow techniques learn from them; a crop of the pixel alone is the quickest. A program
+// that does not call inspect() does not link what records a pixel.
+namespace f32 {
+Status inspect(const Job &job, const PixelTrace &trace);
+}
+namespace f64 {
+Status inspect(const Job &job, const PixelTrace &trace);
+}
+namespace fixed {
+Status inspect(const Job &job, const PixelTrace &trace);
+}
 
 } // namespace wisp

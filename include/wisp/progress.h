@@ -1,27 +1,25 @@
 // What a caller sees of the work as it goes on, and how the work ended.
 #pragma once
-#include <cstdint>
+#include "wisp/stage.h"
 
 namespace wisp {
 
-enum class Stage : uint8_t { trees, photons, irradiance, render };
-
 enum class Status : uint8_t {
     done,
-    stopped,
+    stopped,      // by the observer
     out_of_memory,
-    overflow,  // more photons than the sums of a particle map are sure to hold
-    size_mismatch // of another number than this scene's particle map has
+    overflow,     // more photons than the sums of a particle map are sure to hold
+    size_mismatch // the photon sums are not as many numbers as this scene's particle map has
 };
 
-// Hears of the work as it goes: once as a stage begins (done = 0), then as parts of it are done. Returning false
-// stops the work. It may look at a clock; the core does not.
+// Is called as each stage begins (done = 0), and then as parts of the stage are done. The work stops when it returns
+// false. It may look at a clock; the core does not. on_progress = nullptr: nothing is called.
 struct Observer {
     void *context;
-    bool (*heard)(void *context, Stage stage, uint64_t done, uint64_t total);
+    bool (*on_progress)(void *context, Stage stage, uint64_t done, uint64_t total);
 
     bool operator()(Stage stage, uint64_t done, uint64_t total) const {
-        return !heard || heard(context, stage, done, total);
+        return !on_progress || on_progress(context, stage, done, total);
     }
 };
 

@@ -25,6 +25,9 @@ enum class Estimate : uint8_t { kernel, knn };
 // Which lights a point of a surface asks: all, or clusters of them.
 enum class LightChoice : uint8_t { all, cuts };
 
+// What is made: a picture; the sums of a particle map, without a picture; sums of unbiased path tracing.
+enum class Goal : uint8_t { picture, photons, reference };
+
 struct Crop {
     int32_t x0, y0, x1, y1; // pixels, half-open, from the top left
 };
@@ -49,8 +52,8 @@ struct Settings {
     double irradiance_step;         // distance of its points at most, in units of H
     Method method;                  // how smoke is rendered
     LightChoice lights;             // of surfaces
-    bool reference;                 // path tracing, ...
-    uint32_t first_pass, last_pass; // ... passes first_pass <= i < last_pass <= 2^31 of `samples` rays a pixel each
+    Goal goal;
+    uint32_t first_pass, last_pass; // of Goal::reference: first_pass <= i < last_pass <= 2^31, `samples` rays a pixel each
 };
 
 } // namespace wisp

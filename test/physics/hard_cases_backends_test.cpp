@@ -1,6 +1,6 @@
 // Hard cases F of each arithmetic: the same bits however the work is divided, ranges of numbers, and how far the
 // arithmetics differ. hard_cases_host_test.cpp has the others.
-#include "host/commands/core.h"
+#include "host/commands/renderers.h"
 #include "host/images/picture.h"
 #include "support/built_smoke.h"
 #include "support/prepared_smoke.h"
@@ -205,13 +205,12 @@ TEST_CASE(WISP_ARITH_NAME ": hard case F7: pictures of the arithmetics differ by
     settings.photons = 8000;
     settings.gather = 100;
     const auto shown = [&](Arithmetic arithmetic) {
-        std::vector<unsigned char> memory(core(arithmetic).plan(scene, settings).bytes.arena);
+        std::vector<unsigned char> memory(renderer_of(arithmetic).plan(scene, settings).arena_bytes);
         Arena arena(memory.data(), memory.size());
         Picture picture = {24, 24, std::vector<float>(24 * 24 * 3)};
         Statistics statistics;
-        REQUIRE(core(arithmetic)
-                    .render(scene, settings, arena, Observer{}, picture.rgb.data(), statistics, nullptr, nullptr,
-                            nullptr) == Status::done);
+        REQUIRE(renderer_of(arithmetic).render({scene, settings, arena, statistics, {}, picture.rgb.data()}) ==
+                Status::done);
         return srgb_bytes(picture);
     };
     const Bytes a = shown(mine), b = shown(other);

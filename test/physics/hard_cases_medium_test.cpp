@@ -22,8 +22,8 @@ uint64_t key_of(uint64_t i) { return (i + 1) * 0x9e3779b97f4a7c15u; }
 const LightSource lamp = {LightKind::point, {5, 6, 4}, {0, 0, 1}, 2, {8, 4, 2}}; // powers of two: the photons' powers are exact
 
 // A scene of one smoke and one light, with what it points to.
-struct LitSmoke {
-    explicit LitSmoke(const std::vector<Particle> &particles_, Kernel kernel = Kernel::spline) : particles(particles_) {
+struct LampSmoke {
+    explicit LampSmoke(const std::vector<Particle> &particles_, Kernel kernel = Kernel::spline) : particles(particles_) {
         smoke = smoke_of(particles, kernel);
         scene.camera = look_at_origin(12, 8, 8);
         scene.background = {1, 0.5, 0.25};
@@ -58,7 +58,7 @@ std::vector<Particle> even_slab(double sigma) {
 }
 
 // The radiance along the z axis, seen from z = 1024.
-double along_axis(LitSmoke &lit, double step) {
+double along_axis(LampSmoke &lit, double step) {
     lit.scene.camera = look_at_origin(1024, 1, 1);
     Settings settings = small_settings(1);
     settings.step = step;
@@ -94,8 +94,8 @@ Walk walk_of(const Double3 &albedos, const Color &power, uint64_t key) {
 } // namespace
 
 TEST_CASE(WISP_ARITH_NAME ": hard case B1: particles without extinction change no bit of the picture and stop no photon") {
-    LitSmoke clear(cloud(50, 3, 1, 0)), none({});
-    for (LitSmoke *lit : {&clear, &none}) {
+    LampSmoke clear(cloud(50, 3, 1, 0)), none({});
+    for (LampSmoke *lit : {&clear, &none}) {
         lit->scene.light_count = 1;
         lit->smoke.emission = {2, 2, 2};
     }
@@ -124,7 +124,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B2: the densest smoke looks like a wall w
     const double densest = is_fixed ? 0x1p20 : 3e38, dense = is_fixed ? 0x1p20 : 1e30;
     const Ray ray = {vec(-5, 0, 0), vec(1, 0, 0)};
     for (double area : {dense, densest}) {
-        LitSmoke wall({{{0, 0, 0}, 1, area}});
+        LampSmoke wall({{{0, 0, 0}, 1, area}});
         wall.smoke.albedo = {0, 0, 0};
         wall.smoke.emission = {0.5, 0.25, 0.125};
         const BuiltField field(wall.smoke);
@@ -152,7 +152,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B2: the densest smoke looks like a wall w
         }
     }
     // Many particles, a light and photons: no pixel exceeds the background or E p <= 10 / 9 / (4 pi) of the light.
-    LitSmoke lit(cloud(200, 2, 1, is_fixed ? 1e5 : 1e29));
+    LampSmoke lit(cloud(200, 2, 1, is_fixed ? 1e5 : 1e29));
     lit.scene.light_count = 1;
     lit.light = {LightKind::point, {5, 0, 0}, {0, 0, 1}, 2, {10, 10, 10}};
     for (float value : lit.picture(300).rgb) {
@@ -166,7 +166,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B3: steps of depth 1e-12 emit their depth
     // One wide particle and 256 steps of length 1 = h / 64, each with a depth of at most 1e-12. The midpoint rule gives the
     // sum of depths within 4e-5 (N-E4). The radiance is 1 - e^-tau = tau.
     const double h = 64, area = 1e-12 * h * h * h * 8 * pi_ / 15, tau = area * 15 / (8 * pi_ * h * h);
-    LitSmoke lit({{{0, 0, 0}, h, area}});
+    LampSmoke lit({{{0, 0, 0}, h, area}});
     lit.smoke.albedo = {0, 0, 0};
     lit.smoke.emission = {1, 1, 1};
     lit.scene.background = {0, 0, 0};
@@ -182,7 +182,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B3: steps of depth 1e-12 emit their depth
 
 TEST_CASE(WISP_ARITH_NAME ": hard case B4: a slab of depth 5 has 0.993262 of its source function for any step") {
     for (double step : {10.0, 100.0, 1000.0}) { // depths of 0.1, 1 and 10: the last is longer than the slab
-        LitSmoke lit(even_slab(0.01));
+        LampSmoke lit(even_slab(0.01));
         lit.smoke.albedo = {0, 0, 0};
         lit.smoke.emission = {1, 1, 1};
         lit.scene.background = {0, 0, 0};
@@ -200,7 +200,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B5: for albedo 0 no photon is scattered, 
     CHECK(walked.powers.size() == 1);
     CHECK(walk_of({0x1p-20, 0, 0}, Color(Real(1)), key).powers.size() > 1); // with any larger albedo a draw of 0 survives
 
-    LitSmoke black(cloud(300, 3, 1, 0.3));
+    LampSmoke black(cloud(300, 3, 1, 0.3));
     black.smoke.albedo = {0, 0, 0};
     black.smoke.emission = {0.5, 0.25, 0};
     const Rendered dark = black.picture(0);
@@ -246,7 +246,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B6: for albedo 1 no photon is absorbed, a
         CHECK(walked.powers.back() == Color(Real(1)));
     }
     for (double area : {0.1, 1.0}) {
-        LitSmoke white(cloud(800, 3, 1, area));
+        LampSmoke white(cloud(800, 3, 1, area));
         white.smoke.albedo = {1, 1, 1};
         white.smoke.asymmetry = 0.3;
         white.scene.light_count = 1;
@@ -260,15 +260,15 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B6: for albedo 1 no photon is absorbed, a
 }
 
 TEST_CASE(WISP_ARITH_NAME ": hard case B7: smoke with albedo 1 emits nothing, whatever its emission") {
-    LitSmoke white(cloud(300, 3, 1, 0.3)), glowing(white.particles);
-    for (LitSmoke *lit : {&white, &glowing}) lit->smoke.albedo = {1, 1, 1};
+    LampSmoke white(cloud(300, 3, 1, 0.3)), glowing(white.particles);
+    for (LampSmoke *lit : {&white, &glowing}) lit->smoke.albedo = {1, 1, 1};
     glowing.smoke.emission = {5, 3, 1};
     CHECK(same_bits(white.picture(0), glowing.picture(0)));
     const Rendered dark = glowing.picture(2000);
     CHECK(dark.statistics.photons.emitted == 0);
     CHECK(same_bits(white.picture(0), dark));
     // Lit, with photons: the pictures are equal again.
-    for (LitSmoke *lit : {&white, &glowing}) lit->scene.light_count = 1;
+    for (LampSmoke *lit : {&white, &glowing}) lit->scene.light_count = 1;
     const Rendered a = white.picture(2000), b = glowing.picture(2000);
     CHECK(a.statistics.photons.stored > 0);
     CHECK(a.statistics.photons.stored == b.statistics.photons.stored);
@@ -292,7 +292,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B8: in a furnace every pixel has the furn
         for (double g : {0.0, 0.9})
             for (const auto &particles : {cloud(500, 3, 1, 2), cloud(20, 3, 1.75, 0.5, 7), cloud(1, 0.5, 1, 1e4)})
                 for (double step : {0.1, 0.5, 2.0}) {
-                    LitSmoke lit(particles, kernel);
+                    LampSmoke lit(particles, kernel);
                     lit.smoke.albedo = {0, 0, 0};
                     lit.smoke.asymmetry = g;
                     lit.smoke.emission = lit.scene.background = {0.75, 0.5, 1};
@@ -343,10 +343,10 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B9: a channel of albedo 0 scatters nothin
     CHECK(std::fabs(sum[2] - 0.2) < 4 * 0.2 / q * std::sqrt(q * (1 - q) / n));
 
     // The picture: red is that of black smoke, to the bit, and every channel is finite.
-    LitSmoke colored(cloud(300, 3, 1, 0.3)), black(colored.particles);
+    LampSmoke colored(cloud(300, 3, 1, 0.3)), black(colored.particles);
     colored.smoke.albedo = albedos;
     black.smoke.albedo = {0, 0, 0};
-    for (LitSmoke *lit : {&colored, &black}) {
+    for (LampSmoke *lit : {&colored, &black}) {
         lit->scene.light_count = 1;
         lit->light.color = {8, 8, 8};
     }
@@ -386,7 +386,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B10: transmittance becomes 0 where the nu
     for (int i = 0; i < 8000; ++i) CHECK(through(i / 10.0) >= Real(0));
     // Pictures of smoke of these depths. The march ends at a depth of 16, so that 1.2e-7 of the background is left at most.
     for (double tau : {22.2, 22.9, 87.0, 104.0, 745.0, 746.0}) {
-        LitSmoke lit({{{0, 0, 0}, 1, tau * 8 * pi_ / 15}});
+        LampSmoke lit({{{0, 0, 0}, 1, tau * 8 * pi_ / 15}});
         lit.smoke.albedo = {0, 0, 0};
         const BuiltField field(lit.smoke);
         const Real depth = optical_depth(field.field, {vec(0, 0, 5), vec(0, 0, -1)}, Real(10));
@@ -416,7 +416,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B11: a thousand depths of 0.01 are added 
             const double u = 2 - std::fabs((i + 0.5) / 2 - 250 - p.position.z);
             if (u > 0) expected += 0.5 * p.area * 15 / (64 * pi_) * u * u * u;
         }
-    LitSmoke lit(slab);
+    LampSmoke lit(slab);
     lit.smoke.albedo = {0, 0, 0};
     lit.scene.background = {1, 1, 1};
     const double marched = along_axis(lit, 0.5);

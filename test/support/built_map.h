@@ -16,7 +16,7 @@ struct TracedMap {
         sums = {arena.make<int64_t>(plan.sums), plan.sums, 0};
         for (uint32_t i = 0; i < scene.light_count; ++i) lights.push_back(make_light(scene.lights[i]));
         REQUIRE(trace_particle_map(scene, medium, nullptr, lights.data(), settings, plan.needs, all_batches(settings),
-                                   Observer{}, arena, sums, statistics, map) == Status::done);
+                                   {}, arena, sums, statistics, map) == Status::done);
     }
     ParticleMapPlan plan;
     std::vector<unsigned char> memory;

@@ -156,6 +156,26 @@ inline Scene scene_of(const SmokeDescription &smoke, const std::vector<LightSour
     return scene;
 }
 
+// A scene of one smoke, and the memory behind it.
+struct LitSmoke {
+    explicit LitSmoke(const std::vector<Particle> &particles_, Kernel kernel = Kernel::spline) : particles(particles_) {
+        smoke = smoke_of(particles, kernel);
+        scene.camera = look_at_origin(12, 8, 8);
+        scene.background = {1, 0.5, 0.25};
+        scene.smokes = &smoke;
+        scene.smoke_count = 1;
+    }
+    void light(const LightSource &source) {
+        lights.push_back(source);
+        scene.lights = lights.data();
+        scene.light_count = static_cast<uint32_t>(lights.size());
+    }
+    std::vector<Particle> particles;
+    SmokeDescription smoke;
+    std::vector<LightSource> lights;
+    Scene scene = {};
+};
+
 // The photon map of a scene, as render() makes it.
 struct BuiltPhotons {
     BuiltPhotons(const Scene &scene, const Settings &settings)
@@ -187,6 +207,16 @@ inline Settings small_settings(int pixels) {
     return settings;
 }
 
+// Adds the photons of some batches to the sums.
+inline Status trace_batches(const Scene &scene, Settings settings, const Batches &batches, Arena &arena,
+                            PhotonSums &sums, Statistics &statistics) {
+    settings.goal = Goal::photons;
+    Job job = {scene, settings, arena, statistics};
+    job.photons = &sums;
+    job.batches = batches;
+    return renderer.render(job);
+}
+
 struct Rendered {
     Status status;
     Statistics statistics = {};
@@ -195,11 +225,11 @@ struct Rendered {
 
 inline Rendered render_in_memory(const Scene &scene, const Settings &settings) {
     Rendered result;
-    std::vector<unsigned char> memory(plan(scene, settings).bytes.arena);
+    std::vector<unsigned char> memory(renderer.plan(scene, settings).arena_bytes);
     Arena arena(memory.data(), memory.size());
     const Crop &crop = settings.crop;
     result.rgb.resize(static_cast<size_t>((crop.x1 - crop.x0) * (crop.y1 - crop.y0) * 3));
-    result.status = render(scene, settings, arena, Observer{}, result.rgb.data(), result.statistics);
+    result.status = renderer.render({scene, settings, arena, result.statistics, {}, result.rgb.data()});
     return result;
 }
 

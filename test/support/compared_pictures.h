@@ -26,14 +26,16 @@ inline double sum_of(const std::vector<float> &values) {
 inline std::vector<float> reference_of(const Scene &scene, int pixels, uint32_t passes, double &noise,
                                        uint32_t depth = 0) {
     Settings settings = small_settings(pixels);
-    settings.reference = true;
+    settings.goal = Goal::reference;
     settings.depth = depth;
     settings.last_pass = passes;
-    std::vector<unsigned char> memory(plan(scene, settings).bytes.arena);
+    std::vector<unsigned char> memory(renderer.plan(scene, settings).arena_bytes);
     Arena arena(memory.data(), memory.size());
     std::vector<PixelSums> sums(static_cast<size_t>(pixels * pixels));
     Statistics statistics;
-    REQUIRE(render_reference(scene, settings, arena, Observer{}, sums.data(), statistics) == Status::done);
+    Job job = {scene, settings, arena, statistics};
+    job.pixels = sums.data();
+    REQUIRE(renderer.render(job) == Status::done);
     std::vector<float> mean;
     double variance = 0, sum = 0;
     for (const PixelSums &pixel : sums)

@@ -16,7 +16,7 @@ inline std::vector<float> picture(const Scene &scene, const Settings &settings, 
     const Crop &crop = settings.crop;
     std::vector<float> rgb(static_cast<size_t>(crop.x1 - crop.x0) * static_cast<size_t>(crop.y1 - crop.y0) * 3);
     Arena arena(block.data(), block.size());
-    REQUIRE(render(scene, settings, arena, Observer{}, rgb.data(), statistics, nullptr, &kept) == Status::done);
+    REQUIRE(renderer.render({scene, settings, arena, statistics, {}, rgb.data(), nullptr, &kept}) == Status::done);
     return rgb;
 }
 

@@ -62,34 +62,24 @@ template <class... Parts> void print_line(const Parts &...parts) {
 // ---- 3. How much memory
 
 void print_plan(const wisp::Plan &plan) {
-    const struct {
-        const char *what;
-        uint64_t bytes;
-    } parts[] = {{"particle tree, or bricks", plan.bytes.particle_tree},
-                 {"photon map", plan.bytes.photon_map},
-                 {"particle map", plan.bytes.particle_map},
-                 {"gathering", plan.bytes.gather},
-                 {"sources", plan.bytes.sources},
-                 {"irradiance", plan.bytes.irradiance},
-                 {"light depths", plan.bytes.light_depths},
-                 {"triangle trees", plan.bytes.triangle_trees},
-                 {"shadows", plan.bytes.shadows},
-                 {"light cuts", plan.bytes.light_cuts},
-                 {"arena, all of it", plan.bytes.arena}};
-    for (const auto &part : parts)
-        if (part.bytes > 0) print_line("  plan: ", part.what, " ", part.bytes, " bytes");
+    for (const wisp::PlanRow &row : plan.rows)
+        if (row.bytes > 0) print_line("  plan: ", row.name, " ", row.bytes, " bytes");
+    print_line("  plan: all of it ", plan.arena_bytes, " bytes");
 }
 
-// ---- 4. What render() tells as it goes
+// ---- 4. Progress
 
-// Returning false would stop it. `context` is the Observer's own.
-bool heard(void *context, wisp::Stage stage, uint64_t done, uint64_t total) {
-    constexpr const char *names[] = {"trees", "photons", "irradiance", "render"};
-    uint64_t &quarters = *static_cast<uint64_t *>(context);
-    if (done == 0) quarters = 0;
-    if (done * 4 < quarters * total) return true;
-    print_line("  ", names[static_cast<int>(stage)], " ", done, "/", total);
-    ++quarters;
+struct Quarters {
+    const wisp::Plan &plan;
+    uint64_t printed; // quarters of the stage that is running
+};
+// Returning false would stop render(). `context` is the Observer's own.
+bool print_progress(void *context, wisp::Stage stage, uint64_t done, uint64_t total) {
+    Quarters &quarters = *static_cast<Quarters *>(context);
+    if (done == 0) quarters.printed = 0;
+    if (done * 4 < quarters.printed * total) return true;
+    print_line("  ", quarters.plan[stage].name, " ", done, "/", total);
+    ++quarters.printed;
     return true;
 }
 
@@ -112,20 +102,20 @@ bool write_picture(const char *name, int32_t width, int32_t height) {
 bool show(const wisp::CompiledScene &compiled, const char *file_name) {
     const int32_t width = compiled.width, height = compiled.height;
     print_line(file_name, ": ", static_cast<uint64_t>(width), " x ", static_cast<uint64_t>(height));
-    const wisp::Plan plan = core::plan(compiled.scene, compiled.settings);
+    const wisp::Plan plan = core::renderer.plan(compiled.scene, compiled.settings);
     print_plan(plan);
-    if (plan.bytes.arena > arena_size || width * height > max_pixels) {
+    if (plan.arena_bytes > arena_size || width * height > max_pixels) {
         print_line("  too large for this board");
         return false;
     }
 
-    // An arena that begins anew for each picture. For frames of an animation keep a wisp::Kept beside it.
+    // An arena that begins anew for each picture. For frames of an animation keep a wisp::FrameCache beside it.
     wisp::Arena arena(arena_memory, arena_size);
-    uint64_t quarters = 0;
-    const wisp::Observer observer = {&quarters, heard};
+    Quarters quarters = {plan, 0};
     wisp::Statistics statistics;
+    wisp::Job job = {compiled.scene, compiled.settings, arena, statistics, {&quarters, print_progress}, picture};
     const uint64_t start = board::instructions();
-    const wisp::Status status = core::render(compiled.scene, compiled.settings, arena, observer, picture, statistics);
+    const wisp::Status status = core::renderer.render(job);
     const uint64_t instructions = board::instructions() - start;
     if (status != wisp::Status::done) {
         print_line("  failed with status ", static_cast<uint64_t>(status));

@@ -5,7 +5,7 @@
 // prints `SHA-256  arithmetic  scene  options` of each as fixtures/goldens.txt has them. Where there is no command
 // line, as in WebAssembly, portable_fault() is asked once and portable_line() for one line after the other.
 #include "core/numbers/sample_sums.h"
-#include "host/commands/core.h"
+#include "host/commands/renderers.h"
 #include "portability/compiled_scene.h"
 #include "core/numbers/self_test.h"
 #include "wisp/settings.h"
@@ -33,10 +33,10 @@ template <class T> T *allocate(uint64_t count) {
                                         : static_cast<T *>(std::malloc(static_cast<size_t>(count) * sizeof(T)));
 }
 
-const char *line_of(const Core &core, const CompiledScene &compiled) {
+const char *line_of(const Renderer &renderer, const CompiledScene &compiled) {
     const Scene &scene = compiled.scene;
     const Settings &settings = compiled.settings;
-    const uint64_t bytes = core.plan(scene, settings).bytes.arena;
+    const uint64_t bytes = renderer.plan(scene, settings).arena_bytes;
     const uint64_t pixels = static_cast<uint64_t>(compiled.width) * static_cast<uint64_t>(compiled.height);
     unsigned char *block = allocate<unsigned char>(bytes);
     float *rgb = allocate<float>(3 * pixels);
@@ -45,14 +45,17 @@ const char *line_of(const Core &core, const CompiledScene &compiled) {
     Arena arena(block, static_cast<size_t>(bytes));
     Statistics statistics = {};
     Status status;
-    if (settings.reference) {
+    Job job = {scene, settings, arena, statistics};
+    if (settings.goal == Goal::reference) {
         for (uint64_t i = 0; i < pixels; ++i) sums[i] = {};
-        status = core.render_reference(scene, settings, arena, {}, sums, statistics);
+        job.pixels = sums;
+        status = renderer.render(job);
         const double samples = static_cast<double>(settings.samples) * (settings.last_pass - settings.first_pass);
         for (uint64_t i = 0; i < 3 * pixels; ++i)
             rgb[i] = radiance_of(to_double(sums[i / 3].channels[i % 3].sum) / samples, scene.radiance_exponent);
     } else {
-        status = core.render(scene, settings, arena, {}, rgb, statistics, nullptr, nullptr, nullptr);
+        job.rgb = rgb;
+        status = renderer.render(job);
     }
     if (status != Status::done) return "the core has not rendered";
     const HexDigest digest = digest_of_picture(rgb, compiled.width, compiled.height);
@@ -62,7 +65,7 @@ const char *line_of(const Core &core, const CompiledScene &compiled) {
 
     static char line[256];
     size_t length = 0;
-    for (const char *part : {digest.text, "  ", core.name, "  ", compiled.name}) {
+    for (const char *part : {digest.text, "  ", renderer.name, "  ", compiled.name}) {
         const size_t more = std::strlen(part);
         if (length + more >= sizeof line) return "the name of a scene is too long";
         std::memcpy(line + length, part, more + 1);
@@ -80,13 +83,13 @@ extern "C" const char *portable_fault() { return wisp::arithmetic_fault(); }
 
 // Of scene i = 0, 1, ... in arithmetic 0 (f32), 1 (f64) or 2 (fixed); nullptr behind the last. Until the next call.
 extern "C" const char *portable_line(int arithmetic, int i) {
-    return i < wisp::scene_count ? wisp::line_of(wisp::core(static_cast<wisp::Arithmetic>(arithmetic)), *wisp::scenes[i]) : nullptr;
+    return i < wisp::scene_count ? wisp::line_of(wisp::renderer_of(static_cast<wisp::Arithmetic>(arithmetic)), *wisp::scenes[i]) : nullptr;
 }
 
 #ifndef __wasm__ // there it would import a command line and files
 int main(int count, char **words) {
     int arithmetic = 0;
-    const auto name = [&] { return wisp::core(static_cast<wisp::Arithmetic>(arithmetic)).name; };
+    const auto name = [&] { return wisp::renderer_of(static_cast<wisp::Arithmetic>(arithmetic)).name; };
     while (arithmetic < 3 && (count != 2 || std::strcmp(words[1], name()) != 0)) ++arithmetic;
     if (arithmetic == 3) {
         std::fprintf(stderr, "expected portable f32|f64|fixed\n");

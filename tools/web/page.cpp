@@ -2,7 +2,7 @@
 // their pixels. Strings and numbers stay until the next call.
 #include "host/base/double3.h"
 #include "host/base/json_object.h"
-#include "host/commands/core.h"
+#include "host/commands/renderers.h"
 #include "host/commands/inspection.h"
 #include "portability/compiled_scene.h"
 #include "core/numbers/self_test.h"
@@ -22,13 +22,16 @@ namespace {
 const CompiledScene *const scenes[] = {WISP_SCENES};
 #undef X
 
-extern "C" __attribute__((import_module("page"), import_name("heard"))) void page_heard(int stage, double done,
-                                                                                        double total);
-const Observer observer = {nullptr, [](void *, Stage stage, uint64_t done, uint64_t total) {
-                               page_heard(static_cast<int>(stage), static_cast<double>(done),
-                                          static_cast<double>(total));
-                               return true;
-                           }};
+extern "C" __attribute__((import_module("page"), import_name("progress"))) void page_progress(int group, double done,
+                                                                                              double total);
+// The page shows the group of a stage, as Plan has it.
+Observer observer_of(const Plan &plan) {
+    return {const_cast<Plan *>(&plan), [](void *plan, Stage stage, uint64_t done, uint64_t total) {
+                page_progress(static_cast<int>((*static_cast<const Plan *>(plan))[stage].group),
+                              static_cast<double>(done), static_cast<double>(total));
+                return true;
+            }};
+}
 
 // The picture that was asked for last; its photons, which a turned camera or another march takes again.
 struct Picture {
@@ -50,23 +53,23 @@ void turn(Camera &camera, Double3 axis, double degrees) {
 
 // nullptr, or why there is no picture.
 const char *render(const Settings &settings, float *rgb, const PixelTrace *trace) {
-    const Core &with = core(static_cast<Arithmetic>(picture.arithmetic));
-    const Plan plan = with.plan(picture.scene, settings);
+    const Renderer &renderer = renderer_of(static_cast<Arithmetic>(picture.arithmetic));
+    const Plan plan = renderer.plan(picture.scene, settings);
     const bool mapped = settings.method == Method::map;
     if (mapped && settings.photons > plan.max_photons)
         return "more photons than the sums of the particle map can hold";
-    if (plan.bytes.arena > uint64_t{1} << 31) return "that needs more than 2 GiB";
+    if (plan.arena_bytes > uint64_t{1} << 31) return "that needs more than 2 GiB";
     const std::unique_ptr<unsigned char[]> block(
-        new (std::nothrow) unsigned char[static_cast<size_t>(plan.bytes.arena)]);
+        new (std::nothrow) unsigned char[static_cast<size_t>(plan.arena_bytes)]);
     if (!block) return "there is not enough memory";
-    Arena arena(block.get(), static_cast<size_t>(plan.bytes.arena));
+    Arena arena(block.get(), static_cast<size_t>(plan.arena_bytes));
     if (picture.map_count == 0) picture.map.resize(static_cast<size_t>(plan.map_sums));
     PhotonSums sums = {picture.map.data(), picture.map.size(), picture.map_count};
     Statistics statistics = {};
-    PhotonSums *const used = mapped ? &sums : nullptr;
-    const Status status =
-        trace ? with.inspect(picture.scene, settings, arena, observer, rgb, statistics, used, *trace)
-              : with.render(picture.scene, settings, arena, observer, rgb, statistics, used, nullptr);
+    Job job = {picture.scene, settings, arena, statistics, observer_of(plan), rgb};
+    if (mapped) job.photons = &sums;
+    constexpr decltype(&f32::inspect) inspectors[] = {f32::inspect, f64::inspect, fixed::inspect};
+    const Status status = trace ? inspectors[picture.arithmetic](job, *trace) : renderer.render(job);
     picture.map_count = status == Status::done && mapped ? sums.count : 0;
     if (status == Status::overflow) return "photons collide so often that the particle map's sums might overflow";
     return status == Status::done ? nullptr : "the core has not rendered";
@@ -138,7 +141,7 @@ PAGE(page_digest) const char *page_digest() {
 PAGE(page_inspect) const char *page_inspect(int x, int y) {
     Inspection inspection;
     inspection.scene = picture.compiled->name;
-    inspection.arithmetic = core(static_cast<Arithmetic>(picture.arithmetic)).name;
+    inspection.arithmetic = renderer_of(static_cast<Arithmetic>(picture.arithmetic)).name;
     inspection.frame = picture.compiled->frame;
     inspection.x = x;
     inspection.y = y;

@@ -28,6 +28,7 @@ int stitch_command(const std::vector<std::string> &arguments);
 
 // The lines of help on the options that only this command has.
 std::string inspect_help();
+std::string plan_help();
 std::string compare_help();
 
 } // namespace wisp

@@ -92,7 +92,7 @@ int inspect_command(const std::vector<std::string> &arguments) {
     prepare_scene(request.name, request.file, options, frame, prepared);
     Inspection inspection;
     inspection.scene = request.name;
-    inspection.arithmetic = core(options.arithmetic).name;
+    inspection.arithmetic = renderer_of(options.arithmetic).name;
     inspection.frame = frame;
     inspection.x = number_below("X", inspect.x, prepared.width);
     inspection.y = number_below("Y", inspect.y, prepared.height);
@@ -114,23 +114,24 @@ int inspect_command(const std::vector<std::string> &arguments) {
     const Plan plan = checked_plan(request, prepared.scene, settings);
     MapFile map;
     if (!options.map_in.empty())
-        map = saved_map(request, frame, fingerprint_of_map(prepared.scene, settings, core(options.arithmetic).name), plan);
+        map = saved_map(request, frame, fingerprint_of_map(prepared.scene, settings, renderer_of(options.arithmetic).name), plan);
     PhotonSums sums = {map.sums.data(), map.sums.size(), map.sums.size()};
     if (map.sums.empty() && uses_map(settings)) {
         map.sums.resize(plan.map_sums);
         sums = {map.sums.data(), map.sums.size(), 0};
     }
-    const auto block = make_block(request.name, plan.bytes.arena);
-    Arena arena(block.get(), plan.bytes.arena);
+    const auto block = make_block(request.name, plan.arena_bytes);
+    Arena arena(block.get(), plan.arena_bytes);
     std::vector<float> rgb(static_cast<size_t>(settings.crop.x1 - settings.crop.x0) *
                            static_cast<size_t>(settings.crop.y1 - settings.crop.y0) * 3);
     Statistics statistics;
     install_signal_handlers();
-    Progress progress(options, frame);
-    const Status status =
-        core(options.arithmetic)
-            .inspect(prepared.scene, settings, arena, progress.observer(), rgb.data(), statistics,
-                     uses_map(settings) ? &sums : nullptr, inspection.trace());
+    Progress progress(options, frame, plan);
+    const PixelTrace trace = inspection.trace();
+    Job job = {prepared.scene, settings, arena, statistics, progress.observer(), rgb.data()};
+    if (uses_map(settings)) job.photons = &sums;
+    constexpr decltype(&f32::inspect) inspectors[] = {f32::inspect, f64::inspect, fixed::inspect};
+    const Status status = inspectors[static_cast<int>(options.arithmetic)](job, trace);
     progress.finish();
     if (status == Status::stopped) stop(request, frame);
     if (status != Status::done) fail(request, plan, frame, status);

@@ -47,7 +47,7 @@ std::string help_text() {
             "\nOptions of inspect: those of render but files, --reference and --shadows paper; with --crop what is before\n"
             "the pixel in the crop is rendered first, so that shadows are decided by what was learnt there, else the pixel\n"
             "alone; and\n" +
-            inspect_help() + "\nOptions of compare:\n" + compare_help() +
+            inspect_help() + "\nOptions of plan, beside those of render:\n" + plan_help() + "\nOptions of compare:\n" + compare_help() +
             "\nExit: 0 done, 1 pictures differ, 2 wrong usage, 3 bad input, 4 does not fit in memory, 5 could not write,\n"
             "128 + N stopped by signal N; frames that are there already as they would be made are kept\n";
     return text;

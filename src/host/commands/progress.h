@@ -16,7 +16,7 @@ inline double now() {
 // An observer of the core: measures the seconds of stages and, where it is wanted, shows how much of a stage is done.
 class Progress {
   public:
-    Progress(const Options &options, int64_t frame) : frame_(frame) {
+    Progress(const Options &options, int64_t frame, const Plan &plan) : frame_(frame), plan_(plan) {
         using Show = Options::Progress;
         shown_ = !options.quiet && (options.progress == Show::always ||
                                     (options.progress == Show::automatic && isatty(STDERR_FILENO)));
@@ -31,31 +31,31 @@ class Progress {
         close(now());
         if (shown_) std::fprintf(stderr, "\r%-40s\r", "");
     }
-    double seconds(Stage stage) const { return seconds_[static_cast<int>(stage)]; }
+    double seconds(StageGroup group) const { return seconds_[static_cast<int>(group)]; }
 
   private:
     void update(Stage stage, uint64_t done, uint64_t total) {
-        static const char *const names[] = {"trees", "photons", "irradiance", "render"};
         const double time = now();
         if (done == 0) {
             close(time);
-            stage_ = static_cast<int>(stage);
+            group_ = static_cast<int>(plan_[stage].group);
             began_ = time;
         }
         if (!shown_ || (done > 0 && time < next_)) return;
         next_ = time + 0.2;
-        std::fprintf(stderr, "\rframe %lld: %s %3d %%", static_cast<long long>(frame_), names[static_cast<int>(stage)],
+        std::fprintf(stderr, "\rframe %lld: %s %3d %%", static_cast<long long>(frame_), plan_[stage].name,
                      static_cast<int>(total ? 100 * done / total : 0));
         std::fflush(stderr);
     }
     void close(double time) {
-        if (stage_ >= 0) seconds_[stage_] += time - began_;
-        stage_ = -1;
+        if (group_ >= 0) seconds_[group_] += time - began_;
+        group_ = -1;
     }
 
     int64_t frame_;
     bool shown_;
-    int stage_ = -1;
+    const Plan &plan_;
+    int group_ = -1;
     double began_ = 0, next_ = 0, seconds_[4] = {};
 };
 

@@ -32,7 +32,7 @@ bool can_keep(const Options &options) {
 // The sums of `--reference`, all 0.
 Passes make_passes(const Request &request, const PreparedScene &prepared, const Settings &settings) {
     Passes passes;
-    passes.scene = fingerprint_of_samples(prepared.scene, settings, core(request.options.arithmetic).name);
+    passes.scene = fingerprint_of_samples(prepared.scene, settings, renderer_of(request.options.arithmetic).name);
     passes.width = settings.crop.x1 - settings.crop.x0;
     passes.height = settings.crop.y1 - settings.crop.y0;
     passes.samples = settings.samples;
@@ -53,7 +53,7 @@ bool load_or_reset_map(const Request &request, int64_t frame, const PreparedScen
     const Options &options = request.options;
     std::string scene; // hashing all particles takes time, so only for a map that is compared with another
     if (!options.map_in.empty() || !options.map_out.empty() || several_frames(request))
-        scene = fingerprint_of_map(prepared.scene, settings, core(options.arithmetic).name);
+        scene = fingerprint_of_map(prepared.scene, settings, renderer_of(options.arithmetic).name);
     if (!options.map_in.empty()) {
         map = saved_map(request, frame, scene, plan);
         return false;
@@ -88,7 +88,7 @@ std::optional<PictureRecord> find_record(const Options &options, const Settings 
     const PreparedScene &prepared = sequence.prepared;
     if (sequence.shapes.empty()) sequence.shapes = fingerprint_of_shapes(prepared.scene);
     const std::string scene = fingerprint_of_picture(prepared.scene, sequence.shapes, settings, prepared.width,
-                                                  prepared.height, core(options.arithmetic).name);
+                                                  prepared.height, renderer_of(options.arithmetic).name);
     return PictureRecord{scene, prepared.width, prepared.height, settings.crop};
 }
 
@@ -128,43 +128,42 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     check_picture(request, settings, plan);
     const bool mapped = uses_map(settings);
     const bool traced = mapped && load_or_reset_map(request, frame, prepared, settings, plan, map);
-    if (sequence.bytes < plan.bytes.arena) {
-        sequence.block = make_block(request.name, plan.bytes.arena);
-        sequence.bytes = plan.bytes.arena;
+    if (sequence.bytes < plan.arena_bytes) {
+        sequence.block = make_block(request.name, plan.arena_bytes);
+        sequence.bytes = plan.arena_bytes;
         sequence.cache = {};
     }
     report.seconds.read = now() - start;
 
     Picture picture;
     Passes passes;
-    Arena arena(sequence.block.get(), plan.bytes.arena);
-    Progress progress(options, frame);
+    Arena arena(sequence.block.get(), plan.arena_bytes);
+    Progress progress(options, frame, plan);
     Status status = Status::done;
     PhotonSums sums = {map.sums.data(), map.sums.size(), traced ? 0 : map.sums.size()};
-    if (options.batches) {
-        if (traced)
-            status = core(options.arithmetic)
-                         .trace_map(prepared.scene, settings, batches_of(options, settings), arena, progress.observer(),
-                                    sums, report.statistics);
-    } else if (settings.reference) {
+    Job job = {prepared.scene, settings, arena, report.statistics, progress.observer()};
+    if (mapped) job.photons = &sums;
+    if (settings.goal == Goal::photons) {
+        job.batches = batches_of(options, settings);
+    } else if (settings.goal == Goal::reference) {
         passes = make_passes(request, prepared, settings);
-        status = core(options.arithmetic)
-                     .render_reference(prepared.scene, settings, arena, progress.observer(), passes.pixels.data(),
-                                       report.statistics);
-        picture = mean_picture(passes);
+        job.pixels = passes.pixels.data();
     } else {
         picture.width = settings.crop.x1 - settings.crop.x0;
         picture.height = settings.crop.y1 - settings.crop.y0;
         picture.rgb.resize(static_cast<size_t>(picture.width) * static_cast<size_t>(picture.height) * 3);
+        job.rgb = picture.rgb.data();
+        job.cache = &sequence.cache;
         if (plan.smoke && several_frames(request)) {
-            const std::string smoke = fingerprint_of_smoke(prepared.scene, settings, core(options.arithmetic).name);
+            const std::string smoke =
+                fingerprint_of_smoke(prepared.scene, settings, renderer_of(options.arithmetic).name);
             sequence.cache.same_smoke = smoke == sequence.smoke;
             sequence.smoke = smoke;
         }
-        status = core(options.arithmetic)
-                     .render(prepared.scene, settings, arena, progress.observer(), picture.rgb.data(), report.statistics,
-                             mapped ? &sums : nullptr, &sequence.cache);
     }
+    // Batches of photons that a map has already are not traced again.
+    if (settings.goal != Goal::photons || traced) status = renderer_of(options.arithmetic).render(job);
+    if (settings.goal == Goal::reference) picture = mean_picture(passes);
     progress.finish();
     if (status == Status::stopped) stop(request, frame);
     if (status != Status::done) fail(request, plan, frame, status);
@@ -184,13 +183,14 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     if (!options.map_out.empty()) write_output(options, numbered(options.map_out, frame), map_bytes(map));
     if (!options.batches) {
         const Bytes pfm = pfm_bytes(picture);
-        write_outputs(options, picture, pfm, settings.reference ? &passes : nullptr, frame, record);
+        write_outputs(options, picture, pfm, settings.goal == Goal::reference ? &passes : nullptr, frame, record);
         sequence.digest.update(pfm.data(), pfm.size());
     }
-    report.seconds.trees = progress.seconds(Stage::trees);
-    report.seconds.photons = progress.seconds(Stage::photons);
-    report.seconds.irradiance = progress.seconds(Stage::irradiance);
-    report.seconds.render = progress.seconds(Stage::render);
+    report.seconds.trees = progress.seconds(StageGroup::trees);
+    report.seconds.photons = progress.seconds(StageGroup::photons);
+    report.seconds.irradiance = progress.seconds(StageGroup::irradiance);
+    report.seconds.render = progress.seconds(StageGroup::render);
+    report.plan = plan;
     report.seconds.total = now() - start;
     return report;
 }
@@ -204,7 +204,7 @@ int render_command(const std::vector<std::string> &arguments) {
     Sequence sequence;
     RunReport report;
     report.version = version;
-    report.arithmetic = core(options.arithmetic).name;
+    report.arithmetic = renderer_of(options.arithmetic).name;
     install_signal_handlers();
     size_t kept = 0;
     for (int64_t frame = request.frames.first; frame <= request.frames.last; frame += request.frames.step) {

@@ -75,7 +75,7 @@ Settings settings_of(const Options &options, const PreparedScene &prepared) {
     settings.gather = options.gather;
     settings.gather_radius = options.gather_radius;
     choose_defaults(options, prepared.scene, settings);
-    settings.reference = options.reference;
+    settings.goal = options.reference ? Goal::reference : options.batches ? Goal::photons : Goal::picture;
     const Options::Range passes = options.passes.value_or(Options::Range{0, 16});
     settings.first_pass = passes.first;
     settings.last_pass = passes.last;
@@ -87,11 +87,11 @@ Plan checked_plan(const Request &request, const Scene &scene, const Settings &se
         if (scene.smokes[i].is_grid() && settings.method == Method::map && settings.estimate == Estimate::knn)
             throw Error(exit_usage, request.name + ": option 'estimate': found 'knn' with --smoke map for a grid or a "
                                                    "box, expected kernel, or particles alone");
-    const Plan plan = core(request.options.arithmetic).plan(scene, settings);
+    const Plan plan = renderer_of(request.options.arithmetic).plan(scene, settings);
     if (plan.surfaces && !plan.smoke && uses_map(settings))
         throw Error(exit_usage, request.name + ": found options of the particle map, expected none without smoke");
-    if (request.options.memory && plan.bytes.arena > *request.options.memory)
-        throw Error(exit_memory, request.name + ": the plan needs " + std::to_string(plan.bytes.arena) +
+    if (request.options.memory && plan.arena_bytes > *request.options.memory)
+        throw Error(exit_memory, request.name + ": the plan needs " + std::to_string(plan.arena_bytes) +
                                      " bytes, expected at most the " + std::to_string(*request.options.memory) +
                                      " of --memory" + (plan.photons ? "; fewer --photons need less" : ""));
     if (uses_map(settings) && settings.photons > plan.max_photons)
@@ -104,19 +104,19 @@ uint64_t picture_bytes(const Options &options, const Settings &settings) {
     if (options.batches) return 0;
     const Crop &c = settings.crop;
     const uint64_t pixels = static_cast<uint64_t>(c.x1 - c.x0) * static_cast<uint64_t>(c.y1 - c.y0);
-    return pixels * (2 * 3 * sizeof(float) + (settings.reference ? sizeof(PixelSums) : 0));
+    return pixels * (2 * 3 * sizeof(float) + (settings.goal == Goal::reference ? sizeof(PixelSums) : 0));
 }
 
 void check_picture(const Request &request, const Settings &settings, const Plan &plan) {
     const uint64_t picture = picture_bytes(request.options, settings);
     const uint64_t machine =
         static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
-    const bool beyond_option = request.options.memory && plan.bytes.arena + picture > *request.options.memory;
+    const bool beyond_option = request.options.memory && plan.arena_bytes + picture > *request.options.memory;
     if (!beyond_option && picture <= machine) return;
     const std::string limit =
         beyond_option ? std::to_string(*request.options.memory) + " of --memory" : std::to_string(machine) + " of this machine";
     throw Error(exit_memory, request.name + ": the picture needs " + std::to_string(picture) +
-                                 " bytes beside the plan's " + std::to_string(plan.bytes.arena) +
+                                 " bytes beside the plan's " + std::to_string(plan.arena_bytes) +
                                  ", expected at most the " + limit + "; a smaller --size or --crop needs less");
 }
 
@@ -134,7 +134,7 @@ void fail(const Request &request, const Plan &plan, int64_t frame, Status status
         throw InputError(request.name + ": photons collide so often that the particle map's sums might overflow, "
                                         "expected fewer --photons or thinner smoke");
     throw Error(exit_memory,
-                request.name + ": the plan's " + std::to_string(plan.bytes.arena) + " bytes do not suffice");
+                request.name + ": the plan's " + std::to_string(plan.arena_bytes) + " bytes do not suffice");
 }
 
 void stop(const Request &request, int64_t frame) {

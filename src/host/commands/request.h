@@ -1,7 +1,7 @@
 // A command line that renders a scene: the scene's file, the options, and the settings of the core that follow from both.
 #pragma once
 #include "host/commands/arguments.h"
-#include "host/commands/core.h"
+#include "host/commands/renderers.h"
 #include "host/prepare/prepare.h"
 #include "host/results/map_file.h"
 #include "wisp/settings.h"
@@ -28,7 +28,7 @@ void check_options(const Request &request);
 // Throws Error(exit_usage) for options that exclude each other, or that the picture does not have room for.
 Settings settings_of(const Options &options, const PreparedScene &prepared);
 
-inline bool uses_map(const Settings &settings) { return !settings.reference && settings.method == Method::map; }
+inline bool uses_map(const Settings &settings) { return settings.goal != Goal::reference && settings.method == Method::map; }
 
 // The core's plan. Throws Error for a plan that cannot be followed, or that needs more than --memory.
 Plan checked_plan(const Request &request, const Scene &scene, const Settings &settings);

@@ -71,7 +71,23 @@ double density_error(const SmokeDescription &smoke, const std::vector<DensitySta
     return square > 0 ? std::sqrt(variance / square) : std::numeric_limits<double>::infinity();
 }
 
-std::vector<std::string> particle_report(const PreparedScene &prepared, const Core &core) {
+namespace {
+
+std::vector<DensityStatistics> density_statistics(const SmokeDescription &smoke, Arithmetic arithmetic) {
+    constexpr decltype(&f32::density_statistics_bytes) bytes[] = {f32::density_statistics_bytes, f64::density_statistics_bytes,
+                                                                  fixed::density_statistics_bytes};
+    constexpr decltype(&f32::find_density_statistics) find[] = {f32::find_density_statistics, f64::find_density_statistics,
+                                                                fixed::find_density_statistics};
+    std::vector<DensityStatistics> statistics(smoke.count);
+    std::vector<unsigned char> memory(bytes[static_cast<int>(arithmetic)](smoke.count));
+    Arena arena(memory.data(), memory.size());
+    find[static_cast<int>(arithmetic)](smoke, arena, statistics.data());
+    return statistics;
+}
+
+} // namespace
+
+std::vector<std::string> particle_report(const PreparedScene &prepared, Arithmetic arithmetic) {
     std::vector<std::string> lines;
     const double epsilons[] = {0.001, 0.01, 0.1};
     std::vector<std::vector<Removal>> removable[3];
@@ -81,11 +97,7 @@ std::vector<std::string> particle_report(const PreparedScene &prepared, const Co
     for (size_t i = 0; i < prepared.smokes.size(); ++i) {
         const SmokeDescription &smoke = prepared.smokes[i];
         if (smoke.count == 0) continue;
-        std::vector<DensityStatistics> statistics(smoke.count);
-        std::vector<unsigned char> memory(core.density_statistics_bytes(smoke.count));
-        Arena arena(memory.data(), memory.size());
-        core.find_density_statistics(smoke, arena, statistics.data());
-        lines.push_back(resampling_line(i + 1, smoke, statistics));
+        lines.push_back(resampling_line(i + 1, smoke, density_statistics(smoke, arithmetic)));
         std::string line = "smoke " + std::to_string(i + 1) + ": no ray would miss";
         for (int e = 0; e < 3; ++e)
             line += (e ? ", " : " ") + std::to_string(removable[e][i].size()) + " of them (--thin " +

@@ -1,6 +1,6 @@
 // Whether a smoke has enough particles for its picture (S7, prepare/README), as text for `wisp plan -v`.
 #pragma once
-#include "host/commands/core.h"
+#include "core/smoke/density_statistics.h"
 #include "host/prepare/prepare.h"
 #include <string>
 #include <vector>
@@ -12,6 +12,6 @@ namespace wisp {
 double density_error(const SmokeDescription &smoke, const std::vector<DensityStatistics> &statistics);
 
 // Two lines for each smoke of particles: the error of the density, and how many particles are negligible.
-std::vector<std::string> particle_report(const PreparedScene &prepared, const Core &core);
+std::vector<std::string> particle_report(const PreparedScene &prepared, Arithmetic arithmetic);
 
 } // namespace wisp

@@ -33,9 +33,13 @@ std::string frame_json(const FrameReport &report) {
         .add("triangle_trees", s.bytes.triangle_trees)
         .add("mode_words", s.bytes.mode_words);
     bytes.add("arena_peak", s.bytes.arena_peak).add("arena_size", s.bytes.arena_size);
+    Object stages;
+    for (uint32_t i = 0; i < stage_count; ++i)
+        stages.add(report.plan.rows[i].name,
+                   Object().add("planned", report.plan.rows[i].bytes).add("used", s.bytes.stages[i]));
     Object frame;
     frame.add("frame", static_cast<uint64_t>(report.frame)).add("seconds", seconds).add("rays", rays);
-    frame.add("shadow", shadow).add("photons", photons).add("smoke", smoke).add("bytes", bytes);
+    frame.add("shadow", shadow).add("photons", photons).add("smoke", smoke).add("bytes", bytes).add("stages", stages);
     return frame.text();
 }
 

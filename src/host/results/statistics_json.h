@@ -1,6 +1,6 @@
 // `--stats`: the counters, seconds and bytes of a run as one JSON object.
 #pragma once
-#include "wisp/statistics.h"
+#include "wisp/wisp.h"
 #include <string>
 #include <vector>
 
@@ -13,6 +13,7 @@ struct FrameReport {
         double read, trees, photons, irradiance, render, total;
     } seconds;
     Statistics statistics;
+    Plan plan;
 };
 
 struct RunReport {

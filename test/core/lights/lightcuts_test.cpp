@@ -122,9 +122,9 @@ bool contains(const Box &a, const Box &b) { return min(a.low, b.low) == a.low &&
 std::vector<float> picture(const Scene &scene, const Settings &settings, Statistics &statistics) {
     std::vector<float> rgb(static_cast<size_t>(settings.crop.x1 - settings.crop.x0) *
                            static_cast<size_t>(settings.crop.y1 - settings.crop.y0) * 3);
-    std::vector<unsigned char> block(static_cast<size_t>(plan(scene, settings).bytes.arena));
+    std::vector<unsigned char> block(static_cast<size_t>(renderer.plan(scene, settings).arena_bytes));
     Arena arena(block.data(), block.size());
-    REQUIRE(render(scene, settings, arena, Observer{}, rgb.data(), statistics) == Status::done);
+    REQUIRE(renderer.render({scene, settings, arena, statistics, {}, rgb.data()}) == Status::done);
     return rgb;
 }
 
@@ -424,19 +424,19 @@ TEST_CASE(WISP_ARITH_NAME ": cuts of no light and of one are the picture of all,
         RoomFrames room(5, 16, count, ShadowMethod::trace);
         Settings settings = room.settings;
         Statistics unused = {};
-        const uint64_t before = plan(room.scene, settings).bytes.arena;
+        const uint64_t before = renderer.plan(room.scene, settings).arena_bytes;
         const std::vector<float> all = picture(room.scene, settings, unused);
         settings.lights = LightChoice::cuts;
-        const Plan cut = plan(room.scene, settings);
-        CHECK(cut.bytes.arena == before + cut.bytes.light_cuts);
-        CHECK(cut.bytes.light_cuts == light_cut_bytes(room.scene));
+        const Plan cut = renderer.plan(room.scene, settings);
+        CHECK(cut.arena_bytes == before + cut[Stage::light_cuts].bytes);
+        CHECK(cut[Stage::light_cuts].bytes == light_cut_bytes(room.scene));
         const std::vector<float> cuts = picture(room.scene, settings, unused);
         if (count < 2) CHECK(cuts == all);
-        std::vector<unsigned char> block(static_cast<size_t>(cut.bytes.arena));
+        std::vector<unsigned char> block(static_cast<size_t>(cut.arena_bytes));
         for (size_t eighths = 0; eighths < 8; ++eighths) { // too little is said, or it suffices
             Arena small(block.data(), block.size() * eighths / 8);
             std::vector<float> rgb(all.size());
-            const Status status = render(room.scene, settings, small, Observer{}, rgb.data(), unused);
+            const Status status = renderer.render({room.scene, settings, small, unused, {}, rgb.data()});
             CHECK((status == Status::out_of_memory || (status == Status::done && rgb == cuts)));
             CHECK((status == Status::out_of_memory || eighths > 0));
         }

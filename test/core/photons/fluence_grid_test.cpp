@@ -259,7 +259,7 @@ TEST_CASE(WISP_ARITH_NAME ": black smoke traces no photons, and glowing smoke em
     box.albedo = {0, 0, 0};
     Scene scene = scene_of(box, sun);
     const Settings settings = photon_settings(2000);
-    CHECK(plan(scene, settings).map_sums == 0);
+    CHECK(renderer.plan(scene, settings).map_sums == 0);
     const Rendered black = render_in_memory(scene, settings);
     REQUIRE(black.status == Status::done);
     CHECK(black.statistics.photons.emitted == 0);
@@ -426,11 +426,11 @@ TEST_CASE(WISP_ARITH_NAME ": batches traced apart through resampled smoke give t
     settings.density_step = settings.light_step = 0.5;
     settings.irradiance = IrradianceMap::uniform;
     settings.irradiance_step = 1;
-    const Plan planned = plan(scene, settings);
+    const Plan planned = renderer.plan(scene, settings);
     CHECK(planned.photon_directions);
     CHECK(planned.photon_harmonics);
     CHECK(planned.photon_powers);
-    std::vector<unsigned char> memory(planned.bytes.arena);
+    std::vector<unsigned char> memory(planned.arena_bytes);
     struct Sums {
         std::vector<int64_t> values;
         PhotonSums sums;
@@ -443,7 +443,7 @@ TEST_CASE(WISP_ARITH_NAME ": batches traced apart through resampled smoke give t
     };
     const auto trace = [&](Sums &to, const Batches &batches) {
         Arena arena(memory.data(), memory.size());
-        REQUIRE(trace_map(scene, settings, batches, arena, Observer{}, to.sums, to.statistics) == Status::done);
+        REQUIRE(trace_batches(scene, settings, batches, arena, to.sums, to.statistics) == Status::done);
     };
     Sums whole = make(), parts = make(), drawn = make();
     trace(whole, {0, 3});
@@ -461,7 +461,7 @@ TEST_CASE(WISP_ARITH_NAME ": batches traced apart through resampled smoke give t
     std::vector<float> rgb(alone.rgb.size());
     for (Sums *from : {&parts, &drawn, &drawn}) { // kept, traced for it, kept
         Arena arena(memory.data(), memory.size());
-        REQUIRE(render(scene, settings, arena, Observer{}, rgb.data(), from->statistics, &from->sums) == Status::done);
+        REQUIRE(renderer.render({scene, settings, arena, from->statistics, {}, rgb.data(), &from->sums}) == Status::done);
         CHECK(rgb == alone.rgb);
         CHECK(from->values == whole.values);
     }

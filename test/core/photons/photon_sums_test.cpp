@@ -19,19 +19,19 @@ constexpr uint64_t photons = 3 * batch_photons + 100;
 struct Sums {
     explicit Sums(const Scene &scene_, const Settings &settings_)
         : scene(scene_), settings(settings_),
-          values(plan(scene, settings).map_sums, -1), sums{values.data(), values.size(), 0} {}
+          values(renderer.plan(scene, settings).map_sums, -1), sums{values.data(), values.size(), 0} {}
     Status trace(const Batches &batches) {
         return use(
-            [&](Arena &arena) { return trace_map(scene, settings, batches, arena, Observer{}, sums, statistics); });
+            [&](Arena &arena) { return trace_batches(scene, settings, batches, arena, sums, statistics); });
     }
     Status render(const Scene &view, Settings how, std::vector<float> &rgb) {
         rgb.assign(static_cast<size_t>(3 * how.crop.x1 * how.crop.y1), -1);
         return use([&](Arena &arena) {
-            return WISP_ARITH::render(view, how, arena, Observer{}, rgb.data(), statistics, &sums);
+            return WISP_ARITH::renderer.render({view, how, arena, statistics, {}, rgb.data(), &sums});
         });
     }
     template <class Work> Status use(Work &&work) {
-        std::vector<unsigned char> memory(plan(scene, settings).bytes.arena);
+        std::vector<unsigned char> memory(renderer.plan(scene, settings).arena_bytes);
         Arena arena(memory.data(), memory.size());
         return work(arena);
     }
@@ -153,7 +153,7 @@ TEST_CASE(WISP_ARITH_NAME ": tracing ends before deposits that a sum might not h
         // The largest flux of a deposit: of R + G + B, or the largest deposit of a flight.
         const double largest = (deposit == Deposit::exact ? 3 : 127) * 0x1p24;
         const uint64_t limit = max_deposits(settings);
-        CHECK(plan(scenes.list[0], settings).max_photons == limit);
+        CHECK(renderer.plan(scenes.list[0], settings).max_photons == limit);
         CHECK((static_cast<double>(limit) + 1e6) * largest < 0x1p63);
         CHECK(static_cast<double>(limit) * 2 * 127 * 0x1p24 > (deposit == Deposit::exact ? 0x1p67 : 0x1p63));
         Sums sums(scenes.list[0], settings);

@@ -135,6 +135,6 @@ TEST_CASE(WISP_ARITH_NAME ": a black light does not make photons differ in power
     dim_red.color = {2, 0, 0};
     Settings settings = small_settings(1);
     settings.photons = 1000;
-    CHECK(plan(LitCloud(smokes, {black, red, blue}).scene, settings).photon_powers);
-    CHECK(!plan(LitCloud(smokes, {black, red, dim_red}).scene, settings).photon_powers);
+    CHECK(renderer.plan(LitCloud(smokes, {black, red, blue}).scene, settings).photon_powers);
+    CHECK(!renderer.plan(LitCloud(smokes, {black, red, dim_red}).scene, settings).photon_powers);
 }

@@ -283,17 +283,19 @@ TEST_CASE(WISP_ARITH_NAME ": passes add up to the same sums however they are div
     scene.smoke_count = 1;
     const auto trace = [&](std::vector<PixelSums> &sums, uint32_t first, uint32_t last, Crop crop, uint64_t seed) {
         Settings settings = small_settings(4);
-        settings.reference = true;
+        settings.goal = Goal::reference;
         settings.crop = crop;
         settings.samples = 3;
         settings.seed = seed;
         settings.first_pass = first;
         settings.last_pass = last;
-        std::vector<unsigned char> memory(plan(scene, settings).bytes.arena);
+        std::vector<unsigned char> memory(renderer.plan(scene, settings).arena_bytes);
         Arena arena(memory.data(), memory.size());
         Statistics statistics;
         sums.resize(size_t((crop.x1 - crop.x0) * (crop.y1 - crop.y0)));
-        REQUIRE(render_reference(scene, settings, arena, Observer{}, sums.data(), statistics) == Status::done);
+        Job job = {scene, settings, arena, statistics};
+    job.pixels = sums.data();
+    REQUIRE(renderer.render(job) == Status::done);
         CHECK(statistics.rays.primary == 3 * (last - first) * sums.size());
     };
     const auto same = [](const PixelSums &a, const PixelSums &b) { return std::memcmp(&a, &b, sizeof a) == 0; };

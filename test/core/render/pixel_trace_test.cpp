@@ -131,13 +131,13 @@ Settings settings_of(const Way &way, ShadowMethod shadows = ShadowMethod::exact,
 }
 
 std::vector<float> traced_picture(const Scene &scene, const Settings &settings, const PixelTrace *trace) {
-    std::vector<unsigned char> memory(plan(scene, settings).bytes.arena);
+    std::vector<unsigned char> memory(renderer.plan(scene, settings).arena_bytes);
     Arena arena(memory.data(), memory.size());
     const Crop &crop = settings.crop;
     std::vector<float> rgb(static_cast<size_t>((crop.x1 - crop.x0) * (crop.y1 - crop.y0) * 3));
     Statistics statistics;
-    REQUIRE((trace ? inspect(scene, settings, arena, Observer{}, rgb.data(), statistics, nullptr, *trace)
-                   : render(scene, settings, arena, Observer{}, rgb.data(), statistics)) == Status::done);
+    const Job job = {scene, settings, arena, statistics, {}, rgb.data()};
+    REQUIRE((trace ? inspect(job, *trace) : renderer.render(job)) == Status::done);
     return rgb;
 }
 

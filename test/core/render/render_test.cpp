@@ -14,25 +14,6 @@ namespace {
 
 constexpr double pi_ = 3.14159265358979323846;
 
-struct LitSmoke {
-    explicit LitSmoke(const std::vector<Particle> &particles_, Kernel kernel = Kernel::spline) : particles(particles_) {
-        smoke = smoke_of(particles, kernel);
-        scene.camera = look_at_origin(12, 8, 8);
-        scene.background = {1, 0.5, 0.25};
-        scene.smokes = &smoke;
-        scene.smoke_count = 1;
-    }
-    void light(const LightSource &source) {
-        lights.push_back(source);
-        scene.lights = lights.data();
-        scene.light_count = static_cast<uint32_t>(lights.size());
-    }
-    std::vector<Particle> particles;
-    SmokeDescription smoke;
-    std::vector<LightSource> lights;
-    Scene scene = {};
-};
-
 // The ray through the middle of pixel (x, y) of a picture of look_at_origin(12, 8, n).
 Ray pixel_ray(int n, int x, int y) {
     const double step = 8.0 / n / 12;
@@ -171,14 +152,14 @@ TEST_CASE(WISP_ARITH_NAME ": an arena of the planned size suffices, a smaller on
     lit.smoke.asymmetry = 0.5;
     Settings settings = small_settings(4);
     settings.photons = 3000;
-    const uint64_t planned = plan(lit.scene, settings).bytes.arena;
+    const uint64_t planned = renderer.plan(lit.scene, settings).arena_bytes;
     CHECK(render_in_memory(lit.scene, settings).statistics.bytes.arena_peak <= planned);
     for (double share : {0.0, 0.01, 0.2}) {
         std::vector<unsigned char> memory(static_cast<size_t>(double(planned) * share) + 1);
         Arena arena(memory.data(), memory.size());
         std::vector<float> rgb(4 * 4 * 3, -7.0f);
         Statistics statistics;
-        CHECK(render(lit.scene, settings, arena, Observer{}, rgb.data(), statistics) == Status::out_of_memory);
+        CHECK(renderer.render({lit.scene, settings, arena, statistics, {}, rgb.data()}) == Status::out_of_memory);
         for (float value : rgb) CHECK(value == -7.0f);
     }
 }
@@ -187,46 +168,57 @@ TEST_CASE(WISP_ARITH_NAME ": the plan names what a scene needs, and no more") {
     LitSmoke lit(cloud(100, 3, 1, 0.3));
     Settings settings = small_settings(4);
     settings.photons = 1000;
-    CHECK(!plan(lit.scene, settings).photons); // nothing lights it
+    CHECK(!renderer.plan(lit.scene, settings).photons); // nothing lights it
     lit.light({LightKind::point, {5, 6, 4}, {0, 0, 1}, 2, {50, 50, 50}});
-    const Plan even = plan(lit.scene, settings);
+    const Plan even = renderer.plan(lit.scene, settings);
     CHECK(even.photons);
     CHECK(!even.photon_directions);
     CHECK(!even.photon_powers);
     lit.smoke.asymmetry = 0.1;
-    CHECK(plan(lit.scene, settings).photon_directions);
+    CHECK(renderer.plan(lit.scene, settings).photon_directions);
     lit.smoke.albedo = {0.9, 0.8, 0.7};
-    CHECK(plan(lit.scene, settings).photon_powers);
+    CHECK(renderer.plan(lit.scene, settings).photon_powers);
     lit.smoke.albedo = {0, 0, 0};
-    const Plan black = plan(lit.scene, settings);
+    const Plan black = renderer.plan(lit.scene, settings);
     CHECK(!black.photons);
-    CHECK(black.bytes.photon_map == 0);
-    CHECK(black.bytes.gather == 0);
-    CHECK(black.bytes.arena < even.bytes.arena);
+    CHECK(black[Stage::photons].bytes == 0);
+    CHECK(black[Stage::gather].bytes == 0);
+    CHECK(black.arena_bytes < even.arena_bytes);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": an observer hears every stage and may stop the work") {
+TEST_CASE(WISP_ARITH_NAME ": an observer is called for every stage that works, and may stop each call") {
     LitSmoke lit(cloud(100, 3, 1, 0.3));
     lit.light({LightKind::point, {5, 6, 4}, {0, 0, 1}, 2, {50, 50, 50}});
     Settings settings = small_settings(4);
     settings.photons = 2 * batch_photons;
-    std::vector<unsigned char> memory(plan(lit.scene, settings).bytes.arena);
+    std::vector<unsigned char> memory(renderer.plan(lit.scene, settings).arena_bytes);
     std::vector<float> rgb(4 * 4 * 3);
     struct Log {
-        int heard = 0, stop_after;
+        int calls, stop_after;
+        bool seen[stage_count];
     };
-    for (int stop : {1, 2, 3, 5, 100}) {
-        Log log;
-        log.stop_after = stop;
-        const Observer observer = {&log, [](void *context, Stage, uint64_t, uint64_t) {
+    const auto run = [&](int stop_after, Log &log) {
+        log = {0, stop_after, {}};
+        const Observer observer = {&log, [](void *context, Stage stage, uint64_t, uint64_t) {
                                        Log &l = *static_cast<Log *>(context);
-                                       return ++l.heard < l.stop_after;
+                                       l.seen[static_cast<uint32_t>(stage)] = true;
+                                       return ++l.calls < l.stop_after;
                                    }};
         Arena arena(memory.data(), memory.size());
         Statistics statistics;
-        const Status status = render(lit.scene, settings, arena, observer, rgb.data(), statistics);
-        CHECK(status == (stop == 100 ? Status::done : Status::stopped));
-        CHECK(log.heard == (stop == 100 ? 1 + 2 + 4 : stop));
+        return renderer.render({lit.scene, settings, arena, statistics, observer, rgb.data()});
+    };
+    Log all;
+    CHECK(run(1000, all) == Status::done);
+    for (const Stage stage : {Stage::lights, Stage::particle_tree, Stage::photons, Stage::gather, Stage::march,
+                              Stage::camera_rays})
+        CHECK(all.seen[static_cast<uint32_t>(stage)]);
+    CHECK(!all.seen[static_cast<uint32_t>(Stage::shadows)]);
+    CHECK(all.calls >= 6 + 2 + 4); // stages, batches of photons, rows of pixels
+    for (int stop = 1; stop <= all.calls; ++stop) {
+        Log log;
+        CHECK(run(stop, log) == Status::stopped);
+        CHECK(log.calls == stop);
     }
 }
 

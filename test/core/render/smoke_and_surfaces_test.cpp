@@ -21,7 +21,7 @@ Settings settings_of(Way way, int pixels = 1, uint64_t photons = 0) {
     settings.depth = 10;
     settings.photons = photons;
     settings.method = way == Way::direct ? Method::direct : way == Way::volume ? Method::volume : Method::map;
-    settings.reference = way == Way::reference;
+    settings.goal = way == Way::reference ? Goal::reference : Goal::picture;
     if (way == Way::volume || way == Way::bricks) settings.density_step = settings.light_step = 1;
     return settings;
 }
@@ -434,12 +434,12 @@ TEST_CASE(WISP_ARITH_NAME ": walls that light passes change no bit of a particle
             const Scene &scene = place.shown();
             Settings settings = settings_of(each.way);
             with_photons(each, 1000)(settings);
-            const Plan planned = plan(scene, settings);
-            std::vector<unsigned char> memory(planned.bytes.arena);
+            const Plan planned = renderer.plan(scene, settings);
+            std::vector<unsigned char> memory(planned.arena_bytes);
             Arena arena(memory.data(), memory.size());
             maps[walls].resize(planned.map_sums);
             PhotonSums sums = {maps[walls].data(), planned.map_sums, 0};
-            REQUIRE(trace_map(scene, settings, all_batches(settings), arena, Observer{}, sums, statistics[walls]) ==
+            REQUIRE(trace_batches(scene, settings, all_batches(settings), arena, sums, statistics[walls]) ==
                     Status::done);
             REQUIRE(sums.count > 0);
             maps[walls].resize(sums.count);
@@ -553,11 +553,11 @@ TEST_CASE(WISP_ARITH_NAME ": smoke among surfaces is the same in double, within 
     for (const Way way : {Way::bricks, Way::direct, Way::elements}) {
         // Bricks are quick: so many that a photon that decides otherwise is one of many.
         const Settings settings = cellar_settings(way, pixels, way == Way::bricks ? 20000 : 2000);
-        std::vector<unsigned char> memory(f64::plan(scene, settings).bytes.arena);
+        std::vector<unsigned char> memory(f64::renderer.plan(scene, settings).arena_bytes);
         Arena arena(memory.data(), memory.size());
         Statistics statistics;
         std::vector<float> exact(pixels * pixels * 3);
-        REQUIRE(f64::render(scene, settings, arena, Observer{}, exact.data(), statistics) == Status::done);
+        REQUIRE(f64::renderer.render({scene, settings, arena, statistics, {}, exact.data()}) == Status::done);
         CHECK(relative_difference(render_in_memory(scene, settings).rgb, exact) < 1e-3);
     }
 }
@@ -585,13 +585,13 @@ TEST_CASE(WISP_ARITH_NAME
             settings.shadows = method;
             settings.step = 2;
             settings.light_step = 1;
-            std::vector<unsigned char> memory(plan(room.scene, settings).bytes.arena);
+            std::vector<unsigned char> memory(renderer.plan(room.scene, settings).arena_bytes);
             const auto draw = [&](size_t bytes, FrameCache &kept) {
                 Rendered frame;
                 Arena arena(memory.data(), bytes);
                 frame.rgb.assign(room_pixels * room_pixels * 3, -7);
                 frame.status =
-                    render(room.scene, settings, arena, Observer{}, frame.rgb.data(), frame.statistics, nullptr, &kept);
+                    renderer.render({room.scene, settings, arena, frame.statistics, {}, frame.rgb.data(), nullptr, &kept});
                 return frame;
             };
             FrameCache kept = {};
@@ -640,7 +640,7 @@ TEST_CASE(WISP_ARITH_NAME ": smoke that stays the same is built by the first fra
         Settings settings = cellar_settings(way, room_pixels, 300);
         settings.depth = room.depth;
         settings.light_step = 1;
-        std::vector<unsigned char> memory(plan(room.scene, settings).bytes.arena);
+        std::vector<unsigned char> memory(renderer.plan(room.scene, settings).arena_bytes);
         FrameCache kept = {};
         const auto check = [&](bool same_smoke, bool right) {
             kept.same_smoke = same_smoke;
@@ -648,8 +648,7 @@ TEST_CASE(WISP_ARITH_NAME ": smoke that stays the same is built by the first fra
             Rendered frame;
             frame.rgb.resize(alone.rgb.size());
             Arena arena(memory.data(), memory.size());
-            REQUIRE(render(room.scene, settings, arena, Observer{}, frame.rgb.data(), frame.statistics, nullptr,
-                           &kept) == Status::done);
+            REQUIRE(renderer.render({room.scene, settings, arena, frame.statistics, {}, frame.rgb.data(), nullptr, &kept}) == Status::done);
             CHECK(same(frame.rgb, alone.rgb) == right);
             // What is found again is not counted again: rays for depths to the lights.
             CHECK((frame.statistics.rays.shadow < alone.statistics.rays.shadow) == same_smoke);
@@ -687,14 +686,14 @@ TEST_CASE(WISP_ARITH_NAME
         settings.check_shadows = true;
         Settings paper = settings;
         paper.shadows = ShadowMethod::paper;
-        std::vector<unsigned char> memory(plan(room.scene, paper).bytes.arena);
+        std::vector<unsigned char> memory(renderer.plan(room.scene, paper).arena_bytes);
         FrameCache kept = {};
         for (int i = 0; i < 4; ++i, room.change()) {
             const Rendered right = render_in_memory(room.scene, settings);
             Rendered frame = right;
             Arena arena(memory.data(), memory.size());
             Statistics statistics;
-            REQUIRE(render(room.scene, paper, arena, Observer{}, frame.rgb.data(), statistics, nullptr, &kept) ==
+            REQUIRE(renderer.render({room.scene, paper, arena, statistics, {}, frame.rgb.data(), nullptr, &kept}) ==
                     Status::done);
             uint64_t different = 0;
             for (size_t p = 0; p < frame.rgb.size(); p += 3)

@@ -69,7 +69,7 @@ Settings picture_settings(ShadowMethod method) {
 struct KeptPictures {
     explicit KeptPictures(ShadowMethod method) : settings(picture_settings(method)) {}
     std::vector<float> operator()(const Scene &scene) {
-        block.resize(std::max(block.size(), static_cast<size_t>(plan(scene, settings).bytes.arena)));
+        block.resize(std::max(block.size(), static_cast<size_t>(renderer.plan(scene, settings).arena_bytes)));
         return picture(scene, settings, block, statistics, kept);
     }
     Settings settings;

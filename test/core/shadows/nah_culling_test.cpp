@@ -115,12 +115,12 @@ class Frames {
         settings_.samples = samples;
         settings_.shadows = method;
         settings_.check_shadows = true;
-        block_.resize(static_cast<size_t>(plan(scene, settings_).bytes.arena));
+        block_.resize(static_cast<size_t>(renderer.plan(scene, settings_).arena_bytes));
     }
     Shot next() {
         Shot r = {std::vector<float>(static_cast<size_t>(room_pixels) * room_pixels * 3), {}};
         Arena arena(block_.data(), block_.size());
-        REQUIRE(render(scene_, settings_, arena, Observer{}, r.rgb.data(), r.statistics, nullptr, &kept_) ==
+        REQUIRE(renderer.render({scene_, settings_, arena, r.statistics, {}, r.rgb.data(), nullptr, &kept_}) ==
                 Status::done);
         return r;
     }

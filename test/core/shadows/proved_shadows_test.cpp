@@ -79,7 +79,7 @@ TEST_CASE(WISP_ARITH_NAME ": exact shadows make the pictures of traced ones, in 
         settings.samples = 9;
         settings.depth = 3;
         settings.shadows = ShadowMethod::exact;
-        std::vector<unsigned char> memory(plan(room.scene, settings).bytes.arena), own(memory.size());
+        std::vector<unsigned char> memory(renderer.plan(room.scene, settings).arena_bytes), own(memory.size());
         FrameCache kept = {};
         const std::vector<Instance> instances = room.instances;
         const std::vector<LightSource> lights = room.lights;
@@ -93,10 +93,10 @@ TEST_CASE(WISP_ARITH_NAME ": exact shadows make the pictures of traced ones, in 
             Statistics with, without;
             Arena arena(memory.data(), memory.size()), fresh(own.data(), own.size());
             settings.shadows = ShadowMethod::exact;
-            REQUIRE(render(room.scene, settings, arena, Observer{}, exact.data(), with, nullptr, &kept) ==
+            REQUIRE(renderer.render({room.scene, settings, arena, with, {}, exact.data(), nullptr, &kept}) ==
                     Status::done);
             settings.shadows = ShadowMethod::trace;
-            REQUIRE(render(room.scene, settings, fresh, Observer{}, traced.data(), without) == Status::done);
+            REQUIRE(renderer.render({room.scene, settings, fresh, without, {}, traced.data()}) == Status::done);
             wrong += std::memcmp(exact.data(), traced.data(), exact.size() * sizeof(float)) != 0;
             CHECK(with.rays.shadow == without.rays.shadow);
             CHECK(without.rays.shadow_culled == 0);

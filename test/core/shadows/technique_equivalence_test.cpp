@@ -57,8 +57,8 @@ TEST_CASE(WISP_ARITH_NAME ": pictures are those of tracing, in every frame, with
             RoomFrames room(seed, 16, light_counts[seed % 6], method);
             Settings plain = room.settings;
             plain.shadows = ShadowMethod::trace;
-            std::vector<unsigned char> block(static_cast<size_t>(plan(room.scene, room.settings).bytes.arena)),
-                plain_block(static_cast<size_t>(plan(room.scene, plain).bytes.arena));
+            std::vector<unsigned char> block(static_cast<size_t>(renderer.plan(room.scene, room.settings).arena_bytes)),
+                plain_block(static_cast<size_t>(renderer.plan(room.scene, plain).arena_bytes));
             const bool lit = room.scene.light_count > 0; // there is nothing to keep without
             CHECK((block.size() > plain_block.size()) == lit);
             FrameCache kept = {}, plain_kept = {};
@@ -69,15 +69,15 @@ TEST_CASE(WISP_ARITH_NAME ": pictures are those of tracing, in every frame, with
                 room.change();
             }
             CHECK(statistics.rays.shadow == plain_statistics.rays.shadow);
-            CHECK((statistics.bytes.mode_words > 0) == lit);
-            CHECK(plain_statistics.bytes.mode_words == 0);
+            CHECK((statistics.bytes.stages[static_cast<uint32_t>(Stage::shadows)] > 0) == lit);
+            CHECK(plain_statistics.bytes.stages[static_cast<uint32_t>(Stage::shadows)] == 0);
             const std::vector<float> right = picture(room.scene, plain, plain_block, plain_statistics, plain_kept);
             for (size_t eighths = 0; eighths < 8; ++eighths) { // too little is said, or it suffices
                 FrameCache none = {};
                 Arena small(block.data(), block.size() * eighths / 8);
                 std::vector<float> rgb(right.size());
                 const Status status =
-                    render(room.scene, room.settings, small, Observer{}, rgb.data(), statistics, nullptr, &none);
+                    renderer.render({room.scene, room.settings, small, statistics, {}, rgb.data(), nullptr, &none});
                 CHECK((status == Status::out_of_memory || (status == Status::done && rgb == right)));
                 CHECK((status == Status::out_of_memory || eighths > 0));
             }
@@ -89,12 +89,12 @@ TEST_CASE(WISP_ARITH_NAME ": the number of lights may change from frame to frame
         RoomFrames room(3, 16, 16, method);
         Settings plain = room.settings;
         plain.shadows = ShadowMethod::trace;
-        std::vector<unsigned char> block(static_cast<size_t>(plan(room.scene, room.settings).bytes.arena));
+        std::vector<unsigned char> block(static_cast<size_t>(renderer.plan(room.scene, room.settings).arena_bytes));
         FrameCache kept = {}, plain_kept = {};
         Statistics statistics;
         for (const uint32_t count : {4u, 16u, 1u, 0u, 15u}) {
             room.scene.light_count = count;
-            std::vector<unsigned char> plain_block(static_cast<size_t>(plan(room.scene, plain).bytes.arena));
+            std::vector<unsigned char> plain_block(static_cast<size_t>(renderer.plan(room.scene, plain).arena_bytes));
             plain_kept = {};
             CHECK(picture(room.scene, room.settings, block, statistics, kept) ==
                   picture(room.scene, plain, plain_block, statistics, plain_kept));

@@ -339,8 +339,8 @@ TEST_CASE(WISP_ARITH_NAME ": the plan of a box has its cells, however fine or co
         settings.photons = 300;
         CAPTURE(cell);
         const uint64_t bricks = plan_sparse_grid(lit.scene, cell).count;
-        CHECK(plan(lit.scene, settings).bricks == bricks);
-        CHECK(plan(lit.scene, settings).map_sums == plan_fluence(lit.scene, settings, bricks, 2).sums);
+        CHECK(renderer.plan(lit.scene, settings).bricks == bricks);
+        CHECK(renderer.plan(lit.scene, settings).map_sums == plan_fluence(lit.scene, settings, bricks, 2).sums);
         CHECK(render_in_memory(lit.scene, settings).status == Status::done);
     }
 }
@@ -356,7 +356,7 @@ TEST_CASE(WISP_ARITH_NAME ": with less memory than they need bricks make no pict
         Arena arena(memory.data(), whole.statistics.bytes.arena_peak * size / 30);
         std::vector<float> rgb(whole.rgb.size(), -1);
         Statistics statistics;
-        CHECK(render(lit.scene, settings, arena, Observer{}, rgb.data(), statistics) == Status::out_of_memory);
+        CHECK(renderer.render({lit.scene, settings, arena, statistics, {}, rgb.data()}) == Status::out_of_memory);
         CHECK(rgb == std::vector<float>(rgb.size(), -1));
     }
 }

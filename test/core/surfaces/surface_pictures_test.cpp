@@ -93,7 +93,7 @@ TEST_CASE(WISP_ARITH_NAME ": frames of surfaces are the same alone, in order and
             moving += frame > 0 && !same(alone[0].rgb, alone.back().rgb);
         }
         for (const bool backwards : {false, true}) {
-            std::vector<unsigned char> memory(plan(animation.room.scene, settings).bytes.arena);
+            std::vector<unsigned char> memory(renderer.plan(animation.room.scene, settings).arena_bytes);
             FrameCache kept = {};
             for (int i = 0; i < frames; ++i) {
                 const int frame = backwards ? frames - 1 - i : i;
@@ -101,9 +101,8 @@ TEST_CASE(WISP_ARITH_NAME ": frames of surfaces are the same alone, in order and
                 std::vector<float> rgb(alone[0].rgb.size());
                 Statistics statistics;
                 Arena arena(memory.data(), memory.size());
-                CHECK(render(animation.at(frame), settings, arena, Observer{}, rgb.data(), statistics, nullptr,
-                             &kept) == Status::done);
-                CHECK(kept.surfaces != nullptr);
+                CHECK(renderer.render({animation.at(frame), settings, arena, statistics, {}, rgb.data(), nullptr, &kept}) == Status::done);
+                CHECK(kept.frame != nullptr);
                 CHECK(arena.peak() <= memory.size());
                 const Rendered &expected = alone[static_cast<size_t>(frame)];
                 CHECK(same(rgb, expected.rgb));
@@ -120,11 +119,11 @@ TEST_CASE(WISP_ARITH_NAME ": surfaces keep to their plan; with less there is no 
     for (uint64_t seed = 3200; seed < 3240; ++seed) {
         const RandomRoom room(seed, 1);
         const Settings settings = settings_of(room);
-        const uint64_t planned = plan(room.scene, settings).bytes.arena;
+        const uint64_t planned = renderer.plan(room.scene, settings).arena_bytes;
         std::vector<unsigned char> memory(planned);
         const auto draw = [&](size_t bytes, std::vector<float> &rgb, Statistics &statistics) {
             Arena arena(memory.data(), bytes);
-            return render(room.scene, settings, arena, Observer{}, rgb.data(), statistics);
+            return renderer.render({room.scene, settings, arena, statistics, {}, rgb.data()});
         };
         std::vector<float> rgb(room_pixels * room_pixels * 3, -7);
         Statistics statistics;
@@ -161,7 +160,7 @@ TEST_CASE(WISP_ARITH_NAME ": room for lights, materials and instances is planned
         Arena arena(memory.data(), memory.size());
         std::vector<float> rgb(4 * 4 * 3, -7);
         Statistics unused;
-        CHECK(render(room.scene, settings, arena, Observer{}, rgb.data(), unused) == Status::out_of_memory);
+        CHECK(renderer.render({room.scene, settings, arena, unused, {}, rgb.data()}) == Status::out_of_memory);
         CHECK(std::count(rgb.begin(), rgb.end(), -7.0f) == 4 * 4 * 3);
     }
 }

@@ -48,7 +48,7 @@ struct Whole {
         settings.crop = {1, 2, 30, 40};
         settings.samples = 4;
         settings.seed = 5;
-        settings.reference = true;
+        settings.goal = Goal::reference;
         settings.last_pass = 16;
         settings.photons = 100;
         settings.gather = 50;
@@ -258,7 +258,7 @@ TEST_CASE("identity: that of a picture changes with every number that a pixel ma
         [](Whole &w) { w.settings.irradiance = IrradianceMap::adaptive; },
         [](Whole &w) { w.settings.irradiance_step = 1; },
         [](Whole &w) { w.settings.method = Method::map; },
-        [](Whole &w) { w.settings.reference = false; },
+        [](Whole &w) { w.settings.goal = Goal::picture; },
         [](Whole &w) { w.settings.first_pass = 1; },
         [](Whole &w) { w.settings.last_pass += 1; },
         [](Whole &w) { w.scene.ray_epsilon = 1; },

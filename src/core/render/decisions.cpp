@@ -1,0 +1,99 @@
+#include "core/render/decisions.h"
+#include "core/smoke/resampling.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+bool has_smoke(const Scene &scene) {
+    for (uint32_t i = 0; i < scene.smoke_count; ++i)
+        if (!scene.smokes[i].empty()) return true;
+    return false;
+}
+
+bool has_scattering_smoke(const Scene &scene) {
+    for (uint32_t i = 0; i < scene.smoke_count; ++i)
+        if (!scene.smokes[i].empty() && any_above_zero(scene.smokes[i].albedo)) return true;
+    return false;
+}
+
+// Whether the smoke is a density grid along the axes. The cells of the sparse grid are then the samples of the density
+// grid, or halves of them.
+bool keeps_samples(const Scene &scene) {
+    bool samples = false;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i)
+        samples = samples || (!scene.smokes[i].empty() && scene.smokes[i].grid.density);
+    return samples && is_aligned_grid(scene);
+}
+
+// The largest of 1, 2, 4, 8 cells that is no longer than `step`, or 1.
+int32_t spacing_within(double cell, double step) {
+    int32_t spacing = 1;
+    for (double wider = rounded_product(cell, 2);
+         spacing < brick_cells && total_order_key(wider) <= total_order_key(step); wider = rounded_product(wider, 2))
+        spacing *= 2;
+    return spacing;
+}
+
+GridSpacing grid_spacing(const Scene &scene, const Settings &settings) {
+    const double density = can_resample(scene) ? settings.density_step : 0;
+    double cell = density;
+    if (total_order_key(density) > 0) {
+        if (keeps_samples(scene)) cell = subdivision_for(density) == 1 ? 1 : 0.5;
+    } else {
+        cell = settings.light_step;
+        const bool light = total_order_key(cell) > 0,
+                   finer = total_order_key(cell) < total_order_key(settings.irradiance_step);
+        if (settings.irradiance != IrradianceMap::none && !(light && finer)) cell = settings.irradiance_step;
+    }
+    return {cell, spacing_within(cell, settings.light_step), spacing_within(cell, settings.irradiance_step)};
+}
+
+// Of a picture, and of photons: the reference needs none of this.
+void decide_smoke(const Scene &scene, const Settings &settings, Decisions &d) {
+    const bool map = settings.method == Method::map || d.goal == Goal::photons;
+    const bool nearest_elements = map && settings.estimate == Estimate::knn;
+    d.resampled = total_order_key(settings.density_step) > 0 && can_resample(scene);
+    d.spacing = grid_spacing(scene, settings);
+    d.scatters = has_scattering_smoke(scene);
+    d.lights_in_smoke = d.scatters ? scene.light_count : 0;
+    d.photon_needs = photon_needs(scene, settings);
+    d.particle_map = map;
+    if (d.photon_needs.traced)
+        d.photons = !map          ? PhotonStore::photon_map
+                    : d.resampled ? PhotonStore::fluence_grid
+                                  : PhotonStore::particle_map;
+    if (d.goal == Goal::photons) {
+        d.light_depths = d.photons == PhotonStore::fluence_grid && d.lights_in_smoke > 0;
+        return;
+    }
+    d.march = map && d.resampled           ? MarchKind::grid
+              : map && !nearest_elements ? MarchKind::particles
+                                           : MarchKind::steps;
+    d.nearest = d.march == MarchKind::steps && d.photons != PhotonStore::none;
+    d.irradiance = d.photons == PhotonStore::fluence_grid ||
+                   (d.photons != PhotonStore::none && settings.irradiance != IrradianceMap::none && !nearest_elements);
+    // Photons start by the depths in resampled smoke, which is marched by them, too.
+    d.light_depths =
+        d.lights_in_smoke > 0 && (d.march == MarchKind::grid || total_order_key(settings.light_step) > 0);
+    d.march_grid = !d.resampled && (d.light_depths || d.irradiance);
+}
+
+} // namespace
+
+Decisions decide(const Scene &scene, const Settings &settings) {
+    Decisions d = {};
+    d.goal = settings.goal;
+    d.smoke = has_smoke(scene);
+    d.surfaces = scene.triangle_count() > 0;
+    d.shaded = d.surfaces && d.goal != Goal::photons;
+    d.light_cuts = d.shaded && settings.lights == LightChoice::cuts && scene.light_count > 0;
+    if (!d.smoke) return d;
+    if (d.goal == Goal::reference)
+        d.march = MarchKind::paths;
+    else
+        decide_smoke(scene, settings, d);
+    return d;
+}
+
+} // namespace wisp::WISP_ARITH

@@ -1,0 +1,45 @@
+// The film: the mean of each pixel's samples.
+#pragma once
+#include "core/geometry/camera.h"
+#include "core/geometry/sample_pattern.h"
+#include "core/render/frame.h"
+
+namespace wisp::WISP_ARITH {
+
+// Fills job.rgb with the means of radiance(ray, x, y, sample, recorder): x and y are the pixel's column and row. The
+// recorder is nullptr for all pixels but the one that is recorded.
+template <class Radiance> Status expose_film(const Frame &frame, Radiance &&radiance) {
+    const Scene &scene = frame.scene;
+    const Crop &crop = frame.settings.crop;
+    const uint32_t samples = frame.settings.samples;
+    const View view(scene.camera);
+    const SamplePattern pattern(samples);
+    float *rgb = frame.job.rgb;
+    for (int32_t y = crop.y0; y < crop.y1; ++y) {
+        const uint64_t row = static_cast<uint64_t>(y - crop.y0);
+        if (!frame.job.observer(Stage::camera_rays, row, static_cast<uint64_t>(crop.y1 - crop.y0)))
+            return Status::stopped;
+        for (int32_t x = crop.x0; x < crop.x1; ++x) {
+            Color sum(Real(0));
+            const bool recorded = frame.recorder && frame.recorder->trace.x == x && frame.recorder->trace.y == y;
+            PixelRecorder *const recorder = recorded ? frame.recorder : nullptr;
+            for (uint32_t i = 0; i < samples; ++i) {
+                const Real column = Real(x) + pattern.u(i), row_ = Real(y) + pattern.v(i);
+                const Ray ray = view.ray_through(column, row_);
+                ++frame.statistics.rays.primary;
+                if (is_recording(recorder)) recorder->sample(*recorder, i, column, row_);
+                const Color sample = radiance(ray, x, y, i, recorder);
+                if (is_recording(recorder)) recorder->sample_end(*recorder, i, sample);
+                sum += sample;
+            }
+            const Color mean = sum / Real(static_cast<int32_t>(samples));
+            *rgb++ = to_float_scaled(mean.x, scene.radiance_exponent);
+            *rgb++ = to_float_scaled(mean.y, scene.radiance_exponent);
+            *rgb++ = to_float_scaled(mean.z, scene.radiance_exponent);
+            if (is_recording(recorder)) recorder->pixel(*recorder, samples, mean, rgb - 3);
+        }
+    }
+    return Status::done;
+}
+
+} // namespace wisp::WISP_ARITH

@@ -1,0 +1,160 @@
+// The stages of a picture: how rays pass through the smoke (S1), and the camera's rays.
+#include "core/numbers/sample_sums.h"
+#include "core/render/film.h"
+#include "core/render/stages.h"
+
+namespace wisp::WISP_ARITH::stages {
+
+namespace {
+
+// How a march asks the lights.
+SingleScatterer lights_of_march(Frame &frame) {
+    return {frame.state.lights, frame.decisions.lights_in_smoke,
+            frame.decisions.light_depths ? &frame.state.smoke.depths : nullptr,
+            frame.decisions.surfaces ? &frame.shadows_in_space : nullptr};
+}
+
+// Radiance of smoke in front of the background.
+template <class AnyMarcher> Status trace_smoke(Frame &frame, AnyMarcher &marcher) {
+    const Color background = vec_of(frame.scene.background);
+    return expose_film(frame, [&](const Ray &ray, int32_t, int32_t, uint32_t, PixelRecorder *recorder) {
+        if (is_recording(recorder)) recorder->ray(*recorder, RayKind::camera, 0, ray, Color(Real(1)), Real(1));
+        const Segment smoke = march(marcher, ray, infinite_distance, recorder);
+        const Color radiance = smoke.radiance + background * smoke.transmittance;
+        if (is_recording(recorder)) recorder->ray_end(*recorder, false, smoke.radiance, smoke.transmittance, background, radiance);
+        return radiance;
+    });
+}
+
+Status trace_surfaces(Frame &frame) {
+    Whitted &whitted = frame.whitted;
+    return expose_film(frame, [&](const Ray &ray, int32_t x, int32_t y, uint32_t sample, PixelRecorder *recorder) {
+        whitted.recorder = recorder;
+        begin_sample(frame.shadows, x, y, sample);
+        return trace(whitted, ray);
+    });
+}
+
+// Camera rays through the smoke of a marcher: up to the background, or among surfaces.
+template <class AnyMarcher> Status trace_through(Frame &frame, AnyMarcher &marcher) {
+    if (!frame.decisions.surfaces) return trace_smoke(frame, marcher);
+    frame.whitted.medium = &frame.medium();
+    frame.whitted.marcher = &marcher;
+    frame.whitted.march = [](void *any, const Ray &ray, Real end, PixelRecorder *recorder) {
+        return march(*static_cast<AnyMarcher *>(any), ray, end, recorder);
+    };
+    return trace_surfaces(frame);
+}
+
+// The samples of the reference's passes, added to job.pixels.
+Status trace_paths(Frame &frame) {
+    const Scene &scene = frame.scene;
+    const Settings &settings = frame.settings;
+    const Medium &medium = frame.medium();
+    struct Sampler {
+        const PathTracer &paths;
+        Pcg32 generator;
+    } sampler = {frame.paths, Pcg32(0)};
+    frame.paths.medium = &medium; // without smoke no stage has made them
+    Whitted &whitted = frame.whitted;
+    if (frame.decisions.surfaces && !medium.empty()) {
+        whitted.medium = &medium;
+        whitted.marcher = &sampler;
+        whitted.march = [](void *any, const Ray &part, Real end, PixelRecorder *) {
+            Sampler &own = *static_cast<Sampler *>(any);
+            return Segment{sample_radiance(own.paths, part, end, Color(Real(0)), own.generator),
+                           exp(-optical_depth(*own.paths.medium, part, end))};
+        };
+    }
+    const auto sample = [&](const Ray &ray) {
+        if (frame.decisions.surfaces) return trace(whitted, ray);
+        Color behind = vec_of(scene.background);
+        if (largest(behind) > Real(0)) behind = behind * exp(-optical_depth(medium, ray, infinite_distance));
+        return sample_radiance(frame.paths, ray, infinite_distance, behind, sampler.generator);
+    };
+    const View view(scene.camera);
+    const SamplePattern pattern(settings.samples);
+    const Crop &crop = settings.crop;
+    const uint64_t rows = static_cast<uint64_t>(crop.y1 - crop.y0);
+    const uint32_t passes = settings.last_pass - settings.first_pass;
+    for (uint32_t pass = 0; pass < passes; ++pass) {
+        PixelSums *pixel = frame.job.pixels;
+        for (int32_t y = crop.y0; y < crop.y1; ++y) {
+            const uint64_t row = static_cast<uint64_t>(y - crop.y0);
+            if (!frame.job.observer(Stage::camera_rays, pass * rows + row, passes * rows)) return Status::stopped;
+            for (int32_t x = crop.x0; x < crop.x1; ++x, ++pixel) {
+                sampler.generator = pass_generator(settings, settings.first_pass + pass, x, y);
+                for (uint32_t i = 0; i < settings.samples; ++i) {
+                    const Color color = sample(view.ray_through(Real(x) + pattern.u(i), Real(y) + pattern.v(i)));
+                    add_sample(pixel->channels[0], color.x);
+                    add_sample(pixel->channels[1], color.y);
+                    add_sample(pixel->channels[2], color.z);
+                    ++frame.statistics.rays.primary;
+                }
+            }
+        }
+    }
+    return Status::done;
+}
+
+} // namespace
+
+Status find_majorants(Frame &frame) {
+    return make_path_tracer(frame.scene, frame.medium(), frame.state.lights,
+                            frame.decisions.surfaces ? &frame.shadows_in_space : nullptr, frame.arena,
+                            frame.statistics, frame.paths)
+               ? Status::done
+               : Status::out_of_memory;
+}
+
+uint64_t march_bytes(const Scene &scene, const Settings &, const Decisions &d, const Sizes &) {
+    return d.march == MarchKind::steps       ? Arena::bytes<Real>(scene.smoke_count)
+           : d.march == MarchKind::particles ? window_bytes(scene)
+                                             : 0;
+}
+
+Status make_march(Frame &frame) {
+    const Decisions &decisions = frame.decisions;
+    const Medium &medium = frame.medium();
+    const Irradiance *irradiance = frame.has_irradiance ? &frame.irradiance : nullptr;
+    const Real step = smallest_smoothing_length(frame.scene) * to_real<Real>(frame.settings.step);
+    if (decisions.march == MarchKind::grid) {
+        frame.grid_marcher = {&medium,
+                              &frame.state.smoke.depths,
+                              irradiance,
+                              decisions.surfaces ? &frame.shadows_in_space : nullptr,
+                              step,
+                              &frame.statistics};
+    } else if (decisions.march == MarchKind::particles) {
+        ParticleMarcher &marcher = frame.particle_marcher;
+        if (!make_window(frame.scene, frame.arena, marcher)) return Status::out_of_memory;
+        marcher.sources = frame.sources;
+        marcher.irradiance = irradiance;
+        marcher.lights = lights_of_march(frame);
+        marcher.medium = &medium;
+        marcher.step = step;
+        marcher.statistics = &frame.statistics;
+    } else {
+        Real *extinctions = frame.arena.make<Real>(frame.scene.smoke_count);
+        if (!extinctions) return Status::out_of_memory;
+        frame.marcher = {&medium,    lights_of_march(frame), frame.photon_maps, irradiance,       step,
+                         frame.gather_radius, extinctions,   frame.gather,      &frame.statistics};
+    }
+    return Status::done;
+}
+
+Status trace_camera_rays(Frame &frame) {
+    switch (frame.decisions.march) {
+    case MarchKind::grid: return trace_through(frame, frame.grid_marcher);
+    case MarchKind::particles: return trace_through(frame, frame.particle_marcher);
+    case MarchKind::steps: return trace_through(frame, frame.marcher);
+    case MarchKind::none:
+    case MarchKind::paths: break;
+    }
+    if (frame.decisions.goal == Goal::reference) return trace_paths(frame);
+    if (frame.decisions.surfaces) return trace_surfaces(frame);
+    frame.marcher.medium = &frame.medium(); // empty
+    return trace_smoke(frame, frame.marcher);
+}
+
+} // namespace wisp::WISP_ARITH::stages

@@ -1,0 +1,58 @@
+// The stages of surfaces: triangle trees, shadows, shading (C).
+#include "core/render/stages.h"
+
+namespace wisp::WISP_ARITH::stages {
+
+Status build_triangle_trees(Frame &frame) {
+    frame.state.surfaces = make_surfaces(frame.scene, frame.arena);
+    return frame.state.surfaces.ready ? Status::done : Status::out_of_memory;
+}
+
+Status place_triangle_trees(Frame &frame) {
+    place_surfaces(frame.scene, frame.arena, frame.state.surfaces);
+    return frame.state.surfaces.ready ? Status::done : Status::out_of_memory;
+}
+
+Status make_lights(Frame &frame) {
+    frame.state.lights = WISP_ARITH::make_lights(frame.scene, frame.arena);
+    return frame.state.lights ? Status::done : Status::out_of_memory;
+}
+
+Status make_shadow_memory(Frame &frame) {
+    return WISP_ARITH::make_shadow_memory(frame.scene, frame.settings, frame.arena, frame.state.shadow_memory)
+               ? Status::done
+               : Status::out_of_memory;
+}
+
+Status begin_shadows(Frame &frame) {
+    frame.shadows = {&frame.scene,      &frame.state.surfaces, frame.state.lights,
+                     &frame.statistics, shadow_technique(frame.scene, frame.settings), frame.state.shadow_memory};
+    if (!begin_frame(frame.shadows, frame.settings, frame.arena)) return Status::out_of_memory;
+    frame.shadows_in_space = WISP_ARITH::shadows_in_space(frame.shadows);
+    return Status::done;
+}
+
+Status build_light_cuts(Frame &frame) {
+    return make_light_cuts(frame.state.lights, frame.scene.light_count, frame.arena, frame.light_cuts)
+               ? Status::done
+               : Status::out_of_memory;
+}
+
+Status make_shading(Frame &frame) {
+    const Scene &scene = frame.scene;
+    const SurfaceMaterial *materials = make_surface_materials(scene, frame.arena);
+    if (!materials) return Status::out_of_memory;
+    frame.whitted = {&scene,
+                     &frame.state.surfaces,
+                     materials,
+                     frame.state.lights,
+                     &frame.shadows,
+                     vec_of(scene.background),
+                     frame.settings.depth,
+                     length(vec_of(scene.camera.down)),
+                     &frame.statistics,
+                     frame.decisions.light_cuts ? &frame.light_cuts : nullptr};
+    return Status::done;
+}
+
+} // namespace wisp::WISP_ARITH::stages
