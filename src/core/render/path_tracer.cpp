@@ -46,9 +46,9 @@ Source scattered_once(const PathTracer &tracer, uint32_t number, const Ray &ray,
 // Distances along the ray up to `end` drawn in proportion to 1 / r^2 from a light.
 struct EquiAngular {
     EquiAngular(const Light &light, const Ray &ray, Real end_) : end(end_) {
-        const Vec3 way = light.position - ray.origin;
-        middle = dot(way, ray.direction);
-        distance = max(length(cross(way, ray.direction)), Real(0x1p-10));
+        const Vec3 to_light = light.position - ray.origin;
+        middle = dot(to_light, ray.direction);
+        distance = max(length(cross(to_light, ray.direction)), Real(0x1p-10));
         low = angle(-middle);
         spread = angle(end - middle) - low;
     }
@@ -66,7 +66,7 @@ struct EquiAngular {
     Real end, middle, distance, low, spread;
 };
 
-// Where 1 / r^2 is sampled as it comes, a light inside the smoke has an infinite variance.
+// Next-event estimation of such a light has an infinite variance: it does not sample in proportion to 1 / r^2.
 bool stands_in_smoke(const PathTracer &tracer, const Light &light) {
     const Box &box = tracer.medium->bounds;
     const Vec3 &p = light.position;
@@ -92,8 +92,8 @@ Color single_scattering(const PathTracer &tracer, const Ray &ray, Real end, cons
         const auto weighted = [&](Real t) {
             const Source source = scattered_once(tracer, l, ray, t);
             if (!(largest(source.radiance) > Real(0))) return Color(Real(0));
-            const Real through = exp(-optical_depth(*tracer.medium, ray, t));
-            return source.radiance * (through / (source.sigma * through + angular.density(t)));
+            const Real transmittance = exp(-optical_depth(*tracer.medium, ray, t));
+            return source.radiance * (transmittance / (source.sigma * transmittance + angular.density(t)));
         };
         if (collision.found) sum += weighted(collision.distance);
         sum += weighted(angular.sample(uniform(generator)));
@@ -103,7 +103,7 @@ Color single_scattering(const PathTracer &tracer, const Ray &ray, Real end, cons
 
 } // namespace
 
-// Each bound is for slightly more than its cell, by a share that covers what rounding does to the points of a walk.
+// Each bound is for slightly more than its cell, by a margin that covers what rounding does to the points of a walk.
 Majorants make_majorants(const Medium &medium, Real edge, Arena &arena) {
     Majorants majorants = {};
     const Vec3 size = medium.bounds.high - medium.bounds.low;

@@ -1,10 +1,11 @@
-// The truth that every other method is measured against: unbiased volumetric path tracing.
+// The reference that every other method is measured against: unbiased volumetric path tracing (README).
 //
 // It shares the density fields, the lights' formulas and the phase function with the rest, and nothing of the photons:
 // free paths are Woodcock's delta tracking against local majorants (where photons use exact collisions), draws come
 // from a generator in sequence (where photons hash), and light arrives by next-event estimation. Slow and simple.
 #pragma once
-#include "core/march/ray_march.h"
+#include "core/shadows/shadows.h"
+#include "core/smoke/medium.h"
 #include "core/numbers/random.h"
 #include "wisp/arena.h"
 #include "wisp/photon_sums.h"
@@ -33,8 +34,8 @@ struct PathTracer {
     Shadows *shadows; // of surfaces; nullptr: there are none
 };
 
-// Where a free path along the ray ends, if before `end`: the collision's distance, and with whose density.
-// Unbiased: tentative collisions of rate sigma_m are real ones with probability sigma_t / sigma_m.
+// Draws the first collision along the ray before `end`, by delta tracking: its distance, and the smoke that it is with.
+// It is unbiased: tentative collisions of rate sigma_m are real ones with probability sigma_t / sigma_m.
 MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 &generator);
 
 // `radiance`, and one sample of what smoke sends along the ray from distances 0 to `end`: its expectation is right
@@ -45,7 +46,7 @@ uint64_t majorant_bytes(); // of the arena, at most
 bool make_path_tracer(const Scene &scene, const Medium &medium, const Light *lights, Shadows *shadows, Arena &arena,
                       Statistics &statistics, PathTracer &tracer); // false: the arena was too small
 
-// A pixel's pass has draws of its own: a crop, or a part of the passes, is a part of the whole.
+// Each pass of each pixel has its own random numbers: a crop, or some of the passes, has the samples of the whole.
 Pcg32 pass_generator(const Settings &settings, uint32_t pass, int32_t x, int32_t y);
 
 } // namespace wisp::WISP_ARITH

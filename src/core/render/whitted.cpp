@@ -7,16 +7,16 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr Real least_weight = Real(0.01); // of a ray in its pixel: lighter ones are not sent
+constexpr Real min_ray_weight = Real(0.01); // in its pixel: a ray of less weight is not traced
 
 // A ray and the cone of what its pixel sees by it.
 struct Beam {
     Ray ray;
     Real width; // of the cone at the ray's origin
-    uint32_t skip;
+    uint32_t ignore_triangle; // the ray starts on it
 };
 
-// A point of a surface, turned towards the ray that met it.
+// A point of a surface, with its normals on the side of the ray that hit it.
 struct Point {
     Vec3 position;
     Vec3 plane;   // the triangle's normal, on the ray's side
@@ -25,7 +25,7 @@ struct Point {
     const SurfaceMaterial *material;
     Color texture;
     uint32_t triangle;
-    bool still; // it never moves
+    bool is_static; // the triangle never moves
     Real u, v;  // in the triangle
     uint32_t instance;
     Real width; // of the cone
@@ -40,7 +40,7 @@ Vec3 mirrored(const Vec3 &direction, const Vec3 &normal) {
 
 // The mean of the triangle's texture in the beam's footprint: as wide as the cone, and longer the more it is slanted.
 // `area` is twice the triangle's.
-WISP_INLINE Color texture_of(const Scene &scene, const Triangle &triangle, const Vec3 &share, Real width, Real cosine,
+WISP_INLINE Color texture_of(const Scene &scene, const Triangle &triangle, const Vec3 &weights, Real width, Real cosine,
                               Real area) {
     const Texture &texture = scene.textures[triangle.texture];
     Real u[3], v[3];
@@ -54,8 +54,8 @@ WISP_INLINE Color texture_of(const Scene &scene, const Triangle &triangle, const
         const Real texels = binary_log(pictures) + binary_log(Real(texture.width)) + binary_log(Real(texture.height));
         lod = binary_log(width) + (texels - binary_log(area) - binary_log(max(cosine, Real(1.0 / 64)))) * Real(0.5);
     }
-    return texture_at(texture, u[0] * share.x + u[1] * share.y + u[2] * share.z,
-                      v[0] * share.x + v[1] * share.y + v[2] * share.z, lod);
+    return texture_at(texture, u[0] * weights.x + u[1] * weights.y + u[2] * weights.z,
+                      v[0] * weights.x + v[1] * weights.y + v[2] * weights.z, lod);
 }
 
 Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
@@ -69,7 +69,7 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
         edge1 = applied(instance->axis, edge1);
         edge2 = applied(instance->axis, edge2);
     }
-    const Vec3 share(Real(1) - hit.u - hit.v, hit.u, hit.v);
+    const Vec3 weights(Real(1) - hit.u - hit.v, hit.u, hit.v);
     Point point;
     // Of edges about 1 long: in fixed point the product of short ones has no digits left.
     const Real size1 = largest_size(edge1), size2 = largest_size(edge2);
@@ -80,7 +80,7 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
     point.normal = point.plane;
     const Double3 &n = triangle.normal[0];
     if (total_order_key(n.x) != 0 || total_order_key(n.y) != 0 || total_order_key(n.z) != 0) {
-        Vec3 normal = vec_of(n) * share.x + vec_of(triangle.normal[1]) * share.y + vec_of(triangle.normal[2]) * share.z;
+        Vec3 normal = vec_of(n) * weights.x + vec_of(triangle.normal[1]) * weights.y + vec_of(triangle.normal[2]) * weights.z;
         if (length(normal) > Real(0x1p-12)) {
             if (instance) { // by the inverse transpose, which may be small
                 const Vec3 *inverse = instance->inverse;
@@ -100,20 +100,20 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
     }
     point.material = &tracer.materials[triangle.material];
     point.triangle = hit.triangle;
-    point.still = hit.triangle < tracer.surfaces->static_count;
+    point.is_static = hit.triangle < tracer.surfaces->static_count;
     point.u = hit.u;
     point.v = hit.v;
     point.instance = hit.instance;
     point.width = beam.width + tracer.spread * hit.distance;
     point.texture = triangle.texture < 0
                         ? Color(Real(1))
-                        : texture_of(scene, triangle, share, point.width, abs(cosine), sine * size1 * size2);
+                        : texture_of(scene, triangle, weights, point.width, abs(cosine), sine * size1 * size2);
     return point;
 }
 
-// What the irradiance from light i is multiplied by, seen along `direction`; false: nothing comes of it. A light behind
-// the triangle's plane gives nothing, whatever the interpolated normal says, and none is blocked by the triangle
-// itself.
+// Sets `factor`, by which the irradiance of light i is multiplied to give radiance along `direction`. False: the light adds
+// nothing. A light behind the triangle's plane adds nothing, whatever the interpolated normal says. The triangle does
+// not shadow itself.
 bool shade_light(const Whitted &tracer, const Point &point, const Vec3 &direction, uint32_t i, const Illumination &from,
              Color &factor) {
     const SurfaceMaterial &material = *point.material;
@@ -143,7 +143,7 @@ bool shade_light(const Whitted &tracer, const Point &point, const Vec3 &directio
     return true;
 }
 
-// What the lights give, seen along `direction`.
+// Radiance that all lights send along `direction`.
 Color direct_light(const Whitted &tracer, const Point &point, const Vec3 &direction) {
     Color sum(Real(0)), factor;
     if (!tracer.cuts) {
@@ -174,8 +174,8 @@ Color trace_secondary(const Whitted &tracer, const Point &point, const Vec3 &dir
                       uint32_t depth, Real weight, RayKind kind, uint64_t &count) {
     const Real rest = weight * largest(factor);
     PixelRecorder *const recorder = tracer.recorder;
-    if (depth == tracer.depth || rest < least_weight) {
-        if (is_recording(recorder) && rest > Real(0)) recorder->unsent(*recorder, kind, factor, rest, !(rest < least_weight));
+    if (depth == tracer.depth || rest < min_ray_weight) {
+        if (is_recording(recorder) && rest > Real(0)) recorder->unsent(*recorder, kind, factor, rest, !(rest < min_ray_weight));
         return Color(Real(0));
     }
     ++count;
@@ -184,29 +184,29 @@ Color trace_secondary(const Whitted &tracer, const Point &point, const Vec3 &dir
     return factor * trace(tracer, beam, tracer.surfaces->ray_epsilon, depth + 1, rest);
 }
 
-// The direction off the surface, on this side of its plane: where the interpolated normal would send the ray through
-// it, the plane's own mirrors.
+// The reflected direction, on this side of the triangle's plane. Where the interpolated normal would send the ray through
+// the plane, the plane's own normal reflects it.
 WISP_INLINE Vec3 reflection(const Point &point, const Vec3 &direction) {
-    const Vec3 way = mirrored(direction, point.normal);
-    return normalize(dot(way, point.plane) > Real(0) ? way : mirrored(direction, point.plane));
+    const Vec3 reflected = mirrored(direction, point.normal);
+    return normalize(dot(reflected, point.plane) > Real(0) ? reflected : mirrored(direction, point.plane));
 }
 
-// Snell's law; false: all is reflected. Behind the plane in any case.
-WISP_INLINE bool refraction(const Point &point, const Vec3 &direction, Vec3 &way) {
+// Snell's law. False: total reflection. The refracted direction leads behind the plane in any case.
+WISP_INLINE bool refraction(const Point &point, const Vec3 &direction, Vec3 &refracted) {
     const Real index = point.material->index, ratio = point.entered ? Real(1) / index : index;
     if (ratio == Real(1)) {
-        way = direction;
+        refracted = direction;
         return true;
     }
     const Vec3 &normal = dot(direction, point.normal) < Real(0) ? point.normal : point.plane;
     const Real cosine = -dot(direction, normal), rest = Real(1) - ratio * ratio * (Real(1) - cosine * cosine);
     if (rest < Real(0)) return false;
-    way = normalize(direction * ratio + normal * (ratio * cosine - sqrt(rest)));
-    if (!(dot(way, point.plane) < Real(0))) way = direction;
+    refracted = normalize(direction * ratio + normal * (ratio * cosine - sqrt(rest)));
+    if (!(dot(refracted, point.plane) < Real(0))) refracted = direction;
     return true;
 }
 
-// What the surface that a beam hits, if any, sends back along it.
+// Radiance of the surface that a beam hits, or of the background.
 Color shade(const Whitted &tracer, const Beam &beam, const Hit &hit, uint32_t depth, Real weight) {
     if (!hit.found) return tracer.background;
     const Point point = point_at(tracer, beam, hit);
@@ -219,7 +219,7 @@ Color shade(const Whitted &tracer, const Beam &beam, const Hit &hit, uint32_t de
         tracer.recorder->hit(*tracer.recorder, {hit.distance,
                                                 hit.triangle,
                                                 in_instance ? static_cast<int32_t>(hit.instance) : -1,
-                                                point.still,
+                                                point.is_static,
                                                 triangle.material,
                                                 triangle.texture,
                                                 hit.u,
@@ -249,7 +249,7 @@ Color shade(const Whitted &tracer, const Beam &beam, const Hit &hit, uint32_t de
 
 Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight) {
     TreeCounts unused = {};
-    const Hit hit = tracer.nearest_hit(*tracer.surfaces, beam.ray, begin, infinite_distance, beam.skip, unused);
+    const Hit hit = tracer.nearest_hit(*tracer.surfaces, beam.ray, begin, infinite_distance, beam.ignore_triangle, unused);
     if (depth == 0) record_primary_hit(*tracer.shadows, beam.ray, hit);
     Segment smoke = empty_segment();
     if (tracer.medium)
