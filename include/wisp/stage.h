@@ -5,22 +5,9 @@
 namespace wisp {
 
 enum class Stage : uint8_t {
-    frame_cache,
-    triangle_trees,
-    lights,
-    shadows,
-    light_cuts,
-    shading,
-    particle_tree,
-    bricks,
-    light_depths,
-    photons,
-    gather,
-    irradiance,
-    sources,
-    majorants,
-    march,
-    camera_rays
+    frame_cache, triangle_trees, lights, shadows, light_cuts, shading, // surfaces
+    particle_tree, bricks, light_depths, photons, gather, irradiance, sources, // smoke
+    majorants, march, camera_rays // the picture
 };
 constexpr uint32_t stage_count = 16;
 

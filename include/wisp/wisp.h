@@ -88,14 +88,8 @@ struct Renderer {
     Status (*render)(const Job &job);
 };
 
-namespace f32 {
-extern const Renderer renderer;
-}
-namespace f64 {
-extern const Renderer renderer;
-}
-namespace fixed {
-extern const Renderer renderer;
-}
+namespace f32 { extern const Renderer renderer; }
+namespace f64 { extern const Renderer renderer; }
+namespace fixed { extern const Renderer renderer; }
 
 } // namespace wisp

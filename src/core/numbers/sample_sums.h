@@ -5,12 +5,20 @@
 
 namespace wisp {
 
+// Adds to a sum, which stays at the most that fits: the order of sums does not matter then either.
+inline void add(WideSum &sum, uint64_t high, uint64_t low) {
+    sum.low += low;
+    const uint64_t carry = sum.low < low ? 1 : 0, before = sum.high;
+    sum.high += high + carry;
+    if (sum.high < before || (sum.high == before && high == UINT64_MAX)) sum.high = sum.low = UINT64_MAX;
+}
+
 // Samples are clamped to [0, 2^31). Only rounding makes negative samples.
 inline void add_sample(PixelSums::Channel &channel, Fixed sample) {
     const int64_t units = sample < Fixed(0) ? 0 : sample.raw();
     const detail::Wide square = detail::product<detail::Wide>(units, units);
-    channel.sum.add(0, static_cast<uint64_t>(units));
-    channel.square.add(static_cast<uint64_t>(detail::high_word(square)), detail::low_word(square));
+    add(channel.sum, 0, static_cast<uint64_t>(units));
+    add(channel.square, static_cast<uint64_t>(detail::high_word(square)), detail::low_word(square));
 }
 inline void add_sample(PixelSums::Channel &channel, double sample) { add_sample(channel, to_real<Fixed>(sample)); }
 

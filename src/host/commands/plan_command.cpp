@@ -5,6 +5,7 @@
 #include "host/commands/request.h"
 #include "host/prepare/particle_report.h"
 #include "host/results/fingerprint.h"
+#include "host/scene/shadow_words.h"
 #include <cstdio>
 
 namespace wisp {

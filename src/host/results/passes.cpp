@@ -51,8 +51,8 @@ void add_passes(Passes &passes, const Passes &more, const std::string &name) {
         for (int c = 0; c < 3; ++c) {
             PixelSums::Channel &to = passes.pixels[i].channels[c];
             const PixelSums::Channel &from = more.pixels[i].channels[c];
-            to.sum.add(from.sum.high, from.sum.low);
-            to.square.add(from.square.high, from.square.low);
+            add(to.sum, from.sum.high, from.sum.low);
+            add(to.square, from.square.high, from.square.low);
         }
 }
 

@@ -1,5 +1,6 @@
 #include "host/base/option_table.h"
 #include "host/scene/options.h"
+#include "host/scene/shadow_words.h"
 #include <cmath>
 
 namespace wisp {

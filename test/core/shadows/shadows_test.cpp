@@ -1,4 +1,5 @@
 // The table of techniques, and what a frame calls.
+#include "host/scene/shadow_words.h"
 #include "core/shadows/shadows.h"
 #include "support/built_surfaces.h"
 #include <set>
