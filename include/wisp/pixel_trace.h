@@ -1,6 +1,6 @@
-// The record of one pixel while it is rendered: its samples, the rays of each sample with what they hit, the lights that
-// shine there, the steps through smoke, and the sums. Plain data, the same for every arithmetic. Lengths and radiances
-// have the units of Scene: a caller who normalised them knows the way back.
+// The record of one pixel while it is rendered: its samples, the rays of each sample with what they hit, the lights
+// that shine there, the steps through smoke, and the sums. Plain data, the same for every arithmetic. Lengths and
+// radiances have the units of Scene: a caller who normalised them knows the way back.
 //
 // The events of a pixel come in the order  sample { ray } sample_end ... pixel,
 // those of a ray in the order              ray [march light* step* ... march_end] [hit light* direct_light

@@ -1,12 +1,22 @@
-// What a caller sees of the work as it goes on, and how the work ended.
+// The stages of the work, how far it is, and how it ended.
 #pragma once
-#include "wisp/stage.h"
+#include <cstdint>
 
 namespace wisp {
 
+// The stages of a render, in the order of the table in src/core/render/stages.cpp, which says what each is for.
+// clang-format off
+enum class Stage : uint8_t {
+    frame_cache, triangle_trees, lights, shadows, light_cuts, shading,          // surfaces
+    particle_tree, bricks, light_depths, photons, gather, irradiance, sources,  // smoke
+    majorants, march, camera_rays                                               // the picture
+};
+// clang-format on
+constexpr uint32_t stage_count = 16;
+
 enum class Status : uint8_t {
     done,
-    stopped,      // by the observer
+    stopped, // by the observer
     out_of_memory,
     overflow,     // more photons than the sums of a particle map are sure to hold
     size_mismatch // the photon sums are not as many numbers as this scene's particle map has

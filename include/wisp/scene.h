@@ -123,7 +123,8 @@ struct Scene {
     uint32_t material_count;
     const Texture *textures;
     uint32_t texture_count;
-    double ray_epsilon; // rays that leave a surface hit nothing nearer than this: 1e-6 of the static triangles' diagonal
+    double
+        ray_epsilon; // rays that leave a surface hit nothing nearer than this: 1e-6 of the static triangles' diagonal
 
     uint32_t triangle_count() const { return static_count + instance_triangle_count + deforming_count; }
 };

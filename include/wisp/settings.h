@@ -5,8 +5,8 @@
 
 namespace wisp {
 
-// How multiple scattering is found: from the photon map at each step (S4-2), from the particle map (S4-3), or as `direct`
-// in resampled smoke, with a density_step (S4-1).
+// How multiple scattering is found: from the photon map at each step (S4-2), from the particle map (S4-3), or as
+// `direct` in resampled smoke, with a density_step (S4-1).
 enum class Method : uint8_t { direct, map, volume };
 
 enum class IrradianceMap : uint8_t { none, uniform, adaptive }; // S4-4
@@ -49,11 +49,12 @@ struct Settings {
     double density_step; // size of the cells to which smoke is resampled, in units of H; 0: exact densities
     double light_step;   // distance of the points whose depth to the lights is kept, in units of H; 0: none
     IrradianceMap irradiance;
-    double irradiance_step;         // distance of its points at most, in units of H
-    Method method;                  // how smoke is rendered
-    LightChoice lights;             // of surfaces
+    double irradiance_step; // distance of its points at most, in units of H
+    Method method;          // how smoke is rendered
+    LightChoice lights;     // of surfaces
     Goal goal;
-    uint32_t first_pass, last_pass; // of Goal::reference: first_pass <= i < last_pass <= 2^31, `samples` rays a pixel each
+    uint32_t first_pass,
+        last_pass; // of Goal::reference: first_pass <= i < last_pass <= 2^31, `samples` rays a pixel each
 };
 
 } // namespace wisp

@@ -4,13 +4,13 @@
 #pragma once
 #include <cstdint>
 
-#define WISP_SHADOW_METHODS(METHOD)                                          \
-    METHOD(trace, "a ray for each")                                          \
-    METHOD(cache, "the last occluder first, then a ray")                     \
-    METHOD(paper, "by what rays met before, else a ray")                     \
-    METHOD(exact, "no ray where proved for a cell of a still triangle")      \
-    METHOD(voxel, "no ray where proved for a voxel")                         \
-    METHOD(lightbuffer, "lists of what each light sees")                     \
+#define WISP_SHADOW_METHODS(METHOD)                                                                                    \
+    METHOD(trace, "a ray for each")                                                                                    \
+    METHOD(cache, "the last occluder first, then a ray")                                                               \
+    METHOD(paper, "by what rays met before, else a ray")                                                               \
+    METHOD(exact, "no ray where proved for a cell of a still triangle")                                                \
+    METHOD(voxel, "no ray where proved for a voxel")                                                                   \
+    METHOD(lightbuffer, "lists of what each light sees")                                                               \
     METHOD(lie, "lists for the cells of an octree")
 
 namespace wisp {

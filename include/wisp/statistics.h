@@ -1,6 +1,6 @@
 // Exact counters of one frame: the same on every machine.
 #pragma once
-#include "wisp/stage.h"
+#include "wisp/progress.h"
 
 namespace wisp {
 
@@ -26,8 +26,8 @@ struct Statistics {
     // emitted = absorbed + escaped + blocked + capped, photon by photon.
     struct Photons {
         uint64_t emitted, collisions, stored, absorbed, escaped, blocked, capped;
-        uint64_t lost; // collisions that no particle's kernel reached: their power is lost
-        bool store_full;    // tracing ended before a batch that might not have fitted
+        uint64_t lost;   // collisions that no particle's kernel reached: their power is lost
+        bool store_full; // tracing ended before a batch that might not have fitted
     } photons = {};
     struct {
         uint64_t particles, density_evaluations, march_samples, gathers, gathered;
@@ -37,7 +37,8 @@ struct Statistics {
         uint64_t particle_tree, photon_map, particle_map, irradiance, triangle_trees;
         uint64_t mode_words; // of ShadowMethod::paper
         uint64_t arena_peak, arena_size;
-        uint64_t stages[stage_count]; // the most that a stage held at a time, what lives on from earlier frames included
+        uint64_t
+            stages[stage_count]; // the most that a stage held at a time, what lives on from earlier frames included
     } bytes = {};
 };
 

@@ -37,12 +37,12 @@ struct Plan {
     PlanRow rows[stage_count];
     uint64_t arena_bytes; // the sum of the bytes of all rows
 
-    bool smoke;             // there are particles, density grids or boxes
-    bool surfaces;          // there are triangles
-    bool photons;           // some light is scattered more than once
-    bool photon_directions; // photons keep their directions: some smoke does not scatter evenly
-    bool photon_harmonics;  // ... and spherical harmonics of them
-    bool photon_powers;     // photons keep their powers: they differ
+    bool smoke;               // there are particles, density grids or boxes
+    bool surfaces;            // there are triangles
+    bool photons;             // some light is scattered more than once
+    bool photon_directions;   // photons keep their directions: some smoke does not scatter evenly
+    bool photon_harmonics;    // ... and spherical harmonics of them
+    bool photon_powers;       // photons keep their powers: they differ
     uint64_t photon_capacity; // of the photon map; 0 where there is none
     uint64_t bricks;          // of 8 x 8 x 8 cells of resampled smoke; 0 where densities are exact
     uint64_t map_sums;        // numbers in the photon sums of a particle map, at most
@@ -51,16 +51,16 @@ struct Plan {
     const PlanRow &operator[](Stage stage) const { return rows[static_cast<uint32_t>(stage)]; }
 };
 
-// What lives from frame to frame, at the beginning of the arena: the trees of triangles that never change their form,
-// what the shadow technique has learnt, and the smoke with its optical depths. The caller keeps the cache beside the
-// arena and gives both to the next frame of the same scene and settings. The first frame finds it empty.
+// What lives from frame to frame, at the beginning of the arena: trees of static triangles, what the shadow technique
+// has learnt, the smoke with its optical depths. The caller gives it to the next frame with the same arena, empty at
+// first.
 struct CachedFrame; // the core's own
 struct FrameCache {
     CachedFrame *frame;
     bool same_smoke; // set by the caller: smoke and lights are bit for bit those of the frame before
 };
 
-// One frame to render. `settings.goal` says what is made:
+// A frame to render. `settings.goal` says what is made:
 // - Goal::picture: `rgb` is filled with (x1 - x0) * (y1 - y0) linear radiances of the crop, three floats each, top row
 //   first. `photons` may hold the sums of a particle map: they are traced when `count` is 0, and used otherwise.
 //   Without `photons` the arena has room for them.
@@ -88,8 +88,14 @@ struct Renderer {
     Status (*render)(const Job &job);
 };
 
-namespace f32 { extern const Renderer renderer; }
-namespace f64 { extern const Renderer renderer; }
-namespace fixed { extern const Renderer renderer; }
+namespace f32 {
+extern const Renderer renderer;
+}
+namespace f64 {
+extern const Renderer renderer;
+}
+namespace fixed {
+extern const Renderer renderer;
+}
 
 } // namespace wisp

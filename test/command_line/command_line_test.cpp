@@ -3,7 +3,7 @@
 #include "host/images/picture.h"
 #include "host/results/passes.h"
 #include "support/command_line.h"
-#include "wisp/stage.h"
+#include "wisp/progress.h"
 #include <cmath>
 #include <doctest/doctest.h>
 #include <sstream>

@@ -67,15 +67,12 @@ void decide_smoke(const Scene &scene, const Settings &settings, Decisions &d) {
         d.light_depths = d.photons == PhotonStore::fluence_grid && d.lights_in_smoke > 0;
         return;
     }
-    d.march = map && d.resampled           ? MarchKind::grid
-              : map && !nearest_elements ? MarchKind::particles
-                                           : MarchKind::steps;
+    d.march = map && d.resampled ? MarchKind::grid : map && !nearest_elements ? MarchKind::particles : MarchKind::steps;
     d.nearest = d.march == MarchKind::steps && d.photons != PhotonStore::none;
     d.irradiance = d.photons == PhotonStore::fluence_grid ||
                    (d.photons != PhotonStore::none && settings.irradiance != IrradianceMap::none && !nearest_elements);
     // Photons start by the depths in resampled smoke, which is marched by them, too.
-    d.light_depths =
-        d.lights_in_smoke > 0 && (d.march == MarchKind::grid || total_order_key(settings.light_step) > 0);
+    d.light_depths = d.lights_in_smoke > 0 && (d.march == MarchKind::grid || total_order_key(settings.light_step) > 0);
     d.march_grid = !d.resampled && (d.light_depths || d.irradiance);
 }
 

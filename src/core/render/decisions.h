@@ -22,8 +22,8 @@ enum class MarchKind : uint8_t {
     paths      // random paths instead of a march: PathTracer
 };
 
-// The cells of the sparse grid in smoothing lengths of the finest smoke, 0 where there is none, and the distance between
-// the points of the fields over it, in cells.
+// The cells of the sparse grid in smoothing lengths of the finest smoke, 0 where there is none, and the distance
+// between the points of the fields over it, in cells.
 struct GridSpacing {
     double cell;
     int32_t light, irradiance;

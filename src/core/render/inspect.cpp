@@ -1,4 +1,5 @@
-// The pixel inspector. Nothing else names the functions that record: a program that does not inspect does not link them.
+// The pixel inspector. Nothing else names the functions that record: a program that does not inspect does not link
+// them.
 #include "core/render/stages.h"
 #include "wisp/pixel_trace.h"
 

@@ -21,7 +21,8 @@ template <class AnyMarcher> Status trace_smoke(Frame &frame, AnyMarcher &marcher
         if (is_recording(recorder)) recorder->ray(*recorder, RayKind::camera, 0, ray, Color(Real(1)), Real(1));
         const Segment smoke = march(marcher, ray, infinite_distance, recorder);
         const Color radiance = smoke.radiance + background * smoke.transmittance;
-        if (is_recording(recorder)) recorder->ray_end(*recorder, false, smoke.radiance, smoke.transmittance, background, radiance);
+        if (is_recording(recorder))
+            recorder->ray_end(*recorder, false, smoke.radiance, smoke.transmittance, background, radiance);
         return radiance;
     });
 }
@@ -101,8 +102,8 @@ Status trace_paths(Frame &frame) {
 
 Status find_majorants(Frame &frame) {
     return make_path_tracer(frame.scene, frame.medium(), frame.state.lights,
-                            frame.decisions.surfaces ? &frame.shadows_in_space : nullptr, frame.arena,
-                            frame.statistics, frame.paths)
+                            frame.decisions.surfaces ? &frame.shadows_in_space : nullptr, frame.arena, frame.statistics,
+                            frame.paths)
                ? Status::done
                : Status::out_of_memory;
 }
@@ -119,12 +120,9 @@ Status make_march(Frame &frame) {
     const Irradiance *irradiance = frame.has_irradiance ? &frame.irradiance : nullptr;
     const Real step = smallest_smoothing_length(frame.scene) * to_real<Real>(frame.settings.step);
     if (decisions.march == MarchKind::grid) {
-        frame.grid_marcher = {&medium,
-                              &frame.state.smoke.depths,
-                              irradiance,
-                              decisions.surfaces ? &frame.shadows_in_space : nullptr,
-                              step,
-                              &frame.statistics};
+        frame.grid_marcher = {&medium,    &frame.state.smoke.depths,
+                              irradiance, decisions.surfaces ? &frame.shadows_in_space : nullptr,
+                              step,       &frame.statistics};
     } else if (decisions.march == MarchKind::particles) {
         ParticleMarcher &marcher = frame.particle_marcher;
         if (!make_window(frame.scene, frame.arena, marcher)) return Status::out_of_memory;
@@ -137,8 +135,8 @@ Status make_march(Frame &frame) {
     } else {
         Real *extinctions = frame.arena.make<Real>(frame.scene.smoke_count);
         if (!extinctions) return Status::out_of_memory;
-        frame.marcher = {&medium,    lights_of_march(frame), frame.photon_maps, irradiance,       step,
-                         frame.gather_radius, extinctions,   frame.gather,      &frame.statistics};
+        frame.marcher = {&medium,     lights_of_march(frame), frame.photon_maps, irradiance, step, frame.gather_radius,
+                         extinctions, frame.gather,           &frame.statistics};
     }
     return Status::done;
 }

@@ -35,10 +35,9 @@ Batches batches_to_trace(const Frame &frame, const PhotonSums &sums) {
 }
 
 Status trace_to_photon_map(Frame &frame) {
-    const PhotonMaps maps = WISP_ARITH::trace_photons(frame.medium(), frame.surfaces(), frame.state.lights,
-                                                      frame.scene.light_count, frame.settings,
-                                                      plan_photons(frame.scene, frame.settings), frame.job.observer,
-                                                      frame.arena, frame.statistics);
+    const PhotonMaps maps = WISP_ARITH::trace_photons(
+        frame.medium(), frame.surfaces(), frame.state.lights, frame.scene.light_count, frame.settings,
+        plan_photons(frame.scene, frame.settings), frame.job.observer, frame.arena, frame.statistics);
     frame.photon_maps = maps.per_smoke;
     return maps.status;
 }
@@ -161,8 +160,9 @@ Status make_irradiance(Frame &frame) {
                                                        irradiance_tolerance(frame.settings), frame.arena);
     } else if (frame.decisions.photons == PhotonStore::photon_map) {
         if (!frame.photon_maps) return Status::done;
-        frame.irradiance = WISP_ARITH::make_irradiance(irradiance_request(frame), frame.photon_maps,
-                                                       frame.gather_radius, frame.gather, frame.arena, frame.statistics);
+        frame.irradiance =
+            WISP_ARITH::make_irradiance(irradiance_request(frame), frame.photon_maps, frame.gather_radius, frame.gather,
+                                        frame.arena, frame.statistics);
     } else {
         if (!frame.particle_map.per_smoke) return Status::done;
         frame.irradiance = WISP_ARITH::make_irradiance(irradiance_request(frame), frame.particle_map, frame.arena);

@@ -9,8 +9,7 @@ using namespace stages;
 
 constexpr const char *no_smoke = "there is no smoke", *no_surface = "there is no triangle",
                      *no_light = "there is no light", *photons_alone = "photons are traced, no picture is made",
-                     *by_paths = "the reference follows random paths instead",
-                     *no_photons = "there are no photons";
+                     *by_paths = "the reference follows random paths instead", *no_photons = "there are no photons";
 
 // Whether the stage is needed: `reasons` are why not, the first that holds.
 struct WhyNot {
@@ -79,22 +78,23 @@ uint64_t exact_density_bytes(const Scene &scene, const Settings &, const Decisio
 }
 
 Need need_bricks(const Scene &, const Settings &, const Decisions &d) {
-    return need_unless({{!d.smoke, no_smoke},
-                        {!d.resampled && !d.march_grid, "densities are exact, and no field over them is kept"}},
-                       d.resampled ? "densities are resampled" : "fields over the smoke are kept at their nodes");
+    return need_unless(
+        {{!d.smoke, no_smoke}, {!d.resampled && !d.march_grid, "densities are exact, and no field over them is kept"}},
+        d.resampled ? "densities are resampled" : "fields over the smoke are kept at their nodes");
 }
 uint64_t brick_bytes(const Scene &scene, const Settings &settings, const Decisions &d, const Sizes &sizes) {
     return d.resampled ? medium_bytes(scene, settings.density_step) : sizes.grid.bytes;
 }
 
 Need need_light_depths(const Scene &scene, const Settings &settings, const Decisions &d) {
-    return need_unless({{!d.smoke, no_smoke},
-                        {d.goal == Goal::reference, by_paths},
-                        {scene.light_count == 0, no_light},
-                        {d.lights_in_smoke == 0, "no light is scattered by any smoke"},
-                        {d.goal == Goal::photons && !d.light_depths, photons_alone},
-                        {!d.light_depths && !(settings.light_step > 0), "--light-step 0: every depth is found exactly"}},
-                       "depths to the lights are interpolated");
+    return need_unless(
+        {{!d.smoke, no_smoke},
+         {d.goal == Goal::reference, by_paths},
+         {scene.light_count == 0, no_light},
+         {d.lights_in_smoke == 0, "no light is scattered by any smoke"},
+         {d.goal == Goal::photons && !d.light_depths, photons_alone},
+         {!d.light_depths && !(settings.light_step > 0), "--light-step 0: every depth is found exactly"}},
+        "depths to the lights are interpolated");
 }
 uint64_t light_depth_bytes(const Scene &, const Settings &, const Decisions &d, const Sizes &sizes) {
     return optical_depth_grid_bytes(sizes.grid.count, d.lights_in_smoke, d.spacing.light);
@@ -148,10 +148,9 @@ uint64_t majorant_bytes(const Scene &, const Settings &, const Decisions &, cons
 }
 
 Need need_march(const Scene &, const Settings &, const Decisions &d) {
-    return need_unless({{!d.smoke, no_smoke},
-                        {d.goal == Goal::reference, by_paths},
-                        {d.goal == Goal::photons, photons_alone}},
-                       d.surfaces ? "all rays through the smoke, up to what they hit" : "camera rays through the smoke");
+    return need_unless(
+        {{!d.smoke, no_smoke}, {d.goal == Goal::reference, by_paths}, {d.goal == Goal::photons, photons_alone}},
+        d.surfaces ? "all rays through the smoke, up to what they hit" : "camera rays through the smoke");
 }
 
 Need need_camera_rays(const Scene &, const Settings &, const Decisions &d) {
@@ -160,40 +159,107 @@ Need need_camera_rays(const Scene &, const Settings &, const Decisions &d) {
 
 } // namespace
 
-// The stage        | its name | the room of its method | seconds | why | bytes | what it makes: for the animation, while
-// the smoke is the same, for one frame
+// The stage        | its name | the room of its method | seconds | why | bytes | what it makes: for the animation,
+// while the smoke is the same, for one frame
 const StageRow stage_rows[stage_count] = {
     // What all frames share
     {Stage::frame_cache, "frame cache", "render", StageGroup::trees, need_frame_cache, frame_cache_bytes, {}},
     // Surfaces (C): trees, shadows, shading
-    {Stage::triangle_trees, "triangle trees", "surfaces", StageGroup::trees, need_triangle_trees, triangle_tree_bytes,
+    {Stage::triangle_trees,
+     "triangle trees",
+     "surfaces",
+     StageGroup::trees,
+     need_triangle_trees,
+     triangle_tree_bytes,
      {build_triangle_trees, nullptr, place_triangle_trees}},
     {Stage::lights, "lights", "lights", StageGroup::trees, need_lights, light_bytes, {make_lights, nullptr, nullptr}},
-    {Stage::shadows, "shadows", "shadows", StageGroup::trees, need_shadows, shadow_technique_bytes,
+    {Stage::shadows,
+     "shadows",
+     "shadows",
+     StageGroup::trees,
+     need_shadows,
+     shadow_technique_bytes,
      {make_shadow_memory, nullptr, begin_shadows}},
-    {Stage::light_cuts, "light cuts", "lights", StageGroup::trees, need_light_cuts, light_cut_bytes,
+    {Stage::light_cuts,
+     "light cuts",
+     "lights",
+     StageGroup::trees,
+     need_light_cuts,
+     light_cut_bytes,
      {nullptr, nullptr, build_light_cuts}},
-    {Stage::shading, "shading", "render", StageGroup::trees, need_shading, shading_bytes, {nullptr, nullptr, make_shading}},
+    {Stage::shading,
+     "shading",
+     "render",
+     StageGroup::trees,
+     need_shading,
+     shading_bytes,
+     {nullptr, nullptr, make_shading}},
     // Density of the smoke (S3, S4-1)
-    {Stage::particle_tree, "particle tree", "smoke", StageGroup::trees, need_particle_tree, exact_density_bytes,
+    {Stage::particle_tree,
+     "particle tree",
+     "smoke",
+     StageGroup::trees,
+     need_particle_tree,
+     exact_density_bytes,
      {nullptr, build_exact_density, nullptr}},
-    {Stage::bricks, "bricks", "smoke", StageGroup::trees, need_bricks, brick_bytes, {nullptr, build_sparse_grid, nullptr}},
-    {Stage::light_depths, "light depths", "lights", StageGroup::trees, need_light_depths, light_depth_bytes,
+    {Stage::bricks,
+     "bricks",
+     "smoke",
+     StageGroup::trees,
+     need_bricks,
+     brick_bytes,
+     {nullptr, build_sparse_grid, nullptr}},
+    {Stage::light_depths,
+     "light depths",
+     "lights",
+     StageGroup::trees,
+     need_light_depths,
+     light_depth_bytes,
      {nullptr, find_light_depths, nullptr}},
     // Photons (S2, S4-2, S4-3), and how they are read
-    {Stage::photons, "photons", "photons", StageGroup::photons, need_photons, photon_bytes,
+    {Stage::photons,
+     "photons",
+     "photons",
+     StageGroup::photons,
+     need_photons,
+     photon_bytes,
      {nullptr, distribute_emission, trace_photons}},
-    {Stage::gather, "gather", "photons", StageGroup::render, need_gather, stages::gather_bytes,
+    {Stage::gather,
+     "gather",
+     "photons",
+     StageGroup::render,
+     need_gather,
+     stages::gather_bytes,
      {nullptr, nullptr, stages::make_gather}},
-    {Stage::irradiance, "irradiance", "photons", StageGroup::irradiance, need_irradiance, irradiance_map_bytes,
+    {Stage::irradiance,
+     "irradiance",
+     "photons",
+     StageGroup::irradiance,
+     need_irradiance,
+     irradiance_map_bytes,
      {nullptr, nullptr, stages::make_irradiance}},
-    {Stage::sources, "sources", "photons", StageGroup::render, need_sources, source_bytes,
+    {Stage::sources,
+     "sources",
+     "photons",
+     StageGroup::render,
+     need_sources,
+     source_bytes,
      {nullptr, nullptr, stages::make_sources}},
     // The picture (S1)
-    {Stage::majorants, "majorants", "render", StageGroup::trees, need_majorants, majorant_bytes,
+    {Stage::majorants,
+     "majorants",
+     "render",
+     StageGroup::trees,
+     need_majorants,
+     majorant_bytes,
      {nullptr, nullptr, find_majorants}},
     {Stage::march, "march", "march", StageGroup::render, need_march, march_bytes, {nullptr, nullptr, make_march}},
-    {Stage::camera_rays, "camera rays", "render", StageGroup::render, need_camera_rays, nullptr,
+    {Stage::camera_rays,
+     "camera rays",
+     "render",
+     StageGroup::render,
+     need_camera_rays,
+     nullptr,
      {nullptr, nullptr, trace_camera_rays}},
 };
 
@@ -266,7 +332,9 @@ class Runner {
     }
 
     // The bytes that a stage has held, of all lifetimes.
-    uint64_t used(Stage stage) { return used(Lifetime::sequence, stage) + used(Lifetime::smoke, stage) + used(Lifetime::frame, stage); }
+    uint64_t used(Stage stage) {
+        return used(Lifetime::sequence, stage) + used(Lifetime::smoke, stage) + used(Lifetime::frame, stage);
+    }
 
   private:
     uint64_t &used(Lifetime lifetime, Stage stage) {

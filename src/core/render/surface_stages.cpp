@@ -25,8 +25,12 @@ Status make_shadow_memory(Frame &frame) {
 }
 
 Status begin_shadows(Frame &frame) {
-    frame.shadows = {&frame.scene,      &frame.state.surfaces, frame.state.lights,
-                     &frame.statistics, shadow_technique(frame.scene, frame.settings), frame.state.shadow_memory};
+    frame.shadows = {&frame.scene,
+                     &frame.state.surfaces,
+                     frame.state.lights,
+                     &frame.statistics,
+                     shadow_technique(frame.scene, frame.settings),
+                     frame.state.shadow_memory};
     if (!begin_frame(frame.shadows, frame.settings, frame.arena)) return Status::out_of_memory;
     frame.shadows_in_space = WISP_ARITH::shadows_in_space(frame.shadows);
     return Status::done;

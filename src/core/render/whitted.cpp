@@ -12,7 +12,7 @@ constexpr Real min_ray_weight = Real(0.01); // in its pixel: a ray of less weigh
 // A ray and the cone of what its pixel sees by it.
 struct Beam {
     Ray ray;
-    Real width; // of the cone at the ray's origin
+    Real width;               // of the cone at the ray's origin
     uint32_t ignore_triangle; // the ray starts on it
 };
 
@@ -26,7 +26,7 @@ struct Point {
     Color texture;
     uint32_t triangle;
     bool is_static; // the triangle never moves
-    Real u, v;  // in the triangle
+    Real u, v;      // in the triangle
     uint32_t instance;
     Real width; // of the cone
 };
@@ -41,7 +41,7 @@ Vec3 mirrored(const Vec3 &direction, const Vec3 &normal) {
 // The mean of the triangle's texture in the beam's footprint: as wide as the cone, and longer the more it is slanted.
 // `area` is twice the triangle's.
 WISP_INLINE Color texture_of(const Scene &scene, const Triangle &triangle, const Vec3 &weights, Real width, Real cosine,
-                              Real area) {
+                             Real area) {
     const Texture &texture = scene.textures[triangle.texture];
     Real u[3], v[3];
     for (int i = 0; i < 3; ++i) {
@@ -61,7 +61,8 @@ WISP_INLINE Color texture_of(const Scene &scene, const Triangle &triangle, const
 Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
     const Scene &scene = *tracer.scene;
     const Triangle &triangle = scene.triangles[hit.triangle];
-    const PlacedInstance *instance = hit.instance < tracer.surfaces->instance_count ? &tracer.surfaces->instances[hit.instance] : nullptr;
+    const PlacedInstance *instance =
+        hit.instance < tracer.surfaces->instance_count ? &tracer.surfaces->instances[hit.instance] : nullptr;
     Vec3 corner = vec_of(triangle.corner[0]), edge1 = vec_of(triangle.corner[1]) - corner,
          edge2 = vec_of(triangle.corner[2]) - corner;
     if (instance) { // edges apart from where it is: far out, corners of small bodies have no digits left
@@ -80,7 +81,8 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
     point.normal = point.plane;
     const Double3 &n = triangle.normal[0];
     if (total_order_key(n.x) != 0 || total_order_key(n.y) != 0 || total_order_key(n.z) != 0) {
-        Vec3 normal = vec_of(n) * weights.x + vec_of(triangle.normal[1]) * weights.y + vec_of(triangle.normal[2]) * weights.z;
+        Vec3 normal =
+            vec_of(n) * weights.x + vec_of(triangle.normal[1]) * weights.y + vec_of(triangle.normal[2]) * weights.z;
         if (length(normal) > Real(0x1p-12)) {
             if (instance) { // by the inverse transpose, which may be small
                 const Vec3 *inverse = instance->inverse;
@@ -111,11 +113,11 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
     return point;
 }
 
-// Sets `factor`, by which the irradiance of light i is multiplied to give radiance along `direction`. False: the light adds
-// nothing. A light behind the triangle's plane adds nothing, whatever the interpolated normal says. The triangle does
-// not shadow itself.
+// Sets `factor`, by which the irradiance of light i is multiplied to give radiance along `direction`. False: the light
+// adds nothing. A light behind the triangle's plane adds nothing, whatever the interpolated normal says. The triangle
+// does not shadow itself.
 bool shade_light(const Whitted &tracer, const Point &point, const Vec3 &direction, uint32_t i, const Illumination &from,
-             Color &factor) {
+                 Color &factor) {
     const SurfaceMaterial &material = *point.material;
     const Vec3 to_light = -from.direction;
     const Real cosine = dot(point.normal, to_light);
@@ -124,8 +126,8 @@ bool shade_light(const Whitted &tracer, const Point &point, const Vec3 &directio
         if (is_recording(recorder)) recorder->light(*recorder, {-1, i, false, from});
         return false;
     }
-    const ShadowQuery query = make_shadow_query(*tracer.surfaces, point.position, i, from, point.triangle, point.u,
-                                                point.v, point.instance);
+    const ShadowQuery query =
+        make_shadow_query(*tracer.surfaces, point.position, i, from, point.triangle, point.u, point.v, point.instance);
     if (record_shadow(recorder, 0, *tracer.statistics, [&] { return is_shadowed(*tracer.shadows, query); })) {
         if (is_recording(recorder)) recorder->light(*recorder, {-1, i, true, from});
         return false;
@@ -175,7 +177,8 @@ Color trace_secondary(const Whitted &tracer, const Point &point, const Vec3 &dir
     const Real rest = weight * largest(factor);
     PixelRecorder *const recorder = tracer.recorder;
     if (depth == tracer.depth || rest < min_ray_weight) {
-        if (is_recording(recorder) && rest > Real(0)) recorder->unsent(*recorder, kind, factor, rest, !(rest < min_ray_weight));
+        if (is_recording(recorder) && rest > Real(0))
+            recorder->unsent(*recorder, kind, factor, rest, !(rest < min_ray_weight));
         return Color(Real(0));
     }
     ++count;
@@ -184,8 +187,8 @@ Color trace_secondary(const Whitted &tracer, const Point &point, const Vec3 &dir
     return factor * trace(tracer, beam, tracer.surfaces->ray_epsilon, depth + 1, rest);
 }
 
-// The reflected direction, on this side of the triangle's plane. Where the interpolated normal would send the ray through
-// the plane, the plane's own normal reflects it.
+// The reflected direction, on this side of the triangle's plane. Where the interpolated normal would send the ray
+// through the plane, the plane's own normal reflects it.
 WISP_INLINE Vec3 reflection(const Point &point, const Vec3 &direction) {
     const Vec3 reflected = mirrored(direction, point.normal);
     return normalize(dot(reflected, point.plane) > Real(0) ? reflected : mirrored(direction, point.plane));
@@ -216,20 +219,10 @@ Color shade(const Whitted &tracer, const Beam &beam, const Hit &hit, uint32_t de
     if (is_recording(tracer.recorder)) {
         const Triangle &triangle = tracer.scene->triangles[hit.triangle];
         const bool in_instance = hit.instance < tracer.surfaces->instance_count;
-        tracer.recorder->hit(*tracer.recorder, {hit.distance,
-                                                hit.triangle,
-                                                in_instance ? static_cast<int32_t>(hit.instance) : -1,
-                                                point.is_static,
-                                                triangle.material,
-                                                triangle.texture,
-                                                hit.u,
-                                                hit.v,
-                                                point.position,
-                                                point.plane,
-                                                point.normal,
-                                                point.entered,
-                                                point.texture,
-                                                radiance});
+        tracer.recorder->hit(*tracer.recorder,
+                             {hit.distance, hit.triangle, in_instance ? static_cast<int32_t>(hit.instance) : -1,
+                              point.is_static, triangle.material, triangle.texture, hit.u, hit.v, point.position,
+                              point.plane, point.normal, point.entered, point.texture, radiance});
     }
     const Color lit = direct_light(tracer, point, direction);
     if (is_recording(tracer.recorder)) tracer.recorder->direct_light(*tracer.recorder, lit);
@@ -239,9 +232,8 @@ Color shade(const Whitted &tracer, const Beam &beam, const Hit &hit, uint32_t de
     const bool passes = material.transmission > Real(0) && refraction(point, direction, inside);
     const Color mirror = material.specular + (passes ? Color(Real(0)) : passing);
     auto &rays = tracer.statistics->rays;
-    radiance +=
-        trace_secondary(tracer, point, reflection(point, direction), mirror, depth, weight, RayKind::reflected,
-                        rays.reflected);
+    radiance += trace_secondary(tracer, point, reflection(point, direction), mirror, depth, weight, RayKind::reflected,
+                                rays.reflected);
     if (passes)
         radiance += trace_secondary(tracer, point, inside, passing, depth, weight, RayKind::refracted, rays.refracted);
     return radiance;
@@ -249,7 +241,8 @@ Color shade(const Whitted &tracer, const Beam &beam, const Hit &hit, uint32_t de
 
 Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight) {
     TreeCounts unused = {};
-    const Hit hit = tracer.nearest_hit(*tracer.surfaces, beam.ray, begin, infinite_distance, beam.ignore_triangle, unused);
+    const Hit hit =
+        tracer.nearest_hit(*tracer.surfaces, beam.ray, begin, infinite_distance, beam.ignore_triangle, unused);
     if (depth == 0) record_primary_hit(*tracer.shadows, beam.ray, hit);
     Segment smoke = empty_segment();
     if (tracer.medium)
@@ -278,7 +271,8 @@ SurfaceMaterial *make_surface_materials(const Scene &scene, Arena &arena) {
 }
 
 Color trace(const Whitted &tracer, const Ray &ray) {
-    if (is_recording(tracer.recorder)) tracer.recorder->ray(*tracer.recorder, RayKind::camera, 0, ray, Color(Real(1)), Real(1));
+    if (is_recording(tracer.recorder))
+        tracer.recorder->ray(*tracer.recorder, RayKind::camera, 0, ray, Color(Real(1)), Real(1));
     return trace(tracer, {ray, Real(0), no_triangle}, Real(0), 0, Real(1));
 }
 

@@ -39,9 +39,8 @@ class RowText {
         case Stage::shading: return shading();
         case Stage::particle_tree: return density();
         case Stage::bricks:
-            return plan_.bricks > 0
-                       ? density() + " resampled to " + number(plan_.bricks) + " bricks of 8 x 8 x 8 cells"
-                       : std::string();
+            return plan_.bricks > 0 ? density() + " resampled to " + number(plan_.bricks) + " bricks of 8 x 8 x 8 cells"
+                                    : std::string();
         case Stage::light_depths: return "at most; around smoke";
         case Stage::photons: return photons();
         case Stage::gather:
@@ -109,7 +108,7 @@ class RowText {
         return number(settings_.photons) + origin +
                (plan_.bricks > 0 ? ", kept at the bricks' nodes: " : ", kept on the particles: ") +
                (plan_.photon_powers ? "power in R G B" : "one power (all are equal)") +
-               (!plan_.photon_directions                  ? ", no flux (isotropic)"
+               (!plan_.photon_directions                 ? ", no flux (isotropic)"
                 : settings_.direction == Direction::mean ? ", mean direction"
                 : plan_.photon_harmonics                 ? ", flux and spherical harmonics of directions"
                                                          : ", flux") +

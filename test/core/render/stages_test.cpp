@@ -1,5 +1,5 @@
-// The table of stages: what `plan` says is what a render does. A stage takes no more than its row says, and nothing where
-// its row says no (the test build ends the process there, too).
+// The table of stages: what `plan` says is what a render does. A stage takes no more than its row says, and nothing
+// where its row says no (the test build ends the process there, too).
 #include "core/render/path_tracer.h"
 #include "support/built_smoke.h"
 #include "support/built_surfaces.h"
@@ -25,8 +25,8 @@ Run run(const Scene &scene, const Settings &settings) {
     Run run = {renderer.plan(scene, settings), Status::done, {}};
     std::vector<unsigned char> memory(run.plan.arena_bytes);
     Arena arena(memory.data(), memory.size());
-    const size_t pixels = static_cast<size_t>((settings.crop.x1 - settings.crop.x0) *
-                                              (settings.crop.y1 - settings.crop.y0));
+    const size_t pixels =
+        static_cast<size_t>((settings.crop.x1 - settings.crop.x0) * (settings.crop.y1 - settings.crop.y0));
     std::vector<float> rgb(3 * pixels);
     std::vector<PixelSums> sums(pixels);
     std::vector<int64_t> photons(run.plan.map_sums);
@@ -180,8 +180,8 @@ TEST_CASE(WISP_ARITH_NAME ": the reference's majorants have a row of their own")
 TEST_CASE(WISP_ARITH_NAME ": density grids and boxes are smoke as particles are") {
     const float densities[] = {1, 2, 3, 4, 5, 6, 7, 8};
     for (const bool box : {false, true}) {
-        const SmokeDescription grid = grid_smoke_of({2, 2, 2, box ? nullptr : densities, 0.3, {0, 0, 0}, {1, 1, 1},
-                                                     {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}});
+        const SmokeDescription grid = grid_smoke_of(
+            {2, 2, 2, box ? nullptr : densities, 0.3, {0, 0, 0}, {1, 1, 1}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}});
         const std::vector<LightSource> lights = {lamp};
         Scene scene = scene_of(grid, lights);
         scene.camera = look_at_origin(12, 3, 24);
