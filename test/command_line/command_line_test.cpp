@@ -241,7 +241,7 @@ TEST_CASE("command line: plan says what a scene needs and renders nothing") {
 TEST_CASE("command line: progress is shown only where it is wanted") {
     const CommandLineTest test;
     CHECK(test.wisp("render " + test.s()).err.empty());
-    CHECK(test.wisp("render " + test.s() + " --progress always").err.find("render") != std::string::npos);
+    CHECK(test.wisp("render " + test.s() + " --progress always").err.find("camera rays") != std::string::npos);
     CHECK(test.wisp("render " + test.s() + " --progress always -q").err.empty());
     CHECK(test.wisp("render " + test.s() + " --progress never").err.empty());
 }

@@ -103,7 +103,7 @@ TEST_CASE("map command: other views of one map are those of photons traced for t
         CHECK(kept.status == 0);
         CHECK(kept.err.empty());
         CHECK(kept.out == traced.out);
-        CHECK(test.counters("k.json", "photons").size() == 2); // seconds, and counts
+        CHECK(test.counters("k.json", "photons").size() == 3); // seconds, counts, and bytes
         CHECK(test.counters("k.json", "photons")[0] == "0.000000");
         CHECK(test.counters("t.json", "photons")[0] != "0.000000");
         for (const char *count : {"emitted", "collisions", "stored", "absorbed", "escaped", "particle_map"})
@@ -287,9 +287,9 @@ TEST_CASE("map command: frames with the same smoke use one map, unless --remap t
     CHECK(anew.err.empty());
     CHECK(lines(kept.out) == 4);
     CHECK(kept.out == anew.out);
-    // Of "photons", the seconds come first and the counts behind them.
+    // Of "photons", the seconds come first, the counts and the bytes behind them.
     const auto seconds = [&](const std::string &name, size_t frame) {
-        return test.counters(name, "photons")[2 * frame];
+        return test.counters(name, "photons")[3 * frame];
     };
     for (size_t i = 0; i < 4; ++i) {
         CHECK((seconds("k.json", i) == "0.000000") == (i == 1));

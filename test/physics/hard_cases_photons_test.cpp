@@ -532,6 +532,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D16: counters, batches and seeds have 64 
     RunReport report;
     report.arithmetic = WISP_ARITH_NAME;
     report.frames.resize(1);
+    report.frames[0].plan = renderer.plan(scene, settings);
     auto &counts = report.frames[0].statistics.photons;
     counts.emitted = counts.collisions = counts.stored = counts.absorbed = counts.escaped = counts.blocked =
         counts.capped = many;

@@ -159,109 +159,53 @@ Need need_camera_rays(const Scene &, const Settings &, const Decisions &d) {
 
 } // namespace
 
-// The stage        | its name | the room of its method | seconds | why | bytes | what it makes: for the animation,
-// while the smoke is the same, for one frame
+// Each row: the stage and its name; the room of its method; its seconds; whether and why it is needed; its bytes; what it
+// makes for the whole animation, while the smoke is the same, and for one frame; whether it reports its progress itself.
+// clang-format off
 const StageRow stage_rows[stage_count] = {
-    // What all frames share
-    {Stage::frame_cache, "frame cache", "render", StageGroup::trees, need_frame_cache, frame_cache_bytes, {}},
-    // Surfaces (C): trees, shadows, shading
-    {Stage::triangle_trees,
-     "triangle trees",
-     "surfaces",
-     StageGroup::trees,
-     need_triangle_trees,
-     triangle_tree_bytes,
-     {build_triangle_trees, nullptr, place_triangle_trees}},
-    {Stage::lights, "lights", "lights", StageGroup::trees, need_lights, light_bytes, {make_lights, nullptr, nullptr}},
-    {Stage::shadows,
-     "shadows",
-     "shadows",
-     StageGroup::trees,
-     need_shadows,
-     shadow_technique_bytes,
-     {make_shadow_memory, nullptr, begin_shadows}},
-    {Stage::light_cuts,
-     "light cuts",
-     "lights",
-     StageGroup::trees,
-     need_light_cuts,
-     light_cut_bytes,
-     {nullptr, nullptr, build_light_cuts}},
-    {Stage::shading,
-     "shading",
-     "render",
-     StageGroup::trees,
-     need_shading,
-     shading_bytes,
-     {nullptr, nullptr, make_shading}},
-    // Density of the smoke (S3, S4-1)
-    {Stage::particle_tree,
-     "particle tree",
-     "smoke",
-     StageGroup::trees,
-     need_particle_tree,
-     exact_density_bytes,
-     {nullptr, build_exact_density, nullptr}},
-    {Stage::bricks,
-     "bricks",
-     "smoke",
-     StageGroup::trees,
-     need_bricks,
-     brick_bytes,
-     {nullptr, build_sparse_grid, nullptr}},
-    {Stage::light_depths,
-     "light depths",
-     "lights",
-     StageGroup::trees,
-     need_light_depths,
-     light_depth_bytes,
-     {nullptr, find_light_depths, nullptr}},
-    // Photons (S2, S4-2, S4-3), and how they are read
-    {Stage::photons,
-     "photons",
-     "photons",
-     StageGroup::photons,
-     need_photons,
-     photon_bytes,
-     {nullptr, distribute_emission, trace_photons}},
-    {Stage::gather,
-     "gather",
-     "photons",
-     StageGroup::render,
-     need_gather,
-     stages::gather_bytes,
-     {nullptr, nullptr, stages::make_gather}},
-    {Stage::irradiance,
-     "irradiance",
-     "photons",
-     StageGroup::irradiance,
-     need_irradiance,
-     irradiance_map_bytes,
-     {nullptr, nullptr, stages::make_irradiance}},
-    {Stage::sources,
-     "sources",
-     "photons",
-     StageGroup::render,
-     need_sources,
-     source_bytes,
-     {nullptr, nullptr, stages::make_sources}},
+    // What lives from frame to frame
+    {Stage::frame_cache, "frame cache", "render", StageGroup::trees, need_frame_cache, frame_cache_bytes,
+        {nullptr, nullptr, nullptr}},
+
+    // Surfaces: trees, shadows, shading (C)
+    {Stage::triangle_trees, "triangle trees", "surfaces", StageGroup::trees, need_triangle_trees, triangle_tree_bytes,
+        {build_triangle_trees, nullptr, place_triangle_trees}},
+    {Stage::lights, "lights", "lights", StageGroup::trees, need_lights, light_bytes,
+        {make_lights, nullptr, nullptr}},
+    {Stage::shadows, "shadows", "shadows", StageGroup::trees, need_shadows, shadow_technique_bytes,
+        {make_shadow_memory, nullptr, begin_shadows}},
+    {Stage::light_cuts, "light cuts", "lights", StageGroup::trees, need_light_cuts, light_cut_bytes,
+        {nullptr, nullptr, build_light_cuts}},
+    {Stage::shading, "shading", "render", StageGroup::trees, need_shading, shading_bytes,
+        {nullptr, nullptr, make_shading}},
+
+    // Density of the smoke (S3, S4-1), and its depths to the lights
+    {Stage::particle_tree, "particle tree", "smoke", StageGroup::trees, need_particle_tree, exact_density_bytes,
+        {nullptr, build_exact_density, nullptr}},
+    {Stage::bricks, "bricks", "smoke", StageGroup::trees, need_bricks, brick_bytes,
+        {nullptr, build_sparse_grid, nullptr}},
+    {Stage::light_depths, "light depths", "lights", StageGroup::trees, need_light_depths, light_depth_bytes,
+        {nullptr, find_light_depths, nullptr}},
+
+    // Photons (S2), and how they are read (S4-2, S4-3, S4-4)
+    {Stage::photons, "photons", "photons", StageGroup::photons, need_photons, photon_bytes,
+        {nullptr, distribute_emission, trace_photons}, true},
+    {Stage::gather, "gather", "photons", StageGroup::render, need_gather, stages::gather_bytes,
+        {nullptr, nullptr, stages::make_gather}},
+    {Stage::irradiance, "irradiance", "photons", StageGroup::irradiance, need_irradiance, irradiance_map_bytes,
+        {nullptr, nullptr, stages::make_irradiance}},
+    {Stage::sources, "sources", "photons", StageGroup::render, need_sources, source_bytes,
+        {nullptr, nullptr, stages::make_sources}},
+
     // The picture (S1)
-    {Stage::majorants,
-     "majorants",
-     "render",
-     StageGroup::trees,
-     need_majorants,
-     majorant_bytes,
-     {nullptr, nullptr, find_majorants}},
-    {Stage::march, "march", "march", StageGroup::render, need_march, march_bytes, {nullptr, nullptr, make_march}},
-    {Stage::camera_rays,
-     "camera rays",
-     "render",
-     StageGroup::render,
-     need_camera_rays,
-     nullptr,
-     {nullptr, nullptr, trace_camera_rays}},
+    {Stage::majorants, "majorants", "render", StageGroup::trees, need_majorants, majorant_bytes,
+        {nullptr, nullptr, find_majorants}},
+    {Stage::march, "march", "march", StageGroup::render, need_march, march_bytes,
+        {nullptr, nullptr, make_march}},
+    {Stage::camera_rays, "camera rays", "render", StageGroup::render, need_camera_rays, nullptr,
+        {nullptr, nullptr, trace_camera_rays}, true},
 };
+// clang-format on
 
 namespace {
 
@@ -320,7 +264,7 @@ class Runner {
                               : lifetime == Lifetime::smoke  ? row.run.smoke
                                                              : row.run.frame;
             if (!work || !row.need(frame_.scene, frame_.settings, frame_.decisions).needed) continue;
-            if (!frame_.job.observer(row.stage, 0, 1)) return Status::stopped;
+            if (!row.own_progress && !frame_.job.observer(row.stage, 0, 1)) return Status::stopped;
             Arena &arena = frame_.arena;
             const size_t before = arena.mark();
             arena.begin_stage();

@@ -429,7 +429,7 @@ TEST_CASE(WISP_ARITH_NAME ": cuts of no light and of one are the picture of all,
         settings.lights = LightChoice::cuts;
         const Plan cut = renderer.plan(room.scene, settings);
         CHECK(cut.arena_bytes == before + cut[Stage::light_cuts].bytes);
-        CHECK(cut[Stage::light_cuts].bytes == light_cut_bytes(room.scene));
+        CHECK(cut[Stage::light_cuts].bytes == (count > 0 ? light_cut_bytes(room.scene) : 0));
         const std::vector<float> cuts = picture(room.scene, settings, unused);
         if (count < 2) CHECK(cuts == all);
         std::vector<unsigned char> block(static_cast<size_t>(cut.arena_bytes));
