@@ -15,9 +15,8 @@ struct Batches {
 };
 inline Batches all_batches(const Settings &settings) { return {0, batch_count(settings.photons)}; }
 
-// What photons leave on a particle map: integers, so that batches traced apart add up to the bits of one run. They do
-// not depend on the view. The memory is the caller's, who gives room for plan().map_sums; `count` of them are in use, 0
-// where nothing has been traced yet.
+// What photons leave on a particle map: integers, so that batches traced apart add up to the bits of one run. The
+// memory is the caller's, of plan().map_sums numbers. `count` of them are in use: 0 before the first photon is traced.
 struct PhotonSums {
     int64_t *values;
     uint64_t capacity, count;

@@ -114,7 +114,7 @@ Need need_gather(const Scene &, const Settings &, const Decisions &d) {
                         {d.goal == Goal::reference, by_paths},
                         {d.goal == Goal::photons, photons_alone},
                         {d.photons == PhotonStore::none, no_photons},
-                        {!d.nearest, "photons are not looked up one by one"}},
+                        {!d.nearest, "no nearest photons are looked up"}},
                        "the nearest are looked up");
 }
 
@@ -132,7 +132,7 @@ uint64_t irradiance_map_bytes(const Scene &scene, const Settings &, const Decisi
 }
 
 Need need_sources(const Scene &, const Settings &, const Decisions &d) {
-    return need_unless({{!d.smoke, no_smoke}, {d.march != MarchKind::particles, "no particle is asked by itself"}},
+    return need_unless({{!d.smoke, no_smoke}, {d.march != MarchKind::particles, "rays do not add up particles"}},
                        "what each particle sends to the eye");
 }
 uint64_t source_bytes(const Scene &scene, const Settings &, const Decisions &, const Sizes &) {
