@@ -30,7 +30,7 @@ std::vector<Golden> goldens() {
     return list;
 }
 
-struct Studio : TemporaryFolder {
+struct GoldenRenderer : TemporaryFolder {
     // The picture of a golden's scene, and its digest.
     Picture render(const std::string &scene, const std::string &arithmetic, std::string *digest = nullptr) const {
         const std::string pfm = file("a.pfm"), out = file("out");
@@ -45,14 +45,14 @@ struct Studio : TemporaryFolder {
 } // namespace
 
 TEST_CASE("every fixture has its golden in every arithmetic") {
-    const Studio studio;
+    const GoldenRenderer renderer;
     const std::vector<Golden> list = goldens();
     CHECK(list.size() >= 18);
     for (const Golden &golden : list) {
         CAPTURE(golden.scene);
         CAPTURE(golden.arithmetic);
         std::string digest;
-        studio.render(golden.scene, golden.arithmetic, &digest);
+        renderer.render(golden.scene, golden.arithmetic, &digest);
         CHECK(digest == golden.digest);
     }
 }
@@ -61,11 +61,11 @@ TEST_CASE("f32 and fixed are within a thousandth of f64") {
     // Without photons as they are. With photons a few of them take another path after a decision that fell the other
     // way (one in some hundred of those with many collisions), so the pictures differ as those of other seeds do, by
     // far less: that is counted apart.
-    const Studio studio;
+    const GoldenRenderer renderer;
     std::map<std::string, Picture> known;
     const auto in_f64 = [&](const std::string &scene) -> const Picture & {
         const auto found = known.find(scene);
-        return found != known.end() ? found->second : known[scene] = studio.render(scene, "f64");
+        return found != known.end() ? found->second : known[scene] = renderer.render(scene, "f64");
     };
     for (const Golden &golden : goldens()) {
         if (golden.arithmetic == "f64") continue;
@@ -73,7 +73,7 @@ TEST_CASE("f32 and fixed are within a thousandth of f64") {
         CAPTURE(golden.arithmetic);
         const std::string single = golden.scene + " --photons 0", other_seed = golden.scene + " --seed 2";
         const bool paths = golden.scene.find("--reference") != std::string::npos; // they diverge as photons do
-        if (!paths) CHECK(compare(studio.render(single, golden.arithmetic), in_f64(single)).relative_rmse < 1e-3);
+        if (!paths) CHECK(compare(renderer.render(single, golden.arithmetic), in_f64(single)).relative_rmse < 1e-3);
         if (golden.scene.find("surfaces.aff") == 0) continue; // nothing there is drawn by lot
         const Picture &exact = in_f64(golden.scene);
         // Photons of resampled smoke start by sums over all nodes, whose last digits move some (a tenth in fixed point)
@@ -81,7 +81,7 @@ TEST_CASE("f32 and fixed are within a thousandth of f64") {
         const bool resampled = !paths && golden.scene.find("--smoke direct") == std::string::npos &&
                                golden.scene.find("--deposit") == std::string::npos;
         const double noise = compare(in_f64(other_seed), exact).relative_rmse;
-        CHECK(compare(studio.render(golden.scene, golden.arithmetic), exact).relative_rmse <
+        CHECK(compare(renderer.render(golden.scene, golden.arithmetic), exact).relative_rmse <
               (resampled ? 0.4 : 0.1) * noise);
     }
 }

@@ -48,12 +48,14 @@ void check_graph(const SceneGraph &graph) {
                 promise(mesh.texels.empty() || row.texel[k] < mesh.texels.size());
             }
     }
-    for (const Morph &morph : graph.morphs) {
-        promise(is_node(morph.node, graph) && morph.material < graph.materials.size() && !morph.poses.empty());
-        for (size_t i = 0; i < morph.poses.size(); ++i) {
-            promise(std::isfinite(morph.poses[i].time) && (i == 0 || morph.poses[i].time >= morph.poses[i - 1].time));
-            for (const Double3 &p : morph.poses[i].corners) promise(is_finite(p));
-            for (const Double3 &n : morph.poses[i].normals) promise(is_finite(n));
+    for (const DeformingTriangle &triangle : graph.deforming) {
+        promise(is_node(triangle.node, graph) && triangle.material < graph.materials.size() &&
+                !triangle.keyframes.empty());
+        for (size_t i = 0; i < triangle.keyframes.size(); ++i) {
+            promise(std::isfinite(triangle.keyframes[i].time) &&
+                    (i == 0 || triangle.keyframes[i].time >= triangle.keyframes[i - 1].time));
+            for (const Double3 &p : triangle.keyframes[i].corners) promise(is_finite(p));
+            for (const Double3 &n : triangle.keyframes[i].normals) promise(is_finite(n));
         }
     }
     for (const auto &[name, motion] : graph.motions) {

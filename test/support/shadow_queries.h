@@ -12,11 +12,11 @@ constexpr ShadowMethod equivalent_methods[] = {ShadowMethod::cache, ShadowMethod
                                                ShadowMethod::lightbuffer, ShadowMethod::lie};
 
 inline std::vector<float> picture(const Scene &scene, const Settings &settings, std::vector<unsigned char> &block,
-                                  Statistics &statistics, FrameCache &kept) {
+                                  Statistics &statistics, FrameCache &cache) {
     const Crop &crop = settings.crop;
     std::vector<float> rgb(static_cast<size_t>(crop.x1 - crop.x0) * static_cast<size_t>(crop.y1 - crop.y0) * 3);
     Arena arena(block.data(), block.size());
-    REQUIRE(renderer.render({scene, settings, arena, statistics, {}, rgb.data(), nullptr, &kept}) == Status::done);
+    REQUIRE(renderer.render({scene, settings, arena, statistics, {}, rgb.data(), nullptr, &cache}) == Status::done);
     return rgb;
 }
 

@@ -20,8 +20,8 @@ double now() { return std::chrono::duration<double>(std::chrono::steady_clock::n
 
 using Triangles = std::vector<Triangle>;
 
-// What rays are made of.
-struct Place {
+// All triangles of a frame in the world's space, without instances, and what the rays are made from.
+struct FlatScene {
     Triangles triangles;
     std::vector<Material> materials;
     Camera camera; // of a picture of `pixels` x `pixels`
@@ -30,21 +30,22 @@ struct Place {
 };
 constexpr int pixels = 512;
 
-// p in the world's space.
-Double3 placed(const Instance &instance, const Double3 &p) {
+// From the space of the instance to the world's.
+Double3 to_world(const Instance &instance, const Double3 &p) {
     const Double3 *axis = instance.axis;
     return {axis[0].x * p.x + axis[1].x * p.y + axis[2].x * p.z + instance.origin.x,
             axis[0].y * p.x + axis[1].y * p.y + axis[2].y * p.z + instance.origin.y,
             axis[0].z * p.x + axis[1].z * p.y + axis[2].z * p.z + instance.origin.z};
 }
 
-Place place_of(const Scene &scene) {
-    Place place = {{}, {scene.materials, scene.materials + scene.material_count}, scene.camera, {}, scene.ray_epsilon};
+FlatScene flatten(const Scene &scene) {
+    FlatScene flat = {
+        {}, {scene.materials, scene.materials + scene.material_count}, scene.camera, {}, scene.ray_epsilon};
     const auto add = [&](uint32_t first, uint32_t count, const Instance *instance) {
         for (uint32_t i = first; i < first + count; ++i) {
-            place.triangles.push_back(scene.triangles[i]);
+            flat.triangles.push_back(scene.triangles[i]);
             if (instance)
-                for (Double3 &corner : place.triangles.back().corner) corner = placed(*instance, corner);
+                for (Double3 &corner : flat.triangles.back().corner) corner = to_world(*instance, corner);
         }
     };
     add(0, scene.static_count, nullptr);
@@ -52,14 +53,14 @@ Place place_of(const Scene &scene) {
         if (scene.instances[i].visible) add(scene.instances[i].first, scene.instances[i].count, &scene.instances[i]);
     add(scene.static_count + scene.instance_triangle_count, scene.deforming_count, nullptr);
     for (uint32_t i = 0; i < scene.light_count; ++i)
-        if (scene.lights[i].kind != LightKind::parallel) place.lights.push_back(scene.lights[i].position);
-    return place;
+        if (scene.lights[i].kind != LightKind::parallel) flat.lights.push_back(scene.lights[i].position);
+    return flat;
 }
 
-[[maybe_unused]] Triangles opaque(const Place &place) {
+[[maybe_unused]] Triangles opaque(const FlatScene &flat) {
     Triangles triangles;
-    for (const Triangle &triangle : place.triangles)
-        if (!(place.materials[triangle.material].transmission > 0)) triangles.push_back(triangle);
+    for (const Triangle &triangle : flat.triangles)
+        if (!(flat.materials[triangle.material].transmission > 0)) triangles.push_back(triangle);
     return triangles;
 }
 
@@ -110,12 +111,12 @@ class Embree {
     bool closest(const Query &query, float &distance) const {
         RTCIntersectContext context;
         rtcInitIntersectContext(&context);
-        RTCRayHit asked = {};
-        asked.ray = ray_of(query);
-        asked.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-        rtcIntersect1(scene_, &context, &asked);
-        distance = asked.ray.tfar;
-        return asked.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+        RTCRayHit result = {};
+        result.ray = ray_of(query);
+        result.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+        rtcIntersect1(scene_, &context, &result);
+        distance = result.ray.tfar;
+        return result.hit.geomID != RTC_INVALID_GEOMETRY_ID;
     }
     bool occluded(const Query &query) const {
         RTCIntersectContext context;

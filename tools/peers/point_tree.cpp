@@ -1,11 +1,10 @@
 // The point tree beside nanoflann and beside a plain cell list, on one thread: build, k nearest, radius, SPH sums.
 //
 //   point_tree [FILE...]      each FILE holds points as raw little-endian float32 x y z; without any, the points are
-//   two
-//                             made-up plumes and a cube filled evenly
+//                             two made-up plumes and a cube filled evenly
 //
-// Compile it once per arithmetic, together with src/core/geometry/point_kdtree.cpp, everything with the flags of the core and one
-// -march (-O3 -march=x86-64-v3). nanoflann gets float coordinates in f32 and double ones otherwise, the
+// Compile it once per arithmetic, together with src/core/geometry/point_kdtree.cpp, everything with the flags of the
+// core and one -march (-O3 -march=x86-64-v3). nanoflann gets float coordinates in f32 and double ones otherwise, the
 // points in the order of our tree, and result sets written for it here, so that it neither allocates nor sorts. Times
 // are medians of alternating runs, in ns a query (ms for build); `ratio` is a rival's time over ours, and in our own
 // line that of the best rival. Results are compared before anything is timed.
@@ -254,19 +253,19 @@ WISP_MULTIVERSIONED Real sum_by_tree(const PointTree &tree, const Vec3 &at, Real
 
 using Clock = std::chrono::steady_clock;
 
-struct Way {
+struct Candidate {
     std::string name;
     std::function<void()> run;
 };
 
-// The medians of the ways' times in seconds; the ways take turns.
-std::vector<double> race(const std::vector<Way> &ways) {
+// The median time of each candidate in seconds; the candidates take turns.
+std::vector<double> race(const std::vector<Candidate> &candidates) {
     constexpr int runs = 5;
-    std::vector<std::vector<double>> times(ways.size());
+    std::vector<std::vector<double>> times(candidates.size());
     for (int run = 0; run <= runs; ++run)
-        for (size_t i = 0; i < ways.size(); ++i) {
+        for (size_t i = 0; i < candidates.size(); ++i) {
             const auto start = Clock::now();
-            ways[i].run();
+            candidates[i].run();
             const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
             if (run > 0) times[i].push_back(seconds); // the first run warms up
         }
@@ -322,7 +321,8 @@ struct Bench {
     void nearest_row(const Queries &queries, uint32_t k);
     void radius_row(const Queries &queries, const char *what, Real radius);
     void sum_row(const Queries &queries);
-    void report(const char *order, const std::string &what, double scale, const std::vector<Way> &ways) const;
+    void report(const char *order, const std::string &what, double scale,
+                const std::vector<Candidate> &candidates) const;
 };
 
 Bench::Bench(const std::string &set_name, const std::vector<Vec3> &set_points)
@@ -360,35 +360,37 @@ Real Bench::radius_for(const std::vector<Vec3> &queries, double wanted) const {
     double low = 0, high = to_double(length(tree.bounds.high - tree.bounds.low));
     for (int step = 0; step < 30; ++step) {
         const double middle = 0.5 * (low + high);
-        double found = 0, asked = 0;
-        for (size_t i = 0; i < queries.size(); i += 40) asked += 1;
-        for (size_t i = 0; i < queries.size() && found <= wanted * asked; i += 40)
+        double found = 0, sampled = 0;
+        for (size_t i = 0; i < queries.size(); i += 40) sampled += 1;
+        for (size_t i = 0; i < queries.size() && found <= wanted * sampled; i += 40)
             found += in_radius(tree, queries[i], to_real<Real>(middle), nullptr, 0);
-        (found > wanted * asked ? high : low) = middle;
+        (found > wanted * sampled ? high : low) = middle;
     }
     return to_real<Real>(high);
 }
 
-// ways[0] is ours.
-void Bench::report(const char *order, const std::string &what, double scale, const std::vector<Way> &ways) const {
-    const std::vector<double> seconds = race(ways);
+// candidates[0] is ours.
+void Bench::report(const char *order, const std::string &what, double scale,
+                   const std::vector<Candidate> &candidates) const {
+    const std::vector<double> seconds = race(candidates);
     const double best = *std::min_element(seconds.begin() + 1, seconds.end());
-    for (size_t i = 0; i < ways.size(); ++i)
+    for (size_t i = 0; i < candidates.size(); ++i)
         std::printf("%s,%s,%s,%s,%s,%.4g,%.3g\n", name.c_str(), WISP_ARITH_NAME, what.c_str(), order,
-                    ways[i].name.c_str(), seconds[i] * scale, (i == 0 ? best : seconds[i]) / seconds[0]);
+                    candidates[i].name.c_str(), seconds[i] * scale, (i == 0 ? best : seconds[i]) / seconds[0]);
     std::fflush(stdout);
 }
 
 void Bench::build_row(const char *order, const std::vector<Vec3> &in, const Cloud &peer_in) {
-    std::vector<Way> ways = {{"wisp", [&] {
-                                  const size_t mark = arena.mark();
-                                  require(build_point_tree(in.data(), tree.count, arena).ready, "memory");
-                                  arena.rewind(mark);
-                              }}};
+    std::vector<Candidate> candidates = {{"wisp", [&] {
+                                              const size_t mark = arena.mark();
+                                              require(build_point_tree(in.data(), tree.count, arena).ready, "memory");
+                                              arena.rewind(mark);
+                                          }}};
     for (size_t i = 0; i < peers.size(); ++i)
-        ways.push_back({peer_names[i],
-                        [&, i] { PeerTree(3, peer_in, nanoflann::KDTreeSingleIndexAdaptorParams(peer_leaves[i])); }});
-    report(order, "build ms", 1e3, ways);
+        candidates.push_back({peer_names[i], [&, i] {
+                                  PeerTree(3, peer_in, nanoflann::KDTreeSingleIndexAdaptorParams(peer_leaves[i]));
+                              }});
+    report(order, "build ms", 1e3, candidates);
 }
 
 void Bench::nearest_row(const Queries &queries, uint32_t k) {
@@ -412,32 +414,32 @@ void Bench::nearest_row(const Queries &queries, uint32_t k) {
         for (uint32_t n = 0; n < found; ++n)
             require(std::abs(to_peer(distances[n]) - heap[n].first) <= tolerance, "nearest");
     }
-    std::vector<Way> ways = {{"wisp", [&] {
-                                  uint64_t sum = 0;
-                                  for (const Vec3 &q : queries.ours) sum += search(q).farthest;
-                                  sink = static_cast<double>(sum);
-                              }}};
+    std::vector<Candidate> candidates = {{"wisp", [&] {
+                                              uint64_t sum = 0;
+                                              for (const Vec3 &q : queries.ours) sum += search(q).farthest;
+                                              sink = static_cast<double>(sum);
+                                          }}};
     for (size_t i = 0; i < peers.size(); ++i)
-        ways.push_back({std::string(peer_names[i]) + " heap", [&, i] {
-                            double sum = 0;
-                            for (const PeerPoint &q : queries.theirs) {
-                                HeapSet result(heap, k, everywhere);
-                                peers[i]->findNeighbors(result, &q.x, nanoflann::SearchParams());
-                                sum += static_cast<double>(result.worstDist());
-                            }
-                            sink = sum;
-                        }});
-    ways.push_back({"nanoflann leaf 10 KNNResultSet", [&] {
-                        double sum = 0;
-                        for (const PeerPoint &q : queries.theirs) {
-                            nanoflann::KNNResultSet<Peer, uint32_t, uint32_t> result(k);
-                            result.init(peer_ids.data(), peer_distances.data());
-                            peers[0]->findNeighbors(result, &q.x, nanoflann::SearchParams());
-                            sum += static_cast<double>(result.worstDist());
-                        }
-                        sink = sum;
-                    }});
-    report(queries.order, std::to_string(k) + "-NN ns", 1e9 / static_cast<double>(queries.ours.size()), ways);
+        candidates.push_back({std::string(peer_names[i]) + " heap", [&, i] {
+                                  double sum = 0;
+                                  for (const PeerPoint &q : queries.theirs) {
+                                      HeapSet result(heap, k, everywhere);
+                                      peers[i]->findNeighbors(result, &q.x, nanoflann::SearchParams());
+                                      sum += static_cast<double>(result.worstDist());
+                                  }
+                                  sink = sum;
+                              }});
+    candidates.push_back({"nanoflann leaf 10 KNNResultSet", [&] {
+                              double sum = 0;
+                              for (const PeerPoint &q : queries.theirs) {
+                                  nanoflann::KNNResultSet<Peer, uint32_t, uint32_t> result(k);
+                                  result.init(peer_ids.data(), peer_distances.data());
+                                  peers[0]->findNeighbors(result, &q.x, nanoflann::SearchParams());
+                                  sum += static_cast<double>(result.worstDist());
+                              }
+                              sink = sum;
+                          }});
+    report(queries.order, std::to_string(k) + "-NN ns", 1e9 / static_cast<double>(queries.ours.size()), candidates);
 }
 
 void Bench::radius_row(const Queries &queries, const char *what, Real radius) {
@@ -449,18 +451,19 @@ void Bench::radius_row(const Queries &queries, const char *what, Real radius) {
     for (size_t i = 0; i < queries.ours.size() && tolerance == 0; i += compared_every)
         require(in_radius(tree, queries.ours[i], radius, nullptr, 0) == count_by_peer(*peers[0], queries.theirs[i]),
                 "radius");
-    std::vector<Way> ways = {{"wisp", [&] {
-                                  uint64_t sum = 0;
-                                  for (const Vec3 &q : queries.ours) sum += in_radius(tree, q, radius, nullptr, 0);
-                                  sink = static_cast<double>(sum);
-                              }}};
+    std::vector<Candidate> candidates = {{"wisp", [&] {
+                                              uint64_t sum = 0;
+                                              for (const Vec3 &q : queries.ours)
+                                                  sum += in_radius(tree, q, radius, nullptr, 0);
+                                              sink = static_cast<double>(sum);
+                                          }}};
     for (size_t p = 0; p < peers.size(); ++p)
-        ways.push_back({peer_names[p], [&, p] {
-                            uint64_t sum = 0;
-                            for (const PeerPoint &q : queries.theirs) sum += count_by_peer(*peers[p], q);
-                            sink = static_cast<double>(sum);
-                        }});
-    report(queries.order, what, 1e9 / static_cast<double>(queries.ours.size()), ways);
+        candidates.push_back({peer_names[p], [&, p] {
+                                  uint64_t sum = 0;
+                                  for (const PeerPoint &q : queries.theirs) sum += count_by_peer(*peers[p], q);
+                                  sink = static_cast<double>(sum);
+                              }});
+    report(queries.order, what, 1e9 / static_cast<double>(queries.ours.size()), candidates);
 }
 
 void Bench::sum_row(const Queries &queries) {
@@ -479,27 +482,27 @@ void Bench::sum_row(const Queries &queries) {
         require(std::abs(ours - by_cells) <= 2e-5 * (1 + by_cells), "cell list");
         require(std::abs(ours - by_peer) <= 2e-5 * (1 + by_peer), "nanoflann's sums");
     }
-    std::vector<Way> ways = {{"wisp",
-                              [&] {
-                                  double sum = 0;
-                                  for (const Vec3 &q : queries.ours)
-                                      sum += to_double(sum_by_tree(tree, q, radius64, inverse_h_squared));
-                                  sink = sum;
-                              }},
-                             {"cell list", [&] {
+    std::vector<Candidate> candidates = {{"wisp",
+                                          [&] {
+                                              double sum = 0;
+                                              for (const Vec3 &q : queries.ours)
+                                                  sum += to_double(sum_by_tree(tree, q, radius64, inverse_h_squared));
+                                              sink = sum;
+                                          }},
+                                         {"cell list", [&] {
+                                              double sum = 0;
+                                              for (const PeerPoint &q : queries.theirs)
+                                                  sum += static_cast<double>(sum_by_cells(cells, q, inverse_h));
+                                              sink = sum;
+                                          }}};
+    for (size_t p = 0; p < peers.size(); ++p)
+        candidates.push_back({peer_names[p], [&, p] {
                                   double sum = 0;
                                   for (const PeerPoint &q : queries.theirs)
-                                      sum += static_cast<double>(sum_by_cells(cells, q, inverse_h));
+                                      sum += static_cast<double>(sum_by_peer(*peers[p], q));
                                   sink = sum;
-                              }}};
-    for (size_t p = 0; p < peers.size(); ++p)
-        ways.push_back({peer_names[p], [&, p] {
-                            double sum = 0;
-                            for (const PeerPoint &q : queries.theirs)
-                                sum += static_cast<double>(sum_by_peer(*peers[p], q));
-                            sink = sum;
-                        }});
-    report(queries.order, "SPH sum 64 ns", 1e9 / static_cast<double>(queries.ours.size()), ways);
+                              }});
+    report(queries.order, "SPH sum 64 ns", 1e9 / static_cast<double>(queries.ours.size()), candidates);
 }
 
 void Bench::all() {

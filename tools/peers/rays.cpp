@@ -54,7 +54,7 @@ void add_ball(Triangles &all, const Double3 &center, double radius, int rings) {
 }
 
 // A room with furniture: tables and shelves of boxes, and bowls and fruit upon them, small and in heaps.
-Place room() {
+FlatScene room() {
     Mt19937 random(5, 0, 0, 0);
     Triangles all;
     add_box(all, {-5, -4, 0}, {10, 8, 3});
@@ -82,12 +82,12 @@ Place room() {
             1e-4};
 }
 
-Place read_place(const std::string &name) {
+FlatScene read_flat(const std::string &name) {
     Options options;
     options.width = options.height = pixels;
     PreparedScene prepared;
     prepare_scene(name, read_scene(name), options, 0, prepared);
-    return place_of(prepared.scene);
+    return flatten(prepared.scene);
 }
 
 // ---- rays ----
@@ -100,13 +100,13 @@ struct Rays {
 
 class Wisp {
   public:
-    explicit Wisp(const Place &place)
-        : memory_(triangle_tree_bytes(static_cast<uint32_t>(place.triangles.size()))),
-          begin_(to_real<Real>(place.ray_epsilon)) {
+    explicit Wisp(const FlatScene &flat)
+        : memory_(triangle_tree_bytes(static_cast<uint32_t>(flat.triangles.size()))),
+          begin_(to_real<Real>(flat.ray_epsilon)) {
         Arena arena(memory_.data(), memory_.size());
         const double start = now();
-        tree = make_triangle_tree(place.triangles.data(), static_cast<uint32_t>(place.triangles.size()),
-                                  place.materials.data(), arena);
+        tree = make_triangle_tree(flat.triangles.data(), static_cast<uint32_t>(flat.triangles.size()),
+                                  flat.materials.data(), arena);
         build_seconds = now() - start;
         bytes = arena.mark();
         if (!tree.ready) std::exit(1);
@@ -130,11 +130,11 @@ class Wisp {
     Real begin_;
 };
 
-// Asked for shadows without what lets light through.
+// Embree's scene of all triangles for closest hits, and its scene of opaque triangles for shadow rays.
 class Rival {
   public:
-    Rival(const Place &place, const char *options)
-        : all(place.triangles, place.ray_epsilon, options), opaque_(opaque(place), place.ray_epsilon, options) {}
+    Rival(const FlatScene &flat, const char *options)
+        : all(flat.triangles, flat.ray_epsilon, options), opaque_(opaque(flat), flat.ray_epsilon, options) {}
     bool closest(const Query &query, float &distance) const { return all.closest(query, distance); }
     bool occluded(const Query &query) const { return opaque_.occluded(query); }
     Embree all;
@@ -153,24 +153,24 @@ template <class Hit, class Tracer> uint64_t trace(const Tracer &tracer, const Ra
     return hits;
 }
 
-std::vector<Rays> make_rays(const Wisp &wisp, const Place &place) {
-    const Real far = infinite_distance, ray_epsilon = to_real<Real>(place.ray_epsilon);
+std::vector<Rays> make_rays(const Wisp &wisp, const FlatScene &flat) {
+    const Real far = infinite_distance, ray_epsilon = to_real<Real>(flat.ray_epsilon);
     Rays primary = {"primary", false, {}}, shadow = {"shadow", true, {}}, mirrored = {"mirrored", false, {}},
          diffuse = {"diffuse", false, {}};
     Mt19937 random(3, 0, 0, 0);
-    const View view(place.camera);
+    const View view(flat.camera);
     for (int i = 0; i < pixels * pixels; ++i) {
         const Ray ray = view.ray_through(Real(i % pixels) + Real(0.5), Real(i / pixels) + Real(0.5));
         const Query query = {ray.origin, ray.direction, far, no_triangle};
         primary.queries.push_back(query);
         SurfaceHit hit;
         if (!wisp.closest(query, hit)) continue;
-        const Triangle &triangle = place.triangles[hit.triangle];
+        const Triangle &triangle = flat.triangles[hit.triangle];
         const Vec3 a = vec_of(triangle.corner[0]), b = vec_of(triangle.corner[1]), c = vec_of(triangle.corner[2]);
         Vec3 normal = normalize(cross(normalize(b - a), normalize(c - a)));
         if (dot(normal, query.direction) > Real(0)) normal = -normal;
         const Vec3 at = query.origin + query.direction * hit.distance;
-        for (const Double3 &light : place.lights) {
+        for (const Double3 &light : flat.lights) {
             const Vec3 way = vec_of(light) - at;
             if (!(dot(way, normal) > Real(0))) continue;
             const Real distance = length(way);
@@ -189,7 +189,8 @@ std::vector<Rays> make_rays(const Wisp &wisp, const Place &place) {
     return {primary, shadow, mirrored, diffuse};
 }
 
-// How many of the rays Embree sees otherwise: at edges and where triangles lie in one plane, or near `begin`.
+// How many rays Embree answers differently: rays that hit edges, or coplanar triangles, or triangles near the ray's
+// begin.
 uint32_t differences(const Wisp &wisp, const Rival &rival, const Rays &rays) {
     uint32_t different = 0;
     for (const Query &query : rays.queries) {
@@ -207,11 +208,11 @@ uint32_t differences(const Wisp &wisp, const Rival &rival, const Rays &rays) {
     return different;
 }
 
-void measure(const std::string &name, const Place &place) {
-    const Wisp wisp(place);
-    const Rival wide(place, "threads=1,set_affinity=0"), sse2(place, "threads=1,isa=sse2,set_affinity=0");
-    const double count = static_cast<double>(place.triangles.size());
-    std::printf(WISP_ARITH_NAME ",%s,%zu triangles,build s,wisp,%.3g,,,\n", name.c_str(), place.triangles.size(),
+void measure(const std::string &name, const FlatScene &flat) {
+    const Wisp wisp(flat);
+    const Rival wide(flat, "threads=1,set_affinity=0"), sse2(flat, "threads=1,isa=sse2,set_affinity=0");
+    const double count = static_cast<double>(flat.triangles.size());
+    std::printf(WISP_ARITH_NAME ",%s,%zu triangles,build s,wisp,%.3g,,,\n", name.c_str(), flat.triangles.size(),
                 wisp.build_seconds);
     std::printf(WISP_ARITH_NAME ",%s,,build s,Embree,%.3g,%.2f,,\n", name.c_str(), wide.all.build_seconds,
                 wide.all.build_seconds / wisp.build_seconds);
@@ -220,8 +221,8 @@ void measure(const std::string &name, const Place &place) {
     std::printf(WISP_ARITH_NAME ",%s,,bytes a triangle,Embree,%.4g,%.2f,,\n", name.c_str(),
                 static_cast<double>(wide.all.bytes) / count,
                 static_cast<double>(wide.all.bytes) / static_cast<double>(wisp.bytes));
-    for (const Rays &rays : make_rays(wisp, place)) {
-        const double asked = static_cast<double>(rays.queries.size());
+    for (const Rays &rays : make_rays(wisp, flat)) {
+        const double ray_count = static_cast<double>(rays.queries.size());
         const uint32_t different = differences(wisp, sse2, rays);
         if (different > rays.queries.size() / 100) {
             std::fprintf(stderr, "%s: %s: %u hits differ\n", name.c_str(), rays.name.c_str(), different);
@@ -229,8 +230,8 @@ void measure(const std::string &name, const Place &place) {
         }
         wisp.counts = {0, 0};
         trace<SurfaceHit>(wisp, rays);
-        const double visits = static_cast<double>(wisp.counts.node_visits) / asked;
-        const double tests = static_cast<double>(wisp.counts.triangle_tests) / asked;
+        const double visits = static_cast<double>(wisp.counts.node_visits) / ray_count;
+        const double tests = static_cast<double>(wisp.counts.triangle_tests) / ray_count;
         std::vector<double> seconds[3];
         volatile uint64_t sink = 0;
         for (int run = 0; run < 5; ++run) {
@@ -245,11 +246,11 @@ void measure(const std::string &name, const Place &place) {
         (void)sink;
         for (std::vector<double> &s : seconds) std::sort(s.begin(), s.end());
         std::printf(WISP_ARITH_NAME ",%s,%s,Mrays/s,wisp,%.3g,,%.1f visits,%.1f tests\n", name.c_str(),
-                    rays.name.c_str(), asked / seconds[0][2] * 1e-6, visits, tests);
+                    rays.name.c_str(), ray_count / seconds[0][2] * 1e-6, visits, tests);
         std::printf(WISP_ARITH_NAME ",%s,%s,Mrays/s,Embree sse2,%.3g,%.2f,%u differ,\n", name.c_str(),
-                    rays.name.c_str(), asked / seconds[1][2] * 1e-6, seconds[1][2] / seconds[0][2], different);
+                    rays.name.c_str(), ray_count / seconds[1][2] * 1e-6, seconds[1][2] / seconds[0][2], different);
         std::printf(WISP_ARITH_NAME ",%s,%s,Mrays/s,Embree,%.3g,%.2f,,\n", name.c_str(), rays.name.c_str(),
-                    asked / seconds[2][2] * 1e-6, seconds[2][2] / seconds[0][2]);
+                    ray_count / seconds[2][2] * 1e-6, seconds[2][2] / seconds[0][2]);
         std::fflush(stdout);
     }
 }
@@ -264,7 +265,7 @@ int main(int count, char **words) {
     try {
         for (int i = 1; i < count; ++i) {
             const std::string name = words[i];
-            measure(name.substr(name.rfind('/') + 1), name == "room" ? room() : read_place(name));
+            measure(name.substr(name.rfind('/') + 1), name == "room" ? room() : read_flat(name));
         }
     } catch (const Error &error) {
         std::fprintf(stderr, "%s\n", error.what());

@@ -3,7 +3,7 @@
 //   shadow_rays SCENE FRAMES [STEP]     every STEP-th of so many frames at 512 x 512, one ray a pixel
 //
 // The queries are those of shading, in its order: from camera rays, and from reflected and refracted ones. They are
-// recorded. Then each technique answers all queries of a frame, with what it has kept from the frames before. So does
+// recorded. Then each technique answers all queries of a frame, with what it has learnt in the frames before. So does
 // Embree (RTC_SCENE_FLAG_ROBUST, rtcOccluded1, one thread) in a scene of the opaque triangles. Building Embree's scene
 // is not timed; what a technique makes for a frame is. `over Embree` is Embree's time over a technique's, with the
 // widest vectors of the machine, and with isa=sse2.
@@ -14,7 +14,7 @@
 namespace wisp::WISP_ARITH {
 namespace {
 
-// What shading asks for, and the answers of tracing.
+// The queries of shading, and the answers of tracing.
 struct Queries {
     Shadows traced;
     std::vector<ShadowQuery> queries;
@@ -34,7 +34,7 @@ using Bytes = std::vector<unsigned char>;
 struct Technique {
     const char *name;
     ShadowMethod method;
-    Bytes kept, frame;
+    Bytes sequence_bytes, frame_bytes; // what lives through the sequence, and through a frame
     void *memory = nullptr;
     double seconds = 0;
     uint64_t queries = 0, different = 0;
@@ -51,7 +51,7 @@ void measure(const std::string &name, int64_t frames, int64_t step) {
         {"trace", ShadowMethod::trace, {}, {}}, {"exact", ShadowMethod::exact, {}, {}},
         {"cache", ShadowMethod::cache, {}, {}}, {"lightbuffer", ShadowMethod::lightbuffer, {}, {}},
         {"voxel", ShadowMethod::voxel, {}, {}}, {"lie", ShadowMethod::lie, {}, {}}};
-    Bytes kept_trees, placed;
+    Bytes tree_bytes, placement;
     Surfaces surfaces;
     double rival_seconds[2] = {0, 0};
     uint64_t rival_different[2] = {0, 0};
@@ -62,25 +62,25 @@ void measure(const std::string &name, int64_t frames, int64_t step) {
         settings.crop = {0, 0, pixels, pixels};
         settings.samples = 1;
         if (f == 0) {
-            kept_trees.resize(surface_bytes(scene));
-            Arena arena(kept_trees.data(), kept_trees.size());
+            tree_bytes.resize(surface_bytes(scene));
+            Arena arena(tree_bytes.data(), tree_bytes.size());
             surfaces = make_surfaces(scene, arena);
             for (Technique &technique : techniques) {
                 settings.shadows = technique.method;
-                technique.kept.resize(shadow_bytes(scene, settings));
-                technique.frame.resize(technique.kept.size());
-                Arena own(technique.kept.data(), technique.kept.size());
+                technique.sequence_bytes.resize(shadow_bytes(scene, settings));
+                technique.frame_bytes.resize(technique.sequence_bytes.size());
+                Arena own(technique.sequence_bytes.data(), technique.sequence_bytes.size());
                 if (!make_shadow_memory(scene, settings, own, technique.memory)) std::exit(1);
             }
         }
-        placed.resize(placement_bytes(scene) + Arena::bytes<Light>(scene.light_count) +
-                      Arena::bytes<SurfaceMaterial>(scene.material_count));
-        Arena arena(placed.data(), placed.size());
+        placement.resize(placement_bytes(scene) + Arena::bytes<Light>(scene.light_count) +
+                         Arena::bytes<SurfaceMaterial>(scene.material_count));
+        Arena arena(placement.data(), placement.size());
         place_surfaces(scene, arena, surfaces);
         const Light *lights = make_lights(scene, arena);
         Statistics statistics;
-        Queries kept = {{&scene, &surfaces, lights, &statistics}, {}, {}};
-        Shadows recorder = {&scene, &surfaces, lights, &statistics, &recording_technique, &kept};
+        Queries recorded = {{&scene, &surfaces, lights, &statistics}, {}, {}};
+        Shadows recorder = {&scene, &surfaces, lights, &statistics, &recording_technique, &recorded};
         const Whitted tracer = {&scene,
                                 &surfaces,
                                 make_surface_materials(scene, arena),
@@ -97,23 +97,23 @@ void measure(const std::string &name, int64_t frames, int64_t step) {
             Shadows shadows = {
                 &scene, &surfaces, lights, &technique.statistics, find_technique(technique.method), technique.memory};
             settings.shadows = technique.method;
-            Arena own(technique.frame.data(), technique.frame.size());
+            Arena own(technique.frame_bytes.data(), technique.frame_bytes.size());
             const double start = now();
             if (!begin_frame(shadows, settings, own)) std::exit(1);
-            for (size_t i = 0; i < kept.queries.size(); ++i)
-                technique.different += is_shadowed(shadows, kept.queries[i]) != kept.shadowed[i];
+            for (size_t i = 0; i < recorded.queries.size(); ++i)
+                technique.different += is_shadowed(shadows, recorded.queries[i]) != recorded.shadowed[i];
             end_frame(shadows);
             technique.seconds += now() - start;
-            technique.queries += kept.queries.size();
+            technique.queries += recorded.queries.size();
         }
-        const Place place = place_of(scene);
+        const FlatScene flat = flatten(scene);
         const char *devices[2] = {"threads=1,set_affinity=0", "threads=1,isa=sse2,set_affinity=0"};
         for (int d = 0; d < 2; ++d) {
-            const Embree rival(opaque(place), place.ray_epsilon, devices[d]);
+            const Embree rival(opaque(flat), flat.ray_epsilon, devices[d]);
             const double start = now();
-            for (size_t i = 0; i < kept.queries.size(); ++i) {
-                const ShadowQuery &q = kept.queries[i];
-                rival_different[d] += rival.occluded({q.ray.origin, q.ray.direction, q.end, 0}) != kept.shadowed[i];
+            for (size_t i = 0; i < recorded.queries.size(); ++i) {
+                const ShadowQuery &q = recorded.queries[i];
+                rival_different[d] += rival.occluded({q.ray.origin, q.ray.direction, q.end, 0}) != recorded.shadowed[i];
             }
             rival_seconds[d] += now() - start;
         }

@@ -1,5 +1,5 @@
-// What tools/web/page.html asks of WebAssembly: pictures of scenes that are compiled in, and what the core tells of
-// their pixels. Strings and numbers stay until the next call.
+// What tools/web/page.html calls in WebAssembly: it renders scenes that are compiled in, and inspects their pixels.
+// Strings and numbers stay valid until the next call.
 #include "host/base/double3.h"
 #include "host/base/json_object.h"
 #include "host/commands/renderers.h"
@@ -33,7 +33,7 @@ Observer observer_of(const Plan &plan) {
             }};
 }
 
-// The picture that was asked for last; its photons, which a turned camera or another march takes again.
+// The last picture, with its photons, which a turned camera or another march reuses.
 struct Picture {
     int arithmetic = 0;
     const CompiledScene *compiled = nullptr;
@@ -136,8 +136,8 @@ PAGE(page_digest) const char *page_digest() {
     return text.c_str();
 }
 
-// Tells of a pixel of the picture: page_text() and page_json() then, as `wisp inspect` says it. Returns nullptr, or
-// what is wrong.
+// Inspects a pixel of the picture. Afterwards page_text() and page_json() are those of `wisp inspect`. Returns nullptr,
+// or what is wrong.
 PAGE(page_inspect) const char *page_inspect(int x, int y) {
     Inspection inspection;
     inspection.scene = picture.compiled->name;

@@ -25,7 +25,7 @@ page.on('request', (request) => /^(file|blob|data):/.test(request.url()) || expe
 
 const text = (id) => page.textContent(`#${id}`);
 const rendered = async () => {
-    await page.waitForFunction(() => !busy && asked);
+    await page.waitForFunction(() => !busy && request);
     return { verdict: await text('verdict'), digest: (await text('digest')).slice(-64) };
 };
 const same = 'The picture equals the golden.', none = 'There is no golden for these settings.';
@@ -47,17 +47,17 @@ for (const [i, name] of names.entries())
 async function inspected(what, position) {
     await page.click('#canvas', { position });
     await page.waitForFunction(() => !busy);
-    const told = await text('inspection');
-    const [, x, y] = told.match(/: pixel (\d+) (\d+) of/) ?? [];
-    const sums = told.match(/^pixel (.*)$/m)?.[1].split(' ').map(Number).map(Math.fround);
-    const shown = await page.evaluate(([x, y]) => [...picture.slice(3 * (y * asked.width + x)).slice(0, 3)], [+x, +y]);
+    const inspection = await text('inspection');
+    const [, x, y] = inspection.match(/: pixel (\d+) (\d+) of/) ?? [];
+    const sums = inspection.match(/^pixel (.*)$/m)?.[1].split(' ').map(Number).map(Math.fround);
+    const shown = await page.evaluate(([x, y]) => [...picture.slice(3 * (y * request.width + x)).slice(0, 3)], [+x, +y]);
     expect(sums?.length === 3 && sums.every((sum, i) => sum === shown[i]), `${what}: pixel ${x} ${y} is ${sums}`);
-    return told;
+    return inspection;
 }
 
 await page.selectOption('#scene', { label: names.find((name) => name.startsWith('surfaces')) });
 await rendered();
-expect(/hits triangle \d+.*\n(.*\n)*.*(in shadow|not in shadow)/.test(await inspected('surfaces')), 'hits and shadows are told');
+expect(/hits triangle \d+.*\n(.*\n)*.*(in shadow|not in shadow)/.test(await inspected('surfaces')), 'hits and shadows are shown');
 expect((await page.$('#plot svg')) === null, 'there is no plot without smoke');
 
 await page.selectOption('#scene', '0');
@@ -106,8 +106,8 @@ expect(now.verdict === same && now.digest === first, 'as it was, without waiting
 await page.selectOption('#size', '4');
 now = await rendered();
 expect(now.verdict === none && (await page.evaluate(() => picture.length)) === 3 * 256 * 192, '4 x 4 as many pixels');
-const told = await inspected('passage', { x: 262, y: 180 });
-expect(/\bstep \d+ at .*extinction/.test(told), 'steps of the march are told');
+const passage = await inspected('passage', { x: 262, y: 180 });
+expect(/\bstep \d+ at .*extinction/.test(passage), 'steps of the march are shown');
 expect((await page.$$('#plot svg path')).length === 3, 'they are plotted');
 await page.screenshot({ path: 'build/web/page.png', fullPage: true });
 await page.setViewportSize({ width: 390, height: 844 });

@@ -1,4 +1,4 @@
-// Ray marching through bricks, `lanes` steps at a time.
+// Ray marching through the bricks of resampled smoke (S1), in groups of `lanes` steps.
 #include "core/march/grid_march.h"
 #include "core/smoke/sparse_grid_lanes.h"
 
@@ -6,11 +6,11 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-// A group of steps of one ray. Lanes behind the last and outside of bricks have no length.
+// A group of steps of one ray. A lane has length 0 where its step lies outside of all bricks, or behind the last step.
 struct Group {
     int32_t step[lanes];
     Real begin;  // of the march, from the ray's origin
-    Lanes t, dx; // middles, and lengths
+    Lanes t, dx; // the middle of each step, as a distance from `begin`, and its length
     LanePoints points;
 };
 
@@ -25,9 +25,10 @@ WISP_INLINE void add(LaneColor &color, const Lanes &amount, const Color &value) 
     }
 }
 
-// What the brightest channel of a light sends to each step, before any smoke, and whither.
+// The light that arrives at each step without smoke in between.
 struct LaneLight {
-    Lanes irradiance, x, y, z;
+    Lanes irradiance; // of the light's brightest channel
+    Lanes x, y, z;    // the direction in which the light travels
 };
 
 WISP_INLINE void illuminate_each(const Light &light, const Ray &ray, const Group &group, LaneLight &lit) {
@@ -43,7 +44,8 @@ WISP_INLINE void illuminate_each(const Light &light, const Ray &ray, const Group
     }
 }
 
-// Of a point light 16 steps and more away the inverse square of the middle is its mean over the step, but for 1e-3.
+// If a point light is at least 16 steps away, its inverse square distance from the step's middle is taken for the mean
+// over the step. The relative error is below 1e-3.
 WISP_INLINE void illuminate_group(const Light &light, const Ray &ray, const Group &group, Real step, LaneLight &lit) {
     if (light.kind != LightKind::point) return illuminate_each(light, ray, group, lit);
     const Vec3 from = ray.origin - light.position;
@@ -62,7 +64,7 @@ WISP_INLINE void illuminate_group(const Light &light, const Ray &ray, const Grou
     if (nearest < near) illuminate_each(light, ray, group, lit);
 }
 
-// Sets a light's radiance to 0 in each step that surfaces shadow from it.
+// Sets the scattered radiance of a light to 0 in each step where a surface shadows the light.
 void shade(const GridMarcher &marcher, const Light &light, uint32_t number, const Ray &ray, const Group &group,
            Lanes &scattered, PixelRecorder *recorder) {
     for (uint32_t l = 0; l < lanes; ++l) {
@@ -73,8 +75,8 @@ void shade(const GridMarcher &marcher, const Light &light, uint32_t number, cons
     }
 }
 
-// Radiance of the lights in each step, times the phase function, behind the smoke in front of them. `extinction` is the
-// smoke's.
+// Adds the single scattering of one smoke in each step: irradiance of each light, attenuated by all smoke between light
+// and step, times the phase function. Albedo and extinction are left to the caller. `extinction` is recorded only.
 WISP_INLINE void gather_lights(const GridMarcher &marcher, const SmokeVolume &smoke, const Ray &ray, const Group &group,
                                const Lanes &extinction, LaneColor &scattered, PixelRecorder *recorder) {
     const OpticalDepthGrid &depths = *marcher.depths;
@@ -119,7 +121,8 @@ WISP_INLINE void gather_lights(const GridMarcher &marcher, const SmokeVolume &sm
     }
 }
 
-// What moments beyond the flux send towards `out`: those of a node are summed up before they are interpolated.
+// The light's spherical harmonics with l = 2 and 3, each times the phase function's harmonic towards `out`, summed. The
+// terms of a node are summed before they are interpolated.
 WISP_INLINE void gather_harmonics(const Irradiance &map, const Phase &phase, const Group &group, const Vec3 &out,
                                  Lanes &sent) {
     LaneCells at;
@@ -136,20 +139,20 @@ WISP_INLINE void gather_harmonics(const Irradiance &map, const Phase &phase, con
     for (uint32_t l = 0; l < lanes; ++l) sent[l] *= Real(1.0 / max_component);
 }
 
-// The same of the irradiance map.
+// Adds the multiple scattering of one smoke in each step, from the irradiance map (S4-4).
 WISP_INLINE void gather_scattered(const GridMarcher &marcher, const SmokeVolume &smoke, const Ray &ray, const Group &group,
                                    LaneColor &scattered) {
     const Vec3 out = -ray.direction;
     if (!marcher.irradiance) return;
     const Irradiance &map = *marcher.irradiance;
-    int32_t first[lanes], stride[lanes], exponent[lanes];
+    int32_t first[lanes], spacing[lanes], exponent[lanes];
     for (uint32_t l = 0; l < lanes; ++l) {
         first[l] = map.first[group.points.brick[l]];
-        stride[l] = map.spacing[group.points.brick[l]];
+        spacing[l] = map.spacing[group.points.brick[l]];
         exponent[l] = map.exponent[group.points.brick[l]];
     }
     LaneCells at;
-    find_cells(group.points, first, stride, at);
+    find_cells(group.points, first, spacing, at);
     Lanes p;
     for (uint32_t l = 0; l < lanes; ++l) p[l] = Real(1);
     if (map.flux && !smoke.phase.isotropic()) {
@@ -190,13 +193,13 @@ WISP_INLINE void gather_scattered(const GridMarcher &marcher, const SmokeVolume 
     }
 }
 
-// The ray so far.
+// What the march has gathered so far.
 struct Progress {
     Color radiance = Color(Real(0));
     Depth depth;
 };
 
-// (1 - e^-s) / s without a branch (N-E4); `e` is e^-s.
+// (1 - e^-s) / s without a branch (N-E4), where `e` is e^-s.
 inline Real mean_transmittance_of(Real s, Real e) {
     const Real series =
         Real(1) -
@@ -258,7 +261,8 @@ WISP_MULTIVERSIONED void march_group(const GridMarcher &marcher, const Ray &ray,
         }
     }
 
-    // What of each step's source arrives: behind the depth before the group, and that of the steps before it.
+    // The weight of a step's source: the transmittance of the smoke in front of the step, times the mean transmittance
+    // within it.
     Lanes depth, before, weight;
     Real sum = Real(0);
     for (uint32_t l = 0; l < lanes; ++l) depth[l] = sigma[l] * group.dx[l];
@@ -305,10 +309,10 @@ Segment march(GridMarcher &marcher, const Ray &ray, Real end, PixelRecorder *rec
     Progress so_far;
     Group group;
     group.begin = begin;
-    uint32_t waiting = 0; // steps of the next group
-    int32_t next = 0;     // the first step that no brick has had
+    uint32_t waiting = 0; // steps that are in `group` already
+    int32_t next = 0;     // the first step that no brick has taken yet
     for_each_brick(*medium.bricks, inside, Real(0), length, [&](uint32_t, Real from, Real to) {
-        // Steps whose middles lie in the brick: the first lies at or behind `from`.
+        // This brick takes the steps whose middles lie in it.
         const int32_t first = max(next, floor_to_int(from * inverse_step + Real(0.5)));
         const int32_t last = to < length ? min(floor_to_int(to * inverse_step + Real(0.5)), steps) : steps;
         for (int32_t i = first; i < last; ++i) {

@@ -1,7 +1,8 @@
-// Ray marching with particles gathered once a window of steps.
+// Ray marching over a particle map (S4-3). The ray is marched in windows of 64 steps. Each particle is visited once a
+// window, and adds to the steps that its kernel reaches.
 //
-// Particles are visited leaf by leaf in ascending order and add to the steps that they reach, so each step's sum has
-// one order whatever the hardware's width.
+// Leaves of the tree are visited in ascending order, so the order of each step's sum does not depend on the hardware's
+// vector width.
 #include "core/march/particle_march.h"
 
 namespace wisp::WISP_ARITH {
@@ -10,11 +11,11 @@ namespace {
 
 constexpr uint32_t padded_steps = window_steps + lanes;
 
-// `count` steps of the ray, one behind the other, and their sums so far.
+// `count` consecutive steps of the ray, with their sums over the particles visited so far.
 struct Window {
-    const Real *middle;
-    Real *sigma, *red, *green, *blue;
-    Real start, inverse_step; // the middle of a whole step i is start + i step
+    const Real *middle;               // of each step, as a distance on the ray
+    Real *sigma, *red, *green, *blue; // extinction, and extinction times the particles' sources
+    Real start, inverse_step;         // step i, if it has the full length, has its middle at start + i step
     int32_t count;
 };
 
@@ -35,7 +36,8 @@ void gather_particles(const ParticleField &field, const Color *source, const Ray
                 const uint32_t i = first + l;
                 const Real h = field.inverse_h[i], scale = field.scale[i] * h;
                 if (scale == Real(0)) continue;
-                // The steps whose middles the chord covers, one more on either side for rounding.
+                // The steps whose middles lie on the ray's chord through the support, and one more at each end for
+                // rounding.
                 const Real half = sqrt(K::support_squared - b_squared[l]) / h, middle = along[l];
                 const int32_t low = max(floor_to_int((middle - half - window.start) * window.inverse_step), 0);
                 const int32_t high =
@@ -147,7 +149,7 @@ Segment march(ParticleMarcher &marcher, const Ray &ray, Real end, PixelRecorder 
             const Color arriving = source * (exp(-depth.value) * mean_transmittance(s) * dx);
             if (is_recording(recorder)) {
                 const Color emission = emitted_radiance(medium, marcher.extinctions);
-                if (!marcher.irradiance) multiple = max(sent - emission, Color(Real(0))); // in the sources
+                if (!marcher.irradiance) multiple = max(sent - emission, Color(Real(0))); // the sources hold both
                 recorder->step(*recorder, {first + i, begin + from + Real(0.5) * dx, dx, sigma, depth.value, single,
                                            multiple, emission, arriving});
             }

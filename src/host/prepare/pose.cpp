@@ -111,15 +111,15 @@ void bake(const std::string &name, const Mesh &mesh, const Matrix &matrix, Trian
 }
 
 // A deforming triangle at a time, in the space of its node.
-Morph::Pose shape_at(const Morph &morph, double time) {
-    const std::vector<Morph::Pose> &poses = morph.poses;
-    if (time <= poses.front().time) return poses.front();
-    if (time >= poses.back().time) return poses.back();
+DeformingTriangle::Keyframe shape_at(const DeformingTriangle &deforming, double time) {
+    const std::vector<DeformingTriangle::Keyframe> &keys = deforming.keyframes;
+    if (time <= keys.front().time) return keys.front();
+    if (time >= keys.back().time) return keys.back();
     size_t next = 1;
-    while (time >= poses[next].time) ++next;
-    const Morph::Pose &a = poses[next - 1], &b = poses[next];
+    while (time >= keys[next].time) ++next;
+    const DeformingTriangle::Keyframe &a = keys[next - 1], &b = keys[next];
     const double u = (time - a.time) / (b.time - a.time);
-    Morph::Pose shape = {time, {}, {}};
+    DeformingTriangle::Keyframe shape = {time, {}, {}};
     for (size_t i = 0; i < 3; ++i) {
         shape.corners[i] = a.corners[i] * (1 - u) + b.corners[i] * u;
         shape.normals[i] = a.normals[i] * (1 - u) + b.normals[i] * u;
@@ -135,7 +135,7 @@ Shapes make_shapes(const std::string &name, const SceneGraph &graph) {
     std::vector<uint64_t> begin(graph.nodes.size() + 2);
     for (const Mesh &mesh : graph.meshes) begin[index_of(frames[index_of(mesh.node)].mover) + 1] += mesh.rows.size();
     for (size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
-    const uint64_t all = begin.back() + graph.morphs.size();
+    const uint64_t all = begin.back() + graph.deforming.size();
     if (all > std::numeric_limits<uint32_t>::max())
         throw InputError(name + ":1: there are " + std::to_string(all) + " triangles, expected fewer than 4294967296");
 
@@ -143,7 +143,7 @@ Shapes make_shapes(const std::string &name, const SceneGraph &graph) {
     shapes.triangles.resize(all);
     shapes.static_count = static_cast<uint32_t>(begin[1]);
     shapes.instance_triangle_count = static_cast<uint32_t>(begin.back() - begin[1]);
-    shapes.deforming_count = static_cast<uint32_t>(graph.morphs.size());
+    shapes.deforming_count = static_cast<uint32_t>(graph.deforming.size());
     for (size_t i = 0; i < graph.nodes.size(); ++i) {
         if (begin[i + 1] == begin[i + 2]) continue;
         Instance instance = {};
@@ -172,13 +172,13 @@ void pose_shapes(const std::string &name, const SceneGraph &graph, double time, 
         for (const Double3 &v : {instance.axis[0], instance.axis[1], instance.axis[2], instance.origin}) check_range(name, v);
     }
     Triangle *triangle = shapes.triangles.data() + shapes.static_count + shapes.instance_triangle_count;
-    for (const Morph &morph : graph.morphs) {
-        const Pose &pose = poses[index_of(morph.node)];
-        const Morph::Pose shape = shape_at(morph, time);
+    for (const DeformingTriangle &deforming : graph.deforming) {
+        const Pose &pose = poses[index_of(deforming.node)];
+        const DeformingTriangle::Keyframe shape = shape_at(deforming, time);
         const Matrix to_normals = normal_matrix(pose.matrix);
         Triangle &t = *triangle++;
         t = {};
-        t.material = morph.material;
+        t.material = deforming.material;
         t.texture = -1;
         Corners normals;
         for (size_t i = 0; i < 3; ++i) {

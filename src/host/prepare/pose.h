@@ -6,7 +6,7 @@
 namespace wisp {
 
 struct Shapes {
-    // Static triangles, then those of one instance after the other, then one for each Morph.
+    // Static triangles, then those of one instance after the other, then one for each DeformingTriangle.
     std::vector<Triangle> triangles;
     uint32_t static_count, instance_triangle_count, deforming_count;
     std::vector<Instance> instances;

@@ -61,14 +61,14 @@ struct Mesh {
 };
 
 // `tpa`: a triangle whose corners and normals are linear between its times. There is at least one time, and times do not descend.
-struct Morph {
-    struct Pose {
+struct DeformingTriangle {
+    struct Keyframe {
         double time;
         std::array<Double3, 3> corners, normals;
     };
     int32_t node;
     uint32_t material;
-    std::vector<Pose> poses;
+    std::vector<Keyframe> keyframes;
 };
 
 struct SceneGraph {
@@ -76,10 +76,10 @@ struct SceneGraph {
     std::vector<FileMaterial> materials;
     std::vector<std::string> textures; // files, as found from the working directory; each once
     std::vector<Mesh> meshes;          // spheres, cones and polygons too, as triangles
-    std::vector<Morph> morphs;
+    std::vector<DeformingTriangle> deforming;
     std::map<std::string, Motion> motions; // by name; `camera` moves the camera
 
-    bool has_surfaces() const { return !meshes.empty() || !morphs.empty(); }
+    bool has_surfaces() const { return !meshes.empty() || !deforming.empty(); }
 };
 
 } // namespace wisp

@@ -216,21 +216,21 @@ void ShapeParser::textured_patch() {
 }
 
 void ShapeParser::animated_triangle() {
-    Morph morph = {node_, 0, {}};
-    morph.poses.resize(tokens_.count("the triangle's times", 1, 19));
-    for (size_t i = 0; i < morph.poses.size(); ++i) {
-        Morph::Pose &pose = morph.poses[i];
-        pose.time = tokens_.number("a time");
-        if (i > 0 && pose.time < morph.poses[i - 1].time)
+    DeformingTriangle triangle = {node_, 0, {}};
+    triangle.keyframes.resize(tokens_.count("the triangle's times", 1, 19));
+    for (size_t i = 0; i < triangle.keyframes.size(); ++i) {
+        DeformingTriangle::Keyframe &key = triangle.keyframes[i];
+        key.time = tokens_.number("a time");
+        if (i > 0 && key.time < triangle.keyframes[i - 1].time)
             tokens_.fail("found time " + tokens_.last() + " behind a later one, expected ascending times");
         for (size_t k = 0; k < 3; ++k) {
-            pose.corners[k] = tokens_.vector("a corner");
-            pose.normals[k] = tokens_.vector("a normal");
+            key.corners[k] = tokens_.vector("a corner");
+            key.normals[k] = tokens_.vector("a normal");
         }
     }
-    morph.material = material();
+    triangle.material = material();
     add_triangles(1);
-    graph_.morphs.push_back(std::move(morph));
+    graph_.deforming.push_back(std::move(triangle));
 }
 
 } // namespace wisp

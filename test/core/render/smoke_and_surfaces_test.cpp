@@ -586,17 +586,17 @@ TEST_CASE(WISP_ARITH_NAME
             settings.step = 2;
             settings.light_step = 1;
             std::vector<unsigned char> memory(renderer.plan(room.scene, settings).arena_bytes);
-            const auto draw = [&](size_t bytes, FrameCache &kept) {
+            const auto draw = [&](size_t bytes, FrameCache &cache) {
                 Rendered frame;
                 Arena arena(memory.data(), bytes);
                 frame.rgb.assign(room_pixels * room_pixels * 3, -7);
-                frame.status =
-                    renderer.render({room.scene, settings, arena, frame.statistics, {}, frame.rgb.data(), nullptr, &kept});
+                frame.status = renderer.render(
+                    {room.scene, settings, arena, frame.statistics, {}, frame.rgb.data(), nullptr, &cache});
                 return frame;
             };
-            FrameCache kept = {};
+            FrameCache cache = {};
             for (size_t i = 0; i < frames; ++i, room.change()) {
-                const Rendered frame = draw(memory.size(), kept);
+                const Rendered frame = draw(memory.size(), cache);
                 REQUIRE(frame.status == Status::done);
                 CHECK(frame.statistics.bytes.arena_peak <= memory.size());
                 if (method == ShadowMethod::trace) right.push_back(frame);
@@ -641,14 +641,16 @@ TEST_CASE(WISP_ARITH_NAME ": smoke that stays the same is built by the first fra
         settings.depth = room.depth;
         settings.light_step = 1;
         std::vector<unsigned char> memory(renderer.plan(room.scene, settings).arena_bytes);
-        FrameCache kept = {};
+        FrameCache cache = {};
         const auto check = [&](bool same_smoke, bool right) {
-            kept.same_smoke = same_smoke;
+            cache.same_smoke = same_smoke;
             const Rendered alone = render_in_memory(room.scene, settings);
             Rendered frame;
             frame.rgb.resize(alone.rgb.size());
             Arena arena(memory.data(), memory.size());
-            REQUIRE(renderer.render({room.scene, settings, arena, frame.statistics, {}, frame.rgb.data(), nullptr, &kept}) == Status::done);
+            REQUIRE(renderer.render(
+                        {room.scene, settings, arena, frame.statistics, {}, frame.rgb.data(), nullptr, &cache}) ==
+                    Status::done);
             CHECK(same(frame.rgb, alone.rgb) == right);
             // What is found again is not counted again: rays for depths to the lights.
             CHECK((frame.statistics.rays.shadow < alone.statistics.rays.shadow) == same_smoke);
@@ -687,13 +689,13 @@ TEST_CASE(WISP_ARITH_NAME
         Settings paper = settings;
         paper.shadows = ShadowMethod::paper;
         std::vector<unsigned char> memory(renderer.plan(room.scene, paper).arena_bytes);
-        FrameCache kept = {};
+        FrameCache cache = {};
         for (int i = 0; i < 4; ++i, room.change()) {
             const Rendered right = render_in_memory(room.scene, settings);
             Rendered frame = right;
             Arena arena(memory.data(), memory.size());
             Statistics statistics;
-            REQUIRE(renderer.render({room.scene, paper, arena, statistics, {}, frame.rgb.data(), nullptr, &kept}) ==
+            REQUIRE(renderer.render({room.scene, paper, arena, statistics, {}, frame.rgb.data(), nullptr, &cache}) ==
                     Status::done);
             uint64_t different = 0;
             for (size_t p = 0; p < frame.rgb.size(); p += 3)

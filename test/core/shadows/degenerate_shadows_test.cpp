@@ -65,19 +65,19 @@ Settings picture_settings(ShadowMethod method) {
     return settings;
 }
 
-// Pictures of one method after another, what it knows kept, and of tracing.
-struct KeptPictures {
-    explicit KeptPictures(ShadowMethod method) : settings(picture_settings(method)) {}
+// Pictures of one method, frame after frame with one cache.
+struct CachedPictures {
+    explicit CachedPictures(ShadowMethod method) : settings(picture_settings(method)) {}
     std::vector<float> operator()(const Scene &scene) {
         block.resize(std::max(block.size(), static_cast<size_t>(renderer.plan(scene, settings).arena_bytes)));
-        return picture(scene, settings, block, statistics, kept);
+        return picture(scene, settings, block, statistics, cache);
     }
     Settings settings;
     std::vector<unsigned char> block;
     Statistics statistics;
-    FrameCache kept = {};
+    FrameCache cache = {};
 };
-std::vector<float> traced_picture(const Scene &scene) { return KeptPictures(ShadowMethod::trace)(scene); }
+std::vector<float> traced_picture(const Scene &scene) { return CachedPictures(ShadowMethod::trace)(scene); }
 
 // Smaller than a pixel, down to a ten millionth; thin as a hair; without an area.
 void fill_with_dust(AwkwardRoom &room) {
@@ -159,7 +159,7 @@ void check_asked(void (*fill)(AwkwardRoom &), uint64_t least_known) {
                     for (const uint32_t floor : {0u, 1u}) shadows.query_triangle(floor, light, 60, 50, next);
                 shadows.query_everywhere(2, 50, next);
                 CHECK(shadows.wrong == 0);
-                CHECK(KeptPictures(method)(room.scene) == traced_picture(room.scene));
+                CHECK(CachedPictures(method)(room.scene) == traced_picture(room.scene));
                 if (size < least_size) continue;
                 queries += shadows.queries;
                 known += shadows.known();
@@ -234,7 +234,7 @@ TEST_CASE(WISP_ARITH_NAME ": what flies through the light, vanishes and comes ba
             CAPTURE(static_cast<int>(method));
             for (const std::vector<int> &order :
                  {std::vector<int>{0, 1, 2, 3, 4, 5}, {5, 4, 3, 2, 1, 0}, {2, 2, 1, 3, 1, 0, 4, 5, 2}, {3}}) {
-                KeptPictures pictures(method);
+                CachedPictures pictures(method);
                 for (const int i : order) {
                     CAPTURE(i);
                     room.show(i);
@@ -270,7 +270,7 @@ TEST_CASE(WISP_ARITH_NAME ": no light, one, as many as the paper has room for, o
         }
         room.show(1);
         const uint32_t samples = count > 16 ? 1 : 9;
-        KeptPictures traced(ShadowMethod::trace);
+        CachedPictures traced(ShadowMethod::trace);
         traced.settings.samples = samples;
         std::vector<float> right[2];
         for (const int i : {0, 1}) {
@@ -280,7 +280,7 @@ TEST_CASE(WISP_ARITH_NAME ": no light, one, as many as the paper has room for, o
         CHECK(traced.statistics.rays.shadow >= 300 * samples * count);
         for (const ShadowMethod method : equivalent_methods) {
             CAPTURE(static_cast<int>(method));
-            KeptPictures pictures(method);
+            CachedPictures pictures(method);
             pictures.settings.samples = samples;
             for (const int i : {0, 1}) {
                 room.show(1 + i);
@@ -315,7 +315,7 @@ TEST_CASE(WISP_ARITH_NAME ": a light that moves, turns, is of another kind, or o
             room.light(LightKind::constant, room.at(-0.75, 0.5, 0.5), {1, 1, 1}, unit({0.5, -1, -0.7}));
             room.look_down();
             ShadowQueries shadows(room, method);
-            KeptPictures pictures(method);
+            CachedPictures pictures(method);
             LightSource &light = room.lights[0];
             for (int change = 0; change < 9; ++change) {
                 CAPTURE(change);

@@ -120,7 +120,7 @@ class Frames {
     Shot next() {
         Shot r = {std::vector<float>(static_cast<size_t>(room_pixels) * room_pixels * 3), {}};
         Arena arena(block_.data(), block_.size());
-        REQUIRE(renderer.render({scene_, settings_, arena, r.statistics, {}, r.rgb.data(), nullptr, &kept_}) ==
+        REQUIRE(renderer.render({scene_, settings_, arena, r.statistics, {}, r.rgb.data(), nullptr, &cache_}) ==
                 Status::done);
         return r;
     }
@@ -129,7 +129,7 @@ class Frames {
     const Scene &scene_;
     Settings settings_ = {};
     std::vector<unsigned char> block_;
-    FrameCache kept_ = {};
+    FrameCache cache_ = {};
 };
 
 // Looks down from (x, 8, z) on a square of half-width 4 on the floor.

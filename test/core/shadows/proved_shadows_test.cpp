@@ -80,7 +80,7 @@ TEST_CASE(WISP_ARITH_NAME ": exact shadows make the pictures of traced ones, in 
         settings.depth = 3;
         settings.shadows = ShadowMethod::exact;
         std::vector<unsigned char> memory(renderer.plan(room.scene, settings).arena_bytes), own(memory.size());
-        FrameCache kept = {};
+        FrameCache cache = {};
         const std::vector<Instance> instances = room.instances;
         const std::vector<LightSource> lights = room.lights;
         for (const int frame : {0, 3, 2, 1, 0, 3}) {
@@ -93,7 +93,7 @@ TEST_CASE(WISP_ARITH_NAME ": exact shadows make the pictures of traced ones, in 
             Statistics with, without;
             Arena arena(memory.data(), memory.size()), fresh(own.data(), own.size());
             settings.shadows = ShadowMethod::exact;
-            REQUIRE(renderer.render({room.scene, settings, arena, with, {}, exact.data(), nullptr, &kept}) ==
+            REQUIRE(renderer.render({room.scene, settings, arena, with, {}, exact.data(), nullptr, &cache}) ==
                     Status::done);
             settings.shadows = ShadowMethod::trace;
             REQUIRE(renderer.render({room.scene, settings, fresh, without, {}, traced.data()}) == Status::done);

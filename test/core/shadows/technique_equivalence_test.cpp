@@ -61,17 +61,17 @@ TEST_CASE(WISP_ARITH_NAME ": pictures are those of tracing, in every frame, with
                 plain_block(static_cast<size_t>(renderer.plan(room.scene, plain).arena_bytes));
             const bool lit = room.scene.light_count > 0; // there is nothing to keep without
             CHECK((block.size() > plain_block.size()) == lit);
-            FrameCache kept = {}, plain_kept = {};
+            FrameCache cache = {}, plain_cache = {};
             Statistics statistics, plain_statistics;
             for (int frame = 0; frame < 3; ++frame) {
-                CHECK(picture(room.scene, room.settings, block, statistics, kept) ==
-                      picture(room.scene, plain, plain_block, plain_statistics, plain_kept));
+                CHECK(picture(room.scene, room.settings, block, statistics, cache) ==
+                      picture(room.scene, plain, plain_block, plain_statistics, plain_cache));
                 room.change();
             }
             CHECK(statistics.rays.shadow == plain_statistics.rays.shadow);
             CHECK((statistics.bytes.stages[static_cast<uint32_t>(Stage::shadows)] > 0) == lit);
             CHECK(plain_statistics.bytes.stages[static_cast<uint32_t>(Stage::shadows)] == 0);
-            const std::vector<float> right = picture(room.scene, plain, plain_block, plain_statistics, plain_kept);
+            const std::vector<float> right = picture(room.scene, plain, plain_block, plain_statistics, plain_cache);
             for (size_t eighths = 0; eighths < 8; ++eighths) { // too little is said, or it suffices
                 FrameCache none = {};
                 Arena small(block.data(), block.size() * eighths / 8);
@@ -90,14 +90,14 @@ TEST_CASE(WISP_ARITH_NAME ": the number of lights may change from frame to frame
         Settings plain = room.settings;
         plain.shadows = ShadowMethod::trace;
         std::vector<unsigned char> block(static_cast<size_t>(renderer.plan(room.scene, room.settings).arena_bytes));
-        FrameCache kept = {}, plain_kept = {};
+        FrameCache cache = {}, plain_cache = {};
         Statistics statistics;
         for (const uint32_t count : {4u, 16u, 1u, 0u, 15u}) {
             room.scene.light_count = count;
             std::vector<unsigned char> plain_block(static_cast<size_t>(renderer.plan(room.scene, plain).arena_bytes));
-            plain_kept = {};
-            CHECK(picture(room.scene, room.settings, block, statistics, kept) ==
-                  picture(room.scene, plain, plain_block, statistics, plain_kept));
+            plain_cache = {};
+            CHECK(picture(room.scene, room.settings, block, statistics, cache) ==
+                  picture(room.scene, plain, plain_block, statistics, plain_cache));
         }
     }
 }

@@ -94,15 +94,17 @@ TEST_CASE(WISP_ARITH_NAME ": frames of surfaces are the same alone, in order and
         }
         for (const bool backwards : {false, true}) {
             std::vector<unsigned char> memory(renderer.plan(animation.room.scene, settings).arena_bytes);
-            FrameCache kept = {};
+            FrameCache cache = {};
             for (int i = 0; i < frames; ++i) {
                 const int frame = backwards ? frames - 1 - i : i;
                 animation.room.lights = lights;
                 std::vector<float> rgb(alone[0].rgb.size());
                 Statistics statistics;
                 Arena arena(memory.data(), memory.size());
-                CHECK(renderer.render({animation.at(frame), settings, arena, statistics, {}, rgb.data(), nullptr, &kept}) == Status::done);
-                CHECK(kept.frame != nullptr);
+                CHECK(renderer.render(
+                          {animation.at(frame), settings, arena, statistics, {}, rgb.data(), nullptr, &cache}) ==
+                      Status::done);
+                CHECK(cache.frame != nullptr);
                 CHECK(arena.peak() <= memory.size());
                 const Rendered &expected = alone[static_cast<size_t>(frame)];
                 CHECK(same(rgb, expected.rgb));

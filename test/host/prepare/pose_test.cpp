@@ -95,11 +95,12 @@ Placement shifted(double x) {
     return p;
 }
 
-Morph one_deforming(int32_t node, std::initializer_list<double> times) {
-    Morph morph = {node, 7, {}};
+DeformingTriangle one_deforming(int32_t node, std::initializer_list<double> times) {
+    DeformingTriangle triangle = {node, 7, {}};
     for (double t : times)
-        morph.poses.push_back({t, {{{t, 0, 0}, {t + 1, 0, 0}, {t, 1, t * t}}}, {{{0, 0, 1}, {0, 1, 0}, {1, 0, 0}}}});
-    return morph;
+        triangle.keyframes.push_back(
+            {t, {{{t, 0, 0}, {t + 1, 0, 0}, {t, 1, t * t}}}, {{{0, 0, 1}, {0, 1, 0}, {1, 0, 0}}}});
+    return triangle;
 }
 
 Shapes shapes_at(const SceneGraph &graph, double time) {
@@ -115,7 +116,7 @@ const Triangle &deforming_of(const Shapes &s, size_t i = 0) {
 
 TEST_CASE("pose: random trees of nodes are products of their matrices") {
     Random random;
-    size_t still = 0, instances = 0, nested = 0;
+    size_t unmoving = 0, instances = 0, nested = 0;
     for (int round = 0; round < 300; ++round) {
         SceneGraph graph;
         std::vector<Square> world[2]; // at 0 and at 1
@@ -143,7 +144,7 @@ TEST_CASE("pose: random trees of nodes are products of their matrices") {
                 one_triangle(node, {random_point(random), random_point(random), random_point(random)}));
             graph.meshes.back().material = static_cast<uint32_t>(m); // to find it by
         }
-        graph.morphs.push_back(one_deforming(nodes - 1, {0, 1}));
+        graph.deforming.push_back(one_deforming(nodes - 1, {0, 1}));
 
         Shapes shapes = make_shapes("scene.aff", graph);
         REQUIRE(shapes.triangles.size() == 7);
@@ -176,15 +177,15 @@ TEST_CASE("pose: random trees of nodes are products of their matrices") {
             CHECK(next == 6);
             CHECK(std::count(seen.begin(), seen.end(), true) == 6);
             for (size_t k = 0; k < 3; ++k) {
-                const Double3 expected =
-                    world[t][static_cast<size_t>(nodes - 1)] * graph.morphs[0].poses[static_cast<size_t>(t)].corners[k];
+                const Double3 expected = world[t][static_cast<size_t>(nodes - 1)] *
+                                         graph.deforming[0].keyframes[static_cast<size_t>(t)].corners[k];
                 CHECK(distance(deforming_of(shapes).corner[k], expected) < 1e-11 * (1 + length(expected)));
             }
         }
-        still += shapes.static_count;
+        unmoving += shapes.static_count;
         instances += shapes.instances.size();
     }
-    CHECK(still > 300);
+    CHECK(unmoving > 300);
     CHECK(instances > 200);
     CHECK(nested > 50);
 }
@@ -269,7 +270,7 @@ TEST_CASE("pose: normals stay on their side of the surface, and of unit length")
         mesh.normals = {random_point(random), normal, normal * 1e-3};
         mesh.rows[0].normal = {1, 2, 0};
         graph.meshes.push_back(mesh);
-        graph.morphs.push_back({1, 0, {{0, corners, {normal, normal, mesh.normals[0]}}}});
+        graph.deforming.push_back({1, 0, {{0, corners, {normal, normal, mesh.normals[0]}}}});
         const Shapes s = shapes_at(graph, 0);
         const Square world = square_of(outer) * square_of(inner);
         for (size_t which = 0; which < 2; ++which) {
@@ -325,7 +326,7 @@ TEST_CASE("pose: an invisible node hides what is in it") {
     graph.motions["moving"].visibility = {{3, false}};
     graph.motions["other"] = moved_by({0, 5, 0});
     graph.meshes = {one_triangle(1), one_triangle(2), one_triangle(3)};
-    graph.morphs = {one_deforming(2, {0, 1}), one_deforming(-1, {0, 1})};
+    graph.deforming = {one_deforming(2, {0, 1}), one_deforming(-1, {0, 1})};
     Shapes s = make_shapes("scene.aff", graph);
     CHECK(s.static_count == 0); // `blinking` is a body although it stays where it is
     REQUIRE(s.instances.size() == 3);
@@ -348,33 +349,33 @@ TEST_CASE("pose: an invisible node hides what is in it") {
     }
 }
 
-TEST_CASE("pose: a morph at its times, between and beyond") {
+TEST_CASE("pose: a deforming triangle at its times, between and beyond") {
     SceneGraph graph;
-    graph.morphs = {one_deforming(-1, {-1, 1, 1, 3})};
+    graph.deforming = {one_deforming(-1, {-1, 1, 1, 3})};
     Shapes s = make_shapes("scene.aff", graph);
     const auto corner_at = [&](double time, size_t i) {
         pose_shapes("scene.aff", graph, time, s);
         return deforming_of(s).corner[i];
     };
-    const std::vector<Morph::Pose> &poses = graph.morphs[0].poses;
+    const std::vector<DeformingTriangle::Keyframe> &poses = graph.deforming[0].keyframes;
     for (size_t i = 0; i < 3; ++i) {
-        for (const Morph::Pose &pose : poses) CHECK(equal(corner_at(pose.time, i), pose.corners[i]));
+        for (const DeformingTriangle::Keyframe &pose : poses) CHECK(equal(corner_at(pose.time, i), pose.corners[i]));
         CHECK(equal(corner_at(-1e30, i), poses.front().corners[i]));
         CHECK(equal(corner_at(1e30, i), poses.back().corners[i]));
     }
     CHECK(equal(corner_at(1.5, 2), {1.5, 1, 3})); // a quarter from 1 to 9
     CHECK(deforming_of(s).material == 7);
     CHECK(deforming_of(s).texture == -1);
-    // At a time that two poses have, the later one.
-    graph.morphs[0].poses[2].corners[0] = {50, 0, 0};
+    // At a time that two keyframes have, the later one.
+    graph.deforming[0].keyframes[2].corners[0] = {50, 0, 0};
     CHECK(equal(corner_at(1, 0), {50, 0, 0}));
     CHECK(corner_at(1 - 1e-12, 0).x == doctest::Approx(1));
 }
 
-TEST_CASE("pose: a morph's normals are linear and then of unit length") {
+TEST_CASE("pose: a deforming triangle's normals are linear and then of unit length") {
     SceneGraph graph;
-    graph.morphs = {one_deforming(-1, {0, 4})};
-    std::vector<Morph::Pose> &poses = graph.morphs[0].poses;
+    graph.deforming = {one_deforming(-1, {0, 4})};
+    std::vector<DeformingTriangle::Keyframe> &poses = graph.deforming[0].keyframes;
     poses[0].normals = {{{0, 0, 1}, {0, 0, 1}, {0, 0, 1}}};
     poses[1].normals = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     Shapes s = shapes_at(graph, 1);
@@ -384,9 +385,9 @@ TEST_CASE("pose: a morph's normals are linear and then of unit length") {
     poses[1].normals[0] = {0, 0, -1}; // half-way it has no direction
     pose_shapes("scene.aff", graph, 2, s);
     for (const Double3 &n : deforming_of(s).normal) CHECK(equal(n, {0, 0, 0}));
-    // A morph in a moving, uneven node.
+    // A deforming triangle in a moving, uneven node.
     graph.nodes = {named(-1, "x")};
-    graph.morphs[0].node = 0;
+    graph.deforming[0].node = 0;
     Placement wide;
     wide.scale = {4, 1, 1};
     graph.motions["x"] = motion_between(wide, wide);
@@ -442,15 +443,16 @@ TEST_CASE("pose: scales beyond all numbers are refused") {
     };
     const std::string refused =
         "scene.aff:1: the transforms of a scene enlarge it beyond +-1e100, expected smaller scales";
-    SceneGraph still = huge_tree(1e30), instance = still, morph = still, fits = huge_tree(1e6), small = huge_tree(1e-30);
-    still.meshes = {one_triangle(14)};
-    CHECK(message(still) == refused);
+    SceneGraph unmoved = huge_tree(1e30), instance = unmoved, deforming = unmoved, fits = huge_tree(1e6),
+               small = huge_tree(1e-30);
+    unmoved.meshes = {one_triangle(14)};
+    CHECK(message(unmoved) == refused);
     instance.nodes.push_back(named(14, "x"));
     instance.motions["x"] = moved_by({1, 0, 0});
     instance.meshes = {one_triangle(15)};
     CHECK(message(instance) == refused);
-    morph.morphs = {one_deforming(14, {0, 1})};
-    CHECK(message(morph) == refused);
+    deforming.deforming = {one_deforming(14, {0, 1})};
+    CHECK(message(deforming) == refused);
     fits.meshes = {one_triangle(14)};
     CHECK(message(fits) == "");
     small.meshes = {one_triangle(14)};

@@ -137,13 +137,13 @@ TEST_CASE("shapes: triangles that change their form") {
                                   "tpa 2 -1 0 0 0 0 0 1 1 0 0 0 0 1 0 1 0 0 0 1\n"
                                   " -1 0 0 0 0 0 1 2 0 0 0 0 1 0 2 0 0 1 0\n }");
     CHECK(g.meshes.empty());
-    REQUIRE(g.morphs.size() == 1);
-    CHECK(g.morphs[0].node == 0);
-    CHECK(g.morphs[0].material == 1);
-    REQUIRE(g.morphs[0].poses.size() == 2);
-    CHECK(g.morphs[0].poses[0].time == -1);
-    check(g.morphs[0].poses[1].corners[1], 2, 0, 0);
-    check(g.morphs[0].poses[1].normals[2], 0, 1, 0);
+    REQUIRE(g.deforming.size() == 1);
+    CHECK(g.deforming[0].node == 0);
+    CHECK(g.deforming[0].material == 1);
+    REQUIRE(g.deforming[0].keyframes.size() == 2);
+    CHECK(g.deforming[0].keyframes[0].time == -1);
+    check(g.deforming[0].keyframes[1].corners[1], 2, 0, 0);
+    check(g.deforming[0].keyframes[1].normals[2], 0, 1, 0);
 }
 
 TEST_CASE("shapes: errors") {
