@@ -7,8 +7,8 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-// Marks in place of a depth: the node has no smoke around it; or its depth is still to be found, and the node lies on
-// this face of the light.
+// Marks in place of a depth. `unknown`: the node has no smoke around it. waiting(face): its depth has not been found
+// yet, and the light's line to the node leaves through this face of the light (light_face()).
 constexpr Real unknown = Real(-1);
 constexpr Real waiting(uint32_t face) { return Real(-2 - static_cast<int32_t>(face)); }
 

@@ -6,16 +6,16 @@
 namespace wisp::WISP_ARITH {
 
 struct GridMarcher {
-    const Medium *medium;         // resampled
-    const OpticalDepthGrid *depths;    // to all lights, over the medium's bricks
-    const Irradiance *irradiance; // or nullptr: nothing scatters twice
-    Shadows *shadows;             // of surfaces; nullptr: there are none
+    const Medium *medium;           // resampled
+    const OpticalDepthGrid *depths; // to all lights, over the medium's bricks
+    const Irradiance *irradiance;   // or nullptr: nothing scatters twice
+    Shadows *shadows;               // of surfaces; nullptr: there are none
     Real step;
     Statistics *statistics;
 };
 
-// As the other `march`: steps lie at the same places along the ray, and those outside of bricks are passed over. Depths
-// are kept, and transmittances of steps multiplied in groups of eight.
+// As `march` of ray_march.h, with steps at the same places along the ray. Steps outside of bricks are skipped. Optical
+// depths are summed from step to step, and transmittances are computed for eight steps side by side.
 Segment march(GridMarcher &marcher, const Ray &ray, Real end, PixelRecorder *recorder);
 
 } // namespace wisp::WISP_ARITH

@@ -58,10 +58,10 @@ struct LaneLightRecord { // one light, scattered by one smoke
 };
 struct LaneSourceRecord { // what one smoke sends
     Real extinction[lanes];
-    LaneColor single, multiple; // radiance times phase function: albedo and extinction are still to be multiplied
+    LaneColor single, multiple; // radiance times phase function, without the factors albedo and extinction
     Color albedo, emission;     // `emission` per unit of optical depth
 };
-struct LaneStepRecord { // the steps, of which lane_sources() has recorded what they send
+struct LaneStepRecord { // the steps; their sources went to lane_sources() before
     int32_t step[lanes];
     Real distance[lanes], length[lanes], extinction[lanes], optical_depth[lanes];
     LaneColor radiance;
@@ -82,7 +82,7 @@ struct PixelRecorder {
     void (*march_end)(PixelRecorder &, Color radiance, Real optical_depth, Real transmittance);
     void (*step)(PixelRecorder &, const StepRecord &);
     void (*light)(PixelRecorder &, const LightRecord &);
-    // Before and after a shadow query: what the query has counted says how it was decided.
+    // Before and after a shadow query. The counters that the query has raised say how it was decided.
     void (*shadow_begin)(PixelRecorder &, const Statistics &);
     void (*shadow_end)(PixelRecorder &, uint32_t lane, const Statistics &, bool blocked);
     // A group of steps: its lights, what its smokes send, and what arrives.
@@ -91,8 +91,8 @@ struct PixelRecorder {
     void (*lane_sources)(PixelRecorder &, const LaneSourceRecord &);
     void (*lane_steps)(PixelRecorder &, const LaneStepRecord &);
 
-    // What the functions above keep from call to call: the shadow of the next light, one a lane; the counters before a
-    // shadow query; what all smokes send.
+    // State between calls: by lane, the shadow of the light that is recorded next; the counters before a shadow query;
+    // the sources of all smokes so far.
     TraceEvent::Light shadow[lanes];
     Statistics before;
     LaneColor single, multiple, emission;

@@ -32,12 +32,12 @@ Emitter make_emitter(const Light &light, const Sphere &smoke) {
     const Real brightest = largest(light.color);
     if (!(brightest > Real(0)) || !(smoke.radius > Real(0))) return emitter;
     emitter.photon_color = light.color / brightest;
-    if (light.kind == LightKind::parallel) { // the photons of a disc that covers the sphere
+    if (light.kind == LightKind::parallel) { // photons start on a disc that covers the sphere
         emitter.power = light.color * (pi<Real> * smoke.radius * smoke.radius);
         return emitter;
     }
-    // The cone that holds the sphere, or the cone of the spot if that is narrower. From inside the smoke: all
-    // directions.
+    // Photons start in a cone of directions: all directions if the light lies in the sphere, else the cone that holds
+    // the sphere; the cone of a spot if that is narrower.
     const Vec3 to_smoke = smoke.center - light.position;
     const Real distance = length(to_smoke);
     emitter.one_minus_cosine = Real(2);
@@ -53,7 +53,7 @@ Emitter make_emitter(const Light &light, const Sphere &smoke) {
     }
     const Real solid_angle = two_pi<Real> * emitter.one_minus_cosine;
     emitter.power = light.color * solid_angle;
-    if (light.kind == LightKind::constant) { // a photon carries E d^2 of its first collision: this is the upper bound
+    if (light.kind == LightKind::constant) { // a photon carries E d^2 of its first collision: here of the largest d
         const Real farthest = distance + smoke.radius;
         emitter.reach_squared = farthest * farthest;
         emitter.power = emitter.power * emitter.reach_squared;

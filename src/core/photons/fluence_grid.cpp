@@ -86,7 +86,8 @@ Real brightness_at(const Sources &in, const PhotonSource &source, uint32_t brick
            exp(-max(Real(0), tau));
 }
 
-// Calls visit(node, brightness) for the nodes of a brick that no later brick holds too.
+// Calls visit(node, brightness) for the nodes of a brick where the source is bright. Nodes on the border to the next
+// place of the lattice are left to the brick there.
 template <class Visit> void for_each_source_node(const Sources &in, uint32_t s, uint32_t brick, Visit &&visit) {
     const PhotonSource &source = in.distribution.sources[s];
     const OpticalDepthGrid &depths = in.depths;
@@ -109,11 +110,12 @@ uint32_t weight_of(const Sources &in, Real brightness) {
         floor_to_int(scale_pow2(min(brightness / in.distribution.max_brightness, Real(1)), weight_bits)));
 }
 
-// The weights of the nodes of one source and brick. Photons come in ascending order, so the next one is found quickly.
+// The node where the last photon started, and the weights of the nodes of its source and brick. Photons are placed in
+// ascending order of weight, so the next one is near.
 struct Cursor {
     uint64_t entry = UINT64_MAX; // source * bricks + brick
     uint32_t count, next;
-    uint64_t end; // the sum of all weights up to node `next`, included
+    uint64_t end; // the sum of all weights of the distribution up to node `next`, included
     Cell node[brick_nodes * brick_nodes * brick_nodes];
     uint32_t weight[brick_nodes * brick_nodes * brick_nodes];
 };

@@ -46,7 +46,7 @@ struct PhotonSource {
     uint32_t light;   // its index; the number of lights: a smoke
     uint32_t smoke;   // its index
     Color color;      // per unit of brightness
-    Real max_channel; // of the colour
+    Real max_channel; // the largest channel of `color`
 };
 
 // The distribution of the points where photons start. It depends neither on their number nor on surfaces.
@@ -56,7 +56,9 @@ struct EmissionDistribution {
     const Real *rate;    // of tentative collisions per unit of length, by brick
     int32_t shift;       // brightness is scaled by 2^shift: in fixed point, that of thin smoke keeps its digits
     Real max_brightness; // of all nodes
-    const uint64_t *cumulative_weight; // by source and brick: the sum of all weights before it; one more at the end
+    // Entry source * bricks + brick: the sum of the weights of all nodes before that source and brick. The last entry
+    // is the sum of all weights.
+    const uint64_t *cumulative_weight;
 };
 // `depths` are the optical depths to all lights over the medium's bricks. False: the arena was too small.
 bool make_emission_distribution(const Scene &scene, const Medium &medium, const OpticalDepthGrid &depths, Arena &arena,

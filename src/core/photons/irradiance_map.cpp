@@ -96,14 +96,15 @@ template <class Visit> void for_each_neighbour(const Points &points, uint64_t i,
     }
 }
 
-// Subtracts `blur` times their second differences from all known nodes. The darker of two neighbours passes `blur`
-// times their difference to the brighter one, or less if that is more than it has. So no light is lost inside, and no
-// value falls below 0. False: the arena was too small.
+// Subtracts `blur` times its second differences from each known node. This is an exchange between neighbours: the
+// darker of two passes `blur` times their difference to the brighter one. A node that should pass more than it has
+// passes less, the same fraction to each neighbour. So no light is lost inside, and no value falls below 0. False: the
+// arena was too small.
 bool sharpen(Points &points, double blur_, Arena &arena) {
     const Real blur = Real(blur_);
     Color *sharp = arena.make<Color>(points.count), *fraction = arena.make<Color>(points.count);
     if (!sharp || !fraction) return false;
-    for (uint64_t i = 0; i < points.count; ++i) { // the fraction of what it should pass that a node has
+    for (uint64_t i = 0; i < points.count; ++i) { // fraction[i]: what the node can pass, of what it should
         fraction[i] = Color(Real(1));
         if (!points.known[i]) continue;
         const Color &here = points.radiance[i];
@@ -121,7 +122,7 @@ bool sharpen(Points &points, double blur_, Arena &arena) {
             for (int32_t c = 0; c < 3; ++c)
                 sharp[i][c] -= loss[c] * (loss[c] > Real(0) ? fraction[i][c] : fraction[other][c]);
         });
-        sharp[i] = max(sharp[i], Color(Real(0))); // rounding
+        sharp[i] = max(sharp[i], Color(Real(0))); // rounding may leave less than 0
     }
     points.radiance = sharp;
     return true;

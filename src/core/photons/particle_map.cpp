@@ -76,8 +76,9 @@ bool deposit_by_kernel(const Deposits &deposits, const DensityField &field, cons
         const Units after = units_of(deposits, photon, direction, sum / total);
         add_power(deposits, element, after, before);
         if (deposits.direction_kind == Direction::mean)
-            add_flux(deposits, element, whole,
-                     {}); // w_t' += w_p; a sample at a border adds it once per corner that it is
+            // w_t' += w_p (S4-3): the whole direction. A sample at a grid's border is visited once per corner of the
+            // cell that it stands for, and adds the direction each time.
+            add_flux(deposits, element, whole, {});
         else
             add_flux(deposits, element, after, before);
         before = after;

@@ -103,7 +103,8 @@ Color single_scattering(const PathTracer &tracer, const Ray &ray, Real end, cons
 
 } // namespace
 
-// Each bound is for slightly more than its cell, by a margin that covers what rounding does to the points of a walk.
+// Each bound holds in a slightly larger box than its cell, because rounding may move a point of a flight out of the
+// cell.
 Majorants make_majorants(const Medium &medium, Real edge, Arena &arena) {
     Majorants majorants = {};
     const Vec3 size = medium.bounds.high - medium.bounds.low;
@@ -135,7 +136,7 @@ MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 
     const Medium &medium = *tracer.medium;
     const Lattice &lattice = tracer.majorants.lattice;
     MediumCollision collision = {false, end, 0, 0};
-    Real rest = exponential(generator); // of the majorant's depth, up to the next tentative collision
+    Real rest = exponential(generator); // the majorants' optical depth from here to the next tentative collision
     uint32_t tentative = 0;
     for_each_cell(lattice, ray, Real(0), end, [&](const Cell &cell, Real from, Real to) {
         const Real bound = tracer.majorants.sigma[index_of(lattice.count, cell)];
@@ -151,7 +152,9 @@ MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 
             }
             t += rest / bound;
             const Vec3 x = ray.origin + ray.direction * t;
-            Real sigma = uniform(generator) * bound; // below sigma_t: real; and that part of the sum says whose
+            // The collision is real if this is below sigma_t. It is then one with the smoke in whose part of sigma_t it
+            // lies.
+            Real sigma = uniform(generator) * bound;
             for (uint32_t i = 0; i < medium.count; ++i) {
                 ++tracer.statistics->smoke.density_evaluations;
                 sigma -= extinction(medium.smokes[i].field, x);

@@ -24,7 +24,7 @@ struct Majorants {
 // Cells of about the length `edge`, larger where there would be too many.
 Majorants make_majorants(const Medium &medium, Real edge, Arena &arena);
 
-// All that a path asks of the scene.
+// The scene, as paths need it.
 struct PathTracer {
     const Medium *medium;
     const Light *lights;
@@ -34,12 +34,13 @@ struct PathTracer {
     Shadows *shadows; // of surfaces; nullptr: there are none
 };
 
-// Draws the first collision along the ray before `end`, by delta tracking: its distance, and the smoke that it is with.
-// It is unbiased: tentative collisions of rate sigma_m are real ones with probability sigma_t / sigma_m.
+// Draws the first collision along the ray before `end`, by delta tracking: its distance, and which smoke is hit.
+// Tentative collisions have the rate sigma_m of the majorants; each is real with probability sigma_t / sigma_m. This is
+// unbiased.
 MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 &generator);
 
-// `radiance`, and one sample of what smoke sends along the ray from distances 0 to `end`: its expectation is right
-// (S1). A path that meets a surface ends there: those give no light to smoke.
+// Returns `radiance` plus one sample of the radiance of the smoke on the ray's distances 0 to `end`. The expectation of
+// the sample is that of S1. A path that meets a surface ends there, because surfaces give no light to smoke.
 Color sample_radiance(const PathTracer &tracer, Ray ray, Real end, Color radiance, Pcg32 &generator);
 
 uint64_t majorant_bytes(); // of the arena, at most

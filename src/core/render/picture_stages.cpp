@@ -56,7 +56,7 @@ Status trace_paths(Frame &frame) {
         const PathTracer &paths;
         Pcg32 generator;
     } sampler = {frame.paths, Pcg32(0)};
-    frame.paths.medium = &medium; // without smoke no stage has made them
+    frame.paths.medium = &medium; // without smoke no stage has set it
     Whitted &whitted = frame.whitted;
     if (frame.decisions.surfaces && !medium.empty()) {
         whitted.medium = &medium;
@@ -151,7 +151,7 @@ Status trace_camera_rays(Frame &frame) {
     }
     if (frame.decisions.goal == Goal::reference) return trace_paths(frame);
     if (frame.decisions.surfaces) return trace_surfaces(frame);
-    frame.marcher.medium = &frame.medium(); // empty
+    frame.marcher.medium = &frame.medium(); // without smoke: an empty medium
     return trace_smoke(frame, frame.marcher);
 }
 

@@ -65,14 +65,15 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
         hit.instance < tracer.surfaces->instance_count ? &tracer.surfaces->instances[hit.instance] : nullptr;
     Vec3 corner = vec_of(triangle.corner[0]), edge1 = vec_of(triangle.corner[1]) - corner,
          edge2 = vec_of(triangle.corner[2]) - corner;
-    if (instance) { // edges apart from where it is: far out, corners of small bodies have no digits left
+    if (instance) {
+        // Edges are transformed without the origin: far out, the corners of a small instance differ in few digits.
         corner = instance->origin + applied(instance->axis, corner);
         edge1 = applied(instance->axis, edge1);
         edge2 = applied(instance->axis, edge2);
     }
     const Vec3 weights(Real(1) - hit.u - hit.v, hit.u, hit.v);
     Point point;
-    // Of edges about 1 long: in fixed point the product of short ones has no digits left.
+    // The edges are scaled to a length of about 1: in fixed point, the product of short edges has no digits left.
     const Real size1 = largest_size(edge1), size2 = largest_size(edge2);
     const Vec3 product = cross(edge1 / size1, edge2 / size2);
     const Real sine = length(product);
@@ -84,7 +85,7 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
         Vec3 normal =
             vec_of(n) * weights.x + vec_of(triangle.normal[1]) * weights.y + vec_of(triangle.normal[2]) * weights.z;
         if (length(normal) > Real(0x1p-12)) {
-            if (instance) { // by the inverse transpose, which may be small
+            if (instance) { // times the inverse transpose, whose entries may be small
                 const Vec3 *inverse = instance->inverse;
                 normal = Vec3(dot(inverse[0], normal), dot(inverse[1], normal), dot(inverse[2], normal));
                 const Real size = largest_size(normal);
@@ -92,7 +93,7 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
             }
             point.normal = normalize(normal);
         }
-        if (dot(point.plane, point.normal) < Real(0)) point.plane = -point.plane; // vertex normals know the outside
+        if (dot(point.plane, point.normal) < Real(0)) point.plane = -point.plane; // vertex normals point outside
     }
     const Real cosine = -dot(point.plane, beam.ray.direction);
     point.entered = !(cosine < Real(0));

@@ -2,8 +2,9 @@
 //
 //     I = am A tex + sum over lights of E (D tex max(0, N L) + S max(0, R V)^shininess) + S reflected + T transmitted
 //
-// where tex is the texture's colour and E D is divided by pi for lights of physical units (all but `l`). Smoke dims E,
-// and what each ray sees, camera ray, reflected or refracted: it is where its particles are, in glass, too.
+// where tex is the texture's colour and E D is divided by pi for lights of physical units (all but `l`). Smoke
+// attenuates E between light and surface. Camera rays, reflected and refracted rays see the smoke in front of what they
+// hit. Smoke fills the space of its particles, inside glass too.
 #pragma once
 #include "core/lights/lightcuts.h"
 #include "core/march/ray_march.h"
@@ -26,10 +27,10 @@ struct Whitted {
     Shadows *shadows;
     Color background;
     uint32_t depth; // of the longest chain of rays behind the camera's
-    Real spread;    // by which a camera ray widens on a unit of its way: the edge of a pixel
+    Real spread;    // growth of a camera ray's cone per unit of distance: the edge of a pixel at distance 1
     Statistics *statistics;
     const LightCuts *cuts = nullptr; // where not every light is asked
-    // Smoke, where there is any: what lights shine through, and what a ray sees of it up to a distance.
+    // Smoke, where there is any: `medium` attenuates the lights; march() is what a ray sees of it up to a distance.
     const Medium *medium = nullptr;
     void *marcher = nullptr;
     Segment (*march)(void *marcher, const Ray &ray, Real end, PixelRecorder *recorder) = nullptr;

@@ -102,8 +102,9 @@ BoxShaft::BoxShaft(const ShaftLattice &lattice, const LatticeBounds &box, const 
         around_.low.x[a] = std::min(from_.low.x[a], to_.low.x[a]);
         around_.high.x[a] = std::max(from_.high.x[a], to_.high.x[a]);
     }
-    // Projected along an axis, the shaft is the hull of two rectangles. The line through their corners of one name is a
-    // side of the hull if that corner is the farthest of each rectangle along the line's normal.
+    // Projected along an axis, the shaft is the hull of two rectangles, those of the box and of the light. The line
+    // through the same corner of both (low or high in each coordinate) is a side of the hull if this corner is, in each
+    // rectangle, the farthest one along the line's normal.
     for (int a = 0; a < 3; ++a) {
         const int b = a == 2 ? 0 : a + 1;
         for (int name = 0; name < 4; ++name) {
@@ -162,11 +163,13 @@ bool BoxShaft::may_intersect(const LatticePoint (&t)[3]) const {
     return !apart;
 }
 
-// The volume of four points changes by no more than 6 D^2 `blur` when one of the points moves by `blur` in each
-// coordinate, where D is the largest difference of coordinates. So where the volume is beyond 32 D^2 blur, its sign is
-// that of all triangles nearby. The side on which a ray passes an edge is the sign of the volume of two of the ray's
-// points and the edge's ends. The volume is linear in each point, so the corners of a box decide for all of the box.
-// The boxes are wider by ray_epsilon and twice the margin, because a hit counts only between the ends of the ray.
+// The side on which a ray passes an edge is the sign of a volume: that of the tetrahedron of two points of the ray and
+// the edge's ends.
+//   - If one of the four points moves by `blur` in each coordinate, the volume changes by at most 6 D^2 blur, where D
+//     is the largest difference of coordinates. So a volume beyond 32 D^2 blur keeps its sign when all four points
+//     move.
+//   - The volume is linear in each point. So the corners of a box decide for every point of the box.
+//   - The boxes are widened by ray_epsilon and twice the margin, because a hit counts only between the ends of the ray.
 bool BoxShaft::is_shadowed_by(const LatticePoint (&t)[3]) const {
     const int64_t more = lattice_.ray_epsilon + lattice_.margin;
     const LatticeBounds from = widened(from_, more), to = widened(to_, more);

@@ -6,15 +6,21 @@
 // towards a light is the convex hull of both. For a parallel light it is the hull of the box and of the box moved
 // against the light's direction, beyond all static triangles. The shaft has a margin on all sides:
 //
-//   What a ray from the box may hit before the light lies within `margin` steps of the shaft, in each coordinate.
+//   If a ray from the box hits a triangle before the light, the triangle has a point within `margin` steps of the
+//   shaft, in each coordinate.
 //
-// The margin in float and double, with e half a last place of 1 and M = 2^26 steps: the computed direction is off its
-// true one by 8 e of its length at most (subtracting, three products and a root, dividing), so the ray is within 8 e 2
-// sqrt(3) M < 28 e M of the segment to the light. What it hits has a point within 28 e M of it (triangle.h: 14 e of a
-// difference of coordinates, which is 2 M at most). In all 56 e M, below 2^8 steps in float and 1 in double. In Fixed
-// lengths are off by no more than the root of 2^-33, for a point right at the light, and components by 2^-33. The ray's
-// end is within 2^-16 of the light, and the hit within 3 units of the ray: less than 2^-14. The directions of parallel
-// lights are taken as they are. Two more steps are for rounding down, and one for the end of a parallel shaft.
+// The margin in float and double, where e is half a last place of 1, and M = 2^26 steps:
+//   - The computed direction errs by at most 8 e of its length: a difference, three products and a root, a quotient. So
+//     the ray lies within 8 e 2 sqrt(3) M < 28 e M of the segment to the light.
+//   - The triangle that it hits has a point within 28 e M of the ray: triangle.h gives 14 e times a difference of
+//     coordinates, which is at most 2 M.
+//   - The sum is 56 e M: below 2^8 steps in float, below 1 step in double.
+// The margin in Fixed:
+//   - A length errs by at most the root of 2^-33 (next to the light), a component by 2^-33. So the ray ends within
+//     2^-16 of the light.
+//   - The triangle has a point within 3 units of the ray. The sum is below 2^-14.
+// Directions of parallel lights have no error: rays and shafts use the same. In each arithmetic two steps are added for
+// rounding points down, and one for the end of a parallel shaft.
 //
 // A triangle is outside when a plane has the triangle on one side and the shaft with its margin on the other. The
 // planes are those of the shaft's sides, each parallel to an axis, and the triangle's own. Numbers are below 2^30,
@@ -63,11 +69,11 @@ class BoxShaft {
   public:
     BoxShaft(const ShaftLattice &lattice, const LatticeBounds &box, const Light &light);
 
-    // False: the shaft and its margin are apart from the box, the triangle.
+    // False: the shaft with its margin does not touch the box or triangle.
     bool may_intersect(const LatticeBounds &box) const;
     bool may_intersect(const LatticePoint (&triangle)[3]) const;
-    // True: every ray from the box to the light hits the triangle, because it lies across the shaft by more than all
-    // roundings.
+    // True: every ray from the box to the light hits the triangle. It crosses the whole shaft, with more to spare than
+    // the roundings of rays and corners.
     bool is_shadowed_by(const LatticePoint (&triangle)[3]) const;
 
   private:

@@ -5,14 +5,18 @@
 // parallel light they lie in the plane across the light's largest coordinate. A raster over each side lists the
 // rectangles of its steps. A shadow ray is one point there, so it is traced only against the few instances of its step.
 //
-// A ray that may hit an instance has a point in the instance's box (InstanceNode), whose margin covers roundings along
-// the ray. Let the ray lead to a distance D from o along d, as rounded. The light is within 8 e D of that point, e
-// being half a last place of 1, in Fixed within 2^-16; in any case within 2^-6, because D is below 2^15. Moved by that,
-// the point is a multiple of d away from the light. So a box that is wider by `box_margin` = 2^-5 holds a point that
-// the light sees exactly along -d. The quotients of d say where it is, but for a rounding of 2^-22 of what is at
-// most 1. A raster has steps of 2^-13 at least on a cube, and of 2^-9 in a plane, where coordinates are rounded by less
-// than 2^-7, which `box_margin` covers. So a rectangle is widened by a sixteenth of a step for the quotients and the
-// way to the raster.
+// The step of a ray lists every instance that the ray may hit:
+//   - A ray that may hit an instance has a point in the instance's box (InstanceNode). The margin of that box covers
+//     the roundings along the ray.
+//   - Let o, d and D be the ray's origin, direction and distance to the light, as rounded. The point o + D d is within
+//     8 e D of the light, where e is half a last place of 1; in Fixed within 2^-16. In each case it is within 2^-6,
+//     because D is below 2^15.
+//   - The point in the box, moved by the same difference, is exactly a multiple of d away from the light. So a box that
+//     is wider by `box_margin` = 2^-5 holds a point that the light sees exactly along -d.
+//   - On a cube, quotients of the components of d give the place of this point. They are at most 1, with a rounding of
+//     2^-22, and a step of the raster is at least 2^-13 long.
+//   - In a plane, coordinates are rounded by less than 2^-7, which `box_margin` covers. A step is at least 2^-9 long.
+//   - A rectangle is widened by a sixteenth of a step, for the rounding of quotients and of the conversion to steps.
 //
 // Static triangles that may stand between an instance and a light are found by the shaft of its box (box_shaft.h), once
 // some rays have asked. If they are few, later rays are tested against these alone.
@@ -27,14 +31,14 @@ constexpr uint32_t max_listed = 8; // blockers
 struct InstanceLight {
     uint32_t blocker[max_listed]; // static triangles
     uint8_t blocker_count;        // or not_listed
-    uint8_t rays;                 // queries so far, until blockers are looked for
+    uint8_t rays;                 // queries so far; counted until the blockers are searched
 
     static constexpr uint8_t not_listed = 255;
     bool is_listed() const { return blocker_count != not_listed; }
 };
 
 struct LightRaster {
-    Real low[2], steps[2]; // of both coordinates: where the raster begins, its steps in a unit
+    Real low[2], steps[2]; // for each coordinate: where the raster begins, and its steps per unit
     uint32_t side;         // in steps; 0: no instance is seen there
     uint32_t *starts;      // side * side + 1: where the instances of each step begin
 };
@@ -51,11 +55,12 @@ struct InstanceShadows {
 uint64_t instance_shadow_bytes(const Scene &scene);
 InstanceShadows make_instance_shadows(const Shadows &shadows, Arena &arena);
 
-// What is known of the query's instance and light; nullptr: nothing is kept. Looks for blockers when it is time.
+// The entry of the query's instance and light, or nullptr if there is none. Searches the blockers once enough rays have
+// asked.
 InstanceLight *find_instance_light(InstanceShadows &instances, const Shadows &shadows, const ShadowQuery &query);
 bool is_blocked_by_listed(const InstanceLight &instance, const Shadows &shadows, const ShadowQuery &query);
 
-// As that of Surfaces; `tested` says whether there was anything to test the ray against.
+// Same answer as the function of this name for Surfaces. `tested` says whether there was anything to test against.
 bool is_blocked_by_moving(const InstanceShadows &instances, const Shadows &shadows, const ShadowQuery &query,
                           bool &tested);
 

@@ -31,7 +31,7 @@ struct NahCulling {
     bool any_frame;                 // there was a frame before
 
     // Of this frame.
-    uint32_t *row; // by column: the triangle that the camera ray hit, left of x in this row, from x on in the row above
+    uint32_t *row; // by column, the triangle that the camera ray hit: before x in this row, from x on in the row above
     int32_t width, height;
     int32_t x, y;
     bool first_sample; // of the pixel

@@ -1,8 +1,8 @@
 // The scalar in which shadows are proved, wider than Real: double for float and double; for Fixed 64-bit integers, with
 // lengths in units of 2^-18.
 //
-// Directions of axes need no accuracy: whichever vector an axis is, what lies on two sides of a plane across it is
-// separated. Integer axes are shortened to 25 bits, so that their dot products with positions of 35 bits fit 64.
+// The direction of a separating axis needs no accuracy: two sets on different sides of a plane across any axis are
+// disjoint. Integer axes are shortened to 25 bits, so that their dot products with positions of 35 bits fit 64.
 #pragma once
 #include "core/geometry/triangle.h"
 
@@ -45,7 +45,8 @@ inline int64_t scaled_256(int64_t x, int k) { return (x * k) >> 8; }
 inline double ratio(double x, double small, double large) { return x * (small / large); }
 inline int64_t ratio(int64_t x, int64_t small, int64_t large) { return x * small / large; }
 
-// Bounds of t d' at t = ray_epsilon: a direction's length is rounded, and so is ray_epsilon.
+// Bounds of the length of t d' at t = ray_epsilon: the length of a computed direction d' is not exactly 1, and
+// ray_epsilon is rounded.
 inline double lower_bound(double ray_epsilon) { return ray_epsilon - ray_epsilon * 0x1p-10; }
 inline int64_t lower_bound(int64_t ray_epsilon) {
     return min(max(int64_t{0}, ray_epsilon - (ray_epsilon >> 10) - 2), int64_t{1} << 28);
@@ -53,8 +54,8 @@ inline int64_t lower_bound(int64_t ray_epsilon) {
 inline double upper_bound(double ray_epsilon) { return ray_epsilon + ray_epsilon * 0x1p-10; }
 inline int64_t upper_bound(int64_t ray_epsilon) { return ray_epsilon + (ray_epsilon >> 10) + 2; }
 
-// A component of a vector that leads beyond everything, along a unit vector with this component. Nothing is farther
-// than `largest` from 0, in Fixed not farther than 2^14.
+// A component of a vector that leads out of the scene, parallel to a unit vector with this component. Coordinates of
+// the scene are at most `largest`, in Fixed at most 2^14.
 inline double far_along(float component, double largest) { return 4 * largest * component; }
 inline double far_along(double component, double largest) { return 4 * largest * component; }
 inline int64_t far_along(Fixed component, int64_t) { return component.raw() * 4; }
@@ -109,9 +110,11 @@ inline Triple<int64_t> axis_along(const Triple<int64_t> &v) {
     return Triple<int64_t>(v.x >> shift, v.y >> shift, v.z >> shift);
 }
 
-// The sign of w . (a x b), or 0 where it may differ if each coordinate of the three vectors is `margin` off. Errors of
-// one vector change the volume by at most margin |a x b|_1 and so on; of two by 6 margin^2 |b|, because |error x b| <=
-// 2 margin |b| in each coordinate; of three by 6 margin^3.
+// The sign of the volume w . (a x b), or 0 if errors of up to `margin` in each coordinate of the three vectors may
+// change it. With |v| the largest coordinate of v and |v|_1 the sum of all three, the volume changes by at most
+//   margin (|a x b|_1 + |w x a|_1 + |w x b|_1)   by the error of each vector alone,
+//   6 margin^2 (|a| + |b| + |w|)                 by errors of two: |error x b| <= 2 margin |b| in each coordinate,
+//   6 margin^3                                   by errors of all three.
 inline int sure_side(const Triple<double> &a, const Triple<double> &b, const Triple<double> &w, double margin) {
     const Triple<double> ab = glm::cross(a, b);
     const double first = sum_of(ab) + sum_of(glm::cross(w, a)) + sum_of(glm::cross(w, b));
@@ -123,11 +126,13 @@ inline int sure_side(const Triple<double> &a, const Triple<double> &b, const Tri
 inline int sure_side(const Triple<int64_t> &a, const Triple<int64_t> &b, const Triple<int64_t> &w, int64_t margin) {
     const WideProduct ab = wide_product(a, b), wa = wide_product(w, a), wb = wide_product(w, b);
     const int shift = max(0, ab.digits - axis_bits);
-    if (max(wa.digits, wb.digits) - shift > 54) return 0; // no room: seen from the origin, a and b are nearly one
+    if (max(wa.digits, wb.digits) - shift > 54)
+        return 0; // a and b are almost parallel, and the other products have no room
     const Triple<int64_t> axis = shifted(ab, shift);
     const int64_t first = sum_of(axis) + sum_of(shifted(wa, shift)) + sum_of(shifted(wb, shift)) + 9;
     const int64_t second = (6 * margin * (largest_of(a) + largest_of(b) + largest_of(w) + margin)) >> shift;
-    const int64_t volume = along(axis, w), error = margin * (first + second + 1) + sum_of(w); // the axis' own: 1
+    // The coordinates of the axis are off by up to 1: this adds sum_of(w) to the error.
+    const int64_t volume = along(axis, w), error = margin * (first + second + 1) + sum_of(w);
     return volume > error ? 1 : -volume > error ? -1 : 0;
 }
 

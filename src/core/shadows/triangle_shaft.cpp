@@ -205,15 +205,18 @@ bool is_shaft_lit(const TriangleTree &tree, const TriangleShaft &shaft, uint32_t
     return true;
 }
 
-// Sides: a ray hits the triangle if its line passes the three edges on one side. The side is linear in where the line
-// begins, and the side's error is convex, so the lines of the cell's corners decide for all. Sheared corners are off by
-// less than the margin, and each line by as much at either end. A line on one side of all edges of what intersect()
-// sees is what intersect() calls a hit.
+// Two things are proved for every ray of the shaft.
 //
-// Distances: the hit is between ray_epsilon and the end because the triangle is so far from the cell, and from the
-// light, along some axis. x' + t d' is within the margin of the triangle, x' within that of the cell, and the point at
-// the whole distance of the light within that of the light. So t d' is at least a gap less two margins along that axis,
-// which are below 4 in the terms of length_bound. d' is not longer than upper_bound allows.
+// 1. Its line passes the three edges on the same side, which is what intersect() calls a hit. The side is linear in the
+//    point where the line begins, and the error of the side is convex. So it suffices to check the lines from the
+//    cell's corners. Each end of a line, and each sheared corner, is off by less than the margin, which sure_side()
+//    covers.
+//
+// 2. The hit lies between ray_epsilon and the ray's end. Along some axis the triangle is apart from the cell and from
+//    the light by more than `gap`. The hit x' + t d' is within the margin of the triangle, x' within the margin of the
+//    cell, and the ray's end within the margin of the light. So along the axis t d' has at least the length of the
+//    distance less two margins, which are at most 4 margin length_bound(axis) together. upper_bound() bounds the length
+//    of d'.
 bool is_shaft_shadowed(const TriangleShaft &shaft, const Vec3 (&occluder)[3]) {
     if (!shaft.provable) return false;
     Position triangle[3];

@@ -8,8 +8,8 @@ namespace {
 
 constexpr uint32_t max_depth = 40; // of the top-level tree: groups are halved, so 2^32 instances need less
 
-// Boxes of instances are wider than what they hold by this. Coordinates are below 2^13, and each operation towards
-// them, or along a ray, rounds them by less than 2^-22 of that.
+// The margin of an instance's box in the world. Coordinates are below 2^13. Each operation that computes the box, or a
+// point of a ray, rounds by less than 2^-22 of that.
 constexpr Real margin = Real(0x1p-4);
 
 Box box_of(const Triangle *triangles, uint32_t count) {
@@ -62,8 +62,8 @@ uint32_t make_groups(const Surfaces &surfaces, const Box *boxes, uint32_t *order
     return 1 + made + make_groups(surfaces, boxes, order + count / 2, count - count / 2, group.second);
 }
 
-// Calls visit(instance) for each instance whose box the ray enters before end(), the nearer half of each group first,
-// until visit returns false.
+// Calls visit(instance) for each instance whose box the ray enters before the distance end(). The nearer child of a
+// node comes first. Ends when visit returns false.
 template <class End, class Visit>
 void for_each_instance(const Surfaces &surfaces, const Ray &ray, uint64_t &visits, End &&end, Visit &&visit) {
     if (surfaces.group_count == 0) return;
@@ -176,7 +176,7 @@ Hit find_nearest(const Surfaces &surfaces, const Ray &ray, Real begin, Real end,
     const auto search_tree = [&](const TriangleTree &tree, const TriangleRay &local, uint32_t first, uint32_t count,
                                  uint32_t instance) {
         SurfaceHit found;
-        // A little beyond the nearest hit so far, to find another at the same distance.
+        // Slightly beyond the nearest hit so far, because another tree may have a hit at the same distance.
         const Real reach = min(end, hit.distance + (hit.distance * Real(0x1p-20) + Real(0x1p-32)));
         if (!search(tree, local, begin, reach, within(ignore_triangle, first, count), found, counts)) return;
         if (found.distance < hit.distance || (found.distance == hit.distance && first + found.triangle < hit.triangle))

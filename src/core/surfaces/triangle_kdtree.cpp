@@ -425,15 +425,16 @@ inline Span<int64_t> span_of(Fixed distance, Fixed dominant) {
     return {low, low + 1};
 }
 
-// 1 / component as a parameter per length, and the margin of crossings as a parameter. `reach` is not less than the
-// magnitudes of any corner's coordinate and the origin's together; `dominant` is the direction's largest component.
+// `inverse`: how far the parameter grows per unit of length along an axis. `margin`: the margin of plane crossings, as
+// a parameter. `component` and `dominant` are the direction's component along the axis and its largest one. `reach` is
+// at least the magnitude of any corner's coordinate plus that of the origin's.
 template <class T> struct Slope { T inverse, margin; };
 template <class T> Slope<T> slope_of(T component, T dominant, T reach) {
     constexpr T e = sizeof(T) == 4 ? T(0x1p-24) : T(0x1p-53);
     const T least = abs(dominant) * e, size = max(abs(component), least);
     const T inverse = T(1) / (component < 0 ? -size : size);
-    // In terms of e reach: 14 the hit, 1 where the component was raised, 1 the inverse, 4 the products and sums of low
-    // and high, less than a half the margin.
+    // In units of e reach: 14 for the hit (triangle.h), 1 for raising the component, 1 for the inverse, 4 for the
+    // products and sums in to_low and to_high, less than a half for the margin itself. The sum is below 24.
     return {inverse, T(24) * e * reach * abs(inverse)};
 }
 inline Slope<int64_t> slope_of(Fixed component, Fixed dominant, Fixed reach) {
@@ -462,10 +463,10 @@ Real reach_of(const TriangleTree &tree, const TriangleRay &ray) {
 
 // The ray as it is tested against planes.
 struct PlaneRay {
-    Parameter inverse[3], to_low[3],
-        to_high[3]; // crossings lie from plane * inverse - to_low to plane * inverse - to_high
-    uint32_t backward[3];
-    int shift; // of planes in Fixed
+    // A plane is crossed at a parameter from plane * inverse - to_low to plane * inverse - to_high.
+    Parameter inverse[3], to_low[3], to_high[3];
+    uint32_t backward[3]; // 1: the direction's component is negative
+    int shift;            // Fixed: from steps of planes to units of 2^-32
 
     PlaneRay(const TriangleTree &tree, const TriangleRay &ray) : shift(tree.step_exponent + 32) {
         const Real origin[3] = {ray.origin.x, ray.origin.y, ray.origin.z};
@@ -495,11 +496,13 @@ template <class T> struct ExactFiltering {
     static Product room(Number) { return Product(0); }
 };
 
-// For Fixed, by doubles in units of 2^-32. A corner less the origin is exact, of at most M = 2^47; sheared, it is less
-// than 2^-51 M + 2^-14 off the test's: 2^-53 M each by the shear, its product and (two) the difference, 2^-14 by the
-// test's rounding down. `slack` is twice that. Hence cross products of corners p and q are less than half of slack
-// (|p_x| + |p_y| + |q_x| + |q_y| + slack) off, and as much again by three roundings of 2^-53 of products below 2 M
-// (|q_x| + |q_y|). The room is twice it all.
+// For Fixed, by doubles in units of 2^-32. Differences from the test's own numbers:
+//   - A corner less the origin is exact, and at most M = 2^47.
+//   - A sheared corner differs by less than 2^-51 M + 2^-14: 2^-53 M by the shear, as much by its product, twice as
+//     much by the difference, and 2^-14 because the test rounds down. `slack` is twice that.
+//   - The cross product of corners p and q differs by less than slack / 2 (|p_x| + |p_y| + |q_x| + |q_y| + slack), and
+//     by as much again through three roundings of 2^-53 of products below 2 M (|q_x| + |q_y|). `room` is twice their
+//     sum.
 struct DoubleFiltering {
     using Number = double;
     using Product = double;
@@ -515,10 +518,12 @@ struct DoubleFiltering {
     static Product room(Number sum) { return 2 * slack * (sum + slack); }
 };
 
-// For Fixed, by words of 32 bits, in units such that a corner less the origin is at most 2^27. Sheared, it is less
-// than 3.2 off the test's: 1 each by rounding down the coordinate, that along the ray and the product, 2^-3 by the
-// shear in units of 2^-30. Hence cross products of corners p and q are less than 3.2 (|p_x| + |p_y| + |q_x| + |q_y|) +
-// 2 * 3.2^2 off. The room is more.
+// For Fixed, by words of 32 bits, in units such that a corner less the origin is at most 2^27. Differences from the
+// test's own numbers:
+//   - A sheared corner differs by less than 3.2: 1 each by rounding down the coordinate, the coordinate along the ray
+//     and their product, 2^-3 by the shear in units of 2^-30.
+//   - The cross product of corners p and q differs by less than 3.2 (|p_x| + |p_y| + |q_x| + |q_y|) + 2 * 3.2^2. `room`
+//     is more than that.
 struct IntegerFiltering {
     using Number = int32_t;
     using Product = int64_t;

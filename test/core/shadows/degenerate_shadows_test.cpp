@@ -14,8 +14,8 @@ namespace {
 constexpr double room_sizes[] = {1.0 / 64, 16, 2000};
 constexpr double least_size = 16;
 
-struct AwkwardRoom : Room {
-    AwkwardRoom(double size_, uint64_t seed) : size(size_), next{seed * 331 + 11} {
+struct DegenerateRoom : Room {
+    DegenerateRoom(double size_, uint64_t seed) : size(size_), next{seed * 331 + 11} {
         scene.ray_epsilon = size * 4e-6;
         white = material(matte({1, 1, 1}));
         scene.background = {0.25, 0.5, 0.75};
@@ -80,7 +80,7 @@ struct CachedPictures {
 std::vector<float> traced_picture(const Scene &scene) { return CachedPictures(ShadowMethod::trace)(scene); }
 
 // Smaller than a pixel, down to a ten millionth; thin as a hair; without an area.
-void fill_with_dust(AwkwardRoom &room) {
+void fill_with_dust(DegenerateRoom &room) {
     add_floor(room, 0, room.size, room.white);
     for (int i = 0; i < 60; ++i) {
         const double part = std::pow(10.0, -2 - i % 6);
@@ -98,7 +98,7 @@ void fill_with_dust(AwkwardRoom &room) {
 }
 
 // On the floor, in it, folded along its edges, at its corners, and half a skin and some skins above.
-void fill_with_touching(AwkwardRoom &room) {
+void fill_with_touching(DegenerateRoom &room) {
     add_floor(room, 0, room.size, room.white);
     add_box(room, room.at(0.3, 0.25, -0.4), room.at(0.1, 0.25, 0.1), room.white); // its bottom lies in the floor
     room.add(room.at(-0.9, 0, 0.1), room.at(-0.2, 0, 0.3), room.at(-0.5, 0.4, 0.2), room.white);  // a wall on it
@@ -122,7 +122,7 @@ void fill_with_touching(AwkwardRoom &room) {
 }
 
 // Lights in planes of receivers and of occluders, at corners, on edges, amid triangles, in a closed box.
-void fill_with_lights(AwkwardRoom &room) {
+void fill_with_lights(DegenerateRoom &room) {
     add_floor(room, 0, room.size, room.white);
     room.add(room.at(-0.5, 0, 0.25), room.at(0.5, 0, 0.25), room.at(0.125, 0.75, 0.25), room.white);
     room.add(room.at(-0.5, 0.5, -0.5), room.at(0.5, 0.5, -0.5), room.at(0, 0.5, 0.125), room.white);
@@ -140,8 +140,8 @@ void fill_with_lights(AwkwardRoom &room) {
     room.sun({0.6, 0, -0.8});
 }
 
-// Of a hundred shadows exact knows `least_known` without a ray.
-void check_asked(void (*fill)(AwkwardRoom &), uint64_t least_known) {
+// Of a hundred shadows exact knows `least_culled` without a ray.
+void check_answers(void (*fill)(DegenerateRoom &), uint64_t least_culled) {
     for (const ShadowMethod method : equivalent_methods) {
         CAPTURE(static_cast<int>(method));
         uint64_t queries = 0, known = 0, shadowed = 0;
@@ -149,7 +149,7 @@ void check_asked(void (*fill)(AwkwardRoom &), uint64_t least_known) {
             for (uint64_t seed = 0; seed < 2; ++seed) {
                 CAPTURE(size);
                 CAPTURE(seed);
-                AwkwardRoom room(size, seed);
+                DegenerateRoom room(size, seed);
                 fill(room);
                 room.look_down();
                 ShadowQueries shadows(room, method);
@@ -165,7 +165,7 @@ void check_asked(void (*fill)(AwkwardRoom &), uint64_t least_known) {
                 known += shadows.known();
                 shadowed += shadows.shadowed;
             }
-        if (method == ShadowMethod::exact) CHECK(known > queries * least_known / 100);
+        if (method == ShadowMethod::exact) CHECK(known > queries * least_culled / 100);
         if (method != ShadowMethod::cache) CHECK(known > 1000);
         CHECK(shadowed > queries / 40);
         CHECK(shadowed < queries);
@@ -175,23 +175,23 @@ void check_asked(void (*fill)(AwkwardRoom &), uint64_t least_known) {
 } // namespace
 
 TEST_CASE(WISP_ARITH_NAME ": the shadows of dust, of hairs and of what has no area") {
-    check_asked(fill_with_dust, 50);
+    check_answers(fill_with_dust, 50);
 }
 
 TEST_CASE(WISP_ARITH_NAME ": the shadows of what touches, lies in a plane, or a skin above it") {
-    check_asked(fill_with_touching, 20);
+    check_answers(fill_with_touching, 20);
 }
 
 TEST_CASE(WISP_ARITH_NAME ": shadows from lights in planes, at corners, on edges, amid triangles and in boxes") {
-    check_asked(fill_with_lights, 12);
+    check_answers(fill_with_lights, 12);
 }
 
 namespace {
 
 // A slab that flies through the light, and vanishes there for a frame; a plate that flies under a roof; a triangle that
 // changes its form into the light.
-struct Flight : AwkwardRoom {
-    explicit Flight(double size_) : AwkwardRoom(size_, 5) {
+struct Flight : DegenerateRoom {
+    explicit Flight(double size_) : DegenerateRoom(size_, 5) {
         add_floor(*this, 0, size, white);                                                             // 0, 1
         add(at(-0.9, 0.6, -0.2), at(-0.3, 0.6, -0.2), at(-0.3, 0.6, 0.4), at(-0.9, 0.6, 0.4), white); // 2, 3
         scene.static_count = 4;
@@ -308,7 +308,7 @@ TEST_CASE(WISP_ARITH_NAME ": a light that moves, turns, is of another kind, or o
         for (const ShadowMethod method : equivalent_methods) {
             CAPTURE(size);
             CAPTURE(static_cast<int>(method));
-            AwkwardRoom room(size, 3);
+            DegenerateRoom room(size, 3);
             fill_with_touching(room);
             room.lights.clear();
             room.light(LightKind::constant, room.at(0.25, 1, 0.5), {1, 1, 1}, unit({0.3, -1, 0.1}));
