@@ -10,13 +10,14 @@ struct Few {
     std::string file;
     bool all = false;
 };
-const OptionTable<Few> few = {{"file", "FILE", "a file", to_text(&Few::file)}, {"all", nullptr, "all", to_switch(&Few::all)}};
+const OptionTable<Few> few = {{"file", "FILE", "a file", to_text(&Few::file)},
+                              {"all", nullptr, "all", to_switch(&Few::all)}};
 
 } // namespace
 
 TEST_CASE("arguments: files, options of both forms, and letters") {
-    const CommandLine line = parse_arguments("render", scene_options(),
-                                             {"a.aff", "--spp=9", "-o", "x=.png", "--exposure", "-1", "-q", "-", "-o=y.png"});
+    const CommandLine line = parse_arguments(
+        "render", scene_options(), {"a.aff", "--spp=9", "-o", "x=.png", "--exposure", "-1", "-q", "-", "-o=y.png"});
     CHECK(line.files == std::vector<std::string>{"a.aff", "-"});
     const std::vector<std::pair<std::string, std::string>> expected = {
         {"spp", "9"}, {"output", "x=.png"}, {"exposure", "-1"}, {"quiet", "1"}, {"output", "y.png"}};

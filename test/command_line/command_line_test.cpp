@@ -75,8 +75,8 @@ TEST_CASE("command line: bad input ends with 3 and a line that names the file") 
         {"missing.aff", "none.vtk: cannot be opened: No such file or directory"},
         {"broken.aff", "broken.vtk:5: 40 points, expected at most 38: 230 bytes are left"},
         {"option.aff", "option.aff:11: option 'spp': found 'zero', expected a whole number from 1 to 65536"},
-        {"massless.aff", "massless.aff:2: no mass, expected a line 'mass M' or an attribute 'mass' in " +
-                             test.file("puff.vtk")}};
+        {"massless.aff",
+         "massless.aff:2: no mass, expected a line 'mass M' or an attribute 'mass' in " + test.file("puff.vtk")}};
     for (const auto &[scene, line] : cases) {
         CAPTURE(scene);
         test.refuses(test.wisp("render " + test.file(scene) + " -o " + test.file("x.png")), 3, test.file("") + line);
@@ -89,7 +89,8 @@ TEST_CASE("command line: a plan beyond --memory ends with 4, an unwritable outpu
     const Ran small = test.wisp("render " + test.s() + " --memory 10k -o " + test.file("x.png"));
     test.refuses(small, 4);
     CHECK(small.err.rfind(test.s() + ": the plan needs ", 0) == 0);
-    CHECK(small.err.find(" bytes, expected at most the 10240 of --memory; fewer --photons need less") != std::string::npos);
+    CHECK(small.err.find(" bytes, expected at most the 10240 of --memory; fewer --photons need less") !=
+          std::string::npos);
     CHECK(!std::filesystem::exists(test.file("x.png")));
     CHECK(test.wisp("render " + test.s() + " --memory 1G").status == 0);
     for (const std::string option : {"-o ", "--stats "}) {
@@ -411,7 +412,8 @@ TEST_CASE("command line: merge refuses what does not belong together, and writes
     };
     refuses("", 2, "found no file to merge, expected some .passes or .map");
     refuses(a + " --spp 4", 2,
-            "there is no option '--spp' of merge, expected --output, --error-out, --exposure, --digest, --quiet or --verbose");
+            "there is no option '--spp' of merge, expected --output, --error-out, --exposure, --digest, --quiet or "
+            "--verbose");
     refuses(a + " -o " + test.file("x.jpg"), 2,
             "option 'output': found '" + test.file("x.jpg") +
                 "', expected a file name that ends in .png, .pfm, .passes or .map");
@@ -419,7 +421,8 @@ TEST_CASE("command line: merge refuses what does not belong together, and writes
             "option 'error-out': found '" + test.file("x.png") + "', expected a file name that ends in .pfm");
 
     refuses(test.file("none.passes"), 3, test.file("none.passes") + ": cannot be opened: No such file or directory");
-    refuses(a + " " + test.file("none.passes"), 3, test.file("none.passes") + ": cannot be opened: No such file or directory");
+    refuses(a + " " + test.file("none.passes"), 3,
+            test.file("none.passes") + ": cannot be opened: No such file or directory");
     refuses(a + " " + test.s(), 3, test.s() + ":1: not a file of passes, expected 'wisp passes 1'");
     std::string text = text_of(a);
     text.back() = static_cast<char>(text.back() ^ 1);
@@ -444,7 +447,7 @@ TEST_CASE("command line: merge refuses what does not belong together, and writes
             other + ": passes of another scene, size, seed, arithmetic or version, expected all of the same");
     // What samples do not depend on does not part them.
     test.write("r.aff", "# again\n" + CommandLineTest::lit("box -1 -1 -1 1 1 1 1.5 { emission 0.2 0.1 0 phase 0.3 }",
-                                                "render step 0.25\nrender exposure 1"));
+                                                           "render step 0.25\nrender exposure 1"));
     CHECK(test.merge(a + " " + sums("same.passes", "--passes 2:3 --photons 9") + out).status == 0);
 }
 
@@ -620,7 +623,8 @@ TEST_CASE("command line: plan counts boxes, grids and the stages of --reference"
     test.write("g.vol", CommandLineTest::volume(2, 3, 4, 1, 1, 1, std::vector<float>(24, 1)));
     test.write("b.aff", CommandLineTest::lit("box -1 -1 -1 1 1 1 1 { }"));
     test.write("g.aff", CommandLineTest::lit("g.vol { }"));
-    test.write("all.aff", CommandLineTest::lit("g.vol { }\nsmoke box -1 -1 -1 1 1 1 1 { }\nsmoke puff.vtk { radius 0.2 mass 1 }"));
+    test.write("all.aff",
+               CommandLineTest::lit("g.vol { }\nsmoke box -1 -1 -1 1 1 1 1 { }\nsmoke puff.vtk { radius 0.2 mass 1 }"));
     const auto plan = [&](const std::string &arguments) { return test.wisp("plan " + test.file(arguments)); };
     CHECK(plan("b.aff --smoke direct").out.find(" bytes  1 samples of grids\n") != std::string::npos);
     CHECK(plan("g.aff --smoke direct").out.find(" bytes  24 samples of grids\n") != std::string::npos);

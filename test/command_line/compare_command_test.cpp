@@ -104,7 +104,8 @@ TEST_CASE("compare command: errors") {
     usage({}, "'wisp compare' has 0 files, expected two pictures");
     usage({a}, "'wisp compare' has 1 files, expected two pictures");
     usage({a, a, a}, "'wisp compare' has 3 files, expected two pictures");
-    usage({a, a, "--fuzzy"}, "there is no option '--fuzzy' of compare, expected --tolerance, --error, --json or --diff");
+    usage({a, a, "--fuzzy"},
+          "there is no option '--fuzzy' of compare, expected --tolerance, --error, --json or --diff");
     usage({a, a, "-t", "1"}, "there is no option '-t' of compare, expected --tolerance, --error, --json or --diff");
     usage({a, a, "--tolerance"}, "option '--tolerance' needs a value: REL");
     for (const char *value : {"", "abc", "-1", "nan", "inf", "1x", "0x1"})

@@ -34,8 +34,8 @@ struct GoldenRenderer : TemporaryFolder {
     // The picture of a golden's scene, and its digest.
     Picture render(const std::string &scene, const std::string &arithmetic, std::string *digest = nullptr) const {
         const std::string pfm = file("a.pfm"), out = file("out");
-        const std::string command =
-            built("wisp") + " render fixtures/" + scene + " --arith " + arithmetic + " --digest -o " + pfm + " > " + out;
+        const std::string command = built("wisp") + " render fixtures/" + scene + " --arith " + arithmetic +
+                                    " --digest -o " + pfm + " > " + out;
         REQUIRE(std::system(command.c_str()) == 0);
         if (digest) std::ifstream(out) >> *digest;
         return read_pfm(pfm);

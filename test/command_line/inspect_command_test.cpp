@@ -1,4 +1,5 @@
-// build/wisp inspect: its pixel is that of the picture, its JSON is valid and has what the text has, and wrong usage is refused.
+// build/wisp inspect: its pixel is that of the picture, its JSON is valid and has what the text has, and wrong usage is
+// refused.
 #include "host/images/picture.h"
 #include "host/base/text.h"
 #include "support/command_line.h"

@@ -229,7 +229,8 @@ TEST_CASE("map command: options of the map are refused where they do nothing") {
     for (const std::string method : {"--smoke direct ", "--reference "})
         for (const std::string &option :
              {"map-out " + a, "map-in " + a, std::string("batches 0:1"), std::string("remap")})
-            refuses(method + "--" + option, "option '" + option.substr(0, option.find(' ')) + "' belongs to --smoke map");
+            refuses(method + "--" + option,
+                    "option '" + option.substr(0, option.find(' ')) + "' belongs to --smoke map");
     for (const std::string &option : {"map-out " + a, std::string("batches 0:1"), std::string("remap")})
         refuses("--map-in x --" + option,
                 "option '" + option.substr(0, option.find(' ')) + "' does not go with --map-in: nothing is traced");

@@ -182,7 +182,8 @@ TEST_CASE("sequence command: particles of a frame, and grids, are part of its sc
     test.write("p_0.vtk", CommandLineTest::puff(20));
     test.write("p_1.vtk", CommandLineTest::puff(21));
     test.write("g.vol", CommandLineTest::volume(2, 1, 1, 1, 1, 1, {1, 0.5f}));
-    test.write("p.aff", CommandLineTest::lit("p_%d.vtk { radius 0.2 mass 1 extinction 0.02 }\nsmoke g.vol { extinction 0.1 }"));
+    test.write("p.aff",
+               CommandLineTest::lit("p_%d.vtk { radius 0.2 mass 1 extinction 0.02 }\nsmoke g.vol { extinction 0.1 }"));
     const auto kept = [&](const std::string &options = "") {
         return SequenceCommandTest::kept_of(
             test.wisp("render " + test.file("p.aff") + " --frames 0:1 -o " + test.file("f_%d.png ") + options));

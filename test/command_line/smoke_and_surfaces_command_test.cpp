@@ -34,7 +34,7 @@ struct Cave : CommandLineTest {
 TEST_CASE("command line: smoke and surfaces are one picture, by every method, in every arithmetic") {
     Cave cave;
     for (const std::string method : {"", "--smoke direct", "--smoke volume", "--smoke map --deposit path",
-                                  "--reference --passes 0:4", "--lights cuts", "--shadows paper"}) {
+                                     "--reference --passes 0:4", "--lights cuts", "--shadows paper"}) {
         CAPTURE(method);
         std::string of[2];
         for (const bool smoke : {true, false})

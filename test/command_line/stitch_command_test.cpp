@@ -128,7 +128,8 @@ TEST_CASE("stitch command: parts that are no whole are refused in one line, and 
     }
     refuses("", 2, "found no part to stitch, expected .pfm files of --crop");
     refuses(a + " x.png", 2, "found 'x.png' to stitch, expected a .pfm file of --crop");
-    refuses(a + " --spp 2", 2, "there is no option '--spp' of stitch, expected --output, --exposure, --digest, --quiet or --verbose");
+    refuses(a + " --spp 2", 2,
+            "there is no option '--spp' of stitch, expected --output, --exposure, --digest, --quiet or --verbose");
     refuses(a + " -o x.map", 2, "option 'output': found 'x.map', expected .pfm or .png of stitch");
     test.refuses(test.wisp("stitch" + a), 2, "found nothing to make of the parts, expected --output or --digest");
     // A picture that is no part, one without its record, with that of another, and damaged ones.
@@ -139,11 +140,9 @@ TEST_CASE("stitch command: parts that are no whole are refused in one line, and 
             test.file("nowhere.pfm.wisp: cannot be opened: No such file or directory"));
     const std::string record = text_of(name(c) + ".wisp"), picture = text_of(name(c));
     test.write("none.pfm.wisp", record);
-    refuses(a + b + " " + none, 3,
-            none + ": not the picture of " + none + ".wisp, expected the one as rendered");
+    refuses(a + b + " " + none, 3, none + ": not the picture of " + none + ".wisp, expected the one as rendered");
     test.write("p2.pfm", picture.substr(0, picture.size() - 1) + "x");
-    refuses(a + b + c, 3,
-            name(c) + ": not the picture of " + name(c) + ".wisp, expected the one as rendered");
+    refuses(a + b + c, 3, name(c) + ": not the picture of " + name(c) + ".wisp, expected the one as rendered");
     test.write("p2.pfm", picture.substr(0, picture.size() - 1));
     refuses(a + b + c, 3, name(c) + ": byte 12: 119 bytes of pixels, expected 120");
     test.write("p2.pfm", picture);

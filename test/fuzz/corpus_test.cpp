@@ -29,11 +29,23 @@ void replay(const std::string &folder, size_t least, int (*target)(const uint8_t
 
 } // namespace
 
-TEST_CASE("every input of the fuzz corpus of particle maps is read or refused") { replay("test/corpus/map", 30, fuzz_map); }
-TEST_CASE("every input of the fuzz corpus of particle files is read or refused") { replay("test/corpus/particles", 30, fuzz_particles); }
-TEST_CASE("every input of the fuzz corpus of passes is read or refused") { replay("test/corpus/passes", 20, fuzz_passes); }
+TEST_CASE("every input of the fuzz corpus of particle maps is read or refused") {
+    replay("test/corpus/map", 30, fuzz_map);
+}
+TEST_CASE("every input of the fuzz corpus of particle files is read or refused") {
+    replay("test/corpus/particles", 30, fuzz_particles);
+}
+TEST_CASE("every input of the fuzz corpus of passes is read or refused") {
+    replay("test/corpus/passes", 20, fuzz_passes);
+}
 TEST_CASE("every input of the fuzz corpus of pictures is read or refused") { replay("test/corpus/pfm", 10, fuzz_pfm); }
-TEST_CASE("every input of the fuzz corpus of records is read or refused") { replay("test/corpus/record", 25, fuzz_record); }
+TEST_CASE("every input of the fuzz corpus of records is read or refused") {
+    replay("test/corpus/record", 25, fuzz_record);
+}
 TEST_CASE("every input of the fuzz corpus of scenes is read or refused") { replay("test/corpus/scene", 8, fuzz_scene); }
-TEST_CASE("every input of the fuzz corpus of textures is read or refused") { replay("test/corpus/texture", 25, fuzz_texture); }
-TEST_CASE("every input of the fuzz corpus of volumes is read or refused") { replay("test/corpus/volume", 31, fuzz_volume); }
+TEST_CASE("every input of the fuzz corpus of textures is read or refused") {
+    replay("test/corpus/texture", 25, fuzz_texture);
+}
+TEST_CASE("every input of the fuzz corpus of volumes is read or refused") {
+    replay("test/corpus/volume", 31, fuzz_volume);
+}

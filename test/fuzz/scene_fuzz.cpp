@@ -1,5 +1,5 @@
-// Any bytes read as a scene file give a scene or an error of one line. The input is the scene `name`; each 0 byte ends a
-// file, and the next one is a file that the scene may include: `1`, `2`, ...
+// Any bytes read as a scene file give a scene or an error of one line. The input is the scene `name`; each 0 byte ends
+// a file, and the next one is a file that the scene may include: `1`, `2`, ...
 #include "host/base/error.h"
 #include "host/scene/options.h"
 #include "host/scene/scene_file.h"

@@ -1,4 +1,5 @@
-// Hard cases E: rays and boxes, the camera, the steps of the march, lights near them. (E1 to E6 and E14 are in test/core.)
+// Hard cases E: rays and boxes, the camera, the steps of the march, lights near them. (E1 to E6 and E14 are in
+// test/core.)
 #include "core/lights/light.h"
 #include "host/base/error.h"
 #include "support/built_smoke.h"
@@ -49,8 +50,7 @@ const std::string ball = "\nsmoke p.vtk { radius 0.2 mass 1 extinction 0.02 }\n"
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME
-          ": hard case E7: a ray in a face of a box is inside, whatever the sign of its zeros") {
+TEST_CASE(WISP_ARITH_NAME ": hard case E7: a ray in a face of a box is inside, whatever the sign of its zeros") {
     const Box box = {vec(-1, -1, -1), vec(1, 1, 1)};
     const auto inside = [&](const Vec3 &origin, const Vec3 &direction) {
         Real begin = Real(0), end = Real(100);
@@ -145,8 +145,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E9: radiance at a camera inside the smoke
             const Ray ray = {vec(eye.x, eye.y, eye.z), normalize(vec(along.x, along.y, along.z))};
             const double through = std::exp(-at(optical_depth(built.field, ray, Real(100))));
             CHECK(std::fabs(look(dark, eye, along, with_step(0.0625)).red - through) < 2e-4);
-            // The radiance, and that of a camera moved by 1e-6. Per unit of length it changes by less than the extinction
-            // and, to the side, the integral of the density's gradient: some 10 together.
+            // The radiance, and that of a camera moved by 1e-6. Per unit of length it changes by less than the
+            // extinction and, to the side, the integral of the density's gradient: some 10 together.
             Settings settings = small_settings(1);
             settings.photons = 2000;
             CHECK(std::isfinite(look(lit, eye, along, settings).red));
@@ -187,8 +187,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E10: a light inside the smoke, at a parti
         const double shadow =
             std::exp(-at(optical_depth(built.field, {vec(0, 0, z), vec(0, 0, sign)}, real(std::fabs(z)))));
         const double scattered = 0.9 / (4 * pi_) * shadow * std::exp(-depth) * (1 - std::exp(-s));
-        // The mean of 1 / z^2 over the step. A step through the light is taken at the smallest distance of 2^-10: the light
-        // sees it under an angle between that of `least` and pi.
+        // The mean of 1 / z^2 over the step. A step through the light is taken at the smallest distance of 2^-10: the
+        // light sees it under an angle between that of `least` and pi.
         const bool through = a * b < 0;
         least += scattered * (through ? 2 * std::atan(dx / 2 * 1024) * 1024 / dx : 1 / (a * b));
         most += scattered * (through ? pi_ * 1024 / dx : 1 / (a * b));
@@ -198,8 +198,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E10: a light inside the smoke, at a parti
     CHECK(seen > least * (1 - 1e-5));
     CHECK(seen < most * (1 + 1e-5));
 
-    // Neighbouring pixels: from the smallest distance on radiance falls about as 1 / distance from the light. The light lies
-    // in the middle of a step or at the end of one.
+    // Neighbouring pixels: from the smallest distance on radiance falls about as 1 / distance from the light. The light
+    // lies in the middle of a step or at the end of one.
     for (double eye : {8.0, 8.25}) {
         const int pixels = 33;
         const double spacing = 1.0 / 128;
@@ -237,8 +237,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E11: a light at the camera gives finite r
         CHECK(seen(0) == doctest::Approx(seen(0x1p-14)).epsilon(0.01));
         CHECK(seen(0) == doctest::Approx(seen(0x1p-10)).epsilon(0.01));
     }
-    // The irradiance of a segment that begins at the light, holds it, or ends there is that of segments beside it, a little
-    // before and behind it.
+    // The irradiance of a segment that begins at the light, holds it, or ends there is that of segments beside it, a
+    // little before and behind it.
     const Light light = make_light(lamp);
     const auto mean = [&](double x, double from) {
         const Vec3 a = vec(x, from, 0), b = vec(x, from + 0.5, 0);
@@ -263,8 +263,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E12: a million steps of 0.001 are 1000 lo
         CHECK(t == doctest::Approx(991.14).epsilon(1e-5));
         CHECK(few == doctest::Approx(100.00295).epsilon(1e-7));
     }
-    // A particle of mass 0 near the camera, and a second particle 1000 behind it: were the steps longer or shorter, the march
-    // would miss the second one.
+    // A particle of mass 0 near the camera, and a second particle 1000 behind it: were the steps longer or shorter, the
+    // march would miss the second one.
     const std::vector<Particle> ends = {{{0, 0, -498}, 1, 1}, {{0, 0, 498}, 1, 0}};
     SmokeDescription smoke = smoke_of(ends);
     smoke.albedo = {0, 0, 0};
@@ -338,8 +338,9 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E15: an empty scene, lights alone and smo
     CHECK(least < 0.9f);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case E16: a spot needs an angle above 0 and an axis; one of 180 degrees lights half of "
-                          "space") {
+TEST_CASE(WISP_ARITH_NAME
+          ": hard case E16: a spot needs an angle above 0 and an axis; one of 180 degrees lights half of "
+          "space") {
     CHECK(error_of("ls 0 0 0 0 0 1 0 1 1 1") == "s.aff:1: found cone angle 0, expected above 0, at most 360 degrees");
     CHECK(error_of("ls 0 0 0 0 0 1 -30 1 1 1").find("cone angle") != std::string::npos);
     CHECK(error_of("ls 0 0 0 0 0 0 30 1 1 1") == "s.aff:1: found 0 0 0, expected the light's direction of some length");
@@ -390,8 +391,9 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E16: a spot needs an angle above 0 and an
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME
-          ": hard case E17: a view without an angle or an up direction is refused; pictures of one pixel are rendered") {
+TEST_CASE(
+    WISP_ARITH_NAME
+    ": hard case E17: a view without an angle or an up direction is refused; pictures of one pixel are rendered") {
     const auto view = [](const std::string &up, const std::string &angle, const std::string &size) {
         return "v from 0 0 4 at 0 0 0 up " + up + " angle " + angle + " hither 1 resolution " + size;
     };
@@ -434,8 +436,8 @@ TEST_CASE(WISP_ARITH_NAME
     for (int pixels : {1, 3}) {
         const std::string refusal = refusal_of([&] { picture_of("0 1 0", "179.999", pixels, pixels); });
         CAPTURE(pixels);
-        CHECK(refusal == (std::is_same_v<Real, Fixed>
-                              ? "s.aff:1: the view is too wide for fixed point, expected a scene that fits"
-                              : "no error"));
+        CHECK(refusal ==
+              (std::is_same_v<Real, Fixed> ? "s.aff:1: the view is too wide for fixed point, expected a scene that fits"
+                                           : "no error"));
     }
 }

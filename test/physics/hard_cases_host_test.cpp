@@ -1,4 +1,5 @@
-// Hard cases F of no arithmetic or of fixed alone: modes of the processor, the ends of fixed point, pixels that are no colour.
+// Hard cases F of no arithmetic or of fixed alone: modes of the processor, the ends of fixed point, pixels that are no
+// colour.
 #include "host/images/picture.h"
 #include "support/built.h"
 #include "support/random_input.h"
@@ -81,7 +82,8 @@ TEST_CASE("hard case F2: contraction is found, and the elementary functions have
         std::ofstream(folder.file("a.cpp")) << "#include \"core/numbers/self_test.h\"\n#include <cstdio>\n"
                                                "int main() { const char *fault = wisp::arithmetic_fault(); "
                                                "std::puts(fault ? fault : \"none\"); }\n";
-        const std::string compile = "g++ -std=c++17 -Iinclude -Isrc -o " + folder.file("a") + " " + folder.file("a.cpp");
+        const std::string compile =
+            "g++ -std=c++17 -Iinclude -Isrc -o " + folder.file("a") + " " + folder.file("a.cpp");
         REQUIRE(run(compile + " -O2 -mfma -ffp-contract=fast", folder).status == 0);
         CHECK(run(folder.file("a"), folder).line == "a * b + c is contracted to one rounding");
     }

@@ -51,7 +51,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C13: deposits have all the power of the p
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case C14: where all weights are 0 nothing is divided by 0, and the photon is counted as lost") {
+TEST_CASE(WISP_ARITH_NAME
+          ": hard case C14: where all weights are 0 nothing is divided by 0, and the photon is counted as lost") {
     const std::vector<Particle> particles = {{{0, 0, 0}, 1, 2}};
     SmokeDescription smoke = smoke_of(particles, Kernel::poly6);
     smoke.asymmetry = 0.5;
@@ -104,7 +105,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D6: two opposite photons have the sum of 
             Deposits deposits = {&power, g == 0 ? nullptr : flux, 1, 1, kept};
             const Vec3 directions[] = {normalize(vec(0.3, -0.7, 1)), -normalize(vec(0.3, -0.7, 1))};
             for (const Vec3 &direction : directions)
-                CHECK(deposit_by_kernel(deposits, built.medium.smokes[0].field, vec(1, 0, 0), Color(Real(1)), direction));
+                CHECK(
+                    deposit_by_kernel(deposits, built.medium.smokes[0].field, vec(1, 0, 0), Color(Real(1)), direction));
             CHECK(power == int64_t{2} << 24);
             const ParticleMap map = {&deposits, Color(Real(1)), {Real(1), 0}};
             PackedSums packed(scene, map);

@@ -19,11 +19,13 @@ constexpr bool is_f32 = std::is_same_v<Real, float>, is_f64 = std::is_same_v<Rea
 
 uint64_t key_of(uint64_t i) { return (i + 1) * 0x9e3779b97f4a7c15u; }
 
-const LightSource lamp = {LightKind::point, {5, 6, 4}, {0, 0, 1}, 2, {8, 4, 2}}; // powers of two: the photons' powers are exact
+const LightSource lamp = {
+    LightKind::point, {5, 6, 4}, {0, 0, 1}, 2, {8, 4, 2}}; // powers of two: the photons' powers are exact
 
 // A scene of one smoke and one light, with what it points to.
 struct LampSmoke {
-    explicit LampSmoke(const std::vector<Particle> &particles_, Kernel kernel = Kernel::spline) : particles(particles_) {
+    explicit LampSmoke(const std::vector<Particle> &particles_, Kernel kernel = Kernel::spline)
+        : particles(particles_) {
         smoke = smoke_of(particles, kernel);
         scene.camera = look_at_origin(12, 8, 8);
         scene.background = {1, 0.5, 0.25};
@@ -47,8 +49,8 @@ bool same_bits(const Rendered &a, const Rendered &b) {
     return a.rgb.size() == b.rgb.size() && std::memcmp(a.rgb.data(), b.rgb.data(), a.rgb.size() * sizeof(float)) == 0;
 }
 
-// Smoke whose extinction on the z axis is `sigma`, to the bit, at every multiple of 1/4 from -246 to 246. It ends at -250
-// and 250, so that the middles of steps of 10, 100 and 1000 are such points.
+// Smoke whose extinction on the z axis is `sigma`, to the bit, at every multiple of 1/4 from -246 to 246. It ends at
+// -250 and 250, so that the middles of steps of 10, 100 and 1000 are such points.
 std::vector<Particle> even_slab(double sigma) {
     double sum = 0;
     for (int i = -7; i <= 7; ++i) sum += 15 / (64 * pi_) * std::pow(2 - std::abs(i) / 4.0, 3);
@@ -87,13 +89,14 @@ struct Walk {
 Walk walk_of(const Double3 &albedos, const Color &power, uint64_t key) {
     Walk walked = {};
     walked.path_end = walk(InfiniteMedium{albedos}, Photon{{vec(0, 0, 0), vec(0, 0, 1)}, power, true}, key,
-                       [&](const AnyCollision &, uint32_t, const Photon &p) { walked.powers.push_back(p.power); });
+                           [&](const AnyCollision &, uint32_t, const Photon &p) { walked.powers.push_back(p.power); });
     return walked;
 }
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME ": hard case B1: particles without extinction change no bit of the picture and stop no photon") {
+TEST_CASE(WISP_ARITH_NAME
+          ": hard case B1: particles without extinction change no bit of the picture and stop no photon") {
     LampSmoke clear(cloud(50, 3, 1, 0)), none({});
     for (LampSmoke *lit : {&clear, &none}) {
         lit->scene.light_count = 1;
@@ -163,8 +166,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B2: the densest smoke looks like a wall w
 }
 
 TEST_CASE(WISP_ARITH_NAME ": hard case B3: steps of depth 1e-12 emit their depth times the source") {
-    // One wide particle and 256 steps of length 1 = h / 64, each with a depth of at most 1e-12. The midpoint rule gives the
-    // sum of depths within 4e-5 (N-E4). The radiance is 1 - e^-tau = tau.
+    // One wide particle and 256 steps of length 1 = h / 64, each with a depth of at most 1e-12. The midpoint rule gives
+    // the sum of depths within 4e-5 (N-E4). The radiance is 1 - e^-tau = tau.
     const double h = 64, area = 1e-12 * h * h * h * 8 * pi_ / 15, tau = area * 15 / (8 * pi_ * h * h);
     LampSmoke lit({{{0, 0, 0}, h, area}});
     lit.smoke.albedo = {0, 0, 0};
@@ -187,7 +190,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B4: a slab of depth 5 has 0.993262 of its
         lit.smoke.emission = {1, 1, 1};
         lit.scene.background = {0, 0, 0};
         CAPTURE(step);
-        // The slab's depth of 500 * 0.01 is rounded in fifteen terms and fifty sums; e^-5 = 0.0067 times that error is seen.
+        // The slab's depth of 500 * 0.01 is rounded in fifteen terms and fifty sums; e^-5 = 0.0067 times that error is
+        // seen.
         CHECK(std::fabs(along_axis(lit, step) - 0.993262053) < 4e-7 + 0.0067 * 5 * 65 * unit_error + unit_error);
     }
 }
@@ -198,7 +202,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B5: for albedo 0 no photon is scattered, 
     const Walk walked = walk_of({0, 0, 0}, Color(Real(1)), key);
     CHECK(walked.path_end == PathEnd::absorbed);
     CHECK(walked.powers.size() == 1);
-    CHECK(walk_of({0x1p-20, 0, 0}, Color(Real(1)), key).powers.size() > 1); // with any larger albedo a draw of 0 survives
+    CHECK(walk_of({0x1p-20, 0, 0}, Color(Real(1)), key).powers.size() >
+          1); // with any larger albedo a draw of 0 survives
 
     LampSmoke black(cloud(300, 3, 1, 0.3));
     black.smoke.albedo = {0, 0, 0};
@@ -240,7 +245,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B6: for albedo 1 no photon is absorbed, a
     for (double a : {1.0, 1 - 0x1p-12}) {
         const Walk walked = walk_of({a, a, a}, Color(Real(1)), key);
         CHECK((walked.powers.size() > 1) == (a == 1));
-        CHECK(walked.path_end == (a == 1 ? PathEnd::capped : PathEnd::absorbed)); // an infinite white medium: only the cap ends a walk
+        CHECK(walked.path_end ==
+              (a == 1 ? PathEnd::capped : PathEnd::absorbed)); // an infinite white medium: only the cap ends a walk
         if (a != 1) continue;
         CHECK(walked.powers.size() == 1000000);
         CHECK(walked.powers.back() == Color(Real(1)));
@@ -305,7 +311,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B8: in a furnace every pixel has the furn
                 }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case B9: a channel of albedo 0 scatters nothing, and the weights of the others stay right") {
+TEST_CASE(WISP_ARITH_NAME
+          ": hard case B9: a channel of albedo 0 scatters nothing, and the weights of the others stay right") {
     const Double3 albedos = {0, 0.5, 1};
     const uint64_t never = key_with_draw(1, dimension_survival, 0), always = key_of(3);
     // White light: the survival probability q is 1, and the weights are 0, 1/2, 1 exactly.
@@ -384,7 +391,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B10: transmittance becomes 0 where the nu
         for (double tau : {745.14, 746.0, 1e300}) CHECK(through(tau) == Real(0));
     }
     for (int i = 0; i < 8000; ++i) CHECK(through(i / 10.0) >= Real(0));
-    // Pictures of smoke of these depths. The march ends at a depth of 16, so that 1.2e-7 of the background is left at most.
+    // Pictures of smoke of these depths. The march ends at a depth of 16, so that 1.2e-7 of the background is left at
+    // most.
     for (double tau : {22.2, 22.9, 87.0, 104.0, 745.0, 746.0}) {
         LampSmoke lit({{{0, 0, 0}, 1, tau * 8 * pi_ / 15}});
         lit.smoke.albedo = {0, 0, 0};

@@ -182,7 +182,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C3: coincident particles look like one pa
             one = {{{0.5, 0.25, 0}, 1, 2}};
         const BuiltField a(smoke_of(many)), b(smoke_of(one));
         // Fixed rounds a particle's scale, which the kernel multiplies by up to 8, and the product. Float adds
-        // count / 8 equal terms in each lane; the bound of such a sum is count / 8 roundings (measured: 1.2e-4 for 1e5).
+        // count / 8 equal terms in each lane; the bound of such a sum is count / 8 roundings (measured: 1.2e-4 for
+        // 1e5).
         const double own = is_fixed ? count * 5 * 0x1p-32 : 0;
         const double bar = is_f32 && count > 1024 ? count / 8 * 0x1p-24 : 1e-6;
         CAPTURE(count);
@@ -198,7 +199,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C3: coincident particles look like one pa
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case C4: particles in a plane, on a line, and two alone have the right density, depth and picture") {
+TEST_CASE(WISP_ARITH_NAME
+          ": hard case C4: particles in a plane, on a line, and two alone have the right density, depth and picture") {
     std::vector<Particle> plane, line;
     for (const Particle &p : cloud(200, 3, 1, 0.3)) {
         plane.push_back({{p.position.x, p.position.y, 0.5}, p.h, p.area});
@@ -311,7 +313,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C7: density is 0 at and beyond 2 h, and n
         }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case C8: on cell boundaries and at -0 density is the sum over all particles, to the bit") {
+TEST_CASE(WISP_ARITH_NAME
+          ": hard case C8: on cell boundaries and at -0 density is the sum over all particles, to the bit") {
     // A lattice, so that particles, boundaries of leaves and supports coincide; some coordinates are tiny.
     std::vector<Particle> lattice;
     for (int x = -4; x <= 4; ++x)
@@ -440,8 +443,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case C12: particles are found whose smoothing 
             particles.push_back({{3, 3, 3}, 8, 20});
             sort_canonically(particles);
             const BuiltField built(smoke_of(particles, kernel));
-            // In fixed 1 / h^2 of the large one (h = 2 H for poly6) is rounded by half a unit. Its kernel f(q^2) changes
-            // by that fraction of q^2 f', which is at most 1.8 (spline) or 0.45 (poly6), times area C / h^3.
+            // In fixed 1 / h^2 of the large one (h = 2 H for poly6) is rounded by half a unit. Its kernel f(q^2)
+            // changes by that fraction of q^2 f', which is at most 1.8 (spline) or 0.45 (poly6), times area C / h^3.
             const double h = kernel == Kernel::spline ? large : 2 * large,
                          steepest = kernel == Kernel::spline ? 15 / (64 * pi_) * 1.8 : 315 / (64 * pi_) * 0.45;
             const double loss = is_fixed ? steepest * area / (h * h * h) * (h * h * 0x1p-33) : 0;

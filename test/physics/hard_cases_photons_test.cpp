@@ -100,7 +100,8 @@ double total(const Rendered &picture) {
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME ": hard case D1: fewer than K photons are divided by the ball of the search radius; no photons give 0") {
+TEST_CASE(WISP_ARITH_NAME
+          ": hard case D1: fewer than K photons are divided by the ball of the search radius; no photons give 0") {
     const Vec3 o = vec(0, 0, 0);
     Photons none({}), one({vec(0.25, 0, 0)}), two({vec(0.25, 0, 0), vec(0, 0.5, 0)});
     CHECK(none.raw_estimate(o, 500, Real(2)) == Real(0));
@@ -108,9 +109,10 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D1: fewer than K photons are divided by t
     CHECK(near(one.estimate(o, 500, Real(2)), 1 / ball(2)));
     CHECK(near(one.estimate(o, 2, Real(2)), 1 / ball(2)));
     CHECK(one.raw_estimate(vec(3, 0, 0), 2, Real(2)) == Real(0)); // beyond the radius
-    CHECK(near(two.estimate(o, 2, Real(2)), 1 / ball(0.5)));      // K were found: the farthest photon only sets the radius
+    CHECK(near(two.estimate(o, 2, Real(2)), 1 / ball(0.5))); // K were found: the farthest photon only sets the radius
     Options options;
-    CHECK_THROWS_AS(set_option(options, "gather", "1", ""), Error); // K >= 2: one photon is left when the farthest is not counted
+    CHECK_THROWS_AS(set_option(options, "gather", "1", ""),
+                    Error); // K >= 2: one photon is left when the farthest is not counted
     set_option(options, "gather", "2", "");
 
     std::vector<Vec3> points;
@@ -182,8 +184,9 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D3: ties of distance are broken by the ph
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case D4: the estimate of a uniform field is unbiased for every K, where K / V_K has a bias of "
-                          "K / (K - 1)") {
+TEST_CASE(WISP_ARITH_NAME
+          ": hard case D4: the estimate of a uniform field is unbiased for every K, where K / V_K has a bias of "
+          "K / (K - 1)") {
     // 40 photons to a unit of volume, queries where no ball reaches the boundary.
     const int n = 30000;
     Sequence next;
@@ -210,9 +213,9 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D4: the estimate of a uniform field is un
             sum += value / density;
             sum_of_biased += biased / density;
         }
-        // The relative deviation of one estimate is 1 / sqrt(K - 2); as many are independent as balls fit side by side. At
-        // K = 2 the variance grows with the logarithm of the queries: P(X > x) = 1 / (2 x^2), so the mean of n estimates
-        // has about sqrt(ln(n) / n).
+        // The relative deviation of one estimate is 1 / sqrt(K - 2); as many are independent as balls fit side by side.
+        // At K = 2 the variance grows with the logarithm of the queries: P(X > x) = 1 / (2 x^2), so the mean of n
+        // estimates has about sqrt(ln(n) / n).
         const double apart = std::min<double>(row.queries, 8 * middle * middle * middle * density / row.k);
         const double deviation = row.k == 2 ? std::sqrt(std::log(apart) / apart) : 1 / std::sqrt((row.k - 2) * apart);
         CAPTURE(row.k);
@@ -222,7 +225,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D4: the estimate of a uniform field is un
     CHECK(photons.statistics.smoke.gathers == 6000 + 2000 + 1000 + 100);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case D5: at the flat boundary of a uniform half-space the estimate is half the density") {
+TEST_CASE(WISP_ARITH_NAME
+          ": hard case D5: at the flat boundary of a uniform half-space the estimate is half the density") {
     Sequence next;
     const int n = 20000, queries = 2000;
     std::vector<Vec3> points = photons_in_box(n, 19, 19, 1, next);
@@ -242,8 +246,9 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D5: at the flat boundary of a uniform hal
     CHECK(std::fabs(sum - 0.5) < 4 * 0.5 / std::sqrt(8 * std::min<double>(apart, queries)));
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case D8: the power of many photons is their number times the power of one, without rounding "
-                          "errors of a sum") {
+TEST_CASE(WISP_ARITH_NAME
+          ": hard case D8: the power of many photons is their number times the power of one, without rounding "
+          "errors of a sum") {
     if (std::is_same_v<Real, float>) { // naive sums: 6.5 % and 0.9 % off, and one that stops growing
         float sum = 0, many = 16777216;
         for (int i = 1; i <= 10000000; ++i) {
@@ -324,8 +329,9 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D10: estimates with the smallest and larg
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case D11: the map of an infinite medium has the published fluence, less that of first "
-                          "collisions") {
+TEST_CASE(WISP_ARITH_NAME
+          ": hard case D11: the map of an infinite medium has the published fluence, less that of first "
+          "collisions") {
     // A = 0.9, isotropic: fluence 0.143284 at r = 1, of which e^-1 / (4 pi) is direct and not in the map.
     const int n = 200000;
     double all = 0, later = 0;
@@ -370,8 +376,9 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D11: the map of an infinite medium has th
     CHECK(traced.maps.per_smoke[0].tree.count == traced.statistics.photons.stored);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case D12: photons stored before the roulette, times the albedo, give the estimate of those "
-                          "stored after it") {
+TEST_CASE(WISP_ARITH_NAME
+          ": hard case D12: photons stored before the roulette, times the albedo, give the estimate of those "
+          "stored after it") {
     const auto particles = cloud(300, 2, 1, 1.5);
     SmokeDescription smoke = smoke_of(particles);
     smoke.albedo = {0.5, 0.5, 0.5};
@@ -405,8 +412,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D12: photons stored before the roulette, 
             for (size_t c = 1; c < collisions.size(); ++c) scattered.push_back(collisions[c]);
         }
     }
-    // No factor of albedo: the power of scattered photons per volume is the scattered light. Where there is no smoke the
-    // light is 0, whatever the estimate blurs into it.
+    // No factor of albedo: the power of scattered photons per volume is the scattered light. Where there is no smoke
+    // the light is 0, whatever the estimate blurs into it.
     Photons after(scattered, settings.gather);
     const double photon_power = at(emitter.power.x) / double(settings.photons);
     const BuiltField field(smoke);
@@ -430,7 +437,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D12: photons stored before the roulette, 
     CHECK(std::fabs(before / sum - 1) < 4 / std::sqrt(double(scattered.size())) + 0.005);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case D14: a light whose photons hit nothing emits the given number and stores nothing") {
+TEST_CASE(WISP_ARITH_NAME
+          ": hard case D14: a light whose photons hit nothing emits the given number and stores nothing") {
     // A light beside the smoke that points away, and one that is behind it.
     const auto particles = cloud(100, 1, 1, 1);
     const SmokeDescription smoke = smoke_of(particles);
@@ -484,7 +492,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case D15: a full store ends tracing, and power
         CHECK(p.emitted == p.absorbed + p.escaped + p.blocked + p.capped);
         CHECK(p.stored <= capacity);
         CHECK(map.tree.count == p.stored);
-        // The light emits in all directions: a photon's power is 4 pi over the emitted photons, not the stored or requested.
+        // The light emits in all directions: a photon's power is 4 pi over the emitted photons, not the stored or
+        // requested.
         CHECK(near(std::ldexp(at(map.unit.unit), map.unit.exponent), 4 * pi_ / double(p.emitted)));
         if (!p.store_full) continue;
         // No photon of the batch that did not fit is stored.

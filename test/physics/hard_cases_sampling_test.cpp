@@ -80,7 +80,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A1: the longest free path is finite and h
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case A2: a path of length 0 is one more collision in the same place, and the walk goes on") {
+TEST_CASE(WISP_ARITH_NAME
+          ": hard case A2: a path of length 0 is one more collision in the same place, and the walk goes on") {
     // In dense smoke the shortest path is below the resolution. A longer path from there moves on.
     const BuiltField dense(smoke_of({{{0, 0, 0}, 1, 1e5}}));
     const Ray inside = {vec(0.5, 0, 0), vec(1, 0, 0)};
@@ -97,8 +98,9 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A2: a path of length 0 is one more collis
     // A walk whose third flight has length 0 collides twice in the same place and goes on.
     const uint64_t key = key_of(5);
     std::vector<Vec3> places;
-    const PathEnd path_end = walk(InfiniteMedium{0.999, 0, key, 3}, photon_along_z(), key,
-                           [&](const AnyCollision &, uint32_t, const Photon &p) { places.push_back(p.ray.origin); });
+    const PathEnd path_end =
+        walk(InfiniteMedium{0.999, 0, key, 3}, photon_along_z(), key,
+             [&](const AnyCollision &, uint32_t, const Photon &p) { places.push_back(p.ray.origin); });
     CHECK(path_end == PathEnd::absorbed);
     REQUIRE(places.size() > 5);
     int repeated = 0;
@@ -143,8 +145,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A3: for g = 0 the cosine is 2 xi - 1 to t
 }
 
 TEST_CASE(WISP_ARITH_NAME ": hard case A4: a tiny g loses no digits") {
-    // Errors against the exact cosine 2 xi - 1 + 3/2 g (1 - (2 xi - 1)^2) + O(g^2), with the bounds of N-E1. The term in
-    // g is 1.5e-8 for g = 1e-8. Fixed rounds six quotients and products to 2^-33, and doubles their error twice.
+    // Errors against the exact cosine 2 xi - 1 + 3/2 g (1 - (2 xi - 1)^2) + O(g^2), with the bounds of N-E1. The term
+    // in g is 1.5e-8 for g = 1e-8. Fixed rounds six quotients and products to 2^-33, and doubles their error twice.
     const double bar = is_f32 ? 4e-8 : is_fixed ? 12 * 0x1p-33 : 5e-16;
     for (double g : {1e-8, 1e-12, -1e-8, -1e-12}) {
         const Real g_real = real(g);
@@ -214,7 +216,8 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A7: the forward peak is finite") {
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case A8: the frame about any direction is orthonormal, and directions have the sampled angle") {
+TEST_CASE(WISP_ARITH_NAME
+          ": hard case A8: the frame about any direction is orthonormal, and directions have the sampled angle") {
     const double bar = is_f32 ? 1e-6 : is_fixed ? 2e-9 : 2e-15;
     for (const Vec3 &d : {vec(0, 0, 1), vec(0, 0, -1), vec(1e-20, 0, -1), Vec3(Real(0), -Real(0), Real(-1)),
                           Vec3(Real(0), Real(0), -Real(1)), vec(1, 0, 0), vec(-1, 0, 0), vec(0, 1, 0),
@@ -236,14 +239,16 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A8: the frame about any direction is orth
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": hard case A9: the direction stays a unit vector in a million scatterings, and <r^2> is exact") {
+TEST_CASE(WISP_ARITH_NAME
+          ": hard case A9: the direction stays a unit vector in a million scatterings, and <r^2> is exact") {
     double worst = 0;
     uint32_t scatterings = 0;
     const PathEnd path_end =
-        walk(InfiniteMedium{1, 0.5, 0, 0}, photon_along_z(), key_of(1), [&](const AnyCollision &, uint32_t, const Photon &p) {
-            worst = worst_of(worst, std::fabs(std::sqrt(at(dot(p.ray.direction, p.ray.direction))) - 1));
-            ++scatterings;
-        });
+        walk(InfiniteMedium{1, 0.5, 0, 0}, photon_along_z(), key_of(1),
+             [&](const AnyCollision &, uint32_t, const Photon &p) {
+                 worst = worst_of(worst, std::fabs(std::sqrt(at(dot(p.ray.direction, p.ray.direction))) - 1));
+                 ++scatterings;
+             });
     CHECK(path_end == PathEnd::capped);
     CHECK(scatterings == 1000000);
     CHECK(worst < 2e-6);
@@ -254,8 +259,9 @@ TEST_CASE(WISP_ARITH_NAME ": hard case A9: the direction stays a unit vector in 
             const int n = 5000;
             for (int i = 0; i < n; ++i) {
                 double r2 = 0;
-                walk(InfiniteMedium{c, g, 0, 0}, photon_along_z(), key_of(uint64_t(i)),
-                     [&](const AnyCollision &, uint32_t, const Photon &p) { r2 = at(dot(p.ray.origin, p.ray.origin)); });
+                walk(
+                    InfiniteMedium{c, g, 0, 0}, photon_along_z(), key_of(uint64_t(i)),
+                    [&](const AnyCollision &, uint32_t, const Photon &p) { r2 = at(dot(p.ray.origin, p.ray.origin)); });
                 sum += r2;
                 square += r2 * r2;
             }

@@ -16,8 +16,8 @@ std::string text_of(const std::filesystem::path &path) {
     return text.str();
 }
 
-// How many TEST_CASEs "hard case ID:" each id has in the files of a folder and those below. Those of the core count once, though they
-// run in three arithmetics.
+// How many TEST_CASEs "hard case ID:" each id has in the files of a folder and those below. Those of the core count
+// once, though they run in three arithmetics.
 std::map<std::string, int> tests_of(const std::filesystem::path &folder) {
     std::map<std::string, int> tests;
     for (const auto &entry : std::filesystem::recursive_directory_iterator(folder)) {

@@ -56,7 +56,8 @@ template <class Sample> Score score(int samples, Sample sample) {
     return {mean, std::sqrt(std::max(square / samples - mean * mean, 0.0) / samples)};
 }
 
-// Checks each measured row, then the chi-square of all of them, and writes them to transport_NAME.csv beside the test program.
+// Checks each measured row, then the chi-square of all of them, and writes them to transport_NAME.csv beside the test
+// program.
 class TransportTable {
   public:
     explicit TransportTable(const std::string &name) : name_(built("transport_" + name + ".csv")) {}

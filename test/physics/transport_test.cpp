@@ -59,7 +59,8 @@ Score half_space(uint64_t row, double a, double g, double depth, double cosine, 
     });
 }
 
-// Measures a row's value by photon walks. False where they cannot: the row is of another kind, or too few photons count.
+// Measures a row's value by photon walks. False where they cannot: the row is of another kind, or too few photons
+// count.
 bool measure(const Row &row, uint64_t seed, Score &result) {
     double c, g, x;
     char word[16] = "";
@@ -85,10 +86,11 @@ bool measure(const Row &row, uint64_t seed, Score &result) {
         result = score_photons(seed, c > 0.98 ? 3000 : 10000, [&](uint64_t key) {
             Vec3 last(Real(0));
             double collisions = 0;
-            walk(medium, photon_at(vec(0, 0, 0), vec(0, 0, 1)), key, [&](const UnitCollision &, uint32_t, const Photon &p) {
-                last = p.ray.origin;
-                ++collisions;
-            });
+            walk(medium, photon_at(vec(0, 0, 0), vec(0, 0, 1)), key,
+                 [&](const UnitCollision &, uint32_t, const Photon &p) {
+                     last = p.ray.origin;
+                     ++collisions;
+                 });
             return spread ? at(dot(last, last)) : collisions;
         });
         return true;
@@ -101,10 +103,11 @@ bool measure(const Row &row, uint64_t seed, Score &result) {
         if (row.value * 4 * pi_ * x * x * width * photons < 100) return false; // too few would fall there
         result = score_photons(seed, photons, [&](uint64_t key) {
             double sum = 0;
-            walk(medium, isotropic_photon(vec(0, 0, 0), key), key, [&](const UnitCollision &, uint32_t, const Photon &p) {
-                const double r2 = at(dot(p.ray.origin, p.ray.origin));
-                if (r2 >= low * low && r2 < high * high) sum += 1 / (4 * pi_ * x * x * width);
-            });
+            walk(medium, isotropic_photon(vec(0, 0, 0), key), key,
+                 [&](const UnitCollision &, uint32_t, const Photon &p) {
+                     const double r2 = at(dot(p.ray.origin, p.ray.origin));
+                     if (r2 >= low * low && r2 < high * high) sum += 1 / (4 * pi_ * x * x * width);
+                 });
             return sum;
         });
         return true;

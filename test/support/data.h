@@ -1,4 +1,5 @@
-// Files of others that some tests read: scenes, particles, published values. A test case without its file is skipped, which is counted.
+// Files of others that some tests read: scenes, particles, published values. A test case without its file is skipped,
+// which is counted.
 #pragma once
 #include <filesystem>
 #include <string>

@@ -27,8 +27,9 @@ std::vector<std::string> undefined_symbols(const std::string &objects) {
 }
 
 bool is_forbidden(const std::string &symbol) {
-    static const std::regex names("malloc|calloc|realloc|free$|_Zn[wa]|_Zd[la]|__cxa|__gxx|_Unwind|printf|fopen|write$|clock|"
-                                  "time$|expf?$|logf?$|powf?$|sinf?$|cosf?$");
+    static const std::regex names(
+        "malloc|calloc|realloc|free$|_Zn[wa]|_Zd[la]|__cxa|__gxx|_Unwind|printf|fopen|write$|clock|"
+        "time$|expf?$|logf?$|powf?$|sinf?$|cosf?$");
     return std::regex_search(symbol, names);
 }
 
@@ -53,8 +54,10 @@ TEST_CASE("symbols of the heap, exceptions, files and clocks are found where the
             return symbol.rfind(start, 0) == 0 && is_forbidden(symbol);
         }));
     }
-    for (const char *symbol : {"malloc", "calloc", "realloc", "free", "printf", "__fprintf_chk", "fopen", "fwrite", "write", "clock",
-                               "clock_gettime", "time", "exp", "expf", "log", "logf", "pow", "powf", "sin", "sinf", "cos", "cosf"}) {
+    for (const char *symbol :
+         {"malloc", "calloc", "realloc",       "free", "printf", "__fprintf_chk", "fopen", "fwrite",
+          "write",  "clock",  "clock_gettime", "time", "exp",    "expf",          "log",   "logf",
+          "pow",    "powf",   "sin",           "sinf", "cos",    "cosf"}) {
         CAPTURE(std::string(symbol));
         CHECK(is_forbidden(symbol));
     }

@@ -1,5 +1,5 @@
-// The README of each room against its sources: it names each unit and what tests it, and defines the labels that comments
-// cite.
+// The README of each room against its sources: it names each unit and what tests it, and defines the labels that
+// comments cite.
 #include <algorithm>
 #include <doctest/doctest.h>
 #include <filesystem>
@@ -29,7 +29,9 @@ std::vector<Path> files_below(const std::vector<Path> &folders, const std::set<s
     return files;
 }
 
-bool has_match(const std::string &line, const std::string &pattern) { return std::regex_search(line, std::regex(pattern)); }
+bool has_match(const std::string &line, const std::string &pattern) {
+    return std::regex_search(line, std::regex(pattern));
+}
 
 // The lines of the README of a source's room: the nearest one above it.
 std::vector<std::string> readme_above(const Path &source) {
@@ -73,7 +75,8 @@ TEST_CASE("each unit has a test of its name, or its room's README says which tes
         ++units;
         CHECK_MESSAGE(is_named(""), source.string() << " is not in the README of its room");
         if (source.extension() != ".cpp" || tests.count(unit + "_test")) continue;
-        CHECK_MESSAGE(is_named("_test\\b"), "neither " << unit << "_test.cpp nor a test in the README of " << source.string());
+        CHECK_MESSAGE(is_named("_test\\b"),
+                      "neither " << unit << "_test.cpp nor a test in the README of " << source.string());
     }
     CHECK(units > 100);
 }
@@ -93,7 +96,8 @@ TEST_CASE("labels that comments cite are defined in a README, and no comment cit
     std::set<std::string> defined;
     for (const Path &readme : files_below({"src", "tools", "include"}, {".md"}))
         for (const std::string &line : lines_of(readme)) {
-            const std::vector<std::string> parts = line[0] == '#' ? std::vector<std::string>{line} : matches(line, bold);
+            const std::vector<std::string> parts =
+                line[0] == '#' ? std::vector<std::string>{line} : matches(line, bold);
             for (const std::string &part : parts)
                 for (const std::string &name : matches(part, label)) defined.insert(name);
         }
@@ -108,10 +112,13 @@ TEST_CASE("labels that comments cite are defined in a README, and no comment cit
             const std::string comment = comment_of(line);
             for (const std::string &name : matches(comment, label)) {
                 ++cited;
-                CHECK_MESSAGE(defined.count(name) == 1, file.string() << ":" << number << ": " << name << " is not defined");
+                CHECK_MESSAGE(defined.count(name) == 1, file.string()
+                                                            << ":" << number << ": " << name << " is not defined");
             }
-            CHECK_MESSAGE(!has_match(comment, "\\bnumerics [A-Z]|\\b(design|method|numerics|decisions|hard-cases)\\.md|\\bdecisions:"),
-                          file.string() << ":" << number << ": " << comment);
+            CHECK_MESSAGE(
+                !has_match(comment,
+                           "\\bnumerics [A-Z]|\\b(design|method|numerics|decisions|hard-cases)\\.md|\\bdecisions:"),
+                file.string() << ":" << number << ": " << comment);
         }
     }
     CHECK(cited > 50);

@@ -12,12 +12,13 @@ namespace {
 int run_tests(const std::string &last_process, std::string &printed) {
     const wisp::TemporaryFolder folder;
     const std::string program = folder.file("tests"), out = folder.file("out");
-    std::ofstream(program) << "#!/bin/sh\ncase $1 in\n"
-                              "--count) echo '[doctest] unskipped test cases passing the current filters: 30' ;;\n"
-                              "--first=1) echo '12 passed, 0 failed' ;;\n"
-                              "--first=13) echo 'skipped: a case: there is no file' && echo '10 passed, 0 failed, 2 skipped' ;;\n"
-                              "*) "
-                           << last_process << " ;;\nesac\n";
+    std::ofstream(program)
+        << "#!/bin/sh\ncase $1 in\n"
+           "--count) echo '[doctest] unskipped test cases passing the current filters: 30' ;;\n"
+           "--first=1) echo '12 passed, 0 failed' ;;\n"
+           "--first=13) echo 'skipped: a case: there is no file' && echo '10 passed, 0 failed, 2 skipped' ;;\n"
+           "*) "
+        << last_process << " ;;\nesac\n";
     std::filesystem::permissions(program, std::filesystem::perms::owner_all);
     const int status = std::system(("tools/run_tests " + program + " > " + out).c_str());
     std::ifstream file(out);
@@ -32,7 +33,8 @@ TEST_CASE("run_tests counts what passed, failed and was skipped") {
     CHECK(run_tests("echo '6 passed, 0 failed'", printed) == 0);
     CHECK(printed == "skipped: a case: there is no file\n28 passed, 0 failed, 2 skipped\n");
     CHECK(run_tests("echo 'a.cpp:1: wrong' && echo '5 passed, 1 failed' && exit 1", printed) != 0);
-    CHECK(printed == "a.cpp:1: wrong\n5 passed, 1 failed\nskipped: a case: there is no file\n27 passed, 1 failed, 2 skipped\n");
+    CHECK(printed ==
+          "a.cpp:1: wrong\n5 passed, 1 failed\nskipped: a case: there is no file\n27 passed, 1 failed, 2 skipped\n");
     CHECK(run_tests("exit 139", printed) != 0); // a crash
     CHECK(printed == "skipped: a case: there is no file\n22 passed, 6 failed, 2 skipped\n");
 }

@@ -83,7 +83,9 @@ extern "C" const char *portable_fault() { return wisp::arithmetic_fault(); }
 
 // Of scene i = 0, 1, ... in arithmetic 0 (f32), 1 (f64) or 2 (fixed); nullptr behind the last. Until the next call.
 extern "C" const char *portable_line(int arithmetic, int i) {
-    return i < wisp::scene_count ? wisp::line_of(wisp::renderer_of(static_cast<wisp::Arithmetic>(arithmetic)), *wisp::scenes[i]) : nullptr;
+    return i < wisp::scene_count
+               ? wisp::line_of(wisp::renderer_of(static_cast<wisp::Arithmetic>(arithmetic)), *wisp::scenes[i])
+               : nullptr;
 }
 
 #ifndef __wasm__ // there it would import a command line and files

@@ -95,10 +95,10 @@ void print_scene(const std::string &name, const std::string &title, int64_t fram
     const std::string instances = array("Instance", "instances", scene.instances, scene.instance_count);
     const std::string materials = array("Material", "materials", scene.materials, scene.material_count);
     const std::string pictures = array("Texture", "textures", textures.data(), textures.size());
-    const std::string all =
-        braces(scene.camera, scene.background, lights, scene.light_count, smoke, scene.smoke_count,
-               scene.radiance_exponent, triangles, scene.static_count, scene.instance_triangle_count, scene.deforming_count,
-               instances, scene.instance_count, materials, scene.material_count, pictures, scene.texture_count, scene.ray_epsilon);
+    const std::string all = braces(
+        scene.camera, scene.background, lights, scene.light_count, smoke, scene.smoke_count, scene.radiance_exponent,
+        triangles, scene.static_count, scene.instance_triangle_count, scene.deforming_count, instances,
+        scene.instance_count, materials, scene.material_count, pictures, scene.texture_count, scene.ray_epsilon);
     const std::string crop = braces(s.crop.x0, s.crop.y0, s.crop.x1, s.crop.y1);
     const std::string settings =
         braces(crop, s.samples, s.depth, choice("ShadowMethod", s.shadows), s.check_shadows, s.photons, s.seed,
@@ -114,7 +114,8 @@ void print_scene(const std::string &name, const std::string &title, int64_t fram
 
 int run(const std::vector<std::string> &words) {
     if (words.size() < 2) throw Error(exit_usage, "expected scene_source NAME SCENE [options of wisp render]");
-    const Request request = read_request(parse_arguments("scene_source", scene_options(), {words.begin() + 1, words.end()}));
+    const Request request =
+        read_request(parse_arguments("scene_source", scene_options(), {words.begin() + 1, words.end()}));
     PreparedScene prepared;
     prepare_scene(request.name, request.file, request.options, request.frames.first, prepared);
     const Settings settings = settings_of(request.options, prepared);

@@ -56,8 +56,7 @@ const char *render(const Settings &settings, float *rgb, const PixelTrace *trace
     const Renderer &renderer = renderer_of(static_cast<Arithmetic>(picture.arithmetic));
     const Plan plan = renderer.plan(picture.scene, settings);
     const bool mapped = settings.method == Method::map;
-    if (mapped && settings.photons > plan.max_photons)
-        return "more photons than the sums of the particle map can hold";
+    if (mapped && settings.photons > plan.max_photons) return "more photons than the sums of the particle map can hold";
     if (plan.arena_bytes > uint64_t{1} << 31) return "that needs more than 2 GiB";
     const std::unique_ptr<unsigned char[]> block(
         new (std::nothrow) unsigned char[static_cast<size_t>(plan.arena_bytes)]);

@@ -275,8 +275,8 @@ WISP_INLINE void for_each_leaf(const PointTree &tree, const Test &test, Visit &&
             const uint32_t block = list->member[i];
             for (uint32_t group = 0; group < children; group += lanes) {
                 uint32_t mask = 0;
-                WISP_NO_UNROLL for (uint32_t l = 0; l < lanes; ++l)
-                    mask |= test(blocks[block], group + l) ? 1u << l : 0u;
+                WISP_NO_UNROLL for (uint32_t l = 0; l < lanes; ++l) mask |=
+                    test(blocks[block], group + l) ? 1u << l : 0u;
                 uint32_t *member = below->member + count;
                 const uint32_t *lane = detail::set_bits.position[mask];
                 WISP_NO_UNROLL for (uint32_t l = 0; l < lanes; ++l) member[l] = block * children + group + lane[l];

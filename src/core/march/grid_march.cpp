@@ -124,7 +124,7 @@ WISP_INLINE void gather_lights(const GridMarcher &marcher, const SmokeVolume &sm
 // The light's spherical harmonics with l = 2 and 3, each times the phase function's harmonic towards `out`, summed. The
 // terms of a node are summed before they are interpolated.
 WISP_INLINE void gather_harmonics(const Irradiance &map, const Phase &phase, const Group &group, const Vec3 &out,
-                                 Lanes &sent) {
+                                  Lanes &sent) {
     LaneCells at;
     find_cells(group.points, map.harmonic_spacing, 1, at);
     const SphericalHarmonics seen = phase_harmonics(phase, out);
@@ -140,8 +140,8 @@ WISP_INLINE void gather_harmonics(const Irradiance &map, const Phase &phase, con
 }
 
 // Adds the multiple scattering of one smoke in each step, from the irradiance map (S4-4).
-WISP_INLINE void gather_scattered(const GridMarcher &marcher, const SmokeVolume &smoke, const Ray &ray, const Group &group,
-                                   LaneColor &scattered) {
+WISP_INLINE void gather_scattered(const GridMarcher &marcher, const SmokeVolume &smoke, const Ray &ray,
+                                  const Group &group, LaneColor &scattered) {
     const Vec3 out = -ray.direction;
     if (!marcher.irradiance) return;
     const Irradiance &map = *marcher.irradiance;

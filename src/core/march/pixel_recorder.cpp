@@ -52,10 +52,10 @@ void unsent(PixelRecorder &recorder, RayKind kind, Color factor, Real weight, bo
 }
 
 void hit(PixelRecorder &recorder, const HitRecord &hit) {
-    send(recorder, TraceEvent::Hit{to_double(hit.distance), hit.triangle, hit.instance, hit.is_static, hit.material,
-                                   hit.texture, to_double(hit.u), to_double(hit.v), to_double3(hit.point),
-                                   to_double3(hit.plane), to_double3(hit.normal), hit.entered,
-                                   to_double3(hit.texture_color), to_double3(hit.ambient)});
+    send(recorder,
+         TraceEvent::Hit{to_double(hit.distance), hit.triangle, hit.instance, hit.is_static, hit.material, hit.texture,
+                         to_double(hit.u), to_double(hit.v), to_double3(hit.point), to_double3(hit.plane),
+                         to_double3(hit.normal), hit.entered, to_double3(hit.texture_color), to_double3(hit.ambient)});
 }
 void direct_light(PixelRecorder &recorder, Color radiance) {
     send(recorder, TraceEvent::DirectLight{to_double3(radiance)});
@@ -103,9 +103,7 @@ void shadow_end(PixelRecorder &recorder, uint32_t lane, const Statistics &after,
                                                                                         : ShadowDecision::traced;
 }
 
-void lanes_begin(PixelRecorder &recorder) {
-    recorder.single = recorder.multiple = recorder.emission = {};
-}
+void lanes_begin(PixelRecorder &recorder) { recorder.single = recorder.multiple = recorder.emission = {}; }
 
 void lane_lights(PixelRecorder &recorder, const LaneLightRecord &record) {
     for (uint32_t l = 0; l < lanes; ++l) {

@@ -46,15 +46,15 @@ struct LaneColor {
 struct LaneLightRecord { // one light, scattered by one smoke
     uint32_t light, smoke;
     const Light *source;
-    Color color;                      // the light's, divided by its largest channel
-    Color albedo;                     // the smoke's
+    Color color;  // the light's, divided by its largest channel
+    Color albedo; // the smoke's
     int32_t step[lanes];
-    Vec3 middle[lanes];               // of the steps
-    Vec3 direction[lanes];            // in which the light travels
-    Real irradiance[lanes];           // of the light's largest channel, before smoke
-    Real optical_depth[lanes];        // interpolated: it may be below 0
-    Real extinction[lanes];           // of the smoke; 0: the lane is not recorded
-    Real scattered[lanes];            // of the light's largest channel: phase function times what arrives
+    Vec3 middle[lanes];        // of the steps
+    Vec3 direction[lanes];     // in which the light travels
+    Real irradiance[lanes];    // of the light's largest channel, before smoke
+    Real optical_depth[lanes]; // interpolated: it may be below 0
+    Real extinction[lanes];    // of the smoke; 0: the lane is not recorded
+    Real scattered[lanes];     // of the light's largest channel: phase function times what arrives
 };
 struct LaneSourceRecord { // what one smoke sends
     Real extinction[lanes];

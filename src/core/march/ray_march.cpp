@@ -42,8 +42,7 @@ Color single_scattering(const Medium &medium, const SingleScatterer &lights, con
             if (extinctions[i] > Real(0))
                 scattered += medium.smokes[i].albedo * (extinctions[i] * medium.smokes[i].phase(light.direction, out));
         const auto query = [&] { return is_shadowed(lights.shadows, l, step.middle, light); };
-        if (!(largest(scattered) > Real(0)) ||
-            (lights.shadows && record_shadow(recorder, 0, statistics, query))) {
+        if (!(largest(scattered) > Real(0)) || (lights.shadows && record_shadow(recorder, 0, statistics, query))) {
             if (is_recording(recorder)) recorder->light(*recorder, {step.number, l, true, light});
             continue;
         }
@@ -87,8 +86,8 @@ Segment march(Marcher &marcher, const Ray &ray, Real end, PixelRecorder *recorde
         const Color emission = emitted_radiance(medium, extinctions);
         Color source = emission, single(Real(0)); // per unit of length
         if (sigma > Real(0))
-            source += single = single_scattering(medium, marcher.lights, step, out, extinctions, *marcher.statistics,
-                                                 recorder);
+            source += single =
+                single_scattering(medium, marcher.lights, step, out, extinctions, *marcher.statistics, recorder);
         const Color multiple = multiple_scattering(marcher, step.middle, out, extinctions);
         source += multiple;
 

@@ -38,8 +38,8 @@ struct Marcher {
 // A march ends at this optical depth: less than 1.2e-7 of what lies behind comes through.
 constexpr Real opaque_depth = Real(16);
 
-// (1 - e^-s) / s for s >= 0: the mean transmittance of a step of depth s (N-E4). 1 at 0; by its series below 2^-7, where
-// the quotient would lose digits.
+// (1 - e^-s) / s for s >= 0: the mean transmittance of a step of depth s (N-E4). 1 at 0; by its series below 2^-7,
+// where the quotient would lose digits.
 inline Real mean_transmittance(Real s) {
     if (s < Real(0x1p-7)) return Real(1) - s * (Real(0.5) - s * (Real(1.0 / 6) - s * Real(1.0 / 24)));
     return -expm1(-s) / s;
@@ -74,9 +74,9 @@ Color emitted_radiance(const Medium &medium, const Real *extinctions);
 Color single_scattering(const Medium &medium, const SingleScatterer &lights, const Step &step, const Vec3 &out,
                         const Real *extinctions, Statistics &statistics, PixelRecorder *recorder);
 
-// What arrives along the ray from distances 0 to `end`: emission, single scattering from every light, multiple scattering
-// from the photon maps or the irradiance map. Extinction and light are sampled in the middle of each step and count as
-// constant within it. The integral over such a step is exact for any depth of it (S1, N-E4).
+// What arrives along the ray from distances 0 to `end`: emission, single scattering from every light, multiple
+// scattering from the photon maps or the irradiance map. Extinction and light are sampled in the middle of each step
+// and count as constant within it. The integral over such a step is exact for any depth of it (S1, N-E4).
 Segment march(Marcher &marcher, const Ray &ray, Real end, PixelRecorder *recorder);
 
 } // namespace wisp::WISP_ARITH

@@ -1,6 +1,6 @@
-// Light in 32 bits: a colour whose channels share an exponent (RGB9E5, after Ward's RGBE, 1991), relative to the largest
-// channel of an array; and a flux relative to the fluence. Packing uses integers, so that equal numbers give equal bits
-// in every arithmetic.
+// Light in 32 bits: a colour whose channels share an exponent (RGB9E5, after Ward's RGBE, 1991), relative to the
+// largest channel of an array; and a flux relative to the fluence. Packing uses integers, so that equal numbers give
+// equal bits in every arithmetic.
 #pragma once
 #include "core/numbers/vec.h"
 
@@ -68,8 +68,8 @@ inline int32_t exponent_for(Real largest_channel) {
     return exponent;
 }
 
-// The relative error of the largest channel is below 2^-9 if it is at least 2^(exponent - 32); the other channels have the
-// same absolute error. Channels above the range saturate, channels below 0 become 0.
+// The relative error of the largest channel is below 2^-9 if it is at least 2^(exponent - 32); the other channels have
+// the same absolute error. Channels above the range saturate, channels below 0 become 0.
 inline uint32_t pack_color(const Color &color, int32_t exponent) {
     const auto halves = [exponent](Real channel) {
         return detail::floor_scaled(channel, color_bits + 1 - exponent, 2 * max_units);

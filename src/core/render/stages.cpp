@@ -1,5 +1,6 @@
 // The table of stages. Read it from top to bottom: it is the shape of the whole renderer.
 #include "core/render/stages.h"
+#include "core/numbers/double_bits.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -87,14 +88,14 @@ uint64_t brick_bytes(const Scene &scene, const Settings &settings, const Decisio
 }
 
 Need need_light_depths(const Scene &scene, const Settings &settings, const Decisions &d) {
-    return need_unless(
-        {{!d.smoke, no_smoke},
-         {d.goal == Goal::reference, by_paths},
-         {scene.light_count == 0, no_light},
-         {d.lights_in_smoke == 0, "no light is scattered by any smoke"},
-         {d.goal == Goal::photons && !d.light_depths, photons_alone},
-         {!d.light_depths && !(settings.light_step > 0), "--light-step 0: every depth is found exactly"}},
-        "depths to the lights are interpolated");
+    return need_unless({{!d.smoke, no_smoke},
+                        {d.goal == Goal::reference, by_paths},
+                        {scene.light_count == 0, no_light},
+                        {d.lights_in_smoke == 0, "no light is scattered by any smoke"},
+                        {d.goal == Goal::photons && !d.light_depths, photons_alone},
+                        {!d.light_depths && !(total_order_key(settings.light_step) > 0),
+                         "--light-step 0: every depth is found exactly"}},
+                       "depths to the lights are interpolated");
 }
 uint64_t light_depth_bytes(const Scene &, const Settings &, const Decisions &d, const Sizes &sizes) {
     return optical_depth_grid_bytes(sizes.grid.count, d.lights_in_smoke, d.spacing.light);
@@ -159,8 +160,9 @@ Need need_camera_rays(const Scene &, const Settings &, const Decisions &d) {
 
 } // namespace
 
-// Each row: the stage and its name; the room of its method; its seconds; whether and why it is needed; its bytes; what it
-// makes for the whole animation, while the smoke is the same, and for one frame; whether it reports its progress itself.
+// Each row: the stage and its name; the room of its method; its seconds; whether and why it is needed; its bytes; what
+// it makes for the whole animation, while the smoke is the same, and for one frame; whether it reports its progress
+// itself.
 // clang-format off
 const StageRow stage_rows[stage_count] = {
     // What lives from frame to frame

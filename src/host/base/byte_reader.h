@@ -1,8 +1,8 @@
 // A cursor over the bytes of one file: words and numbers of text, packed numbers of either byte order.
 //
-// Nothing is ever read beyond the end. A count is compared with the bytes that are left before it is used (require). Errors name the item
-// that was read last: its line while the reader is set to text, its byte offset while it is set to binary. Lines are counted only for an
-// error.
+// Nothing is ever read beyond the end. A count is compared with the bytes that are left before it is used (require).
+// Errors name the item that was read last: its line while the reader is set to text, its byte offset while it is set to
+// binary. Lines are counted only for an error.
 #pragma once
 #include "host/base/error.h"
 #include <algorithm>

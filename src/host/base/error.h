@@ -21,7 +21,8 @@ struct Error : std::runtime_error {
     Exit status;
 };
 
-// A file that cannot be read, or whose contents are wrong: `FILE:LINE: what is wrong, what was expected` or `FILE: byte N: ...`.
+// A file that cannot be read, or whose contents are wrong: `FILE:LINE: what is wrong, what was expected` or `FILE: byte
+// N: ...`.
 struct InputError : Error {
     explicit InputError(const std::string &line) : Error(exit_input, line) {}
 };

@@ -39,7 +39,8 @@ bool is_special(const std::string &path) {
     return std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);
 }
 
-// The name under which a file is written before it is renamed: always the same, so that the file of a killed process is found.
+// The name under which a file is written before it is renamed: always the same, so that the file of a killed process is
+// found.
 std::string aside_of(const std::string &path) { return path + ".part"; }
 
 bool is_open_at(int file, const std::string &path) {
@@ -48,8 +49,8 @@ bool is_open_at(int file, const std::string &path) {
            open.st_ino == there.st_ino;
 }
 
-// Opens `aside` for this process alone: of several processes that write the same file, each waits for the one before. On a file system
-// without locks they do not wait. -1 with errno if it cannot be opened.
+// Opens `aside` for this process alone: of several processes that write the same file, each waits for the one before.
+// On a file system without locks they do not wait. -1 with errno if it cannot be opened.
 int claim(const std::string &aside) {
     for (;;) {
         const int file = open(aside.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);

@@ -13,9 +13,9 @@ Bytes read_file(const std::string &path);
 // The same for files that another file names: devices and pipes, which may never end, are refused.
 Bytes read_plain_file(const std::string &path);
 
-// Writes `bytes` to PATH.part and renames it, so that `path` holds either exactly `bytes` or what it held before. A device or a pipe is
-// written directly. Throws Error(exit_output) `PATH: could not be written: REASON`. Neither an error nor an interrupt leaves PATH.part;
-// the one of a killed process is overwritten.
+// Writes `bytes` to PATH.part and renames it, so that `path` holds either exactly `bytes` or what it held before. A
+// device or a pipe is written directly. Throws Error(exit_output) `PATH: could not be written: REASON`. Neither an
+// error nor an interrupt leaves PATH.part; the one of a killed process is overwritten.
 void write_file(const std::string &path, const Bytes &bytes);
 void write_file(const std::string &path, const std::string &text);
 

@@ -3,8 +3,8 @@
 
 namespace wisp {
 
-// From now on the first SIGINT, SIGTERM or SIGHUP is noted; a second one of the same kind ends the process at once. A signal that the
-// process ignores (nohup) stays ignored.
+// From now on the first SIGINT, SIGTERM or SIGHUP is noted; a second one of the same kind ends the process at once. A
+// signal that the process ignores (nohup) stays ignored.
 void install_signal_handlers();
 
 // The signal that was noted, or 0.

@@ -1,8 +1,8 @@
-// Options as tables: one row says an option's name, its help, and how its value is set in a Target. The command line of every
-// command and the `render KEY VALUE` statements of a scene are read through such tables.
+// Options as tables: one row says an option's name, its help, and how its value is set in a Target. The command line of
+// every command and the `render KEY VALUE` statements of a scene are read through such tables.
 //
-// Numbers are decimal and finite, as base/text.h reads them. CLI11 2.1 was tried instead: it takes `nan`, reads 070 as 56 and 0x10
-// as 16, takes `-1` for a file and `--digest=no` without a word, and says less in its errors.
+// Numbers are decimal and finite, as base/text.h reads them. CLI11 2.1 was tried instead: it takes `nan`, reads 070 as
+// 56 and 0x10 as 16, takes `-1` for a file and `--digest=no` without a word, and says less in its errors.
 #pragma once
 #include "host/base/error.h"
 #include "host/base/text.h"
@@ -23,14 +23,15 @@ template <class Target> struct OptionRow {
 };
 template <class Target> using OptionTable = std::vector<OptionRow<Target>>;
 
-template <class Target> const OptionRow<Target> *find_option(const OptionTable<Target> &table, const std::string &name) {
+template <class Target>
+const OptionRow<Target> *find_option(const OptionTable<Target> &table, const std::string &name) {
     for (const OptionRow<Target> &row : table)
         if (name == row.name) return &row;
     return nullptr;
 }
 
-// Sets the option `name` of `target`. Throws Error(exit_usage) for a name that the table does not have and for a value that
-// the option refuses; `where` stands in front of the error.
+// Sets the option `name` of `target`. Throws Error(exit_usage) for a name that the table does not have and for a value
+// that the option refuses; `where` stands in front of the error.
 template <class Target>
 void set_option(const OptionTable<Target> &table, Target &target, const std::string &name, const std::string &value,
                 const std::string &where = "") {

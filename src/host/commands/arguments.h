@@ -21,11 +21,13 @@ void add_options(std::vector<KnownOption> &known, const OptionTable<Target> &tab
 
 struct CommandLine {
     std::vector<std::string> files;
-    // Names without dashes, and values ("1" of a switch), in the order given. They are set later: a scene's own options come first.
+    // Names without dashes, and values ("1" of a switch), in the order given. They are set later: a scene's own options
+    // come first.
     std::vector<std::pair<std::string, std::string>> options;
 };
 
-// `command`: its name, for errors. Throws Error(exit_usage) for an option that is not known, and for one whose value is missing.
+// `command`: its name, for errors. Throws Error(exit_usage) for an option that is not known, and for one whose value is
+// missing.
 CommandLine parse_arguments(const std::string &command, const std::vector<KnownOption> &known,
                             const std::vector<std::string> &arguments);
 

@@ -1,5 +1,5 @@
-// The commands behind `wisp WORD`. `arguments` are the words behind the command's name. Each returns the exit status or throws
-// Error.
+// The commands behind `wisp WORD`. `arguments` are the words behind the command's name. Each returns the exit status or
+// throws Error.
 #pragma once
 #include <string>
 #include <vector>
@@ -15,12 +15,13 @@ int plan_command(const std::vector<std::string> &arguments);
 // `wisp inspect SCENE X Y`: how a pixel came to be what it is, as text, with --json as JSON.
 int inspect_command(const std::vector<std::string> &arguments);
 
-// `wisp compare A B`: prints how picture A differs from B; with `--json -` as JSON. Returns exit_done when all bits match or, given
+// `wisp compare A B`: prints how picture A differs from B; with `--json -` as JSON. Returns exit_done when all bits
+// match or, given
 // --tolerance, when the relative RMSE is at most that; else exit_difference.
 int compare_command(const std::vector<std::string> &arguments);
 
-// `wisp merge A.passes B.passes ... -o FILE`: the picture (.png, .pfm) of all passes together, or their sums (.passes); or one
-// .map of the sums of several.
+// `wisp merge A.passes B.passes ... -o FILE`: the picture (.png, .pfm) of all passes together, or their sums (.passes);
+// or one .map of the sums of several.
 int merge_command(const std::vector<std::string> &arguments);
 
 // `wisp stitch PART.pfm ... -o WHOLE`: the picture (.png, .pfm) of parts rendered with --crop.

@@ -18,7 +18,8 @@ const OptionTable<CompareOptions> &compare_options() {
     static const OptionTable<CompareOptions> table = {
         {"tolerance", "REL", "allows that relative RMSE; without it bits must match",
          [](CompareOptions &options, const std::string &value) {
-             options.tolerance = number_that(value, [](double x) { return x >= 0; }, "a number of at least 0");
+             options.tolerance = number_that(
+                 value, [](double x) { return x >= 0; }, "a number of at least 0");
          }},
         {"error", "FILE", "the standard errors of B, as .pfm", to_text(&CompareOptions::error)},
         {"json", "FILE", "the figures as JSON; -: on standard output instead",

@@ -43,7 +43,8 @@ double depth_of_length(const Scene &scene) {
     return deepest;
 }
 
-// On the smoke of fixtures/table2.aff these are the fastest steps whose pictures err by no more than the photons' noise.
+// On the smoke of fixtures/table2.aff these are the fastest steps whose pictures err by no more than the photons'
+// noise.
 void choose_defaults(const Options &options, const Scene &scene, Settings &settings) {
     const bool resamples = can_resample(scene), nearest = options.estimate == Estimate::knn;
     const bool maps = !options.map_in.empty() || !options.map_out.empty() || options.batches || options.remap;

@@ -99,7 +99,8 @@ int inspect_command(const std::vector<std::string> &arguments) {
     inspection.width = prepared.width;
     inspection.height = prepared.height;
     if (!inspect.options.sample.empty())
-        inspection.only = static_cast<uint32_t>(number_below("option 'sample'", inspect.options.sample, options.samples));
+        inspection.only =
+            static_cast<uint32_t>(number_below("option 'sample'", inspect.options.sample, options.samples));
     inspection.center = prepared.center;
     inspection.scale = prepared.scale;
     inspection.radiance_exponent = prepared.scene.radiance_exponent;
@@ -114,7 +115,8 @@ int inspect_command(const std::vector<std::string> &arguments) {
     const Plan plan = checked_plan(request, prepared.scene, settings);
     MapFile map;
     if (!options.map_in.empty())
-        map = saved_map(request, frame, fingerprint_of_map(prepared.scene, settings, renderer_of(options.arithmetic).name), plan);
+        map = saved_map(request, frame,
+                        fingerprint_of_map(prepared.scene, settings, renderer_of(options.arithmetic).name), plan);
     PhotonSums sums = {map.sums.data(), map.sums.size(), map.sums.size()};
     if (map.sums.empty() && uses_map(settings)) {
         map.sums.resize(plan.map_sums);

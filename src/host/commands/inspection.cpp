@@ -150,8 +150,8 @@ std::string triple(const Double3 &v) {
 
 std::string shadow_text(const TraceEvent::Light &light) {
     const std::string counts = " (" + std::to_string(light.node_visits) + " nodes, " +
-                              std::to_string(light.triangle_tests) + " triangles of trees, " +
-                              std::to_string(light.extra_tests) + " others)";
+                               std::to_string(light.triangle_tests) + " triangles of trees, " +
+                               std::to_string(light.extra_tests) + " others)";
     const std::string found = light.blocked ? "in shadow, " : "not in shadow, ";
     switch (light.decision) {
     case ShadowDecision::none: return light.blocked ? "in shadow" : "no shadow asked for";
@@ -193,7 +193,9 @@ void print_march(Text &text, int depth, const Inspection::Ray &ray) {
 }
 
 std::string instance_text(const TraceEvent::Hit &hit) {
-    return hit.instance >= 0 ? "of body " + std::to_string(hit.instance) : hit.is_static ? "still" : "that changes its form";
+    return hit.instance >= 0 ? "of body " + std::to_string(hit.instance)
+           : hit.is_static   ? "still"
+                             : "that changes its form";
 }
 
 void print_ray(Text &text, int depth, const Inspection::Ray &ray) {

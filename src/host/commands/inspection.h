@@ -50,7 +50,7 @@ struct Inspection {
     void record(const TraceEvent &event);
     void add_light(const TraceEvent::Light &light);
 
-    std::vector<Ray *> open_;                  // rays that have not ended, each started by the one before it
+    std::vector<Ray *> open_;                // rays that have not ended, each started by the one before it
     std::vector<TraceEvent::Light> pending_; // lights whose step has not been recorded yet
 };
 

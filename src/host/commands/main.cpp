@@ -29,27 +29,33 @@ struct Command {
 
 constexpr Command commands[] = {
     {"render", "wisp render SCENE [options]     pictures, one per frame", render_command, true},
-    {"plan", "wisp plan SCENE [options]       the stages that this scene needs, and the bytes of each", plan_command, true},
-    {"inspect", "wisp inspect SCENE X Y [options] a pixel explained: its rays, hits, shadows, smoke and sums", inspect_command,
+    {"plan", "wisp plan SCENE [options]       the stages that this scene needs, and the bytes of each", plan_command,
      true},
-    {"compare", "wisp compare A B [options]      how two .pfm pictures differ; exit 1 when they do", compare_command, false},
-    {"merge", "wisp merge A B [...] -o FILE    the picture of several .passes together, or .map as one .map", merge_command,
+    {"inspect", "wisp inspect SCENE X Y [options] a pixel explained: its rays, hits, shadows, smoke and sums",
+     inspect_command, true},
+    {"compare", "wisp compare A B [options]      how two .pfm pictures differ; exit 1 when they do", compare_command,
      false},
-    {"stitch", "wisp stitch A B [...] -o FILE   the picture of parts rendered with --crop, as .pfm", stitch_command, false},
+    {"merge", "wisp merge A B [...] -o FILE    the picture of several .passes together, or .map as one .map",
+     merge_command, false},
+    {"stitch", "wisp stitch A B [...] -o FILE   the picture of parts rendered with --crop, as .pfm", stitch_command,
+     false},
 };
 
 std::string help_text() {
     std::string text;
     for (const Command &command : commands) text += command.usage + std::string("\n");
-    text += "wisp help | version\n\n"
-            "Options, written --x V or --x=V; -o is --output, -q --quiet, -v --verbose:\n" +
-            help_lines(scene_options()) +
-            "\nOptions of inspect: those of render but files, --reference and --shadows paper; with --crop what is before\n"
-            "the pixel in the crop is rendered first, so that shadows are decided by what was learnt there, else the pixel\n"
-            "alone; and\n" +
-            inspect_help() + "\nOptions of plan, beside those of render:\n" + plan_help() + "\nOptions of compare:\n" + compare_help() +
-            "\nExit: 0 done, 1 pictures differ, 2 wrong usage, 3 bad input, 4 does not fit in memory, 5 could not write,\n"
-            "128 + N stopped by signal N; frames that are there already as they would be made are kept\n";
+    text +=
+        "wisp help | version\n\n"
+        "Options, written --x V or --x=V; -o is --output, -q --quiet, -v --verbose:\n" +
+        help_lines(scene_options()) +
+        "\nOptions of inspect: those of render but files, --reference and --shadows paper; with --crop what is before\n"
+        "the pixel in the crop is rendered first, so that shadows are decided by what was learnt there, else the "
+        "pixel\n"
+        "alone; and\n" +
+        inspect_help() + "\nOptions of plan, beside those of render:\n" + plan_help() + "\nOptions of compare:\n" +
+        compare_help() +
+        "\nExit: 0 done, 1 pictures differ, 2 wrong usage, 3 bad input, 4 does not fit in memory, 5 could not write,\n"
+        "128 + N stopped by signal N; frames that are there already as they would be made are kept\n";
     return text;
 }
 

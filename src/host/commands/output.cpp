@@ -8,7 +8,8 @@ namespace wisp {
 
 namespace {
 
-// The name beside a digest is that of the written .pfm, so that `sha256sum -c` finds the file; "-" where none was written.
+// The name beside a digest is that of the written .pfm, so that `sha256sum -c` finds the file; "-" where none was
+// written.
 std::string digest_name(const Options &options, int64_t frame) {
     for (const std::string &output : options.outputs)
         if (ends_in(output, ".pfm")) return numbered(output, frame);

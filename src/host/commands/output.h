@@ -10,8 +10,9 @@ namespace wisp {
 // Writes `bytes` to the file `path`; with --verbose it says so.
 void write_output(const Options &options, const std::string &path, const Bytes &bytes);
 
-// Whether the file `output` gets a record, from which a later run or `wisp stitch` knows what the file shows: a picture that is
-// one of several frames, or a crop. A picture of --shadows paper depends on the frames before it, and never gets one.
+// Whether the file `output` gets a record, from which a later run or `wisp stitch` knows what the file shows: a picture
+// that is one of several frames, or a crop. A picture of --shadows paper depends on the frames before it, and never
+// gets one.
 bool carries_record(const Options &options, const std::string &output);
 
 // The record of the file `output` of a picture: a .png depends on the exposure as well.
@@ -20,9 +21,9 @@ PictureRecord record_of(const Options &options, const std::string &output, const
 // Prints the SHA-256 of the bytes of a .pfm, in the form that `sha256sum -c` reads.
 void print_digest(const Options &options, const Bytes &pfm, int64_t frame);
 
-// Writes every output of a picture and prints its digest. `pfm`: the picture's bytes. `passes`: the sums of --reference,
-// else nullptr. `record`: of the picture, where outputs are to carry one.
-void write_outputs(const Options &options, const Picture &picture, const Bytes &pfm, const Passes *passes, int64_t frame,
-                   const std::optional<PictureRecord> &record = std::nullopt);
+// Writes every output of a picture and prints its digest. `pfm`: the picture's bytes. `passes`: the sums of
+// --reference, else nullptr. `record`: of the picture, where outputs are to carry one.
+void write_outputs(const Options &options, const Picture &picture, const Bytes &pfm, const Passes *passes,
+                   int64_t frame, const std::optional<PictureRecord> &record = std::nullopt);
 
 } // namespace wisp

@@ -77,8 +77,11 @@ class RowText {
         for (uint32_t i = 0; i < scene_.texture_count; ++i)
             texels +=
                 static_cast<uint64_t>(scene_.textures[i].width) * static_cast<uint64_t>(scene_.textures[i].height);
-        const std::string textures =
-            scene_.texture_count ? number(scene_.texture_count) + (scene_.texture_count == 1 ? " texture of " : " textures of ") + number(texels) + " texels; " : "";
+        const std::string textures = scene_.texture_count
+                                         ? number(scene_.texture_count) +
+                                               (scene_.texture_count == 1 ? " texture of " : " textures of ") +
+                                               number(texels) + " texels; "
+                                         : "";
         if (!mirrors && !passes) return textures + "nothing mirrors or lets light through";
         return textures + (mirrors ? "reflected" : "") + (mirrors && passes ? " and " : "") +
                (passes ? "refracted" : "") + " rays, at most " + number(settings_.depth) + " in a chain";

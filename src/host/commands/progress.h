@@ -18,8 +18,8 @@ class Progress {
   public:
     Progress(const Options &options, int64_t frame, const Plan &plan) : frame_(frame), plan_(plan) {
         using Show = Options::Progress;
-        shown_ = !options.quiet && (options.progress == Show::always ||
-                                    (options.progress == Show::automatic && isatty(STDERR_FILENO)));
+        shown_ = !options.quiet &&
+                 (options.progress == Show::always || (options.progress == Show::automatic && isatty(STDERR_FILENO)));
     }
     Observer observer() {
         return {this, [](void *self, Stage stage, uint64_t done, uint64_t total) {

@@ -46,10 +46,10 @@ Batches batches_of(const Options &options, const Settings &settings) {
     return options.batches ? Batches{options.batches->first, options.batches->last} : all_batches(settings);
 }
 
-// `map` is the particle map of the frame before, and becomes that of this frame: the file of --map-in; the same map, where nothing that
-// it depends on has changed; or an empty one, which is then to be traced: the result is true.
+// `map` is the particle map of the frame before, and becomes that of this frame: the file of --map-in; the same map,
+// where nothing that it depends on has changed; or an empty one, which is then to be traced: the result is true.
 bool load_or_reset_map(const Request &request, int64_t frame, const PreparedScene &prepared, const Settings &settings,
-              const Plan &plan, MapFile &map) {
+                       const Plan &plan, MapFile &map) {
     const Options &options = request.options;
     std::string scene; // hashing all particles takes time, so only for a map that is compared with another
     if (!options.map_in.empty() || !options.map_out.empty() || several_frames(request))
@@ -74,10 +74,10 @@ struct Sequence {
     PreparedScene prepared;
     std::string shapes; // fingerprint_of_shapes(); empty until it is needed
     std::unique_ptr<unsigned char[]> block;
-    uint64_t bytes = 0; // of the block
+    uint64_t bytes = 0;    // of the block
     FrameCache cache = {}; // in the block
-    std::string smoke; // fingerprint_of_smoke() of the cache
-    MapFile map;        // the particle map of the frame before
+    std::string smoke;     // fingerprint_of_smoke() of the cache
+    MapFile map;           // the particle map of the frame before
     Sha256 digest;
 };
 
@@ -88,7 +88,7 @@ std::optional<PictureRecord> find_record(const Options &options, const Settings 
     const PreparedScene &prepared = sequence.prepared;
     if (sequence.shapes.empty()) sequence.shapes = fingerprint_of_shapes(prepared.scene);
     const std::string scene = fingerprint_of_picture(prepared.scene, sequence.shapes, settings, prepared.width,
-                                                  prepared.height, renderer_of(options.arithmetic).name);
+                                                     prepared.height, renderer_of(options.arithmetic).name);
     return PictureRecord{scene, prepared.width, prepared.height, settings.crop};
 }
 

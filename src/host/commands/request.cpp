@@ -61,8 +61,9 @@ Settings settings_of(const Options &options, const PreparedScene &prepared) {
         const auto &c = *options.crop;
         if (c.x1 > width || c.y1 > height)
             throw Error(exit_usage, "option 'crop': found " + std::to_string(c.x0) + "," + std::to_string(c.y0) + "," +
-                                        std::to_string(c.x1) + "," + std::to_string(c.y1) + ", expected pixels of the " +
-                                        std::to_string(width) + " x " + std::to_string(height) + " picture");
+                                        std::to_string(c.x1) + "," + std::to_string(c.y1) +
+                                        ", expected pixels of the " + std::to_string(width) + " x " +
+                                        std::to_string(height) + " picture");
         settings.crop = {c.x0, c.y0, c.x1, c.y1};
     }
     settings.samples = options.samples;
@@ -113,8 +114,8 @@ void check_picture(const Request &request, const Settings &settings, const Plan 
         static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
     const bool beyond_option = request.options.memory && plan.arena_bytes + picture > *request.options.memory;
     if (!beyond_option && picture <= machine) return;
-    const std::string limit =
-        beyond_option ? std::to_string(*request.options.memory) + " of --memory" : std::to_string(machine) + " of this machine";
+    const std::string limit = beyond_option ? std::to_string(*request.options.memory) + " of --memory"
+                                            : std::to_string(machine) + " of this machine";
     throw Error(exit_memory, request.name + ": the picture needs " + std::to_string(picture) +
                                  " bytes beside the plan's " + std::to_string(plan.arena_bytes) +
                                  ", expected at most the " + limit + "; a smaller --size or --crop needs less");

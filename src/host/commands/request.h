@@ -1,4 +1,5 @@
-// A command line that renders a scene: the scene's file, the options, and the settings of the core that follow from both.
+// A command line that renders a scene: the scene's file, the options, and the settings of the core that follow from
+// both.
 #pragma once
 #include "host/commands/arguments.h"
 #include "host/commands/renderers.h"
@@ -28,15 +29,18 @@ void check_options(const Request &request);
 // Throws Error(exit_usage) for options that exclude each other, or that the picture does not have room for.
 Settings settings_of(const Options &options, const PreparedScene &prepared);
 
-inline bool uses_map(const Settings &settings) { return settings.goal != Goal::reference && settings.method == Method::map; }
+inline bool uses_map(const Settings &settings) {
+    return settings.goal != Goal::reference && settings.method == Method::map;
+}
 
 // The core's plan. Throws Error for a plan that cannot be followed, or that needs more than --memory.
 Plan checked_plan(const Request &request, const Scene &scene, const Settings &settings);
 
 // Bytes of the picture, which is held twice, as numbers and as its file, and of the sums of --reference.
 uint64_t picture_bytes(const Options &options, const Settings &settings);
-// Throws Error for a picture that needs more than --memory together with the plan, or more than the machine's memory alone. All of a
-// picture is written, and a system that has promised more memory than it has ends the process without an error.
+// Throws Error for a picture that needs more than --memory together with the plan, or more than the machine's memory
+// alone. All of a picture is written, and a system that has promised more memory than it has ends the process without
+// an error.
 void check_picture(const Request &request, const Settings &settings, const Plan &plan);
 
 // The particle map of --map-in; `scene`: fingerprint_of_map(). Throws InputError.

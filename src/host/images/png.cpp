@@ -1,6 +1,6 @@
-// PNG (ISO/IEC 15948), decoded by stb_image, whose one place this is. The chunks are checked first, because stb_image believes
-// their lengths and does not look at their check sums: each chunk lies within the file, and the sides fit a file of its
-// size. So a hostile file takes memory in proportion to its own size, beyond an allowance.
+// PNG (ISO/IEC 15948), decoded by stb_image, whose one place this is. The chunks are checked first, because stb_image
+// believes their lengths and does not look at their check sums: each chunk lies within the file, and the sides fit a
+// file of its size. So a hostile file takes memory in proportion to its own size, beyond an allowance.
 #include "host/base/byte_reader.h"
 #include "host/images/texture_readers.h"
 #include <memory>
@@ -23,7 +23,8 @@ namespace {
 
 constexpr unsigned char signature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
 
-// Texels may take this many times the file's bytes, plus the allowance, which is a picture of one colour with sides of 4729.
+// Texels may take this many times the file's bytes, plus the allowance, which is a picture of one colour with sides of
+// 4729.
 constexpr uint64_t largest_ratio = 256, allowance = uint64_t{1} << 26;
 
 uint32_t read_u32(ByteReader &in) { return static_cast<uint32_t>(in.number(Scalar::u32)); }
@@ -61,7 +62,8 @@ void check_chunks(const Bytes &bytes, const std::string &name) {
         else
             in.bytes(size);
         const auto sum = crc32(0, reinterpret_cast<const Bytef *>(whole.data()), static_cast<uInt>(whole.size()));
-        if (read_u32(in) != sum) in.fail("a check sum that is wrong, expected that of chunk " + ByteReader::quoted(type));
+        if (read_u32(in) != sum)
+            in.fail("a check sum that is wrong, expected that of chunk " + ByteReader::quoted(type));
         if (type == "IEND") return;
     }
 }
@@ -78,12 +80,15 @@ Texels read_png(const Bytes &bytes, const std::string &name) {
     Texels texels;
     int channels;
     const std::unique_ptr<unsigned char, void (*)(void *)> rgb(
-        stbi_load_from_memory(bytes.data(), static_cast<int>(bytes.size()), &texels.width, &texels.height, &channels, 3),
+        stbi_load_from_memory(bytes.data(), static_cast<int>(bytes.size()), &texels.width, &texels.height, &channels,
+                              3),
         stbi_image_free);
     if (!rgb)
         throw InputError(name + ": byte " + std::to_string(sizeof signature) + ": " +
-                         ByteReader::quoted(stbi_failure_reason()) + ", expected the chunks of a PNG"); // may quote bytes
-    texels.rgb.assign(rgb.get(), rgb.get() + 3 * static_cast<size_t>(texels.width) * static_cast<size_t>(texels.height));
+                         ByteReader::quoted(stbi_failure_reason()) +
+                         ", expected the chunks of a PNG"); // may quote bytes
+    texels.rgb.assign(rgb.get(),
+                      rgb.get() + 3 * static_cast<size_t>(texels.width) * static_cast<size_t>(texels.height));
     return texels;
 }
 

@@ -1,6 +1,6 @@
-// A PPM is "P6", width, height and maxval as decimal numbers, a single blank, and rows of R G B from the top. Before each number, and
-// before that last blank, stand any number of comments: from '#' to the end of the line. stb_image reads PPM as well, but it leaves
-// missing texels uninitialised, takes any maxval, and lets the sides overflow.
+// A PPM is "P6", width, height and maxval as decimal numbers, a single blank, and rows of R G B from the top. Before
+// each number, and before that last blank, stand any number of comments: from '#' to the end of the line. stb_image
+// reads PPM as well, but it leaves missing texels uninitialised, takes any maxval, and lets the sides overflow.
 #include "host/base/byte_reader.h"
 #include "host/images/texture_readers.h"
 #include <algorithm>

@@ -15,7 +15,8 @@ std::array<uint16_t, 256> linear_values() {
     return values;
 }
 
-// Which texels a texel of the next level covers along one side, and how much of each, in units of 1 / (next side) texel.
+// Which texels a texel of the next level covers along one side, and how much of each, in units of 1 / (next side)
+// texel.
 struct Coverage {
     size_t first, count;
     std::array<uint64_t, 3> weights; // their sum is `side`

@@ -14,10 +14,11 @@ struct TexturePyramid {
     Texture view() const { return {width, height, levels, texels.data()}; }
 };
 
-// A PPM: P6, comments in its header, maxval 255; bytes behind the last row are ignored. Or a PNG of at most 8 bits a value, whose
-// opacities and gamma are ignored; grey is R = G = B. Sides are from 1 to max_texture_side (texture_readers.h). The sRGB bytes
-// become linear light, rounded to the nearest. So is each average of the level before it, over the area that its texel covers:
-// where a side is odd, a texel is divided between two of the next level. Throws InputError `NAME: byte N: ...`.
+// A PPM: P6, comments in its header, maxval 255; bytes behind the last row are ignored. Or a PNG of at most 8 bits a
+// value, whose opacities and gamma are ignored; grey is R = G = B. Sides are from 1 to max_texture_side
+// (texture_readers.h). The sRGB bytes become linear light, rounded to the nearest. So is each average of the level
+// before it, over the area that its texel covers: where a side is odd, a texel is divided between two of the next
+// level. Throws InputError `NAME: byte N: ...`.
 TexturePyramid parse_texture(const Bytes &bytes, const std::string &name);
 
 // parse_texture() of the file's bytes.

@@ -1,4 +1,5 @@
-// The readers behind texture.h, one for each format. Each throws InputError `NAME: byte N: what is wrong, what was expected`.
+// The readers behind texture.h, one for each format. Each throws InputError `NAME: byte N: what is wrong, what was
+// expected`.
 #pragma once
 #include "host/base/files.h"
 

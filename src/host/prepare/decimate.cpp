@@ -1,21 +1,23 @@
-// A set of particles and the optical depth that it takes from a ray. The line through the centre of particle i has the optical depth
-// tau_i = area_i C h_i^-2 K(0) (N-L, smoke/README). A line at distance b has at most tau_i (1 - (b / 2h)^2)^3, for both kernels. A set
-// is removable when these depths add up to at most D = -ln(1 - epsilon) on every ray that leaves the eye or a light. The mass of a
-// removed particle goes to the nearest neighbour that stays, if that adds at most D to every such ray, and is lost otherwise. (Pictures
-// then err by a third or a quarter of what they do when all mass is lost.) For a picture of single scattering, emission and background,
-// with the radiance L before and L' after,
+// A set of particles and the optical depth that it takes from a ray. The line through the centre of particle i has the
+// optical depth tau_i = area_i C h_i^-2 K(0) (N-L, smoke/README). A line at distance b has at most tau_i (1 - (b /
+// 2h)^2)^3, for both kernels. A set is removable when these depths add up to at most D = -ln(1 - epsilon) on every ray
+// that leaves the eye or a light. The mass of a removed particle goes to the nearest neighbour that stays, if that adds
+// at most D to every such ray, and is lost otherwise. (Pictures then err by a third or a quarter of what they do when
+// all mass is lost.) For a picture of single scattering, emission and background, with the radiance L before and L'
+// after,
 //
 //     (1 - epsilon)^2 (L - epsilon S)  <=  L'  <=  L / (1 - epsilon)^2 + epsilon S,
 //
-// where S is the largest radiance that smoke in unattenuated light sends per unit of opacity. Proof: transmittances, to the eye and from
-// the light, change by factors from e^-D to e^D. The removed particles sent at most int sigma_i S T dt <= S (1 - e^-D) = epsilon S, and
-// the moved mass sends at most as much.
+// where S is the largest radiance that smoke in unattenuated light sends per unit of opacity. Proof: transmittances, to
+// the eye and from the light, change by factors from e^-D to e^D. The removed particles sent at most int sigma_i S T dt
+// <= S (1 - e^-D) = epsilon S, and the moved mass sends at most as much.
 //
 // There is no bound for multiple scattering: light crosses the smoke on other lines too.
 //
-// Rays are grouped in bundles: the cells of a plane before the eye or light (of six planes where that is in the smoke). Each cell holds
-// the sum of the depths that any of its rays may lose. The eye and the lights are taken one after the other, and each removes from the
-// list of candidates those that exceed the sum. A subset of a list within the bound is within the bound, so the order is safe.
+// Rays are grouped in bundles: the cells of a plane before the eye or light (of six planes where that is in the smoke).
+// Each cell holds the sum of the depths that any of its rays may lose. The eye and the lights are taken one after the
+// other, and each removes from the list of candidates those that exceed the sum. A subset of a list within the bound is
+// within the bound, so the order is safe.
 #include "core/numbers/elementary.h"
 #include "host/base/double3.h"
 #include "host/prepare/decimate.h"
@@ -115,8 +117,8 @@ std::vector<Change> find_candidates(const std::vector<std::vector<Particle>> &pa
 
 // For each removed particle the nearest neighbour that stays, and the depth that its mass would add there.
 std::vector<Change> find_transfers(const std::vector<std::vector<Particle>> &particles,
-                               const std::vector<SmokeDescription> &smokes,
-                               const std::vector<std::vector<Removal>> &removals) {
+                                   const std::vector<SmokeDescription> &smokes,
+                                   const std::vector<std::vector<Removal>> &removals) {
     std::vector<Change> transfers;
     for (uint32_t smoke = 0; smoke < particles.size(); ++smoke) {
         if (removals[smoke].empty()) continue;
@@ -137,7 +139,12 @@ std::vector<Change> find_transfers(const std::vector<std::vector<Particle>> &par
             });
             if (mass_receiver == removal.index) continue;
             const double depth = depth_through_middle(p.area, all[mass_receiver].h, smokes[smoke].kernel);
-            transfers.push_back({smoke, {removal.index, mass_receiver}, all[mass_receiver].position, 2 * all[mass_receiver].h, depth, 0});
+            transfers.push_back({smoke,
+                                 {removal.index, mass_receiver},
+                                 all[mass_receiver].position,
+                                 2 * all[mass_receiver].h,
+                                 depth,
+                                 0});
         }
     }
     return transfers;
@@ -174,18 +181,18 @@ class Bundles {
         up_ = {f.y * right_.z - f.z * right_.y, f.z * right_.x - f.x * right_.z, f.x * right_.y - f.y * right_.x};
     }
 
-    // Calls visit(sum so far, what the change adds to it at most) for each bundle that passes its support. `offset` is the change's
-    // position relative to the origin.
+    // Calls visit(sum so far, what the change adds to it at most) for each bundle that passes its support. `offset` is
+    // the change's position relative to the origin.
     template <class Visit> void for_each_passed(const Change &change, const Double3 &offset, Visit &&visit) {
         // The offset in the plane's axes, or its direction; rays within `reach` of it pass the support.
         const double distance = parallel_ ? 1 : length(offset);
         const Double3 target = {dot(offset, right_) / distance, dot(offset, up_) / distance,
-                              parallel_ ? 0 : dot(offset, forward_) / distance};
+                                parallel_ ? 0 : dot(offset, forward_) / distance};
         double reach = change.support + slack * width_, nearest = 1, farthest = 1;
         if (!parallel_) {
             const double sine = change.support / distance, x = sine * sine;
             reach = std::sqrt(2 * x / (1 + std::sqrt(1 - x))) + slack; // 2 sin(angle / 2)
-            if (target.z + reach < 0.5) return;                          // rays rise by 1 / sqrt(3) at least
+            if (target.z + reach < 0.5) return;                        // rays rise by 1 / sqrt(3) at least
             nearest = std::max(target.z - reach, 0.5), farthest = std::min(target.z + reach, 1.0);
         }
         const auto low = [&](double v) { return cell_of((v - reach) / (v - reach < 0 ? nearest : farthest)); };
@@ -220,7 +227,8 @@ class Bundles {
     std::vector<double> depth_; // sum of the changes so far, in each cell
 };
 
-// The planes of the rays from the point `source`, or along the direction `source`. Their cells are small beside the supports.
+// The planes of the rays from the point `source`, or along the direction `source`. Their cells are small beside the
+// supports.
 std::vector<Bundles> planes_of(const Double3 &source, bool parallel, const Ball &ball, double mean_support) {
     const auto cells = static_cast<int32_t>(std::min(std::max(8 * ball.radius / mean_support, 32.0), 1024.0));
     std::vector<Bundles> planes;
@@ -254,7 +262,8 @@ void keep_within(std::vector<Change> &changes, const Double3 &source, bool paral
         if (!parallel && !(length(offset) > change.support * rounding)) return false; // the source is in its support
         bool fits = true;
         for (Bundles &plane : planes)
-            plane.for_each_passed(change, offset, [&](double &depth, double added) { fits &= depth + added <= max_depth; });
+            plane.for_each_passed(change, offset,
+                                  [&](double &depth, double added) { fits &= depth + added <= max_depth; });
         for (Bundles &plane : planes)
             if (fits) plane.for_each_passed(change, offset, [](double &depth, double added) { depth += added; });
         return fits;
@@ -265,7 +274,8 @@ void keep_within(std::vector<Change> &changes, const Double3 &source, bool paral
     changes.resize(kept);
 }
 
-void keep_within_all(std::vector<Change> &changes, const Double3 &eye, const std::vector<LightSource> &lights, double max_depth) {
+void keep_within_all(std::vector<Change> &changes, const Double3 &eye, const std::vector<LightSource> &lights,
+                     double max_depth) {
     std::sort(changes.begin(), changes.end(), comes_before);
     keep_within(changes, eye, false, max_depth);
     for (const LightSource &light : lights) {
@@ -277,8 +287,8 @@ void keep_within_all(std::vector<Change> &changes, const Double3 &eye, const std
 } // namespace
 
 std::vector<std::vector<Removal>> find_negligible(const std::vector<std::vector<Particle>> &particles,
-                                             const std::vector<SmokeDescription> &smokes, const Double3 &eye,
-                                             const std::vector<LightSource> &lights, double epsilon) {
+                                                  const std::vector<SmokeDescription> &smokes, const Double3 &eye,
+                                                  const std::vector<LightSource> &lights, double epsilon) {
     const double max_depth = -log1p(-epsilon);
     std::vector<Change> removable = find_candidates(particles, smokes, max_depth);
     keep_within_all(removable, eye, lights, max_depth);

@@ -1,6 +1,7 @@
-// Curves through keys at uneven times. Positions and scales: the cubics of Kochanek and Bartels, "Interpolating Splines with Local
-// Tension, Continuity, and Bias Control", SIGGRAPH 1984. Rotations: squad (Shoemake), with control quaternions that give the same
-// tangents. A quaternion does not count whole turns, so a whole turn between two keys is no rotation.
+// Curves through keys at uneven times. Positions and scales: the cubics of Kochanek and Bartels, "Interpolating Splines
+// with Local Tension, Continuity, and Bias Control", SIGGRAPH 1984. Rotations: squad (Shoemake), with control
+// quaternions that give the same tangents. A quaternion does not count whole turns, so a whole turn between two keys is
+// no rotation.
 #include "host/base/double3.h"
 #include "host/prepare/motion.h"
 
@@ -29,8 +30,8 @@ Segment segment_at(const std::vector<Key> &track, double time) {
     return {i, (time - start) / (track[i + 2].time - start)};
 }
 
-// The length of the segment on one side of a key over the mean of both sides, which scales the key's tangent: 0 to 2 where times ascend.
-// Where times do not ascend, it is 2 at most.
+// The length of the segment on one side of a key over the mean of both sides, which scales the key's tangent: 0 to 2
+// where times ascend. Where times do not ascend, it is 2 at most.
 double adjustment(double segment, double both) { return std::fabs(segment) < std::fabs(both) ? 2 * segment / both : 2; }
 
 struct Tangents {

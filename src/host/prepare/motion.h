@@ -13,8 +13,8 @@ Matrix operator*(const Matrix &a, const Matrix &b); // b first
 Double3 transform_point(const Matrix &m, const Double3 &p);
 Double3 transform_vector(const Matrix &m, const Double3 &v);
 
-// The position or scale of a track that has keys. The curve runs from the second key to the last but one; before and after, it is
-// constant.
+// The position or scale of a track that has keys. The curve runs from the second key to the last but one; before and
+// after, it is constant.
 Double3 value_at(const std::vector<Key> &track, double time);
 // The rotation of a track, likewise.
 Matrix rotation_at(const std::vector<Key> &track, double time);
@@ -27,8 +27,8 @@ bool is_visible(const Motion &motion, double time);
 // `k NAME`, or nullptr.
 const Motion *find_motion(const SceneGraph &graph, const std::string &name);
 
-// The view moved by the motion `camera`, where there is one. Its `at` is then one unit before the eye, or at the distance of view.at if
-// the motion has no rotation.
+// The view moved by the motion `camera`, where there is one. Its `at` is then one unit before the eye, or at the
+// distance of view.at if the motion has no rotation.
 SceneFile::View view_at(const SceneFile::View &view, const SceneGraph &graph, double time);
 // The position of a light that the motion `name` moves, and that is at `position` without it.
 Double3 light_position_at(const Double3 &position, const std::string &name, const SceneGraph &graph, double time);

@@ -1,6 +1,6 @@
-// The error of a density that is made of particles. Take the particles as drawn independently of each other from the smoke that
-// they stand for (a Poisson process of intensity n); then at any point (Campbell's theorem; Chiu, Stoyan, Kendall and
-// Mecke, "Stochastic Geometry and its Applications", 2013)
+// The error of a density that is made of particles. Take the particles as drawn independently of each other from the
+// smoke that they stand for (a Poisson process of intensity n); then at any point (Campbell's theorem; Chiu, Stoyan,
+// Kendall and Mecke, "Stochastic Geometry and its Applications", 2013)
 //
 //     E sum_i a_i W_i = int n a W,     Var sum_i a_i W_i = int n a^2 W^2:
 //
@@ -10,9 +10,10 @@
 // - the second is sum_i a_i rho_i, rho_i the density that the *others* have at particle i: others are as independent
 //   of it as of any point (Slivnyak and Mecke), so this is unbiased, and the particle's own a_i W(0) is not in it
 //   (leave-one-out, as in cross-validation: Silverman, "Density Estimation", 1986, 3.4).
-// In even smoke this is int W^2 / (n (int W)^2), 1 / number. The difference of two halves of the particles estimates the same error, with
-// the noise of the halving added. Particles that keep their distance (SPH) err less than independent ones. The blur of the kernel is not
-// in it: more particles with the same smoothing length do not reduce the blur.
+// In even smoke this is int W^2 / (n (int W)^2), 1 / number. The difference of two halves of the particles estimates
+// the same error, with the noise of the halving added. Particles that keep their distance (SPH) err less than
+// independent ones. The blur of the kernel is not in it: more particles with the same smoothing length do not reduce
+// the blur.
 #include "host/prepare/decimate.h"
 #include "host/prepare/particle_report.h"
 #include <algorithm>
@@ -41,7 +42,8 @@ std::string multiple(double error, double wanted) {
     return formatted(factor < 9.95 ? "%.1f" : "%.0f", factor);
 }
 
-std::string resampling_line(size_t number, const SmokeDescription &smoke, const std::vector<DensityStatistics> &statistics) {
+std::string resampling_line(size_t number, const SmokeDescription &smoke,
+                            const std::vector<DensityStatistics> &statistics) {
     std::vector<uint32_t> counts;
     uint64_t sum = 0;
     for (const DensityStatistics &n : statistics) {
@@ -74,10 +76,10 @@ double density_error(const SmokeDescription &smoke, const std::vector<DensitySta
 namespace {
 
 std::vector<DensityStatistics> density_statistics(const SmokeDescription &smoke, Arithmetic arithmetic) {
-    constexpr decltype(&f32::density_statistics_bytes) bytes[] = {f32::density_statistics_bytes, f64::density_statistics_bytes,
-                                                                  fixed::density_statistics_bytes};
-    constexpr decltype(&f32::find_density_statistics) find[] = {f32::find_density_statistics, f64::find_density_statistics,
-                                                                fixed::find_density_statistics};
+    constexpr decltype(&f32::density_statistics_bytes) bytes[] = {
+        f32::density_statistics_bytes, f64::density_statistics_bytes, fixed::density_statistics_bytes};
+    constexpr decltype(&f32::find_density_statistics) find[] = {
+        f32::find_density_statistics, f64::find_density_statistics, fixed::find_density_statistics};
     std::vector<DensityStatistics> statistics(smoke.count);
     std::vector<unsigned char> memory(bytes[static_cast<int>(arithmetic)](smoke.count));
     Arena arena(memory.data(), memory.size());
@@ -92,8 +94,8 @@ std::vector<std::string> particle_report(const PreparedScene &prepared, Arithmet
     const double epsilons[] = {0.001, 0.01, 0.1};
     std::vector<std::vector<Removal>> removable[3];
     for (int e = 0; e < 3; ++e)
-        removable[e] =
-            find_negligible(prepared.particles, prepared.smokes, prepared.scene.camera.origin, prepared.lights, epsilons[e]);
+        removable[e] = find_negligible(prepared.particles, prepared.smokes, prepared.scene.camera.origin,
+                                       prepared.lights, epsilons[e]);
     for (size_t i = 0; i < prepared.smokes.size(); ++i) {
         const SmokeDescription &smoke = prepared.smokes[i];
         if (smoke.count == 0) continue;

@@ -61,8 +61,8 @@ std::vector<Pose> poses_at(const SceneGraph &graph, double time) {
     return poses;
 }
 
-// The inverse transpose of a matrix times a factor above 0: the matrix of cofactors, which exists without an inverse too, and maps the
-// normal of a plane.
+// The inverse transpose of a matrix times a factor above 0: the matrix of cofactors, which exists without an inverse
+// too, and maps the normal of a plane.
 Matrix normal_matrix(const Matrix &m) {
     const double size = std::max({largest_component(m.axis[0]), largest_component(m.axis[1]),
                                   largest_component(m.axis[2]), std::numeric_limits<double>::min()});
@@ -169,7 +169,8 @@ void pose_shapes(const std::string &name, const SceneGraph &graph, double time, 
         std::copy_n(pose.matrix.axis, 3, instance.axis);
         instance.origin = pose.matrix.origin;
         instance.visible = pose.visible && has_inverse(pose.matrix);
-        for (const Double3 &v : {instance.axis[0], instance.axis[1], instance.axis[2], instance.origin}) check_range(name, v);
+        for (const Double3 &v : {instance.axis[0], instance.axis[1], instance.axis[2], instance.origin})
+            check_range(name, v);
     }
     Triangle *triangle = shapes.triangles.data() + shapes.static_count + shapes.instance_triangle_count;
     for (const DeformingTriangle &deforming : graph.deforming) {

@@ -1,5 +1,5 @@
-// The triangles of a scene graph, in the units of the file: static ones in the space of the world, those of each instance in its own
-// space, and the deforming ones; and the places of instances and deforming triangles at a time.
+// The triangles of a scene graph, in the units of the file: static ones in the space of the world, those of each
+// instance in its own space, and the deforming ones; and the places of instances and deforming triangles at a time.
 #pragma once
 #include "host/scene/scene_graph.h"
 
@@ -13,17 +13,17 @@ struct Shapes {
     std::vector<int32_t> instance_nodes; // of each instance: the moving node whose space it has
 };
 
-// Makes the static and the instances' triangles, and room for the rest. A node moves if its name has a motion with any key. A moving node
-// is an instance if it contains triangles outside of moving nodes within it. Triangles without area stay, with equal or collinear
-// corners. Normals are 0 for all of a triangle's corners or for none; they are 0 where the file, or a transform with a scale of 0, leaves
-// one of them without direction.
+// Makes the static and the instances' triangles, and room for the rest. A node moves if its name has a motion with any
+// key. A moving node is an instance if it contains triangles outside of moving nodes within it. Triangles without area
+// stay, with equal or collinear corners. Normals are 0 for all of a triangle's corners or for none; they are 0 where
+// the file, or a transform with a scale of 0, leaves one of them without direction.
 //
-// Both functions throw InputError at the scene `name` if there are too many triangles for the core's 4-byte counts, or if a corner is
-// beyond +-1e100.
+// Both functions throw InputError at the scene `name` if there are too many triangles for the core's 4-byte counts, or
+// if a corner is beyond +-1e100.
 Shapes make_shapes(const std::string &name, const SceneGraph &graph);
 
-// Sets the instances' matrices and visibility, and the deforming triangles. An instance whose matrix has no inverse has no volume and is
-// not visible. A deforming triangle that is not visible has all its corners at the first one.
+// Sets the instances' matrices and visibility, and the deforming triangles. An instance whose matrix has no inverse has
+// no volume and is not visible. A deforming triangle that is not visible has all its corners at the first one.
 void pose_shapes(const std::string &name, const SceneGraph &graph, double time, Shapes &shapes);
 
 } // namespace wisp

@@ -1,5 +1,5 @@
-// Lengths and radiances are scaled by powers of two, so that only subtractions of the centre round, in double. The result is the same
-// for every arithmetic; what depends on the arithmetic is done by the core.
+// Lengths and radiances are scaled by powers of two, so that only subtractions of the centre round, in double. The
+// result is the same for every arithmetic; what depends on the arithmetic is done by the core.
 #include "core/numbers/elementary.h"
 #include "host/base/double3.h"
 #include "host/base/error.h"
@@ -63,7 +63,7 @@ std::vector<Particle> load_particles(const std::vector<Node> &nodes, const Scene
 
 // A box of one cell in the units of the scene, transformed as particles are.
 GridDescription place_grid(const std::vector<Node> &nodes, const SceneFile::SmokeVolume &smoke, const Double3 &low,
-                      const Double3 &high) {
+                           const Double3 &high) {
     GridDescription grid = {};
     grid.nx = grid.ny = grid.nz = 1;
     grid.extinction = smoke.extinction;
@@ -107,7 +107,8 @@ void load(const std::vector<Node> &nodes, const SceneFile::SmokeVolume &smoke, i
     density = std::move(volume.density);
 }
 
-// --thin: removes negligible particles. This comes first, so that the extent of the smoke is that of the particles that stay.
+// --thin: removes negligible particles. This comes first, so that the extent of the smoke is that of the particles that
+// stay.
 void decimate(const SceneFile &file, double epsilon, PreparedScene &prepared) {
     std::vector<LightSource> lights;
     for (const SceneFile::Light &l : file.lights) lights.push_back({l.kind, l.position, l.direction, 2, l.color});
@@ -164,8 +165,8 @@ Extent extent_of(const PreparedScene &prepared) {
     return e;
 }
 
-// Scales one smoke to normalised lengths, and sums up its area and range of smoothing lengths. A grid's largest density becomes 1 to 2,
-// so that fixed point keeps the digits of every sample.
+// Scales one smoke to normalised lengths, and sums up its area and range of smoothing lengths. A grid's largest density
+// becomes 1 to 2, so that fixed point keeps the digits of every sample.
 void normalize(SmokeDescription &source, std::vector<Particle> &particles, std::vector<float> &densities,
                const Double3 &center, double scale) {
     for (Particle &p : particles) {
@@ -213,7 +214,8 @@ Camera make_camera(const SceneFile::View &view, int width, int height, const Dou
     return camera;
 }
 
-// The largest irradiance of the light in the ball of `radius` around `middle`. Distances below half the radius count as that.
+// The largest irradiance of the light in the ball of `radius` around `middle`. Distances below half the radius count as
+// that.
 double brightness(const LightSource &light, const Double3 &middle, double radius) {
     const double color = largest(light.color);
     if (light.kind == LightKind::parallel || light.kind == LightKind::constant) return color;
@@ -247,7 +249,8 @@ void check_surface_range(const std::string &name, const PreparedScene &prepared,
         const Instance &instance = prepared.scene.instances[i];
         double largest_stretch = 0;
         for (int k = 0; instance.visible && k < 3; ++k)
-            largest_stretch = std::max({largest_stretch, largest_component(instance.axis[k]), largest_component(instance.inverse[k])});
+            largest_stretch = std::max(
+                {largest_stretch, largest_component(instance.axis[k]), largest_component(instance.inverse[k])});
         if (largest_stretch > 0x1p11) refuse("something is stretched more than 2048 times, too much for fixed point");
     }
     for (uint32_t i = 0; i < prepared.scene.material_count; ++i) {
@@ -257,8 +260,8 @@ void check_surface_range(const std::string &name, const PreparedScene &prepared,
     }
 }
 
-// With surfaces the unit of length follows from them, and is the same in every frame. In fixed point the smoothing lengths must lie in a
-// range of that unit.
+// With surfaces the unit of length follows from them, and is the same in every frame. In fixed point the smoothing
+// lengths must lie in a range of that unit.
 void check_beside_surfaces(const std::string &name, const Extent &extent, double scale, const Options &options) {
     if (options.arithmetic != Arithmetic::fixed) return;
     if (!(extent.smallest_h * scale >= 0x1p-4 && extent.largest_h * scale <= 0x1p7))
@@ -267,7 +270,8 @@ void check_beside_surfaces(const std::string &name, const Extent &extent, double
                          " for fixed point, expected smoothing lengths of 1/10000 to 1/10 of their size");
 }
 
-// Refuses a scene with a number beyond the range of the arithmetic: that of float, or of fixed point, which ends at 2^31.
+// Refuses a scene with a number beyond the range of the arithmetic: that of float, or of fixed point, which ends at
+// 2^31.
 void check_range(const std::string &name, const SceneFile &file, const PreparedScene &prepared, const Extent &extent,
                  const Options &options) {
     if (!extent.any) return;

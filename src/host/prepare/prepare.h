@@ -1,4 +1,5 @@
-// From a scene file to the core's Scene: one frame's particles, grids, surfaces, lights and camera, in the core's units and order.
+// From a scene file to the core's Scene: one frame's particles, grids, surfaces, lights and camera, in the core's units
+// and order.
 #pragma once
 #include "host/prepare/prepare_surfaces.h"
 #include "host/scene/options.h"
@@ -29,8 +30,9 @@ struct PreparedScene {
 int64_t frame_count_of(const SceneFile &file, const Options &options);
 double time_of(const SceneFile &file, const Options &options, int64_t frame);
 
-// Makes frame `frame` of the scene at path `name`. `prepared` is empty or holds another frame of the same scene. Throws InputError for
-// a file that cannot be read, for a scene without a view, and for a number beyond the range of the arithmetic.
+// Makes frame `frame` of the scene at path `name`. `prepared` is empty or holds another frame of the same scene. Throws
+// InputError for a file that cannot be read, for a scene without a view, and for a number beyond the range of the
+// arithmetic.
 void prepare_scene(const std::string &name, const SceneFile &file, const Options &options, int64_t frame,
                    PreparedScene &prepared);
 

@@ -7,8 +7,8 @@ namespace wisp {
 
 namespace {
 
-// The static triangles reach 2^10 to 2^11 from their centre. Where lights or the camera are more than four times as far away, the
-// triangles reach less, down to 2^4.
+// The static triangles reach 2^10 to 2^11 from their centre. Where lights or the camera are more than four times as far
+// away, the triangles reach less, down to 2^4.
 constexpr int size_exponent = 10, least_exponent = 4, reach_exponent = 12;
 
 struct Extent {
@@ -43,7 +43,9 @@ double farthest_from(const Double3 &center, const SceneFile &file) {
     return farthest;
 }
 
-Matrix matrix_of(const Instance &instance) { return {{instance.axis[0], instance.axis[1], instance.axis[2]}, instance.origin}; }
+Matrix matrix_of(const Instance &instance) {
+    return {{instance.axis[0], instance.axis[1], instance.axis[2]}, instance.origin};
+}
 
 } // namespace
 
@@ -51,7 +53,8 @@ PreparedSurfaces::PreparedSurfaces(const std::string &name, const SceneFile &fil
     const SceneGraph &graph = file.graph;
     shapes_ = make_shapes(name, graph);
     pose_shapes(name, graph, start, shapes_);
-    // The size of the scene is that of its static triangles. Without any it is that of instances and deforming triangles at the start.
+    // The size of the scene is that of its static triangles. Without any it is that of instances and deforming
+    // triangles at the start.
     Extent extent;
     extent.add(shapes_.triangles.data(), shapes_.static_count);
     if (!extent.any()) {
@@ -59,7 +62,8 @@ PreparedSurfaces::PreparedSurfaces(const std::string &name, const SceneFile &fil
             for (uint32_t i = instance.first; i < instance.first + instance.count; ++i)
                 for (const Double3 &corner : shapes_.triangles[i].corner)
                     extent.add(transform_point(matrix_of(instance), corner));
-        extent.add(shapes_.triangles.data() + shapes_.static_count + shapes_.instance_triangle_count, shapes_.deforming_count);
+        extent.add(shapes_.triangles.data() + shapes_.static_count + shapes_.instance_triangle_count,
+                   shapes_.deforming_count);
     }
     const Double3 half = (extent.high - extent.low) * 0.5;
     center = extent.middle();
@@ -83,7 +87,8 @@ PreparedSurfaces::PreparedSurfaces(const std::string &name, const SceneFile &fil
         const double reach = largest_component(own.high - space.center);
         if (reach * space.scale > coordinate_limit)
             space.scale = std::ldexp(1.0, exponent_of(coordinate_limit) - 1 - exponent_of(reach));
-        for (uint32_t i = instance.first; i < instance.first + instance.count; ++i) normalize(shapes_.triangles[i], space);
+        for (uint32_t i = instance.first; i < instance.first + instance.count; ++i)
+            normalize(shapes_.triangles[i], space);
         spaces_.push_back(space);
     }
     for (const std::string &path : graph.textures) images_.push_back(read_texture(path));

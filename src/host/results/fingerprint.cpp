@@ -124,7 +124,7 @@ std::string fingerprint_of_shapes(const Scene &scene) {
 }
 
 std::string fingerprint_of_picture(const Scene &scene, const std::string &shapes, const Settings &settings, int width,
-                                int height, const std::string &arithmetic) {
+                                   int height, const std::string &arithmetic) {
     Digest digest;
     const Camera &camera = scene.camera;
     digest.add(std::string(version), arithmetic, width, height, camera.origin, camera.corner, camera.right, camera.down,

@@ -13,17 +13,17 @@ struct MapFile {
     std::vector<int64_t> sums;       // what they deposited (PhotonSums)
 };
 
-// Adds the batches of `more`. Throws InputError with `name` in front, and changes nothing, unless both are of the same map, without a
-// common batch.
+// Adds the batches of `more`. Throws InputError with `name` in front, and changes nothing, unless both are of the same
+// map, without a common batch.
 void add_map(MapFile &map, const MapFile &more, const std::string &name);
 
-// Throws InputError, with `name` in front, unless `map` is that of `scene`, has all batches, and has at most `max_sums` sums, and at
-// least one unless that is 0.
+// Throws InputError, with `name` in front, unless `map` is that of `scene`, has all batches, and has at most `max_sums`
+// sums, and at least one unless that is 0.
 void check_map(const MapFile &map, const std::string &scene, uint64_t max_sums, const std::string &name);
 
-// A checksummed file `wisp map 1` of the lines scene, photons, batches, counts (emitted, collisions, stored, absorbed, escaped, blocked,
-// capped) and sums (their number), then the sums as words. parse_map() throws InputError for another file, a damaged or truncated one,
-// and for impossible numbers.
+// A checksummed file `wisp map 1` of the lines scene, photons, batches, counts (emitted, collisions, stored, absorbed,
+// escaped, blocked, capped) and sums (their number), then the sums as words. parse_map() throws InputError for another
+// file, a damaged or truncated one, and for impossible numbers.
 Bytes map_bytes(const MapFile &map);
 MapFile parse_map(const Bytes &bytes, const std::string &name);
 

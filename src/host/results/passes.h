@@ -1,5 +1,5 @@
-// Passes of `--reference`: sums of samples, which add up to the same bits however the passes are divided among runs. As pictures, and
-// in `.passes` files, to which later runs add.
+// Passes of `--reference`: sums of samples, which add up to the same bits however the passes are divided among runs. As
+// pictures, and in `.passes` files, to which later runs add.
 #pragma once
 #include "host/images/picture.h"
 #include "host/results/checksummed_file.h"
@@ -18,16 +18,17 @@ struct Passes {
     std::vector<PixelSums> pixels; // width * height, rows from the top
 };
 
-// The mean of the samples, and the mean's standard error: the samples' standard deviation / sqrt(number); 0 for a single sample.
+// The mean of the samples, and the mean's standard error: the samples' standard deviation / sqrt(number); 0 for a
+// single sample.
 Picture mean_picture(const Passes &passes);
 Picture error_picture(const Passes &passes);
 
-// Adds the passes of `more`. Throws InputError with `name` in front, and changes nothing, unless both are of the same scene, without a
-// common pass.
+// Adds the passes of `more`. Throws InputError with `name` in front, and changes nothing, unless both are of the same
+// scene, without a common pass.
 void add_passes(Passes &passes, const Passes &more, const std::string &name);
 
-// A checksummed file `wisp passes 1` of the lines scene, size, samples, exponent and passes, then the sums as words. parse_passes()
-// throws InputError for another file, and for a damaged or truncated one.
+// A checksummed file `wisp passes 1` of the lines scene, size, samples, exponent and passes, then the sums as words.
+// parse_passes() throws InputError for another file, and for a damaged or truncated one.
 Bytes passes_bytes(const Passes &passes);
 Passes parse_passes(const Bytes &bytes, const std::string &name);
 

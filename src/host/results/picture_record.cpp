@@ -16,8 +16,8 @@ constexpr size_t chunk_frame = 12;  // bytes of a chunk beside its data: length,
 Bytes record_bytes(const PictureRecord &record, const Bytes &picture) {
     const auto number = [](int n) { return " " + std::to_string(n); };
     std::string lines = "scene " + record.scene + "\nsize" + number(record.width) + number(record.height) + "\ncrop" +
-                        number(record.crop.x0) + number(record.crop.y0) + number(record.crop.x1) + number(record.crop.y1) +
-                        "\npicture " + sha256(picture.data(), picture.size()).text + "\n";
+                        number(record.crop.x0) + number(record.crop.y0) + number(record.crop.x1) +
+                        number(record.crop.y1) + "\npicture " + sha256(picture.data(), picture.size()).text + "\n";
     if (record.exposure) {
         char digits[40];
         std::snprintf(digits, sizeof digits, "%.17g", *record.exposure);

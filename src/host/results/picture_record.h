@@ -1,6 +1,6 @@
-// Records of pictures: what a picture's file shows, and the SHA-256 of its bytes. A .png has its record in a chunk (tEXt `wisp`). A
-// .pfm holds pixels alone, so its record is a second file, FILE.pfm.wisp. A later run keeps the files that it would make again, and
-// `wisp stitch` reads where each part belongs.
+// Records of pictures: what a picture's file shows, and the SHA-256 of its bytes. A .png has its record in a chunk
+// (tEXt `wisp`). A .pfm holds pixels alone, so its record is a second file, FILE.pfm.wisp. A later run keeps the files
+// that it would make again, and `wisp stitch` reads where each part belongs.
 #pragma once
 #include "host/base/files.h"
 #include "wisp/scene.h"
@@ -23,8 +23,8 @@ void write_recorded(const std::string &path, const Bytes &picture, const Picture
 // The bytes of the picture at `path` without its record; nothing unless its record is `record`, of these very bytes.
 std::optional<Bytes> recorded_bytes(const std::string &path, const PictureRecord &record);
 
-// The contents of FILE.pfm.wisp: a record, and the SHA-256 of the picture that it describes. Throws InputError for another file, a
-// damaged or truncated one, and for a crop beyond the picture.
+// The contents of FILE.pfm.wisp: a record, and the SHA-256 of the picture that it describes. Throws InputError for
+// another file, a damaged or truncated one, and for a crop beyond the picture.
 struct PfmRecord {
     PictureRecord record;
     std::string sha256;

@@ -48,8 +48,8 @@ void check_part(const Part &part, const std::vector<Part> &others) {
     }
 }
 
-// Throws for the first missing pixel, in rows from the top. Its column is 0 or the right end of a part, its row 0 or the lower end of
-// one.
+// Throws for the first missing pixel, in rows from the top. Its column is 0 or the right end of a part, its row 0 or
+// the lower end of one.
 [[noreturn]] void refuse_gap(const std::vector<Part> &parts) {
     std::vector<int> columns = {0}, rows = {0};
     for (const Part &part : parts) {

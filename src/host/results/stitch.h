@@ -6,8 +6,9 @@
 
 namespace wisp {
 
-// The whole picture of parts, which are .pfm files made with `--crop`, each with its record beside it. Throws InputError for parts of
-// different pictures, for a part that its record does not describe, and for a pixel in two parts or in none.
+// The whole picture of parts, which are .pfm files made with `--crop`, each with its record beside it. Throws
+// InputError for parts of different pictures, for a part that its record does not describe, and for a pixel in two
+// parts or in none.
 Picture stitch(const std::vector<std::string> &parts);
 
 } // namespace wisp

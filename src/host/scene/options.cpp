@@ -11,13 +11,15 @@ namespace {
 auto to_spacing(std::optional<double> Options::*member, bool may_be_zero) {
     return [=](Options &options, const std::string &value) {
         options.*member = number_that(
-            value, [=](double x) { return (may_be_zero && x == 0) || (x >= 0.01 && x <= 1000); },
-            std::string(may_be_zero ? "0, or a number" : "a number") + " from 0.01 to 1000") + 0.0; // -0 is 0
+                              value, [=](double x) { return (may_be_zero && x == 0) || (x >= 0.01 && x <= 1000); },
+                              std::string(may_be_zero ? "0, or a number" : "a number") + " from 0.01 to 1000") +
+                          0.0; // -0 is 0
     };
 }
 
 double positive(const std::string &value) {
-    return number_that(value, [](double x) { return x > 0 && x <= 1000; }, "a number above 0, at most 1000.000000");
+    return number_that(
+        value, [](double x) { return x > 0 && x <= 1000; }, "a number above 0, at most 1000.000000");
 }
 
 // A half-open range.
@@ -133,13 +135,13 @@ const OptionTable<Options> &scene_options() {
         {"thin", "EPS",
          "render without the particles that take no more than this off any ray's opacity; 0: with all (0)",
          [](Options &options, const std::string &value) {
-             options.decimate = number_that(value, [](double x) { return x >= 0 && x <= 0.99; },
-                                            "a number from 0 to 0.99");
+             options.decimate = number_that(
+                 value, [](double x) { return x >= 0 && x <= 0.99; }, "a number from 0 to 0.99");
          }},
         {"exposure", "EV", "of .png, in stops (0)",
          [](Options &options, const std::string &value) {
-             options.exposure = number_that(value, [](double x) { return std::fabs(x) <= 100; },
-                                            "a number from -100 to 100");
+             options.exposure = number_that(
+                 value, [](double x) { return std::fabs(x) <= 100; }, "a number from -100 to 100");
          }},
         {"frames", "A[:B[:STEP]]", "frames A to B, both included (all of the scene's animation)", set_frames},
         {"crop", "X0,Y0,X1,Y1", "pixels, half-open, from the top left", set_crop},

@@ -1,5 +1,5 @@
-// How a scene is to be rendered: the options of `wisp render`, `plan` and `inspect`, which the scene's `render KEY VALUE` statements
-// set as well.
+// How a scene is to be rendered: the options of `wisp render`, `plan` and `inspect`, which the scene's `render KEY
+// VALUE` statements set as well.
 #pragma once
 #include "host/base/option_table.h"
 #include "wisp/scene.h"
@@ -14,8 +14,8 @@ namespace wisp {
 
 enum class Arithmetic { f32, f64, fixed };
 
-// What is not given is left to the scene, or to choose_defaults() (commands/defaults.h). Lengths called steps and radii are in units
-// of the smoothing length.
+// What is not given is left to the scene, or to choose_defaults() (commands/defaults.h). Lengths called steps and radii
+// are in units of the smoothing length.
 struct Options {
     struct Frames { // first, first + step, ... up to last
         int64_t first = 0, last = 0, step = 1;

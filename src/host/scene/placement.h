@@ -1,4 +1,5 @@
-// Points and directions from the space of a node to the world, for nodes that are all `xs`. prepare/motion.h has the moving ones.
+// Points and directions from the space of a node to the world, for nodes that are all `xs`. prepare/motion.h has the
+// moving ones.
 #pragma once
 #include "host/base/double3.h"
 #include "host/scene/scene_graph.h"

@@ -331,10 +331,10 @@ class SceneParser {
 };
 
 const std::map<std::string_view, void (SceneParser::*)()> SceneParser::table = {
-    {"v", &SceneParser::view},      {"b", &SceneParser::background},   {"a", &SceneParser::animation},
-    {"am", &SceneParser::ambient},  {"l", &SceneParser::light},        {"la", &SceneParser::named_light},
-    {"lp", &SceneParser::point},    {"ls", &SceneParser::spot},        {"ld", &SceneParser::parallel},
-    {"smoke", &SceneParser::smoke}, {"render", &SceneParser::render},  {"i", &SceneParser::include},
+    {"v", &SceneParser::view},      {"b", &SceneParser::background},    {"a", &SceneParser::animation},
+    {"am", &SceneParser::ambient},  {"l", &SceneParser::light},         {"la", &SceneParser::named_light},
+    {"lp", &SceneParser::point},    {"ls", &SceneParser::spot},         {"ld", &SceneParser::parallel},
+    {"smoke", &SceneParser::smoke}, {"render", &SceneParser::render},   {"i", &SceneParser::include},
     {"d", &SceneParser::detail},    {"xs", &SceneParser::static_block}, {"x", &SceneParser::moving_block},
     {"}", &SceneParser::close},     {"k", &SceneParser::motion},
 };

@@ -1,4 +1,5 @@
-// A scene file with the files that it includes: NFF and AFF, and statements of our own. Everything is in the units of the scene.
+// A scene file with the files that it includes: NFF and AFF, and statements of our own. Everything is in the units of
+// the scene.
 #pragma once
 #include "host/scene/scene_graph.h"
 #include "host/scene/scene_tokens.h"
@@ -58,7 +59,8 @@ struct SceneFile {
     std::vector<Default> defaults; // `render KEY VALUE`
 };
 
-// Throws InputError `FILE:LINE: what is wrong, what was expected`. Included files are read; particles, grids and textures are not.
+// Throws InputError `FILE:LINE: what is wrong, what was expected`. Included files are read; particles, grids and
+// textures are not.
 SceneFile read_scene(const std::string &path);
 SceneFile parse_scene(const std::string &path, const std::string &text, const FileReader &read = read_plain_file,
                       const SceneLimits &limits = {});

@@ -1,5 +1,5 @@
-// Surfaces as in NFF and AFF files: shapes in a tree of transforms, materials, key frames. Everything is in the units of the file.
-// prepare/motion.h evaluates it at a time.
+// Surfaces as in NFF and AFF files: shapes in a tree of transforms, materials, key frames. Everything is in the units
+// of the file. prepare/motion.h evaluates it at a time.
 #pragma once
 #include "wisp/scene.h"
 #include <array>
@@ -60,7 +60,8 @@ struct Mesh {
     std::vector<Row> rows;
 };
 
-// `tpa`: a triangle whose corners and normals are linear between its times. There is at least one time, and times do not descend.
+// `tpa`: a triangle whose corners and normals are linear between its times. There is at least one time, and times do
+// not descend.
 struct DeformingTriangle {
     struct Keyframe {
         double time;

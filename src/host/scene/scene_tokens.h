@@ -1,5 +1,5 @@
-// The words of a scene file and of those that it includes, and the elements of statements: names, numbers, vectors, colours. Every file is
-// read and split into words once, however often it is included.
+// The words of a scene file and of those that it includes, and the elements of statements: names, numbers, vectors,
+// colours. Every file is read and split into words once, however often it is included.
 //
 // Errors are InputErrors at the line of the word that was taken last.
 #pragma once
@@ -40,7 +40,8 @@ class SceneTokens {
     std::string where() const; // `FILE:LINE: `
     [[noreturn]] void fail(const std::string &text) const;
 
-    // The next word. An error says that `part` and `what`, joined, was expected. The text is valid as long as this object.
+    // The next word. An error says that `part` and `what`, joined, was expected. The text is valid as long as this
+    // object.
     std::string_view take(std::string_view what, std::string_view part = "");
     std::string name(std::string_view what); // any word but a brace
     void keyword(std::string_view word);

@@ -17,7 +17,8 @@ class ShapeParser {
     bool parse(std::string_view word, int32_t node);
     static std::string statements(); // each followed by a space
 
-    // Call at the end: makes the spheres, coarse ones where there are many. Throws before that where there would be too many triangles.
+    // Call at the end: makes the spheres, coarse ones where there are many. Throws before that where there would be too
+    // many triangles.
     void finish();
 
   private:

@@ -22,7 +22,8 @@ std::vector<Double3> icosahedron_corners() {
     return corners;
 }
 
-// A point as weights of the icosahedron's corners, in units of 1 / segments: the same for all faces that share the point.
+// A point as weights of the icosahedron's corners, in units of 1 / segments: the same for all faces that share the
+// point.
 using Blend = std::array<uint8_t, 12>;
 
 class UnitSphere {
@@ -129,9 +130,9 @@ std::vector<Point> flattened(const std::vector<Double3> &points) {
     return flat;
 }
 
-// Ears are cut one after the other. Only the two neighbours of an ear can become ears when it is cut, so each point is visited at most
-// three times for each rule. Where a rule finds no more ears, the next rule applies. An outline that neither touches nor crosses itself
-// needs only the first two rules.
+// Ears are cut one after the other. Only the two neighbours of an ear can become ears when it is cut, so each point is
+// visited at most three times for each rule. Where a rule finds no more ears, the next rule applies. An outline that
+// neither touches nor crosses itself needs only the first two rules.
 class EarCutter {
   public:
     explicit EarCutter(std::vector<Point> points)
@@ -183,7 +184,8 @@ class EarCutter {
         return turns_[i] > 0 && (rule == Rule::convex || is_ear(i, rule));
     }
 
-    // Whether no other point is in the ear. Only points that are not convex need a test: an outline that enters the ear has one there.
+    // Whether no other point is in the ear. Only points that are not convex need a test: an outline that enters the ear
+    // has one there.
     bool is_ear(uint32_t i, Rule rule) const {
         const std::array<Point, 3> ear = {points_[previous_[i]], points_[i], points_[next_[i]]};
         for (uint32_t q = next_[next_[i]]; q != previous_[i]; q = next_[q])

@@ -277,7 +277,8 @@ TEST_CASE(WISP_ARITH_NAME ": no node of a cut errs by more than 2 % of the sum")
             for (uint32_t l = 0; l < lamps.lights.size(); ++l) exactly += seen(l);
             const Double3 all = added({0, 0, 0}, exactly);
             // Half a last place for each light, and relative to the sum where those are of floats.
-            const double rounding = 4 * static_cast<double>(lamps.lights.size()) * eps * std::max(1.0, max_channel(all));
+            const double rounding =
+                4 * static_cast<double>(lamps.lights.size()) * eps * std::max(1.0, max_channel(all));
             const double largest_error = 0.02 * at(largest(cut.sum)) + rounding;
             double error = rounding;
             for (uint32_t c = 0; c < cut.clusters; ++c) {

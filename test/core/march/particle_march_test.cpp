@@ -39,7 +39,8 @@ TEST_CASE(WISP_ARITH_NAME ": sources in a constant box have their closed form ov
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": particles of one source radiance send it times the opacity, and their depth is the exact one") {
+TEST_CASE(WISP_ARITH_NAME
+          ": particles of one source radiance send it times the opacity, and their depth is the exact one") {
     for (const Kernel kernel : {Kernel::spline, Kernel::poly6}) {
         const std::vector<Particle> particles = cloud(100, 1.5, 0.5, 0.1);
         const BuiltMedium built({smoke_of(particles, kernel)});

@@ -68,8 +68,8 @@ TEST_CASE(WISP_ARITH_NAME ": a march ends where the smoke is opaque, and beyond 
 }
 
 TEST_CASE(WISP_ARITH_NAME ": single scattering of a parallel light along the ray has its closed form") {
-    // Light travels along the ray's direction: at depth s the light has come through s, and what is scattered back to the
-    // eye goes through s again: A / (4 pi) E int e^-2s ds, beside the emission (1 - A) int e^-s ds.
+    // Light travels along the ray's direction: at depth s the light has come through s, and what is scattered back to
+    // the eye goes through s again: A / (4 pi) E int e^-2s ds, beside the emission (1 - A) int e^-s ds.
     Light light = {};
     light.kind = LightKind::parallel;
     light.direction = along_x.direction;

@@ -461,7 +461,8 @@ TEST_CASE(WISP_ARITH_NAME ": batches traced apart through resampled smoke give t
     std::vector<float> rgb(alone.rgb.size());
     for (Sums *from : {&parts, &drawn, &drawn}) { // kept, traced for it, kept
         Arena arena(memory.data(), memory.size());
-        REQUIRE(renderer.render({scene, settings, arena, from->statistics, {}, rgb.data(), &from->sums}) == Status::done);
+        REQUIRE(renderer.render({scene, settings, arena, from->statistics, {}, rgb.data(), &from->sums}) ==
+                Status::done);
         CHECK(rgb == alone.rgb);
         CHECK(from->values == whole.values);
     }

@@ -21,8 +21,7 @@ struct Sums {
         : scene(scene_), settings(settings_),
           values(renderer.plan(scene, settings).map_sums, -1), sums{values.data(), values.size(), 0} {}
     Status trace(const Batches &batches) {
-        return use(
-            [&](Arena &arena) { return trace_batches(scene, settings, batches, arena, sums, statistics); });
+        return use([&](Arena &arena) { return trace_batches(scene, settings, batches, arena, sums, statistics); });
     }
     Status render(const Scene &view, Settings how, std::vector<float> &rgb) {
         rgb.assign(static_cast<size_t>(3 * how.crop.x1 * how.crop.y1), -1);

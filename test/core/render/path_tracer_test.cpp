@@ -294,8 +294,8 @@ TEST_CASE(WISP_ARITH_NAME ": passes add up to the same sums however they are div
         Statistics statistics;
         sums.resize(size_t((crop.x1 - crop.x0) * (crop.y1 - crop.y0)));
         Job job = {scene, settings, arena, statistics};
-    job.pixels = sums.data();
-    REQUIRE(renderer.render(job) == Status::done);
+        job.pixels = sums.data();
+        REQUIRE(renderer.render(job) == Status::done);
         CHECK(statistics.rays.primary == 3 * (last - first) * sums.size());
     };
     const auto same = [](const PixelSums &a, const PixelSums &b) { return std::memcmp(&a, &b, sizeof a) == 0; };

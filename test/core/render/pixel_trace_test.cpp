@@ -149,7 +149,7 @@ template <class Visit> void for_each_ray(const RecordedRay &recorded, Visit &&vi
 
 // The pixel's rays, a tree for each sample; its events are in order, and what it is is what they add up to.
 std::vector<RecordedRay> read_pixel(const Scene &scene, const Settings &settings, const EventList &recorded,
-                                const float *rgb) {
+                                    const float *rgb) {
     const auto &events = recorded.list;
     std::vector<RecordedRay> rays;
     Color sum(Real(0));
@@ -268,7 +268,8 @@ Plate find_plate(const Double3 &from, const Double3 &way, double distance) {
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME ": a pixel's recorded sum is its value in the picture, to the bit, and so are the sums in it") {
+TEST_CASE(WISP_ARITH_NAME
+          ": a pixel's recorded sum is its value in the picture, to the bit, and so are the sums in it") {
     for (const bool surfaces : {false, true})
         for (const Way &way : ways) {
             CAPTURE(surfaces);
@@ -354,7 +355,8 @@ TEST_CASE(WISP_ARITH_NAME ": recorded shadows are those of a plate that is in th
                             CHECK(light.blocked == (plate == Plate::before));
                             ++(light.blocked ? blocked : lit)[in_smoke];
                         };
-                        for (const TraceEvent::Light &light : recorded.lights) check(light, recorded.hit[0].point, false);
+                        for (const TraceEvent::Light &light : recorded.lights)
+                            check(light, recorded.hit[0].point, false);
                         for (const TraceEvent::Light &light : recorded.in_steps)
                             for (const TraceEvent::Step &step : recorded.steps)
                                 if (step.step == light.step) {

@@ -53,7 +53,9 @@ struct Place : Room {
 
 // A cube of even smoke from -2 to 2.
 constexpr double half_edge = 2;
-SmokeDescription fog(double sigma, double cells = 8) { return box_smoke({half_edge, half_edge, half_edge}, sigma, cells); }
+SmokeDescription fog(double sigma, double cells = 8) {
+    return box_smoke({half_edge, half_edge, half_edge}, sigma, cells);
+}
 
 // What one ray sees, in red, and the standard error of that.
 struct Seen {

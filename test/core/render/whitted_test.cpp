@@ -177,8 +177,8 @@ TEST_CASE(WISP_ARITH_NAME ": a body is where its matrix says, and hidden where i
     moved.add(back(a), back(b), back(c), 1);
     moved.scene.static_count = 2;
     moved.scene.instance_triangle_count = 1;
-    Instance instance = {2,   1, {{0, 3, 0}, {0, 0, 1}, {-2, 0, 0}}, {0.5, -1, 2}, {{0, 0, -0.5}, {1.0 / 3, 0, 0}, {0, 1, 0}},
-                 true};
+    Instance instance = {
+        2, 1, {{0, 3, 0}, {0, 0, 1}, {-2, 0, 0}}, {0.5, -1, 2}, {{0, 0, -0.5}, {1.0 / 3, 0, 0}, {0, 1, 0}}, true};
     moved.instances = {instance};
     still.build();
     moved.build();

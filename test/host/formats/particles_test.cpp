@@ -474,8 +474,7 @@ TEST_CASE("particles: real files give the known counts, boxes and points") {
 
 TEST_CASE("particles: the density in a SPlisHSPlasH file is read") {
     WISP_NEEDS_DATA("particles");
-    const Particles particles =
-        read_particles(real_file("splashsurf/dam_break_frame_9_6859_particles.bgeo"));
+    const Particles particles = read_particles(real_file("splashsurf/dam_break_frame_9_6859_particles.bgeo"));
     REQUIRE(particles.density.size() == 6859);
     double sum = 0;
     for (double density : particles.density) sum += density;

@@ -143,10 +143,10 @@ TEST_CASE("picture: PFM of other programs: both byte orders, grey, other ways to
     CHECK(two.rgb == std::vector<float>{4, 5, 6, 1, 2, 3}); // the file's last row is the top
 
     const std::string single_channel = std::string("\0\0\x80\x3f"
-                                         "\0\0\0\x40"
-                                         "\0\0\x40\x40"
-                                         "\0\0\x80\x40",
-                                         16);
+                                                   "\0\0\0\x40"
+                                                   "\0\0\x40\x40"
+                                                   "\0\0\x80\x40",
+                                                   16);
     for (const char *header :
          {"Pf\n2 2\n-1.0\n", "Pf 2 2 -1\n", "Pf\n2 2\n-1.\n", "Pf\n2\n2\n-1.000000\n", "Pf\r\n2 2\r\n-1.0\n"}) {
         const Picture picture = parse_pfm(bytes_of(header + single_channel), "x.pfm");

@@ -1,5 +1,5 @@
-// Textures: every PPM that the format allows, and PNG, is read, sRGB becomes linear light, each level is the average of the one
-// before it, and what is no such file gives one clear line.
+// Textures: every PPM that the format allows, and PNG, is read, sRGB becomes linear light, each level is the average of
+// the one before it, and what is no such file gives one clear line.
 #include "host/images/picture.h"
 #include "host/images/texture.h"
 #include "support/data.h"
@@ -188,9 +188,12 @@ TEST_CASE("texture: comments and blanks of any kind stand in the header alone") 
 
 TEST_CASE("texture: another format is refused by name") {
     CHECK(error_of("") == "file: byte 0: not a PPM or PNG picture, expected 'P6' or the signature of PNG at its start");
-    CHECK(error_of("P") == "file: byte 0: not a PPM or PNG picture, expected 'P6' or the signature of PNG at its start");
-    CHECK(error_of("PF\n1 1\n1.0\n") == "file: byte 0: not a PPM or PNG picture, expected 'P6' or the signature of PNG at its start");
-    CHECK(error_of(" P6 3 2 255\n" + texels) == "file: byte 0: not a PPM or PNG picture, expected 'P6' or the signature of PNG at its start");
+    CHECK(error_of("P") ==
+          "file: byte 0: not a PPM or PNG picture, expected 'P6' or the signature of PNG at its start");
+    CHECK(error_of("PF\n1 1\n1.0\n") ==
+          "file: byte 0: not a PPM or PNG picture, expected 'P6' or the signature of PNG at its start");
+    CHECK(error_of(" P6 3 2 255\n" + texels) ==
+          "file: byte 0: not a PPM or PNG picture, expected 'P6' or the signature of PNG at its start");
     CHECK(error_of("P3 1 1 255\n1 2 3\n") == "file: byte 0: P3 (a picture as text), expected P6 (PPM, binary)");
     CHECK(error_of("P5 1 1 255\na") == "file: byte 0: P5 (a grey picture), expected P6 (PPM, binary)");
     CHECK(error_of("P7\n") == "file: byte 0: P7 (a PAM picture), expected P6 (PPM, binary)");
@@ -263,9 +266,11 @@ TEST_CASE("texture: a PNG that is damaged gives one line or a texture") {
     CHECK(error_of_changed(16, {0, 0, 0x40, 0, 0, 0, 0x40, 0}) ==
           "file: byte 24: 16384 x 16384 texels, expected no more than 256 times the file's bytes");
     CHECK(error_of_changed(25, {7}) == "file: byte 29: a check sum that is wrong, expected that of chunk 'IHDR'");
-    CHECK(error_of_changed(33, {0x40, 0, 0, 0}).rfind("file: byte 33: 1073741832 bytes of a chunk, expected at most ", 0) == 0);
-    CHECK(error_of_changed(whole.size() - 8, {'X'}) == "file: byte " + std::to_string(whole.size() - 4) +
-                                                           ": a check sum that is wrong, expected that of chunk 'XEND'");
+    CHECK(error_of_changed(33, {0x40, 0, 0, 0})
+              .rfind("file: byte 33: 1073741832 bytes of a chunk, expected at most ", 0) == 0);
+    CHECK(error_of_changed(whole.size() - 8, {'X'}) ==
+          "file: byte " + std::to_string(whole.size() - 4) +
+              ": a check sum that is wrong, expected that of chunk 'XEND'");
 
     for (size_t size = 0; size <= whole.size(); ++size) CHECK(fuzz_texture(whole.data(), size) == 0);
     for (int round = 0; round < 20000; ++round) {

@@ -25,7 +25,7 @@ std::vector<Particle> block(double depth) {
 const Double3 eye = {0, 0, 30};
 
 std::vector<Removal> removals_of(const std::vector<Particle> &particles, double epsilon,
-                              const std::vector<LightSource> &lights = {}) {
+                                 const std::vector<LightSource> &lights = {}) {
     return find_negligible({particles}, {SmokeDescription{}}, eye, lights, epsilon)[0];
 }
 

@@ -203,7 +203,8 @@ std::map<std::string, Motion> motions_in(const std::filesystem::path &folder) {
 TEST_CASE("motion: every published sample of a real scene's key frames") {
     WISP_NEEDS_DATA("../reference/keyframes_kitchen.txt");
     WISP_NEEDS_DATA("bart/kitchen");
-    const std::filesystem::path samples = data_path("../reference/keyframes_kitchen.txt"), scene = data_path("bart/kitchen");
+    const std::filesystem::path samples = data_path("../reference/keyframes_kitchen.txt"),
+                                scene = data_path("bart/kitchen");
     std::map<std::string, Motion> motions = motions_in(scene);
     std::ifstream file(samples);
     size_t count = 0;

@@ -72,7 +72,8 @@ TEST_CASE("prepared surfaces: still triangles reach to 1024 to 2048 by a power o
         CHECK(size < 4);
         for (const Double3 &p : {Double3{1, 0, 0}, Double3{0, 1, 0}, Double3{0.3, -2, 7}}) {
             const Double3 moved = instance.axis[0] * p.x + instance.axis[1] * p.y + instance.axis[2] * p.z;
-            const Double3 back = instance.inverse[0] * moved.x + instance.inverse[1] * moved.y + instance.inverse[2] * moved.z;
+            const Double3 back =
+                instance.inverse[0] * moved.x + instance.inverse[1] * moved.y + instance.inverse[2] * moved.z;
             CHECK(distance(back, p) < 1e-13);
         }
         CHECK(scene.triangles[3].corner[0].z == doctest::Approx((1 + time / 8) * scale).epsilon(1e-12));

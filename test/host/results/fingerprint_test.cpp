@@ -214,10 +214,10 @@ TEST_CASE("identity: views, steps and pictures leave that of a map alone") {
 
 TEST_CASE(
     "identity: with surfaces both change with where those are and whether light passes, samples with their looks") {
-    std::vector<Change> places = {[](Whole &w) { w.materials[0].transmission = 0.5; },
-                                  [](Whole &w) { w.scene.ray_epsilon += 0x1p-40; }, [](Whole &w) { w.scene.deforming_count = 0; },
-                                  [](Whole &w) { w.instance.visible = false; },
-                                  [](Whole &w) { w.scene.instance_triangle_count = 2, w.scene.deforming_count = 0; }};
+    std::vector<Change> places = {
+        [](Whole &w) { w.materials[0].transmission = 0.5; }, [](Whole &w) { w.scene.ray_epsilon += 0x1p-40; },
+        [](Whole &w) { w.scene.deforming_count = 0; }, [](Whole &w) { w.instance.visible = false; },
+        [](Whole &w) { w.scene.instance_triangle_count = 2, w.scene.deforming_count = 0; }};
     for (size_t i = 0; i < 3; ++i)
         for (int k = 0; k < 3; ++k) add_vector(places, [=](Whole &w) -> Double3 & { return w.triangles[i].corner[k]; });
     add_vector(places, [](Whole &w) -> Double3 & { return w.instance.origin; });

@@ -6,14 +6,9 @@ using namespace wisp;
 
 TEST_CASE("options: names, forms and ranges") {
     Options options;
-    const std::pair<const char *, const char *> set[] = {{"spp", "9"},
-                                                         {"exposure", "-1"},
-                                                         {"quiet", "1"},
-                                                         {"density-step", "-0"},
-                                                         {"reference", "1"},
-                                                         {"passes", "7:2147483647"},
-                                                         {"output", "a.passes"},
-                                                         {"error-out", "e_%04d.pfm"}};
+    const std::pair<const char *, const char *> set[] = {
+        {"spp", "9"},       {"exposure", "-1"},         {"quiet", "1"},         {"density-step", "-0"},
+        {"reference", "1"}, {"passes", "7:2147483647"}, {"output", "a.passes"}, {"error-out", "e_%04d.pfm"}};
     for (const auto &[name, value] : set) set_option(options, name, value);
     CHECK(options.samples == 9);
     CHECK(options.exposure == -1);

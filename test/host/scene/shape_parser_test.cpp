@@ -46,7 +46,8 @@ TEST_CASE("shapes: f and fm") {
 }
 
 TEST_CASE("shapes: the material is the last one, braces or not; equal ones are one; before all there is a grey") {
-    const std::string red = "f 1 0 0 1 0 1 0 0\n", green = "f 0 1 0 1 0 1 0 0\n", single_channel = "f 1 1 1 .5 0 0 0 1\n";
+    const std::string red = "f 1 0 0 1 0 1 0 0\n", green = "f 0 1 0 1 0 1 0 0\n",
+                      single_channel = "f 1 1 1 .5 0 0 0 1\n";
     const SceneGraph g = graph_of(triangle + red + triangle + "x a {" + green + triangle + "}" + triangle +
                                   "fm 1 0 0 1 0 0 0 0 0 1 0 0\n" + triangle + single_channel + triangle);
     REQUIRE(g.materials.size() == 3);
