@@ -1,6 +1,6 @@
 // Hard cases F of each arithmetic: the same bits however the work is divided, ranges of numbers, and how far the
 // arithmetics differ. hard_cases_host_test.cpp has the others.
-#include "host/commands/renderers.h"
+#include "host/base/renderers.h"
 #include "host/images/picture.h"
 #include "support/built_smoke.h"
 #include "support/prepared_smoke.h"

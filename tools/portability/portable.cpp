@@ -5,7 +5,7 @@
 // prints `SHA-256  arithmetic  scene  options` of each as fixtures/goldens.txt has them. Where there is no command
 // line, as in WebAssembly, portable_fault() is asked once and portable_line() for one line after the other.
 #include "core/numbers/sample_sums.h"
-#include "host/commands/renderers.h"
+#include "host/base/renderers.h"
 #include "portability/compiled_scene.h"
 #include "core/numbers/self_test.h"
 #include "wisp/settings.h"

@@ -2,7 +2,7 @@
 // Strings and numbers stay valid until the next call.
 #include "host/base/double3.h"
 #include "host/base/json_object.h"
-#include "host/commands/renderers.h"
+#include "host/base/renderers.h"
 #include "host/commands/inspection.h"
 #include "portability/compiled_scene.h"
 #include "core/numbers/self_test.h"

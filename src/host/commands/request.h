@@ -2,7 +2,7 @@
 // both.
 #pragma once
 #include "host/commands/arguments.h"
-#include "host/commands/renderers.h"
+#include "host/base/renderers.h"
 #include "host/prepare/prepare.h"
 #include "host/results/map_file.h"
 #include "wisp/settings.h"

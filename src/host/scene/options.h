@@ -2,6 +2,7 @@
 // VALUE` statements set as well.
 #pragma once
 #include "host/base/option_table.h"
+#include "host/base/renderers.h"
 #include "wisp/scene.h"
 #include "wisp/settings.h"
 #include <cstdint>
@@ -11,8 +12,6 @@
 #include <vector>
 
 namespace wisp {
-
-enum class Arithmetic { f32, f64, fixed };
 
 // What is not given is left to the scene, or to choose_defaults() (commands/defaults.h). Lengths called steps and radii
 // are in units of the smoothing length.
