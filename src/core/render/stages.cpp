@@ -309,9 +309,9 @@ FrameState *find_state(const Job &job, FrameCache &cache, bool &made) {
 }
 
 // What is kept of the frames before is this frame's: its lights, and its smoke's descriptions.
-void refresh(Frame &frame) {
+void refresh(Frame &frame, bool same_smoke) {
     for (uint32_t i = 0; i < frame.scene.light_count; ++i) frame.state.lights[i] = make_light(frame.scene.lights[i]);
-    if (!frame.state.has_smoke) return;
+    if (!frame.state.has_smoke || !same_smoke) return; // another smoke may have more descriptions than the kept one
     for (uint32_t i = 0; i < frame.scene.smoke_count; ++i)
         frame.state.smoke.medium.smokes[i].source = &frame.scene.smokes[i];
 }
@@ -326,7 +326,7 @@ Status run_frame(Frame &frame, FrameCache &cache, bool made, Runner &runner) {
         state.sequence_end = arena.mark();
         cache.frame = &state;
     } else {
-        refresh(frame);
+        refresh(frame, cache.same_smoke);
     }
     arena.rewind(state.sequence_end);
     if (!state.has_smoke || !cache.same_smoke) {
