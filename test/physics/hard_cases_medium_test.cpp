@@ -83,13 +83,13 @@ Phase phase(const InfiniteMedium &, const AnyCollision &) { return Phase(Real(0)
 
 // How a walk ended, and the photon's power at each collision.
 struct Walk {
-    PathEnd path_end;
+    PathEnd ending;
     std::vector<Color> powers;
 };
 Walk walk_of(const Double3 &albedos, const Color &power, uint64_t key) {
     Walk walked = {};
-    walked.path_end = walk(InfiniteMedium{albedos}, Photon{{vec(0, 0, 0), vec(0, 0, 1)}, power, true}, key,
-                           [&](const AnyCollision &, uint32_t, const Photon &p) { walked.powers.push_back(p.power); });
+    walked.ending = walk(InfiniteMedium{albedos}, Photon{{vec(0, 0, 0), vec(0, 0, 1)}, power, true}, key,
+                         [&](const AnyCollision &, uint32_t, const Photon &p) { walked.powers.push_back(p.power); });
     return walked;
 }
 
@@ -200,7 +200,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B5: for albedo 0 no photon is scattered, 
     const uint64_t key = key_with_draw(1, dimension_survival, 0);
     REQUIRE(draw(photon_event(key, 1), dimension_survival) == 0);
     const Walk walked = walk_of({0, 0, 0}, Color(Real(1)), key);
-    CHECK(walked.path_end == PathEnd::absorbed);
+    CHECK(walked.ending == PathEnd::absorbed);
     CHECK(walked.powers.size() == 1);
     CHECK(walk_of({0x1p-20, 0, 0}, Color(Real(1)), key).powers.size() >
           1); // with any larger albedo a draw of 0 survives
@@ -245,7 +245,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case B6: for albedo 1 no photon is absorbed, a
     for (double a : {1.0, 1 - 0x1p-12}) {
         const Walk walked = walk_of({a, a, a}, Color(Real(1)), key);
         CHECK((walked.powers.size() > 1) == (a == 1));
-        CHECK(walked.path_end ==
+        CHECK(walked.ending ==
               (a == 1 ? PathEnd::capped : PathEnd::absorbed)); // an infinite white medium: only the cap ends a walk
         if (a != 1) continue;
         CHECK(walked.powers.size() == 1000000);
@@ -317,7 +317,7 @@ TEST_CASE(WISP_ARITH_NAME
     const uint64_t never = key_with_draw(1, dimension_survival, 0), always = key_of(3);
     // White light: the survival probability q is 1, and the weights are 0, 1/2, 1 exactly.
     const Walk white = walk_of({0, 0.5, 1}, Color(Real(1)), always);
-    CHECK(white.path_end == PathEnd::capped);
+    CHECK(white.ending == PathEnd::capped);
     CHECK(white.powers[0] == Color(Real(1)));
     CHECK(white.powers[1] == vec(0, 0.5, 1));
     CHECK(white.powers[2] == vec(0, 0.25, 1));
@@ -327,7 +327,7 @@ TEST_CASE(WISP_ARITH_NAME
     }
     // Red light is absorbed with any draw; nothing is divided by q = 0.
     const Walk red = walk_of(albedos, vec(1, 0, 0), never);
-    CHECK(red.path_end == PathEnd::absorbed);
+    CHECK(red.ending == PathEnd::absorbed);
     CHECK(red.powers.size() == 1);
     // Yellow light: q = 1/2, and a survivor has the whole power in green.
     const Walk yellow = walk_of(albedos, vec(1, 1, 0), never);

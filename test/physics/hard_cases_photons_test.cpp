@@ -405,10 +405,10 @@ TEST_CASE(WISP_ARITH_NAME
             const uint64_t upper = generator();
             const uint64_t key = upper << 32 | generator();
             std::vector<Vec3> collisions;
-            const PathEnd path_end =
+            const PathEnd ending =
                 walk(built.medium, emit(emitter, built.medium.sphere, photon_event(key, 0)), key,
                      [&](const MediumCollision &, uint32_t, const Photon &p) { collisions.push_back(p.ray.origin); });
-            if (path_end == PathEnd::absorbed) collisions.pop_back();
+            if (ending == PathEnd::absorbed) collisions.pop_back();
             for (size_t c = 1; c < collisions.size(); ++c) scattered.push_back(collisions[c]);
         }
     }

@@ -98,10 +98,10 @@ TEST_CASE(WISP_ARITH_NAME
     // A walk whose third flight has length 0 collides twice in the same place and goes on.
     const uint64_t key = key_of(5);
     std::vector<Vec3> places;
-    const PathEnd path_end =
+    const PathEnd ending =
         walk(InfiniteMedium{0.999, 0, key, 3}, photon_along_z(), key,
              [&](const AnyCollision &, uint32_t, const Photon &p) { places.push_back(p.ray.origin); });
-    CHECK(path_end == PathEnd::absorbed);
+    CHECK(ending == PathEnd::absorbed);
     REQUIRE(places.size() > 5);
     int repeated = 0;
     for (size_t i = 1; i < places.size(); ++i)
@@ -243,13 +243,13 @@ TEST_CASE(WISP_ARITH_NAME
           ": hard case A9: the direction stays a unit vector in a million scatterings, and <r^2> is exact") {
     double worst = 0;
     uint32_t scatterings = 0;
-    const PathEnd path_end =
+    const PathEnd ending =
         walk(InfiniteMedium{1, 0.5, 0, 0}, photon_along_z(), key_of(1),
              [&](const AnyCollision &, uint32_t, const Photon &p) {
                  worst = worst_of(worst, std::fabs(std::sqrt(at(dot(p.ray.direction, p.ray.direction))) - 1));
                  ++scatterings;
              });
-    CHECK(path_end == PathEnd::capped);
+    CHECK(ending == PathEnd::capped);
     CHECK(scatterings == 1000000);
     CHECK(worst < 2e-6);
 

@@ -53,9 +53,9 @@ Score half_space(uint64_t row, double a, double g, double depth, double cosine, 
     UnitMedium slab = {a, g, [depth](const Vec3 &x) { return x.z > Real(0) && x.z < real(depth); }};
     const Vec3 direction = vec(std::sqrt(1 - cosine * cosine), 0, cosine);
     return score_photons(row, 6000, [&](uint64_t key) {
-        const PathEnd path_end =
+        const PathEnd ending =
             walk(slab, photon_at(vec(0, 0, 0), direction), key, [](const UnitCollision &, uint32_t, const Photon &) {});
-        return path_end == PathEnd::escaped && (slab.exit.z <= Real(0)) == reflected ? 1.0 : 0.0;
+        return ending == PathEnd::escaped && (slab.exit.z <= Real(0)) == reflected ? 1.0 : 0.0;
     });
 }
 
@@ -123,9 +123,9 @@ bool measure(const Row &row, uint64_t seed, Score &result) {
                 start = isotropic_photon(start, key ^ 0x5555).ray.direction * real(radius * 0.999999);
             }
             double collisions = 0;
-            const PathEnd path_end = walk(ball, isotropic_photon(start, key), key,
-                                          [&](const UnitCollision &, uint32_t, const Photon &) { ++collisions; });
-            return escapes ? (path_end == PathEnd::escaped ? 1.0 : 0.0) : collisions;
+            const PathEnd ending = walk(ball, isotropic_photon(start, key), key,
+                                        [&](const UnitCollision &, uint32_t, const Photon &) { ++collisions; });
+            return escapes ? (ending == PathEnd::escaped ? 1.0 : 0.0) : collisions;
         });
         return true;
     }

@@ -1,7 +1,7 @@
 // Shadow queries of a room, one by one.
 #pragma once
 #include "core/shadows/shadows.h"
-#include "host/base/double3.h"
+#include "host/base/double3_algebra.h"
 #include "support/built_surfaces.h"
 
 namespace wisp::WISP_ARITH {

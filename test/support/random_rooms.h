@@ -1,7 +1,7 @@
 // Rooms of random triangles, most of them degenerate: slivers, twins, touching, coplanar, without an area; instances,
 // deforming triangles, textures, lights of all kinds.
 #pragma once
-#include "host/base/double3.h"
+#include "host/base/double3_algebra.h"
 #include "support/built_surfaces.h"
 
 namespace wisp::WISP_ARITH {

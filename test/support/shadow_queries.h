@@ -1,7 +1,7 @@
 // Shadow queries by the thousand, frame after frame, answered by a technique and by tracing.
 #pragma once
 #include "core/shadows/visibility_cells.h"
-#include "host/base/double3.h"
+#include "host/base/double3_algebra.h"
 #include "support/built_surfaces.h"
 #include "wisp/settings.h"
 #include "wisp/wisp.h"

@@ -8,7 +8,7 @@
 // project's own sine alone: the same options give the same bytes on every machine.
 #include "core/numbers/elementary.h"
 #include "core/numbers/random.h"
-#include "host/base/double3.h"
+#include "host/base/double3_algebra.h"
 #include "host/base/error.h"
 #include "host/prepare/motion.h"
 #include "host/prepare/prepare.h"

@@ -1,6 +1,6 @@
 // What tools/web/page.html calls in WebAssembly: it renders scenes that are compiled in, and inspects their pixels.
 // Strings and numbers stay valid until the next call.
-#include "host/base/double3.h"
+#include "host/base/double3_algebra.h"
 #include "host/base/json_object.h"
 #include "host/base/renderers.h"
 #include "host/commands/inspection.h"

@@ -60,7 +60,7 @@ void trace_photon(const Medium &medium, const Surfaces *surfaces, const Emitters
     const bool constant = emitter.light && emitter.light->kind == LightKind::constant;
     const uint32_t first_stored = emitter.light ? 1 : 0;
     Real weight = Real(1);
-    const PathEnd path_end = walk(
+    const PathEnd ending = walk(
         medium, emission.photon, key,
         [&](const MediumCollision &at, uint32_t number, const Photon &arrived) {
             ++counts.collisions;
@@ -79,10 +79,10 @@ void trace_photon(const Medium &medium, const Surfaces *surfaces, const Emitters
             const Real begin = from_lamp && surfaces ? surfaces->ray_epsilon : Real(0);
             return distance_to_surface(surfaces, ray, begin);
         });
-    ++(path_end == PathEnd::absorbed  ? counts.absorbed
-       : path_end == PathEnd::escaped ? counts.escaped
-       : path_end == PathEnd::blocked ? counts.blocked
-                                      : counts.capped);
+    ++(ending == PathEnd::absorbed  ? counts.absorbed
+       : ending == PathEnd::escaped ? counts.escaped
+       : ending == PathEnd::blocked ? counts.blocked
+                                    : counts.capped);
 }
 
 template <class OnCollision>

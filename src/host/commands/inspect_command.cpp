@@ -1,7 +1,7 @@
 #include "host/commands/arguments.h"
 #include "host/commands/commands.h"
 #include "host/commands/inspection.h"
-#include "host/commands/progress.h"
+#include "host/commands/progress_meter.h"
 #include "host/commands/request.h"
 #include "host/results/fingerprint.h"
 #include "wisp/settings.h"
@@ -128,7 +128,7 @@ int inspect_command(const std::vector<std::string> &arguments) {
                            static_cast<size_t>(settings.crop.y1 - settings.crop.y0) * 3);
     Statistics statistics;
     install_signal_handlers();
-    Progress progress(options, frame, plan);
+    ProgressMeter progress(options, frame, plan);
     const PixelTrace trace = inspection.trace();
     Job job = {prepared.scene, settings, arena, statistics, progress.observer(), rgb.data()};
     if (uses_map(settings)) job.photons = &sums;

@@ -1,4 +1,4 @@
-#include "host/base/double3.h"
+#include "host/base/double3_algebra.h"
 #include "host/base/json_object.h"
 #include "host/base/version.h"
 #include "host/commands/inspection.h"

@@ -4,7 +4,7 @@
 #include "host/base/version.h"
 #include "host/commands/commands.h"
 #include "host/commands/output.h"
-#include "host/commands/progress.h"
+#include "host/commands/progress_meter.h"
 #include "host/commands/request.h"
 #include "host/results/fingerprint.h"
 #include "host/results/statistics_json.h"
@@ -138,7 +138,7 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     Picture picture;
     Passes passes;
     Arena arena(sequence.block.get(), plan.arena_bytes);
-    Progress progress(options, frame, plan);
+    ProgressMeter progress(options, frame, plan);
     Status status = Status::done;
     PhotonSums sums = {map.sums.data(), map.sums.size(), traced ? 0 : map.sums.size()};
     Job job = {prepared.scene, settings, arena, report.statistics, progress.observer()};

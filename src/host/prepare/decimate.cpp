@@ -19,7 +19,7 @@
 // other, and each removes from the list of candidates those that exceed the sum. A subset of a list within the bound is
 // within the bound, so the order is safe.
 #include "core/numbers/elementary.h"
-#include "host/base/double3.h"
+#include "host/base/double3_algebra.h"
 #include "host/prepare/decimate.h"
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 // with Local Tension, Continuity, and Bias Control", SIGGRAPH 1984. Rotations: squad (Shoemake), with control
 // quaternions that give the same tangents. A quaternion does not count whole turns, so a whole turn between two keys is
 // no rotation.
-#include "host/base/double3.h"
+#include "host/base/double3_algebra.h"
 #include "host/prepare/motion.h"
 
 namespace wisp {

@@ -1,4 +1,4 @@
-#include "host/base/double3.h"
+#include "host/base/double3_algebra.h"
 #include "host/base/error.h"
 #include "host/prepare/motion.h"
 #include "host/prepare/pose.h"

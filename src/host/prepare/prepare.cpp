@@ -1,7 +1,7 @@
 // Lengths and radiances are scaled by powers of two, so that only subtractions of the centre round, in double. The
 // result is the same for every arithmetic; what depends on the arithmetic is done by the core.
 #include "core/numbers/elementary.h"
-#include "host/base/double3.h"
+#include "host/base/double3_algebra.h"
 #include "host/base/error.h"
 #include "host/base/files.h"
 #include "host/formats/particles.h"

@@ -1,7 +1,7 @@
 // Points and directions from the space of a node to the world, for nodes that are all `xs`. prepare/motion.h has the
 // moving ones.
 #pragma once
-#include "host/base/double3.h"
+#include "host/base/double3_algebra.h"
 #include "host/scene/scene_graph.h"
 
 namespace wisp {

@@ -1,4 +1,4 @@
-#include "host/base/double3.h"
+#include "host/base/double3_algebra.h"
 #include "host/scene/shape_parser.h"
 #include "host/scene/tessellate.h"
 #include <stdexcept>

@@ -1,5 +1,5 @@
 #include "core/numbers/elementary.h"
-#include "host/base/double3.h"
+#include "host/base/double3_algebra.h"
 #include "host/scene/tessellate.h"
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // Key frames against published samples, closed forms, and a second implementation written out differently.
-#include "host/base/double3.h"
+#include "host/base/double3_algebra.h"
 #include "host/prepare/motion.h"
 #include "support/data.h"
 #include "support/random_input.h"

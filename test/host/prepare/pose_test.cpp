@@ -1,5 +1,5 @@
 // Surfaces at a time against products of 4 x 4 matrices, written out anew.
-#include "host/base/double3.h"
+#include "host/base/double3_algebra.h"
 #include "host/base/error.h"
 #include "host/prepare/motion.h"
 #include "host/prepare/pose.h"

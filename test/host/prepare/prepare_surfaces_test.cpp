@@ -1,5 +1,5 @@
 // Surfaces in the units of the core, against the shapes of the file at the same time.
-#include "host/base/double3.h"
+#include "host/base/double3_algebra.h"
 #include "host/prepare/motion.h"
 #include "host/prepare/prepare.h"
 #include "host/scene/scene_file.h"

@@ -1,6 +1,6 @@
 // Shapes as triangles: spheres and cones are closed, as near to the true surface as promised and smooth; the triangles
 // of a polygon are the polygon, whatever its outline does.
-#include "host/base/double3.h"
+#include "host/base/double3_algebra.h"
 #include "host/scene/tessellate.h"
 #include "support/data.h"
 #include "support/random_input.h"

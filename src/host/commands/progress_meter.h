@@ -14,16 +14,16 @@ inline double now() {
 }
 
 // An observer of the core: measures the seconds of stages and, where it is wanted, shows how much of a stage is done.
-class Progress {
+class ProgressMeter {
   public:
-    Progress(const Options &options, int64_t frame, const Plan &plan) : frame_(frame), plan_(plan) {
+    ProgressMeter(const Options &options, int64_t frame, const Plan &plan) : frame_(frame), plan_(plan) {
         using Show = Options::Progress;
         shown_ = !options.quiet &&
                  (options.progress == Show::always || (options.progress == Show::automatic && isatty(STDERR_FILENO)));
     }
     Observer observer() {
         return {this, [](void *self, Stage stage, uint64_t done, uint64_t total) {
-                    static_cast<Progress *>(self)->update(stage, done, total);
+                    static_cast<ProgressMeter *>(self)->update(stage, done, total);
                     return received_signal() == 0;
                 }};
     }

@@ -1,4 +1,4 @@
-// Vectors of the host, in the units of a scene.
+// Sums, products and rotations of vectors of doubles, in the units of a scene.
 #pragma once
 #include "core/numbers/elementary.h"
 #include "wisp/scene.h"
