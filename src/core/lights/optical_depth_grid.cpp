@@ -33,6 +33,20 @@ struct Finder {
         return {place[k].x * spacing, place[k].y * spacing, place[k].z * spacing};
     }
     Vec3 point_of(uint32_t brick, uint32_t k) const { return node_of(bricks(), brick, cell_of_node(k)); }
+    // Lines of a deep shadow map bend where they enter smoke that is cut off: near its faces they cannot be interpolated.
+    bool is_near_face(const Vec3 &x) const {
+        const Box &box = bricks().bounds;
+        const Vec3 reach = bricks().cell * Real(3), low = x - box.low - reach, high = box.high - x - reach;
+        return cut_off && min(min(low.x, min(low.y, low.z)), min(high.x, min(high.y, high.z))) < Real(0);
+    }
+    // Interpolation at points of the smoke does not reach so far: the nodes next to these lie on its faces.
+    bool is_behind_face(uint32_t brick, uint32_t k) const {
+        const Vec3 x = node_of(bricks(), brick, cell_of_node(k)), margin = bricks().cell * Real(0.25);
+        const Box &box = bricks().bounds;
+        const Vec3 low = x - box.low + margin, high = box.high - x + margin;
+        return cut_off && bricks().subdivision > 1 &&
+               min(min(low.x, min(low.y, low.z)), min(high.x, min(high.y, high.z))) < Real(0);
+    }
     template <class Visit> void for_each_waiting(uint32_t face, Visit &&visit) const {
         for (uint32_t brick = 0; brick < bricks().count; ++brick)
             for (uint32_t k = 0; k < nodes(); ++k)
@@ -44,7 +58,8 @@ struct Finder {
 void mark_nodes_in_smoke(const Finder &finder) {
     for (uint32_t brick = 0; brick < finder.bricks().count; ++brick)
         for (uint32_t k = 0; k < finder.nodes(); ++k) {
-            const bool in_smoke = meets_smoke(*finder.depths.medium, finder.bricks(), brick, finder.cell_of_node(k),
+            const bool in_smoke = !finder.is_behind_face(brick, k) &&
+                                  meets_smoke(*finder.depths.medium, finder.bricks(), brick, finder.cell_of_node(k),
                                               finder.depths.spacing);
             finder.of_brick(brick)[k] = in_smoke ? Real(0) : unknown;
         }
@@ -115,7 +130,9 @@ bool find_by_deep_shadow_map(const Finder &finder, uint32_t face, Arena &arena) 
             map.begin_row(rows_begun, cache);
         for (; next < begin[row]; ++next) {
             const uint32_t brick = order[next] / nodes, k = order[next] % nodes;
-            const Real depth = map.depth(finder.point_of(brick, k), cache, finder.shadow_rays);
+            const Vec3 x = finder.point_of(brick, k);
+            if (finder.is_near_face(x)) continue;
+            const Real depth = map.depth(x, cache, finder.shadow_rays);
             if (!(depth < Real(0))) finder.of_brick(brick)[k] = depth;
         }
     }
@@ -158,7 +175,7 @@ Real corrected(const Finder &finder, uint32_t brick, uint32_t k) {
 
 bool make_optical_depth_grid(const Medium &medium, const Light *lights, uint32_t light_count, const SparseGrid &bricks,
                              int32_t spacing, Arena &arena, uint64_t *shadow_rays, OpticalDepthGrid &depths) {
-    depths = {&medium, lights, light_count, &bricks, spacing, nullptr};
+    depths = {&medium, lights, light_count, &bricks, spacing, is_cut_off(medium), nullptr};
     const size_t nodes = nodes_of(spacing), all = bricks.count * nodes;
     Real *depth = arena.make<Real>(all * light_count);
     depths.depth = depth;
@@ -167,9 +184,8 @@ bool make_optical_depth_grid(const Medium &medium, const Light *lights, uint32_t
     if (!depth || !found) return false;
     Cell place[nodes_of(1)];
     for (uint32_t k = 0; k < nodes; ++k) place[k] = cell_of_index(nodes_along(spacing), k);
-    const bool cut_off = is_cut_off(medium);
     for (uint32_t l = 0; l < light_count; ++l) {
-        const Finder finder = {depths, lights[l], found, *shadow_rays, place, cut_off};
+        const Finder finder = {depths, lights[l], found, *shadow_rays, place, depths.cut_off};
         if (l == 0) mark_nodes_in_smoke(finder);
         begin_light(finder);
         if (medium.bricks && all <= UINT32_MAX)

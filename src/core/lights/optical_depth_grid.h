@@ -13,6 +13,7 @@ struct OpticalDepthGrid {
     uint32_t light_count;
     const SparseGrid *bricks;
     int32_t spacing;   // cells between nodes: 1, 2, 4 or 8
+    bool cut_off;      // is_cut_off() of the medium
     const Real *depth; // nodes_of(spacing) values per light, light after light, brick after brick; 0 outside of smoke
 };
 

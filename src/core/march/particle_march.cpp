@@ -94,71 +94,132 @@ bool make_window(const Scene &scene, Arena &arena, ParticleMarcher &marcher) {
     return marcher.middle && marcher.red && marcher.green && marcher.blue && marcher.sigma && marcher.extinctions;
 }
 
+namespace {
+
+// What a march has gathered so far.
+struct Progress {
+    Color radiance = Color(Real(0));
+    Depth depth;
+    bool opaque() const { return !(depth.value < opaque_depth); }
+};
+
+// Steps of the same length, or equal parts of one step.
+struct Stretch {
+    Real begin;        // where the ray starts, for the record
+    Real from, length; // along the ray
+    Real step;         // the last step may be shorter
+    int32_t number;    // of the first step
+    int32_t steps;
+    bool is_part; // these are parts of one step, all with its number
+};
+
+// Gathers the particles for `count` steps from step `first` on.
+void gather_window(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretch, int32_t first, int32_t count) {
+    const Medium &medium = *marcher.medium;
+    for (uint32_t i = 0; i < padded_steps; ++i) {
+        const Real covered = Real(first + static_cast<int32_t>(i)) * stretch.step;
+        marcher.middle[i] =
+            stretch.from + covered + Real(0.5) * max(Real(0), min(stretch.step, stretch.length - covered));
+        marcher.red[i] = marcher.green[i] = marcher.blue[i] = Real(0);
+    }
+    for (uint32_t s = 0; s < medium.count; ++s) {
+        Real *sigma = marcher.sigma + size_t{s} * padded_steps;
+        for (uint32_t i = 0; i < padded_steps; ++i) sigma[i] = Real(0);
+        const Window window = {marcher.middle,
+                               sigma,
+                               marcher.red,
+                               marcher.green,
+                               marcher.blue,
+                               stretch.from + Real(first) * stretch.step + Real(0.5) * stretch.step,
+                               Real(1) / stretch.step,
+                               count};
+        const DensityField &field = medium.smokes[s].field;
+        if (field.is_grid)
+            gather(field.grid, marcher.sources[s], ray, window);
+        else
+            gather(field.particles, marcher.sources[s], ray, window);
+    }
+    marcher.statistics->smoke.march_samples += static_cast<uint64_t>(count);
+}
+
+// Adds step `at` of the window, of length dx at distance `from`, whose extinctions are in marcher.extinctions.
+void add_step(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretch, int32_t number, size_t at, Real from,
+              Real dx, Real sigma, Progress &so_far, PixelRecorder *recorder) {
+    const Medium &medium = *marcher.medium;
+    const Step step = make_step(ray, number, from, dx);
+    const Color sent = Color(marcher.red[at], marcher.green[at], marcher.blue[at]);
+    const Color single = single_scattering(medium, marcher.lights, step, -ray.direction, marcher.extinctions,
+                                           *marcher.statistics, recorder);
+    Color source = sent + single, multiple(Real(0));
+    if (marcher.irradiance) {
+        multiple = scattered_light(*marcher.irradiance, medium, step.middle, -ray.direction, marcher.extinctions);
+        source += multiple;
+    }
+    const Real s = sigma * dx;
+    const Color arriving = source * (exp(-so_far.depth.value) * mean_transmittance(s) * dx);
+    if (is_recording(recorder)) {
+        const Color emission = emitted_radiance(medium, marcher.extinctions);
+        if (!marcher.irradiance) multiple = max(sent - emission, Color(Real(0))); // the sources hold both
+        recorder->step(*recorder, {number, stretch.begin + from + Real(0.5) * dx, dx, sigma, so_far.depth.value, single,
+                                   multiple, emission, arriving});
+    }
+    so_far.radiance += arriving;
+    so_far.depth.add(s);
+}
+
+// Adds the steps of a stretch. A step that is too deep is added in equal parts: a stretch of their own, after which the
+// window is gathered anew.
+void add_stretch(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretch, Progress &so_far,
+                 PixelRecorder *recorder) {
+    for (int32_t first = 0; first < stretch.steps && !so_far.opaque();) {
+        const int32_t count = min(static_cast<int32_t>(window_steps), stretch.steps - first);
+        gather_window(marcher, ray, stretch, first, count);
+        int32_t next = first + count;
+        for (int32_t i = 0; first + i < next && !so_far.opaque(); ++i) {
+            const size_t at = static_cast<size_t>(i);
+            Real sigma = Real(0);
+            for (uint32_t s = 0; s < marcher.medium->count; ++s) {
+                marcher.extinctions[s] = marcher.sigma[s * size_t{padded_steps} + at];
+                sigma += marcher.extinctions[s];
+            }
+            const Real covered = Real(first + i) * stretch.step, dx = min(stretch.step, stretch.length - covered);
+            if (!(sigma > Real(0)) || !(dx > Real(0))) continue;
+            const Real from = stretch.from + covered;
+            const int32_t number = stretch.number + (stretch.is_part ? 0 : first + i),
+                          parts = stretch.is_part ? 1 : parts_of_step(sigma * dx, max_exact_step_depth);
+            if (parts == 1) {
+                add_step(marcher, ray, stretch, number, at, from, dx, sigma, so_far, recorder);
+                continue;
+            }
+            add_stretch(marcher, ray, {stretch.begin, from, dx, dx / Real(parts), number, parts, true}, so_far,
+                        recorder);
+            next = first + i + 1;
+        }
+        first = next;
+    }
+}
+
+} // namespace
+
 Segment march(ParticleMarcher &marcher, const Ray &ray, Real end, PixelRecorder *recorder) {
     const Medium &medium = *marcher.medium;
     Real begin = Real(0);
     if (medium.empty() || !clip(medium.bounds, ray, begin, end)) return empty_segment();
 
     const Ray inside = {ray.origin + ray.direction * begin, ray.direction};
-    const Real length = end - begin, step = marcher.step, inverse_step = Real(1) / step;
-    const int32_t steps = floor_to_int(length / step) + 1;
-    if (is_recording(recorder)) recorder->march(*recorder, begin, end, step, steps);
-    Color radiance(Real(0));
-    Depth depth;
-    for (int32_t first = 0; first < steps && depth.value < opaque_depth; first += window_steps) {
-        const int32_t count = min(static_cast<int32_t>(window_steps), steps - first);
-        for (uint32_t i = 0; i < padded_steps; ++i) {
-            const Real from = Real(first + static_cast<int32_t>(i)) * step;
-            marcher.middle[i] = from + Real(0.5) * max(Real(0), min(step, length - from));
-            marcher.red[i] = marcher.green[i] = marcher.blue[i] = Real(0);
-        }
-        for (uint32_t s = 0; s < medium.count; ++s) {
-            Real *sigma = marcher.sigma + size_t{s} * padded_steps;
-            for (uint32_t i = 0; i < padded_steps; ++i) sigma[i] = Real(0);
-            const Window window = {marcher.middle, sigma,        marcher.red,
-                                   marcher.green,  marcher.blue, Real(first) * step + Real(0.5) * step,
-                                   inverse_step,   count};
-            const DensityField &field = medium.smokes[s].field;
-            if (field.is_grid)
-                gather(field.grid, marcher.sources[s], inside, window);
-            else
-                gather(field.particles, marcher.sources[s], inside, window);
-        }
-        marcher.statistics->smoke.march_samples += static_cast<uint64_t>(count);
-
-        for (int32_t i = 0; i < count && depth.value < opaque_depth; ++i) {
-            const size_t at = static_cast<size_t>(i);
-            Real sigma = Real(0);
-            for (uint32_t s = 0; s < medium.count; ++s) {
-                marcher.extinctions[s] = marcher.sigma[s * size_t{padded_steps} + at];
-                sigma += marcher.extinctions[s];
-            }
-            const Real from = Real(first + i) * step, dx = min(step, length - from);
-            if (!(sigma > Real(0)) || !(dx > Real(0))) continue;
-            const Step step_here = make_step(inside, first + i, from, dx);
-            const Color sent = Color(marcher.red[at], marcher.green[at], marcher.blue[at]);
-            const Color single = single_scattering(medium, marcher.lights, step_here, -ray.direction,
-                                                   marcher.extinctions, *marcher.statistics, recorder);
-            Color source = sent + single, multiple(Real(0));
-            if (marcher.irradiance) {
-                multiple =
-                    scattered_light(*marcher.irradiance, medium, step_here.middle, -ray.direction, marcher.extinctions);
-                source += multiple;
-            }
-            const Real s = sigma * dx;
-            const Color arriving = source * (exp(-depth.value) * mean_transmittance(s) * dx);
-            if (is_recording(recorder)) {
-                const Color emission = emitted_radiance(medium, marcher.extinctions);
-                if (!marcher.irradiance) multiple = max(sent - emission, Color(Real(0))); // the sources hold both
-                recorder->step(*recorder, {first + i, begin + from + Real(0.5) * dx, dx, sigma, depth.value, single,
-                                           multiple, emission, arriving});
-            }
-            radiance += arriving;
-            depth.add(s);
-        }
+    const Real length = end - begin, step = marcher.step;
+    if (is_recording(recorder)) recorder->march(*recorder, begin, end, step, floor_to_int(length / step) + 1);
+    Progress so_far;
+    int32_t number = 0;
+    for (Real from = Real(0); from < length && !so_far.opaque();) {
+        const Real face = next_face(medium, inside, from, length), distance = face - from;
+        const int32_t steps = floor_to_int(distance / step) + 1;
+        add_stretch(marcher, inside, {begin, from, distance, step, number, steps, false}, so_far, recorder);
+        number += steps;
+        from = face;
     }
-    const Segment seen = {radiance, exp(-depth.value)};
-    if (is_recording(recorder)) recorder->march_end(*recorder, seen.radiance, depth.value, seen.transmittance);
+    const Segment seen = {so_far.radiance, exp(-so_far.depth.value)};
+    if (is_recording(recorder)) recorder->march_end(*recorder, seen.radiance, so_far.depth.value, seen.transmittance);
     return seen;
 }
 

@@ -58,6 +58,69 @@ Color single_scattering(const Medium &medium, const SingleScatterer &lights, con
     return sum;
 }
 
+Real next_face(const Medium &medium, const Ray &ray, Real from, Real end) {
+    Real next = end;
+    for (uint32_t i = 0; i < medium.count; ++i) {
+        if (!medium.smokes[i].field.is_grid) continue;
+        Ray inside;
+        Real entry, length = infinite_distance;
+        if (!enter(medium.smokes[i].field.grid, ray, inside, entry, length)) continue;
+        const Real exit = entry + length;
+        if (entry > from) next = min(next, entry);
+        if (exit > from) next = min(next, exit);
+    }
+    return next;
+}
+
+namespace {
+
+// What a march has gathered so far.
+struct Progress {
+    Color radiance = Color(Real(0));
+    Depth depth;
+    bool opaque() const { return !(depth.value < opaque_depth); }
+};
+
+// Adds the step of length dx at distance `from` of the ray. `begin` is where that ray starts, for the record. A step
+// that is too deep is added in equal parts, unless it is such a part.
+void add_step(Marcher &marcher, const Ray &ray, int32_t number, Real begin, Real from, Real dx, bool is_part,
+              Progress &so_far, PixelRecorder *recorder) {
+    const Medium &medium = *marcher.medium;
+    const Vec3 out = -ray.direction;
+    const Step step = make_step(ray, number, from, dx);
+    ++marcher.statistics->smoke.march_samples;
+
+    Real sigma = Real(0), *extinctions = marcher.extinctions;
+    for (uint32_t s = 0; s < medium.count; ++s) {
+        extinctions[s] = extinction(medium.smokes[s].field, step.middle);
+        ++marcher.statistics->smoke.density_evaluations;
+        sigma += extinctions[s];
+    }
+    const Real s = sigma * dx;
+    if (const int32_t parts = is_part ? 1 : parts_of_step(s, max_exact_step_depth); parts > 1) {
+        const Real part = dx / Real(parts);
+        for (int32_t i = 0; i < parts && !so_far.opaque(); ++i)
+            add_step(marcher, ray, number, begin, from + Real(i) * part, part, true, so_far, recorder);
+        return;
+    }
+    const Color emission = emitted_radiance(medium, extinctions);
+    Color source = emission, single(Real(0)); // per unit of length
+    if (sigma > Real(0))
+        source += single =
+            single_scattering(medium, marcher.lights, step, out, extinctions, *marcher.statistics, recorder);
+    const Color multiple = multiple_scattering(marcher, step.middle, out, extinctions);
+    source += multiple;
+
+    const Color arriving = source * (exp(-so_far.depth.value) * mean_transmittance(s) * dx);
+    if (is_recording(recorder) && sigma > Real(0))
+        recorder->step(*recorder, {number, begin + from + Real(0.5) * dx, dx, sigma, so_far.depth.value, single,
+                                   multiple, emission, arriving});
+    so_far.radiance += arriving;
+    so_far.depth.add(s);
+}
+
+} // namespace
+
 Segment march(Marcher &marcher, const Ray &ray, Real end, PixelRecorder *recorder) {
     const Medium &medium = *marcher.medium;
     Real begin = Real(0);
@@ -65,42 +128,23 @@ Segment march(Marcher &marcher, const Ray &ray, Real end, PixelRecorder *recorde
 
     // Distances count from where the ray enters the smoke: a camera far away costs one rounding, of that point.
     const Ray inside = {ray.origin + ray.direction * begin, ray.direction};
-    const Vec3 out = -ray.direction;
     const Real length = end - begin;
-    const int32_t steps = floor_to_int(length / marcher.step) + 1;
-    if (is_recording(recorder)) recorder->march(*recorder, begin, end, marcher.step, steps);
-    Color radiance(Real(0));
-    Depth depth;
-    for (int32_t i = 0; i < steps && depth.value < opaque_depth; ++i) {
-        const Real from = Real(i) * marcher.step, dx = min(marcher.step, length - from);
-        if (!(dx > Real(0))) break;
-        const Step step = make_step(inside, i, from, dx);
-        ++marcher.statistics->smoke.march_samples;
-
-        Real sigma = Real(0), *extinctions = marcher.extinctions;
-        for (uint32_t s = 0; s < medium.count; ++s) {
-            extinctions[s] = extinction(medium.smokes[s].field, step.middle);
-            ++marcher.statistics->smoke.density_evaluations;
-            sigma += extinctions[s];
+    if (is_recording(recorder))
+        recorder->march(*recorder, begin, end, marcher.step, floor_to_int(length / marcher.step) + 1);
+    Progress so_far;
+    int32_t number = 0;
+    for (Real from = Real(0); from < length && !so_far.opaque();) {
+        const Real face = next_face(medium, inside, from, length), distance = face - from;
+        const int32_t steps = floor_to_int(distance / marcher.step) + 1;
+        for (int32_t i = 0; i < steps && !so_far.opaque(); ++i, ++number) {
+            const Real covered = Real(i) * marcher.step, dx = min(marcher.step, distance - covered);
+            if (!(dx > Real(0))) break;
+            add_step(marcher, inside, number, begin, from + covered, dx, false, so_far, recorder);
         }
-        const Color emission = emitted_radiance(medium, extinctions);
-        Color source = emission, single(Real(0)); // per unit of length
-        if (sigma > Real(0))
-            source += single =
-                single_scattering(medium, marcher.lights, step, out, extinctions, *marcher.statistics, recorder);
-        const Color multiple = multiple_scattering(marcher, step.middle, out, extinctions);
-        source += multiple;
-
-        const Real s = sigma * dx;
-        const Color arriving = source * (exp(-depth.value) * mean_transmittance(s) * dx);
-        if (is_recording(recorder) && sigma > Real(0))
-            recorder->step(*recorder, {i, begin + from + Real(0.5) * dx, dx, sigma, depth.value, single, multiple,
-                                       emission, arriving});
-        radiance += arriving;
-        depth.add(s);
+        from = face;
     }
-    const Segment seen = {radiance, exp(-depth.value)};
-    if (is_recording(recorder)) recorder->march_end(*recorder, seen.radiance, depth.value, seen.transmittance);
+    const Segment seen = {so_far.radiance, exp(-so_far.depth.value)};
+    if (is_recording(recorder)) recorder->march_end(*recorder, seen.radiance, so_far.depth.value, seen.transmittance);
     return seen;
 }
 

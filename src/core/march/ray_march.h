@@ -38,6 +38,18 @@ struct Marcher {
 // A march ends at this optical depth: less than 1.2e-7 of what lies behind comes through.
 constexpr Real opaque_depth = Real(16);
 
+// The number of equal parts of a step of depth s, so that no part is deeper than `most`. At most 2^20: a march ends long
+// before it has passed so many.
+inline int32_t parts_of_step(Real s, Real most) {
+    return s > most ? floor_to_int(min(s / most, Real(1 << 20))) + 1 : 1;
+}
+
+// Marches through exact densities divide steps that are deeper than this.
+constexpr Real max_exact_step_depth = Real(0.125);
+
+// The first distance above `from` at which the ray meets a hard face of a density grid, or `end` if that is nearer.
+Real next_face(const Medium &medium, const Ray &ray, Real from, Real end);
+
 // (1 - e^-s) / s for s >= 0: the mean transmittance of a step of depth s (N-E4). 1 at 0; by its series below 2^-7,
 // where the quotient would lose digits.
 inline Real mean_transmittance(Real s) {

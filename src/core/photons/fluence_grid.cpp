@@ -86,6 +86,47 @@ Real brightness_at(const Sources &in, const PhotonSource &source, uint32_t brick
            exp(-max(Real(0), tau));
 }
 
+// Between nodes the power that starts falls exponentially with the depth to the light, while photons are drawn by linear
+// interpolation. The quotient of the two at x (README). The depth is interpolated linearly: where it is nearly the same
+// at all corners of the cell, the quotient counts as 1.
+Real power_between_nodes(const Sources &in, const PhotonSource &source, const Vec3 &x) {
+    constexpr Real even = Real(0.125), most = Real(64);
+    const uint32_t brick = brick_at(in.bricks, cell_at(in.bricks.lattice, x));
+    if (brick == no_brick) return Real(0);
+    const Light &light = in.depths.lights[source.light];
+    const Real *depth = depths_of_brick(in.depths, brick) + size_t{source.light} * nodes_of(in.depths.spacing);
+    const CellPosition at = find_cell(position_in(in.bricks, brick, x), 1);
+    const Cell low = cell_of_index(brick_nodes, at.node);
+    const auto corner = [&low](int32_t dx, int32_t dy, int32_t dz) { return Cell{low.x + dx, low.y + dy, low.z + dz}; };
+    const auto depth_of = [&](const Cell &node) {
+        const CellPosition there = find_cell(Vec3(Real(node.x), Real(node.y), Real(node.z)), in.depths.spacing);
+        return max(Real(0), between_nodes(there, in.depths.spacing, [depth](uint32_t n) { return depth[n]; }));
+    };
+    Real least = depth_of(low), greatest = least;
+    const Real here = trilinear(at.t, [&](int32_t dx, int32_t dy, int32_t dz) {
+        const Real tau = depth_of(corner(dx, dy, dz));
+        least = min(least, tau), greatest = max(greatest, tau);
+        return tau;
+    });
+    if (greatest - least < even) return Real(1);
+    const auto unattenuated = [&](const Cell &node) {
+        const Cell count = {brick_nodes, brick_nodes, brick_nodes};
+        const int64_t k = index_of(count, node);
+        const Real sigma = sum_of_smokes(in.medium, [&](const ResampledField &field) { return field.nodes(brick)[k]; });
+        return scale_pow2(sigma, in.distribution.shift) *
+               irradiance_at(light, source.max_channel, node_of(in.bricks, brick, node), largest(in.bricks.cell));
+    };
+    const Real light_here =
+        exp(least - here) * trilinear(at.t, [&](int32_t dx, int32_t dy, int32_t dz) {
+            return unattenuated(corner(dx, dy, dz));
+        });
+    const Real drawn = trilinear(at.t, [&](int32_t dx, int32_t dy, int32_t dz) {
+        const Cell node = corner(dx, dy, dz);
+        return unattenuated(node) * exp(least - depth_of(node));
+    });
+    return light_here < most * drawn ? light_here / drawn : most;
+}
+
 // Calls visit(node, brightness) for the nodes of a brick where the source is bright. Nodes on the border to the next
 // place of the lattice are left to the brick there.
 template <class Visit> void for_each_source_node(const Sources &in, uint32_t s, uint32_t brick, Visit &&visit) {
@@ -281,17 +322,12 @@ void deposit(const FluenceSums &fluence, uint32_t brick, const Vec3 &p, const Co
     if (fluence.harmonics) deposit_harmonics(fluence, brick, p, power.x + power.y + power.z, halves);
 }
 
-void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t target, Pcg32 &generator, Cursor &cursor) {
-    seek(tracer, target, cursor);
-    const SparseGrid &bricks = tracer.bricks;
+// Traces a photon of a source that starts at `origin`.
+void trace_photon(const Tracer &tracer, const FluenceSums &fluence, const PhotonSource &source, const Vec3 &origin,
+                  Pcg32 &generator) {
     const Medium &medium = tracer.medium;
-    const PhotonSource &source = tracer.distribution.sources[cursor.entry / bricks.count];
-    const uint32_t brick = static_cast<uint32_t>(cursor.entry % bricks.count);
-    const Vec3 node = node_of(bricks, brick, cursor.node[cursor.next]);
-    const Box &box = bricks.bounds;
     Ray ray;
-    for (int axis = 0; axis < 3; ++axis) // the draws are in a fixed order
-        ray.origin[axis] = draw_tent(node[axis], bricks.cell[axis], box.low[axis], box.high[axis], generator);
+    ray.origin = origin;
     auto &counts = tracer.statistics.photons;
     ++counts.emitted;
     Color power = fluence.channels == 1 ? Color(Real(1)) : source.color / source.max_channel;
@@ -345,6 +381,24 @@ void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t tar
             return;
         }
     }
+}
+
+// Draws where a photon starts, and traces it. Where power_between_nodes() is not 1, as many photons start there as it
+// says on average: none or one, or more where it is above 1.
+void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t target, Pcg32 &generator, Cursor &cursor) {
+    seek(tracer, target, cursor);
+    const SparseGrid &bricks = tracer.bricks;
+    const PhotonSource &source = tracer.distribution.sources[cursor.entry / bricks.count];
+    const uint32_t brick = static_cast<uint32_t>(cursor.entry % bricks.count);
+    const Vec3 node = node_of(bricks, brick, cursor.node[cursor.next]);
+    const Box &box = bricks.bounds;
+    Vec3 origin;
+    for (int axis = 0; axis < 3; ++axis) // the draws are in a fixed order
+        origin[axis] = draw_tent(node[axis], bricks.cell[axis], box.low[axis], box.high[axis], generator);
+    const Real power = source.light < tracer.depths.light_count ? power_between_nodes(tracer, source, origin) : Real(1);
+    const int32_t photons =
+        power == Real(1) ? 1 : floor_to_int(power + unit_half_open<Real>(generator()));
+    for (int32_t i = 0; i < photons; ++i) trace_photon(tracer, fluence, source, origin, generator);
 }
 
 detail::Wide whole_product(uint64_t a, uint64_t b) { // both below 2^63

@@ -100,4 +100,19 @@ WISP_INLINE void interpolate(const LaneCells &at, const Real *values, Lanes &res
         at, [values](int32_t node) { return values[node]; }, result);
 }
 
+
+// How the interpolated value changes along `direction`, in cells of the field, per unit of length.
+WISP_INLINE void change_along(const LaneCells &at, const Real *values, const Vec3 &direction, Lanes &result) {
+    for (uint32_t l = 0; l < lanes; ++l) {
+        const int32_t i = at.node[l], j = i + at.row[l], k = i + at.layer[l], m = j + at.layer[l];
+        const Real x = at.x[l], y = at.y[l], z = at.z[l];
+        const Real ix = values[i + 1] - values[i], jx = values[j + 1] - values[j], kx = values[k + 1] - values[k],
+                   mx = values[m + 1] - values[m];
+        const Real ii = values[i] + x * ix, jj = values[j] + x * jx, kk = values[k] + x * kx, mm = values[m] + x * mx;
+        const Real low = jj - ii, high = mm - kk;
+        result[l] = direction.x * mix(mix(ix, jx, y), mix(kx, mx, y), z) + direction.y * mix(low, high, z) +
+                    direction.z * mix(kk - ii, mm - jj, y);
+    }
+}
+
 } // namespace wisp::WISP_ARITH
