@@ -223,14 +223,20 @@ struct Rendered {
     std::vector<float> rgb;
 };
 
-inline Rendered render_in_memory(const Scene &scene, const Settings &settings) {
+// Renders in an arena; a cache keeps in it what lives from frame to frame. Where nothing is drawn, all stays -7.
+inline Rendered render_in(Arena arena, const Scene &scene, const Settings &settings, FrameCache *cache = nullptr) {
     Rendered result;
-    std::vector<unsigned char> memory(renderer.plan(scene, settings).arena_bytes);
-    Arena arena(memory.data(), memory.size());
     const Crop &crop = settings.crop;
-    result.rgb.resize(static_cast<size_t>((crop.x1 - crop.x0) * (crop.y1 - crop.y0) * 3));
-    result.status = renderer.render({scene, settings, arena, result.statistics, {}, result.rgb.data()});
+    result.rgb.resize(static_cast<size_t>((crop.x1 - crop.x0) * (crop.y1 - crop.y0) * 3), -7);
+    result.status = renderer.render({scene, settings, arena, result.statistics, {}, result.rgb.data(), nullptr, cache});
     return result;
+}
+inline Rendered render_in_memory(const Scene &scene, const Settings &settings) {
+    std::vector<unsigned char> memory(renderer.plan(scene, settings).arena_bytes);
+    return render_in({memory.data(), memory.size()}, scene, settings);
+}
+inline bool is_untouched(const Rendered &picture) {
+    return picture.status == Status::out_of_memory && picture.rgb == std::vector<float>(picture.rgb.size(), -7);
 }
 
 } // namespace wisp::WISP_ARITH
