@@ -39,6 +39,7 @@ struct Settings {
     ShadowMethod shadows;
     bool check_shadows; // counts the pixels that the paper's method gets wrong
     uint64_t photons;   // to emit
+    uint32_t paths;     // random paths from each ray, in place of photons; 0: photons
     uint64_t seed;
     uint32_t gather;      // K, most photons in an estimate, or particles
     double gather_radius; // the largest radius of an estimate, in units of H
@@ -53,8 +54,7 @@ struct Settings {
     Method method;          // how smoke is rendered
     LightChoice lights;     // of surfaces
     Goal goal;
-    uint32_t first_pass,
-        last_pass; // of Goal::reference: first_pass <= i < last_pass <= 2^31, `samples` rays a pixel each
+    uint32_t first_pass, last_pass; // of Goal::reference: first <= i < last <= 2^31, `samples` rays a pixel each
 };
 
 } // namespace wisp

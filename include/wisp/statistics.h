@@ -26,8 +26,8 @@ struct Statistics {
     // emitted = absorbed + escaped + blocked + capped, photon by photon.
     struct Photons {
         uint64_t emitted, collisions, stored, absorbed, escaped, blocked, capped;
-        uint64_t lost;   // collisions that no particle's kernel reached: their power is lost
-        bool store_full; // tracing ended before a batch that might not have fitted
+        uint64_t lost;     // collisions that no particle's kernel reached: their power is lost
+        uint32_t thinning; // of a photon map: it holds one of 2^thinning collisions, so that they fit
     } photons = {};
     struct {
         uint64_t particles, density_evaluations, march_samples, gathers, gathered;

@@ -124,6 +124,7 @@ enum Dimension : uint32_t {
     dimension_survival, // Russian roulette, then the new direction
     dimension_phase,
     dimension_azimuth,
+    dimension_rank, // in a photon map that is thinned out
 };
 
 } // namespace wisp

@@ -12,45 +12,66 @@ struct Store {
     Vec3 *position, *direction; // direction, power and smoke: nullptr where they are not needed
     Color *power;
     uint32_t *smoke;
+    uint8_t *rank; // random: at least k with probability 2^-k
     uint64_t count, capacity;
+    uint32_t thinning; // only collisions of at least this rank are in the store
 };
+
+void copy(const Store &store, uint64_t from, uint64_t to) {
+    store.position[to] = store.position[from];
+    if (store.direction) store.direction[to] = store.direction[from];
+    if (store.power) store.power[to] = store.power[from];
+    if (store.smoke) store.smoke[to] = store.smoke[from];
+    store.rank[to] = store.rank[from];
+}
+
+// Halves what is in the store, on average: those of the lowest rank go.
+void thin_out(Store &store) {
+    ++store.thinning;
+    uint64_t kept = 0;
+    for (uint64_t i = 0; i < store.count; ++i)
+        if (store.rank[i] >= store.thinning) copy(store, i, kept++);
+    store.count = kept;
+}
+
+// The number of zeros at the end of a collision's own random number, at most 31.
+uint8_t rank_of(uint64_t key, uint64_t collision) {
+    uint32_t bits = draw(photon_event(key, collision), dimension_rank);
+    uint8_t rank = 0;
+    for (; rank < 31 && !(bits & 1); bits >>= 1) ++rank;
+    return rank;
+}
 
 bool make_store(const PhotonPlan &plan, uint32_t smokes, Arena &arena, Store &store) {
     store = {};
     store.capacity = plan.capacity;
     store.position = arena.make<Vec3>(plan.capacity);
+    store.rank = arena.make<uint8_t>(plan.capacity);
     if (plan.directions) store.direction = arena.make<Vec3>(plan.capacity);
     if (plan.powers) store.power = arena.make<Color>(plan.capacity);
     if (smokes > 1) store.smoke = arena.make<uint32_t>(plan.capacity);
-    return store.position && (store.direction || !plan.directions) && (store.power || !plan.powers) &&
+    return store.position && store.rank && (store.direction || !plan.directions) && (store.power || !plan.powers) &&
            (store.smoke || smokes < 2);
 }
 
-// Traces one batch. False: the store is too small, and nothing of the batch remains in it.
-bool trace_batch(const Medium &medium, const Surfaces *surfaces, const Emitters &emitters, uint64_t seed,
+// Traces one batch. Where the store is full, it is thinned out.
+void trace_batch(const Medium &medium, const Surfaces *surfaces, const Emitters &emitters, uint64_t seed,
                  uint64_t batch, uint64_t photons, Store &store, Statistics &statistics) {
-    const Statistics before = statistics;
-    const uint64_t stored_before = store.count;
-    const bool done = for_each_photon(seed, batch, photons, [&](uint64_t key) {
-        bool room = true;
+    for_each_photon(seed, batch, photons, [&](uint64_t key) {
+        uint64_t collision = 0;
         trace_photon(medium, surfaces, emitters, key, statistics,
                      [&](const MediumCollision &at, const Photon &arrived, const Color &power) {
-                         room = room && store.count < store.capacity;
-                         if (!room) return;
+                         const uint8_t rank = rank_of(key, collision++);
+                         while (store.count == store.capacity && store.thinning < 31) thin_out(store);
+                         if (rank < store.thinning || store.count == store.capacity) return;
                          store.position[store.count] = arrived.ray.origin;
                          if (store.direction) store.direction[store.count] = arrived.ray.direction;
                          if (store.power) store.power[store.count] = power;
                          if (store.smoke) store.smoke[store.count] = at.smoke;
-                         ++store.count;
-                         ++statistics.photons.stored;
+                         store.rank[store.count++] = rank;
                      });
-        return room;
+        return true;
     });
-    if (done) return true;
-    statistics = before;
-    store.count = stored_before;
-    statistics.photons.store_full = true;
-    return false;
 }
 
 // The map of the photons that collided with smoke `index`.
@@ -94,14 +115,13 @@ PhotonPlan plan_photons(const Scene &scene, const Settings &settings) {
     const PhotonNeeds needs = photon_needs(scene, settings);
     if (!needs.traced) return {};
     PhotonPlan plan = {needs, 0, 0};
-    // If there are more collisions than the store holds, tracing ends early and says so. A single batch has room for
-    // more per photon.
+    // If there are more collisions than the store holds, it is thinned out. A single batch has room for more per photon.
     constexpr uint64_t per_photon = 4, per_photon_of_one_batch = 64, max_capacity = 0x7fffffff;
     const uint64_t of_one_batch = per_photon_of_one_batch * min(settings.photons, uint64_t{batch_photons});
     plan.capacity = max(per_photon * min(settings.photons, max_capacity / per_photon), of_one_batch);
     const uint64_t emitters = scene.light_count + scene.smoke_count;
     plan.bytes = Arena::bytes<Emitter>(emitters) + Arena::bytes<PhotonMap>(scene.smoke_count) +
-                 Arena::bytes<Vec3>(plan.capacity);
+                 Arena::bytes<Vec3>(plan.capacity) + Arena::bytes<uint8_t>(plan.capacity);
     const uint64_t arrays = (plan.directions ? 1 : 0) + (plan.powers ? 1 : 0);
     // The maps of all smokes have as many slots as the capacity, and less than a leaf more each.
     const uint64_t slots = plan.capacity + scene.smoke_count * leaf_points;
@@ -124,21 +144,21 @@ PhotonMaps trace_photons(const Medium &medium, const Surfaces *surfaces, const L
         return {nullptr, Status::out_of_memory};
     if (emitters.count == 0) return {nullptr, Status::done};
 
-    bool any = false;
     const Status status =
         for_each_batch(settings.photons, all_batches(settings), observer, [&](uint64_t batch, uint64_t photons) {
-            const bool done = trace_batch(medium, surfaces, emitters, settings.seed, batch, photons, store, statistics);
-            any = any || done;
-            return done;
+            trace_batch(medium, surfaces, emitters, settings.seed, batch, photons, store, statistics);
+            return true;
         });
     if (status != Status::done) return {nullptr, status};
-    if (!any) return {nullptr, Status::out_of_memory};
+    statistics.photons.stored = store.count;
+    statistics.photons.thinning = store.thinning;
 
     const size_t before = arena.mark();
     for (uint32_t i = 0; i < medium.count; ++i) {
         maps[i] = {};
         maps[i].uniform_power = emitters.list[0].photon_color;
         maps[i].unit = photon_unit(emitters.power, statistics.photons.emitted);
+        maps[i].unit.exponent += static_cast<int32_t>(store.thinning);
         if (!make_map(store, i, arena, maps[i])) return {nullptr, Status::out_of_memory};
     }
     statistics.bytes.photon_map = arena.mark() - before;

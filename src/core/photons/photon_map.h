@@ -26,9 +26,9 @@ struct PhotonPlan : PhotonNeeds {
 };
 PhotonPlan plan_photons(const Scene &scene, const Settings &settings);
 
-// Traces `settings.photons` photons, or as many whole batches as fit the planned store. In the latter case power is
-// divided by the number of photons that were emitted, and statistics.photons.store_full says so. trace_photon() defines
-// which collisions are stored, and with which power.
+// Traces `settings.photons` photons. trace_photon() defines which collisions are stored, and with which power. If they
+// do not fit the planned store, it keeps a random half of them, a quarter and so on, each with twice the power:
+// statistics.photons.thinning.
 PhotonMaps trace_photons(const Medium &medium, const Surfaces *surfaces, const Light *lights, uint32_t light_count,
                          const Settings &settings, const PhotonPlan &plan, const Observer &observer, Arena &arena,
                          Statistics &statistics);

@@ -50,7 +50,7 @@ PhotonNeeds photon_needs(const Scene &scene, const Settings &settings) {
         if (size > 0 && size <= total_order_key(max_asymmetry_of_harmonics)) needs.harmonics = true;
         if (!same(smoke.albedo.x, smoke.albedo.y) || !same(smoke.albedo.y, smoke.albedo.z)) single_channel = false;
     }
-    needs.traced = scatters && (glows || scene.light_count > 0) && settings.photons > 0;
+    needs.traced = scatters && (glows || scene.light_count > 0) && settings.photons > 0 && settings.paths == 0;
     if (!needs.traced) return {};
     // All photons carry the same power if all lights have one hue and no albedo has a hue.
     needs.powers = !single_channel || glows;

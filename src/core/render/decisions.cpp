@@ -67,6 +67,7 @@ void decide_smoke(const Scene &scene, const Settings &settings, Decisions &d) {
         d.light_depths = d.photons == PhotonStore::fluence_grid && d.lights_in_smoke > 0;
         return;
     }
+    d.paths = settings.paths > 0 && d.scatters;
     d.march = map && d.resampled ? MarchKind::grid : map && !nearest_elements ? MarchKind::particles : MarchKind::steps;
     d.nearest = d.march == MarchKind::steps && d.photons != PhotonStore::none;
     d.irradiance = d.photons == PhotonStore::fluence_grid ||

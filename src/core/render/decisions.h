@@ -44,6 +44,7 @@ struct Decisions {
 
     PhotonNeeds photon_needs;
     PhotonStore photons;
+    bool paths;        // light scattered more than once is followed along random paths from each ray
     bool particle_map; // sums of a particle map are read and written, if there are photons
     bool nearest;      // the nearest photons or particles are gathered at every step
     bool irradiance;

@@ -101,6 +101,13 @@ Color single_scattering(const PathTracer &tracer, const Ray &ray, Real end, cons
     return sum;
 }
 
+// Moves the ray to its collision, and draws its new direction.
+void scatter(const SmokeVolume &smoke, Real distance, Ray &ray, Pcg32 &generator) {
+    ray.origin += ray.direction * distance;
+    const Phase::Cosine angle = smoke.phase.sample(unit_open<Real>(generator()));
+    ray.direction = deflect(ray.direction, angle, uniform(generator));
+}
+
 } // namespace
 
 // Each bound holds in a slightly larger box than its cell, because rounding may move a point of a flight out of the
@@ -191,12 +198,23 @@ Color sample_radiance(const PathTracer &tracer, Ray ray, Real end, Color radianc
             if (uniform(generator) < Real(0.5)) return radiance;
             throughput = throughput * Real(2);
         }
-        ray.origin += ray.direction * collision.distance;
-        const Phase::Cosine angle = smoke.phase.sample(unit_open<Real>(generator()));
-        ray.direction = deflect(ray.direction, angle, uniform(generator));
+        scatter(smoke, collision.distance, ray, generator);
     }
     ++tracer.statistics->photons.capped;
     return radiance;
+}
+
+Color sample_multiple_scattering(const PathTracer &tracer, Ray ray, Real end, Pcg32 &generator) {
+    const Color none(Real(0));
+    Real begin = Real(0);
+    if (!clip(tracer.medium->bounds, ray, begin, end)) return none;
+    ray.origin += ray.direction * begin;
+    const MediumCollision collision = track(tracer, ray, end - begin, generator);
+    if (!collision.found) return none;
+    const SmokeVolume &smoke = tracer.medium->smokes[collision.smoke];
+    const Surfaces *surfaces = tracer.shadows ? tracer.shadows->surfaces : nullptr;
+    scatter(smoke, collision.distance, ray, generator);
+    return smoke.albedo * sample_radiance(tracer, ray, distance_to_surface(surfaces, ray, Real(0)), none, generator);
 }
 
 uint64_t majorant_bytes() { return Arena::bytes<Real>(max_majorants); }

@@ -43,6 +43,9 @@ MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 
 // the sample is that of S1. A path that meets a surface ends there, because surfaces give no light to smoke.
 Color sample_radiance(const PathTracer &tracer, Ray ray, Real end, Color radiance, Pcg32 &generator);
 
+// One sample of what the ray sees of light that was scattered more than once, or emitted and then scattered.
+Color sample_multiple_scattering(const PathTracer &tracer, Ray ray, Real end, Pcg32 &generator);
+
 uint64_t majorant_bytes(); // of the arena, at most
 bool make_path_tracer(const Scene &scene, const Medium &medium, const Light *lights, Shadows *shadows, Arena &arena,
                       Statistics &statistics, PathTracer &tracer); // false: the arena was too small

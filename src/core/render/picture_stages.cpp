@@ -14,10 +14,36 @@ SingleScatterer lights_of_march(Frame &frame) {
             frame.decisions.surfaces ? &frame.shadows_in_space : nullptr};
 }
 
+// A march for emission and single scattering, and random paths for the rest.
+template <class AnyMarcher> struct MarchAndPaths {
+    AnyMarcher &marcher;
+    const PathTracer &paths;
+    uint32_t count; // of paths from a ray
+    Pcg32 generator;
+};
+
+template <class AnyMarcher>
+Segment march(MarchAndPaths<AnyMarcher> &both, const Ray &ray, Real end, PixelRecorder *recorder) {
+    Segment seen = march(both.marcher, ray, end, recorder);
+    Color sum(Real(0));
+    for (uint32_t i = 0; i < both.count; ++i)
+        sum += sample_multiple_scattering(both.paths, ray, end, both.generator);
+    seen.radiance += sum / Real(static_cast<int32_t>(both.count));
+    return seen;
+}
+
+// What a sample of a pixel draws at random is a function of its place alone.
+template <class AnyMarcher> void begin_sample(AnyMarcher &, const Settings &, int32_t, int32_t, uint32_t) {}
+template <class AnyMarcher>
+void begin_sample(MarchAndPaths<AnyMarcher> &both, const Settings &settings, int32_t x, int32_t y, uint32_t sample) {
+    both.generator = pass_generator(settings, sample, x, y);
+}
+
 // Radiance of smoke in front of the background.
 template <class AnyMarcher> Status trace_smoke(Frame &frame, AnyMarcher &marcher) {
     const Color background = vec_of(frame.scene.background);
-    return expose_film(frame, [&](const Ray &ray, int32_t, int32_t, uint32_t, PixelRecorder *recorder) {
+    return expose_film(frame, [&](const Ray &ray, int32_t x, int32_t y, uint32_t sample, PixelRecorder *recorder) {
+        begin_sample(marcher, frame.settings, x, y, sample);
         if (is_recording(recorder)) recorder->ray(*recorder, RayKind::camera, 0, ray, Color(Real(1)), Real(1));
         const Segment smoke = march(marcher, ray, infinite_distance, recorder);
         const Color radiance = smoke.radiance + background * smoke.transmittance;
@@ -27,9 +53,10 @@ template <class AnyMarcher> Status trace_smoke(Frame &frame, AnyMarcher &marcher
     });
 }
 
-Status trace_surfaces(Frame &frame) {
+template <class AnyMarcher> Status trace_surfaces(Frame &frame, AnyMarcher &marcher) {
     Whitted &whitted = frame.whitted;
     return expose_film(frame, [&](const Ray &ray, int32_t x, int32_t y, uint32_t sample, PixelRecorder *recorder) {
+        begin_sample(marcher, frame.settings, x, y, sample);
         whitted.recorder = recorder;
         begin_sample(frame.shadows, x, y, sample);
         return trace(whitted, ray);
@@ -44,7 +71,14 @@ template <class AnyMarcher> Status trace_through(Frame &frame, AnyMarcher &march
     frame.whitted.march = [](void *any, const Ray &ray, Real end, PixelRecorder *recorder) {
         return march(*static_cast<AnyMarcher *>(any), ray, end, recorder);
     };
-    return trace_surfaces(frame);
+    return trace_surfaces(frame, marcher);
+}
+
+// With random paths, where decide() wants them.
+template <class AnyMarcher> Status trace_picture(Frame &frame, AnyMarcher &marcher) {
+    if (!frame.decisions.paths) return trace_through(frame, marcher);
+    MarchAndPaths<AnyMarcher> both = {marcher, frame.paths, frame.settings.paths, Pcg32(0)};
+    return trace_through(frame, both);
 }
 
 // The samples of the reference's passes, added to job.pixels.
@@ -143,14 +177,14 @@ Status make_march(Frame &frame) {
 
 Status trace_camera_rays(Frame &frame) {
     switch (frame.decisions.march) {
-    case MarchKind::grid: return trace_through(frame, frame.grid_marcher);
-    case MarchKind::particles: return trace_through(frame, frame.particle_marcher);
-    case MarchKind::steps: return trace_through(frame, frame.marcher);
+    case MarchKind::grid: return trace_picture(frame, frame.grid_marcher);
+    case MarchKind::particles: return trace_picture(frame, frame.particle_marcher);
+    case MarchKind::steps: return trace_picture(frame, frame.marcher);
     case MarchKind::none:
     case MarchKind::paths: break;
     }
     if (frame.decisions.goal == Goal::reference) return trace_paths(frame);
-    if (frame.decisions.surfaces) return trace_surfaces(frame);
+    if (frame.decisions.surfaces) return trace_surfaces(frame, frame.marcher);
     frame.marcher.medium = &frame.medium(); // without smoke: an empty medium
     return trace_smoke(frame, frame.marcher);
 }

@@ -10,7 +10,8 @@ using namespace stages;
 
 constexpr const char *no_smoke = "there is no smoke", *no_surface = "there is no triangle",
                      *no_light = "there is no light", *photons_alone = "photons are traced, no picture is made",
-                     *by_paths = "the reference follows random paths instead", *no_photons = "there are no photons";
+                     *by_paths = "the reference follows random paths instead", *no_photons = "there are no photons",
+                     *too_dense = "the smoke is too dense: random paths from each ray are followed instead";
 
 // Whether the stage is needed: `reasons` are why not, the first that holds.
 struct WhyNot {
@@ -106,6 +107,7 @@ Need need_photons(const Scene &, const Settings &settings, const Decisions &d) {
                         {d.goal == Goal::reference, by_paths},
                         {!d.scatters, "the albedo is 0: nothing scatters"},
                         {settings.photons == 0, "--photons 0"},
+                        {settings.paths > 0, too_dense},
                         {d.photons == PhotonStore::none, "nothing lights the smoke"}},
                        "light is scattered more than once");
 }
@@ -141,7 +143,7 @@ uint64_t source_bytes(const Scene &scene, const Settings &, const Decisions &, c
 }
 
 Need need_majorants(const Scene &, const Settings &, const Decisions &d) {
-    return need_unless({{!d.smoke, no_smoke}, {d.march != MarchKind::paths, "no random path is followed"}},
+    return need_unless({{!d.smoke, no_smoke}, {d.march != MarchKind::paths && !d.paths, "no random path is followed"}},
                        "bounds of the density, for free paths");
 }
 uint64_t majorant_bytes(const Scene &, const Settings &, const Decisions &, const Sizes &) {

@@ -2,46 +2,141 @@
 #include "host/base/error.h"
 #include "host/commands/defaults.h"
 #include "wisp/settings.h"
+#include "wisp/wisp.h"
 #include <algorithm>
+#include <cmath>
+#include <utility>
 #include <vector>
 
 namespace wisp {
 
 namespace {
 
-// The volume of the cells of edge `cell` in which there are particles.
-double occupied_volume(const SmokeDescription &smoke, double cell) {
-    std::vector<uint64_t> cells;
+// Of a smoke's extinction, per unit of length.
+struct Extinction {
+    double mean, greatest; // the mean over where there is smoke; about the greatest
+};
+
+// Particles are counted in cells of a support's size.
+Extinction extinction_of_particles(const SmokeDescription &smoke) {
+    const double edge = 2 * smoke.largest_h, volume = edge * edge * edge;
+    std::vector<std::pair<uint64_t, double>> cells; // and the cross-section of a particle in it
     cells.reserve(smoke.count);
-    const auto index = [cell](double x) { // coordinates are within coordinate_limit, cells at least 2 wide
-        return static_cast<uint64_t>(x / cell + (1 << 20));
+    const auto index = [edge](double x) { // coordinates are within coordinate_limit, cells at least 2 wide
+        return static_cast<uint64_t>(x / edge + (1 << 20));
     };
+    double greatest = 0; // in the middle of a particle alone, or of a cell
     for (uint32_t i = 0; i < smoke.count; ++i) {
-        const Double3 &p = smoke.particles[i].position;
-        cells.push_back(index(p.x) << 42 | index(p.y) << 21 | index(p.z));
+        const Particle &particle = smoke.particles[i];
+        const Double3 &p = particle.position;
+        cells.emplace_back(index(p.x) << 42 | index(p.y) << 21 | index(p.z), particle.area);
+        greatest = std::max(greatest, 0.6 * particle.area / (particle.h * particle.h * particle.h));
     }
     std::sort(cells.begin(), cells.end());
-    const auto end = std::unique(cells.begin(), cells.end());
-    return static_cast<double>(end - cells.begin()) * cell * cell * cell;
+    size_t occupied = 0;
+    for (size_t i = 0; i < cells.size(); ++occupied) {
+        const uint64_t cell = cells[i].first;
+        double area = 0;
+        for (; i < cells.size() && cells[i].first == cell; ++i) area += cells[i].second;
+        greatest = std::max(greatest, area / volume);
+    }
+    return {smoke.total_area / (static_cast<double>(occupied) * volume), greatest};
 }
 
-} // namespace
+Extinction extinction_of(const SmokeDescription &smoke) {
+    if (!smoke.is_grid()) return extinction_of_particles(smoke);
+    const GridDescription &grid = smoke.grid;
+    double densest = grid.density ? 0 : 1;
+    for (uint64_t i = 0; grid.density && i < grid.count(); ++i)
+        densest = std::max(densest, static_cast<double>(grid.density[i]));
+    return {smoke.total_area / (8 * grid.half.x * grid.half.y * grid.half.z), densest * grid.extinction};
+}
 
-double depth_of_length(const Scene &scene) {
-    double finest = 0, deepest = 0;
+// The optical depths of one smoothing length, the smallest of all smokes, in the densest smoke; 0 without smoke.
+Extinction depths_of_length(const Scene &scene) {
+    double finest = 0;
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
         if (!scene.smokes[i].empty())
             finest = finest > 0 ? std::min(finest, scene.smokes[i].smallest_h) : scene.smokes[i].smallest_h;
+    Extinction deepest = {0, 0};
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        const SmokeDescription &smoke = scene.smokes[i];
-        if (smoke.empty()) continue;
-        const Double3 &half = smoke.grid.half;
-        const double volume =
-            smoke.is_grid() ? 8 * half.x * half.y * half.z : occupied_volume(smoke, 2 * smoke.largest_h);
-        deepest = std::max(deepest, smoke.total_area / volume * finest);
+        if (scene.smokes[i].empty()) continue;
+        const Extinction smoke = extinction_of(scene.smokes[i]);
+        deepest.mean = std::max(deepest.mean, smoke.mean * finest);
+        deepest.greatest = std::max(deepest.greatest, smoke.greatest * finest);
     }
     return deepest;
 }
+
+bool is_anisotropic(const Scene &scene) {
+    for (uint32_t i = 0; i < scene.smoke_count; ++i)
+        if (scene.smokes[i].asymmetry != 0) return true;
+    return false;
+}
+
+// Bricks of smoke may take so many bytes, or so many for each particle or sample: particles in a spray, or of unlike
+// radii, take less memory and time one by one.
+constexpr uint64_t max_brick_bytes = uint64_t{1} << 28, max_brick_bytes_of_element = 4096;
+
+// By how much the bricks of these settings are too large; 1 or less: they are not. The bits of the plan must not
+// depend on the arithmetic.
+double excess_of_bricks(const Scene &scene, const Settings &settings) {
+    const Plan plan = f64::renderer.plan(scene, settings);
+    uint64_t elements = 0;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i)
+        elements += scene.smokes[i].grid.density ? scene.smokes[i].grid.count() : scene.smokes[i].count;
+    return static_cast<double>(plan.arena_bytes) /
+           static_cast<double>(std::max(max_brick_bytes, max_brick_bytes_of_element * elements));
+}
+
+// Photons leave their power at points that far apart, in smoothing lengths. The deepest of their cells may have this
+// optical depth: then the light that is scattered more than once errs by 3 % at most at hard faces (README of photons).
+constexpr double max_depth_of_photon_cell = 0.7;
+
+// The spacings of fields over bricks of these cells, or of `finest` where densities are exact; and the steps.
+void choose_spacings(const Options &options, const Scene &scene, double finest, Settings &settings) {
+    const bool kept = settings.density_step > 0 && can_resample(scene);
+    const double cell = settings.density_step > 0 ? settings.density_step : finest;
+    settings.light_step = options.light_step.value_or(kept ? cell : 0);
+    settings.step = options.step.value_or(kept && settings.method == Method::map ? 2 * cell : 0.5);
+    settings.irradiance_step = options.irradiance_step.value_or(2 * cell);
+}
+
+// Where bricks would be too large, those of a box become coarser, and particles are summed one by one.
+void shrink_bricks(const Options &options, const Scene &scene, bool needs_directions, Settings &settings) {
+    bool particles = false, samples = false;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        particles |= scene.smokes[i].count > 0;
+        samples |= scene.smokes[i].grid.density != nullptr;
+    }
+    for (double excess; (excess = excess_of_bricks(scene, settings)) > 1;) {
+        if (particles) {
+            settings.density_step = 0;
+            settings.irradiance = IrradianceMap::none;
+            settings.paths = needs_directions;
+        } else if (samples) {
+            if (settings.density_step >= 1) return; // as coarse as the samples
+            settings.density_step = 1;
+        } else {
+            settings.density_step *= 1.02 * std::cbrt(excess);
+        }
+        choose_spacings(options, scene, 1, settings);
+        if (particles) return;
+    }
+}
+
+// Paths take the place of photons where the cells in which these leave their power are too deep.
+void choose_paths(const Options &options, const Scene &scene, double depth_of_length, Settings &settings) {
+    const auto fits = [&](double length) { return depth_of_length * length <= max_depth_of_photon_cell; };
+    const bool bricks = settings.density_step > 0 && can_resample(scene);
+    if (bricks && !options.irradiance_step && !fits(settings.irradiance_step) && fits(settings.density_step))
+        settings.irradiance_step = settings.density_step;
+    if (!fits(bricks ? settings.irradiance_step : 1) && !options.irradiance && !options.irradiance_step &&
+        !options.density_step)
+        settings.paths = 1;
+}
+
+} // namespace
 
 // On the smoke of fixtures/table2.aff these are the fastest steps whose pictures err by no more than the photons'
 // noise.
@@ -62,25 +157,26 @@ void choose_defaults(const Options &options, const Scene &scene, Settings &setti
         throw Error(exit_usage, "option 'density-step': found resampled smoke, expected 0 with --deposit, --direction "
                                 "mean, --estimate knn or --irradiance none of --smoke map");
     // The particles' radiance is towards the eye, and mirrors see other directions of it.
-    bool anisotropic = false;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) anisotropic |= scene.smokes[i].asymmetry != 0;
-    if (scene.triangle_count() > 0 && anisotropic && on_particles && !nearest &&
+    const bool needs_directions = scene.triangle_count() > 0 && is_anisotropic(scene);
+    if (needs_directions && on_particles && !nearest &&
         settings.irradiance == IrradianceMap::none)
         throw Error(exit_usage,
                     "option 'irradiance': found none, expected a map beside surfaces where the phase is not "
                     "0");
     // Cells of 0.55 smoothing lengths, and smaller ones in smoke that is deep within them.
-    const double finest = resamples ? 0.55 * std::clamp(0.14 / depth_of_length(scene), 0.4, 1.0) : 0.55;
+    const Extinction depth = depths_of_length(scene);
+    const double finest = resamples ? 0.55 * std::clamp(0.14 / depth.mean, 0.4, 1.0) : 0.55;
     settings.density_step =
         options.density_step.value_or(settings.method == Method::direct || on_particles ? 0 : finest);
-    const bool kept = settings.density_step > 0 && resamples;
-    const double cell = settings.density_step > 0 ? settings.density_step : finest;
-    settings.light_step = options.light_step.value_or(kept ? cell : 0);
-    settings.step = options.step.value_or(kept && settings.method == Method::map ? 2 * cell : 0.5);
-    settings.irradiance_step = options.irradiance_step.value_or(2 * cell);
+    choose_spacings(options, scene, finest, settings);
+    if (!options.density_step && !options.irradiance && settings.method == Method::map && settings.density_step > 0)
+        shrink_bricks(options, scene, needs_directions, settings);
     settings.deposit = options.deposit.value_or(Deposit::exact);
     settings.direction = options.direction;
     settings.estimate = options.estimate.value_or(Estimate::kernel);
+    if (settings.method == Method::map && !on_particles && !maps && settings.goal == Goal::picture &&
+        settings.photons > 0)
+        choose_paths(options, scene, depth.greatest, settings);
 }
 
 } // namespace wisp

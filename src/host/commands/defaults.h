@@ -6,11 +6,8 @@
 
 namespace wisp {
 
-// Sets the method and the spacings of grids and samples. Throws Error(exit_usage) for options that exclude each other.
+// Sets the method and the spacings of grids and samples. settings.paths becomes 0, or 1 where random paths take the place
+// of photons: bricks fine enough for these would be too large. The goal and the photons are set already. Throws Error(exit_usage) for options that exclude each other.
 void choose_defaults(const Options &options, const Scene &scene, Settings &settings);
-
-// The mean optical depth of one smoothing length (the smallest of all smokes) in the densest smoke; 0 without smoke.
-// The volume of a smoke of particles is that of the cells, of a support's size, that have particles.
-double depth_of_length(const Scene &scene);
 
 } // namespace wisp

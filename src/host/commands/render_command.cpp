@@ -167,10 +167,9 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     progress.finish();
     if (status == Status::stopped) stop(request, frame);
     if (status != Status::done) fail(request, plan, frame, status);
-    if (report.statistics.photons.store_full && !options.quiet)
-        std::fprintf(stderr, "%s: the photon store was full after %llu of %llu photons; power is divided by those\n",
-                     request.name.c_str(), static_cast<unsigned long long>(report.statistics.photons.emitted),
-                     static_cast<unsigned long long>(settings.photons));
+    if (report.statistics.photons.thinning > 0 && options.verbose)
+        std::fprintf(stderr, "%s: the photon map keeps one of %u collisions, so that they fit\n", request.name.c_str(),
+                     1u << report.statistics.photons.thinning);
 
     if (traced) {
         map.sums.resize(sums.count);

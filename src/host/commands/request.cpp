@@ -75,8 +75,12 @@ Settings settings_of(const Options &options, const PreparedScene &prepared) {
     settings.seed = options.seed;
     settings.gather = options.gather;
     settings.gather_radius = options.gather_radius;
-    choose_defaults(options, prepared.scene, settings);
     settings.goal = options.reference ? Goal::reference : options.batches ? Goal::photons : Goal::picture;
+    choose_defaults(options, prepared.scene, settings);
+    if (settings.paths > 0) { // as many as there would be photons
+        const uint64_t rays = static_cast<uint64_t>(width) * static_cast<uint64_t>(height) * settings.samples;
+        settings.paths = static_cast<uint32_t>(std::clamp<uint64_t>(settings.photons / rays, 1, 1 << 20));
+    }
     const Options::Range passes = options.passes.value_or(Options::Range{0, 16});
     settings.first_pass = passes.first;
     settings.last_pass = passes.last;

@@ -78,7 +78,7 @@ std::string fingerprint_of_smoke(const Scene &scene, const Settings &settings, c
     digest.add(std::string(version), arithmetic, scene.radiance_exponent, scene.light_count, scene.smoke_count);
     add_lights_and_smokes(digest, scene);
     for (uint32_t i = 0; i < scene.smoke_count; ++i) digest.add(scene.smokes[i].smallest_h, scene.smokes[i].largest_h);
-    digest.add(settings.method, settings.density_step, settings.light_step, settings.irradiance,
+    digest.add(settings.method, settings.paths, settings.density_step, settings.light_step, settings.irradiance,
                settings.irradiance_step);
     return digest.finish();
 }
@@ -134,7 +134,7 @@ std::string fingerprint_of_picture(const Scene &scene, const std::string &shapes
     add_moving(digest, scene);
     const Settings &s = settings;
     digest.add(s.samples, s.depth, s.shadows, s.photons, s.seed, s.gather, s.gather_radius, s.step, s.deposit,
-               s.direction, s.estimate, s.density_step, s.light_step, s.irradiance, s.irradiance_step, s.method,
+               s.direction, s.estimate, s.density_step, s.light_step, s.irradiance, s.irradiance_step, s.method, s.paths,
                s.lights, s.goal == Goal::reference);
     if (s.goal == Goal::reference) digest.add(s.first_pass, s.last_pass);
     return digest.finish();
