@@ -257,7 +257,10 @@ namespace {
 // Runs stages, and counts the bytes that each holds.
 class Runner {
   public:
-    explicit Runner(Frame &frame) : frame_(frame) {}
+    explicit Runner(Frame &frame) : frame_(frame) {
+        for (uint32_t i = 0; i < stage_count; ++i)
+            needed_[i] = stage_rows[i].need(frame.scene, frame.settings, frame.decisions).needed;
+    }
 
     // The stages that make something of this lifetime, in the order of the table, as far as they are needed.
     Status run(Lifetime lifetime) {
@@ -265,13 +268,16 @@ class Runner {
             const auto work = lifetime == Lifetime::sequence ? row.run.sequence
                               : lifetime == Lifetime::smoke  ? row.run.smoke
                                                              : row.run.frame;
-            if (!work || !row.need(frame_.scene, frame_.settings, frame_.decisions).needed) continue;
+            if (!work) continue;
+            uint64_t &bytes = used(lifetime, row.stage);
+            bytes = 0;
+            if (!needed_[static_cast<uint32_t>(row.stage)]) continue;
             if (!row.own_progress && !frame_.job.observer(row.stage, 0, 1)) return Status::stopped;
             Arena &arena = frame_.arena;
             const size_t before = arena.mark();
             arena.begin_stage();
             const Status status = work(frame_);
-            used(lifetime, row.stage) = arena.stage_peak() - before;
+            bytes = arena.stage_peak() - before;
             if (status != Status::done) return status;
         }
         return Status::done;
@@ -289,6 +295,7 @@ class Runner {
     }
 
     Frame &frame_;
+    bool needed_[stage_count];
     uint64_t of_frame_[stage_count] = {};
 };
 
@@ -331,6 +338,7 @@ Status run_frame(Frame &frame, FrameCache &cache, bool made, Runner &runner) {
     arena.rewind(state.sequence_end);
     if (!state.has_smoke || !cache.same_smoke) {
         state.has_smoke = false;
+        state.smoke = {}; // nothing of another smoke is left, where this frame has none
         status = runner.run(Lifetime::smoke);
         if (status != Status::done) return status;
         state.has_smoke = frame.decisions.smoke;

@@ -98,16 +98,13 @@ TEST_CASE(WISP_ARITH_NAME ": frames of surfaces are the same alone, in order and
             for (int i = 0; i < frames; ++i) {
                 const int frame = backwards ? frames - 1 - i : i;
                 animation.room.lights = lights;
-                std::vector<float> rgb(alone[0].rgb.size());
-                Statistics statistics;
-                Arena arena(memory.data(), memory.size());
-                CHECK(renderer.render(
-                          {animation.at(frame), settings, arena, statistics, {}, rgb.data(), nullptr, &cache}) ==
-                      Status::done);
+                const Rendered kept = render_in({memory.data(), memory.size()}, animation.at(frame), settings, &cache);
+                const Statistics &statistics = kept.statistics;
+                CHECK(kept.status == Status::done);
                 CHECK(cache.frame != nullptr);
-                CHECK(arena.peak() <= memory.size());
+                CHECK(statistics.bytes.arena_peak <= memory.size());
                 const Rendered &expected = alone[static_cast<size_t>(frame)];
-                CHECK(same(rgb, expected.rgb));
+                CHECK(same(kept.rgb, expected.rgb));
                 CHECK(statistics.rays.shadow == expected.statistics.rays.shadow);
                 CHECK(statistics.shadow.traced.node_visits == expected.statistics.shadow.traced.node_visits);
                 CHECK(statistics.shadow.traced.triangle_tests == expected.statistics.shadow.traced.triangle_tests);
@@ -123,23 +120,15 @@ TEST_CASE(WISP_ARITH_NAME ": surfaces keep to their plan; with less there is no 
         const Settings settings = settings_of(room);
         const uint64_t planned = renderer.plan(room.scene, settings).arena_bytes;
         std::vector<unsigned char> memory(planned);
-        const auto draw = [&](size_t bytes, std::vector<float> &rgb, Statistics &statistics) {
-            Arena arena(memory.data(), bytes);
-            return renderer.render({room.scene, settings, arena, statistics, {}, rgb.data()});
-        };
-        std::vector<float> rgb(room_pixels * room_pixels * 3, -7);
-        Statistics statistics;
-        REQUIRE(draw(planned, rgb, statistics) == Status::done);
-        CHECK(statistics.bytes.arena_size == planned);
-        CHECK(statistics.bytes.arena_peak <= planned);
-        CHECK(*std::min_element(rgb.begin(), rgb.end()) >= 0);
-        const size_t peak = statistics.bytes.arena_peak;
-        for (const size_t bytes : {size_t{0}, size_t{100}, peak / 4, peak / 2, peak - 1}) {
-            std::vector<float> untouched(rgb.size(), -7);
-            Statistics unused;
-            CHECK(draw(bytes, untouched, unused) == Status::out_of_memory);
-            CHECK(std::count(untouched.begin(), untouched.end(), -7.0f) == static_cast<int64_t>(untouched.size()));
-        }
+        const auto draw = [&](size_t bytes) { return render_in({memory.data(), bytes}, room.scene, settings); };
+        const Rendered whole = draw(planned);
+        REQUIRE(whole.status == Status::done);
+        CHECK(whole.statistics.bytes.arena_size == planned);
+        CHECK(whole.statistics.bytes.arena_peak <= planned);
+        CHECK(*std::min_element(whole.rgb.begin(), whole.rgb.end()) >= 0);
+        const size_t peak = whole.statistics.bytes.arena_peak;
+        for (const size_t bytes : {size_t{0}, size_t{100}, peak / 4, peak / 2, peak - 1})
+            CHECK(is_untouched(draw(bytes)));
     }
 }
 
@@ -159,11 +148,7 @@ TEST_CASE(WISP_ARITH_NAME ": room for lights, materials and instances is planned
         const Rendered whole = render_in_memory(room.scene, settings);
         REQUIRE(whole.status == Status::done);
         std::vector<unsigned char> memory(whole.statistics.bytes.arena_peak - 64);
-        Arena arena(memory.data(), memory.size());
-        std::vector<float> rgb(4 * 4 * 3, -7);
-        Statistics unused;
-        CHECK(renderer.render({room.scene, settings, arena, unused, {}, rgb.data()}) == Status::out_of_memory);
-        CHECK(std::count(rgb.begin(), rgb.end(), -7.0f) == 4 * 4 * 3);
+        CHECK(is_untouched(render_in({memory.data(), memory.size()}, room.scene, settings)));
     }
 }
 
