@@ -26,12 +26,10 @@ struct PhotonPlan : PhotonNeeds {
 };
 PhotonPlan plan_photons(const Scene &scene, const Settings &settings);
 
-// Traces `settings.photons` photons. trace_photon() defines which collisions are stored, and with which power. If they
-// do not fit the planned store, it keeps a random half of them, a quarter and so on, each with twice the power:
+// Traces photons. trace_photon() defines which collisions are stored, and with which power. If they do not fit a store
+// of `capacity` collisions, it keeps a random half of them, a quarter and so on, each with twice the power:
 // statistics.photons.thinning.
-PhotonMaps trace_photons(const Medium &medium, const Surfaces *surfaces, const Light *lights, uint32_t light_count,
-                         const Settings &settings, const PhotonPlan &plan, const Observer &observer, Arena &arena,
-                         Statistics &statistics);
+PhotonMaps trace_photons(const PhotonTracing &tracing, const Light *lights, uint32_t light_count, uint64_t capacity);
 
 // The workspace of an estimate with up to K = `max_photons` photons; it is made once.
 struct Gather {

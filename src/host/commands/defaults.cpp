@@ -1,72 +1,15 @@
 #include "core/smoke/resampling.h"
 #include "host/base/error.h"
 #include "host/commands/defaults.h"
+#include "host/prepare/extinction.h"
 #include "wisp/settings.h"
 #include "wisp/wisp.h"
 #include <algorithm>
 #include <cmath>
-#include <utility>
-#include <vector>
 
 namespace wisp {
 
 namespace {
-
-// Of a smoke's extinction, per unit of length.
-struct Extinction {
-    double mean, greatest; // the mean over where there is smoke; about the greatest
-};
-
-// Particles are counted in cells of a support's size.
-Extinction extinction_of_particles(const SmokeDescription &smoke) {
-    const double edge = 2 * smoke.largest_h, volume = edge * edge * edge;
-    std::vector<std::pair<uint64_t, double>> cells; // and the cross-section of a particle in it
-    cells.reserve(smoke.count);
-    const auto index = [edge](double x) { // coordinates are within coordinate_limit, cells at least 2 wide
-        return static_cast<uint64_t>(x / edge + (1 << 20));
-    };
-    double greatest = 0; // in the middle of a particle alone, or of a cell
-    for (uint32_t i = 0; i < smoke.count; ++i) {
-        const Particle &particle = smoke.particles[i];
-        const Double3 &p = particle.position;
-        cells.emplace_back(index(p.x) << 42 | index(p.y) << 21 | index(p.z), particle.area);
-        greatest = std::max(greatest, 0.6 * particle.area / (particle.h * particle.h * particle.h));
-    }
-    std::sort(cells.begin(), cells.end());
-    size_t occupied = 0;
-    for (size_t i = 0; i < cells.size(); ++occupied) {
-        const uint64_t cell = cells[i].first;
-        double area = 0;
-        for (; i < cells.size() && cells[i].first == cell; ++i) area += cells[i].second;
-        greatest = std::max(greatest, area / volume);
-    }
-    return {smoke.total_area / (static_cast<double>(occupied) * volume), greatest};
-}
-
-Extinction extinction_of(const SmokeDescription &smoke) {
-    if (!smoke.is_grid()) return extinction_of_particles(smoke);
-    const GridDescription &grid = smoke.grid;
-    double densest = grid.density ? 0 : 1;
-    for (uint64_t i = 0; grid.density && i < grid.count(); ++i)
-        densest = std::max(densest, static_cast<double>(grid.density[i]));
-    return {smoke.total_area / (8 * grid.half.x * grid.half.y * grid.half.z), densest * grid.extinction};
-}
-
-// The optical depths of one smoothing length, the smallest of all smokes, in the densest smoke; 0 without smoke.
-Extinction depths_of_length(const Scene &scene) {
-    double finest = 0;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i)
-        if (!scene.smokes[i].empty())
-            finest = finest > 0 ? std::min(finest, scene.smokes[i].smallest_h) : scene.smokes[i].smallest_h;
-    Extinction deepest = {0, 0};
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        if (scene.smokes[i].empty()) continue;
-        const Extinction smoke = extinction_of(scene.smokes[i]);
-        deepest.mean = std::max(deepest.mean, smoke.mean * finest);
-        deepest.greatest = std::max(deepest.greatest, smoke.greatest * finest);
-    }
-    return deepest;
-}
 
 bool is_anisotropic(const Scene &scene) {
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
@@ -164,7 +107,7 @@ void choose_defaults(const Options &options, const Scene &scene, Settings &setti
                     "option 'irradiance': found none, expected a map beside surfaces where the phase is not "
                     "0");
     // Cells of 0.55 smoothing lengths, and smaller ones in smoke that is deep within them.
-    const Extinction depth = depths_of_length(scene);
+    const DepthOfLength depth = depth_of_length(scene);
     const double finest = resamples ? 0.55 * std::clamp(0.14 / depth.mean, 0.4, 1.0) : 0.55;
     settings.density_step =
         options.density_step.value_or(settings.method == Method::direct || on_particles ? 0 : finest);
