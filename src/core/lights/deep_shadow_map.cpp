@@ -68,7 +68,8 @@ uint32_t light_face(const Light &light, const Vec3 &x) {
     return 2 * axis + (direction[static_cast<int>(axis)] < Real(0) ? 1 : 0);
 }
 
-DeepShadowMap::DeepShadowMap(const Medium &medium, bool cut_off, const Light &light, uint32_t face, const Box &bounds)
+DeepShadowMap::DeepShadowMap(const Medium &medium, bool cut_off, const Light &light, uint32_t face, const Box &bounds,
+                             uint64_t max_cache)
     : medium_(&medium), cut_off_(cut_off), fans_(light.kind != LightKind::parallel),
       axis_(static_cast<int32_t>(face / 2)), from_(fans_ ? light.position : (bounds.low + bounds.high) * Real(0.5)),
       sign_(face % 2 ? Real(-1) : Real(1)) {
@@ -79,29 +80,24 @@ DeepShadowMap::DeepShadowMap(const Medium &medium, bool cut_off, const Light &li
     if (!(far > begin_)) return;
     const Vec3 &cell = medium.bricks->cell;
     Real squared = Real(1); // of the length of the longest line per unit of height
-    uint32_t count[2];
+    Real first[2], last[2]; // the range of the lines: slopes, or offsets
     for (int32_t s = 0; s < 2; ++s) {
         side_[s] = (axis_ + 1 + s) % 3;
         const Real left = bounds.low[side_[s]] - from_[side_[s]], right = bounds.high[side_[s]] - from_[side_[s]];
-        Real first, last; // the range of the lines: slopes, or offsets
         if (fans_) {
             // A face ends where another component becomes the largest: at slopes of -1 and 1.
             const auto slope = [&](Real aside, Real height) {
                 return abs(aside) < height ? aside / height : aside < Real(0) ? Real(-1) : Real(1);
             };
-            first = min(slope(left, begin_), slope(left, far)), last = max(slope(right, begin_), slope(right, far));
+            first[s] = min(slope(left, begin_), slope(left, far));
+            last[s] = max(slope(right, begin_), slope(right, far));
         } else {
             slope_[s] = light.direction[side_[s]] / (sign_ * light.direction[axis_]);
             const Real aside_near = slope_[s] * begin_, aside_far = slope_[s] * far;
-            first = left - max(aside_near, aside_far), last = right - min(aside_near, aside_far);
+            first[s] = left - max(aside_near, aside_far), last[s] = right - min(aside_near, aside_far);
         }
         distance_[s] = Real(1.5) * (fans_ ? cell[side_[s]] / far : cell[side_[s]]);
-        inverse_distance_[s] = Real(1) / distance_[s];
-        low_[s] = first - distance_[s]; // the cubic needs one more line before and two behind
-        const Real lines = (last - first) * inverse_distance_[s];
-        if (!(lines < Real(1 << 14))) return;
-        count[s] = static_cast<uint32_t>(floor_to_int(lines)) + 4;
-        const Real aside = fans_ ? max(abs(first), abs(last)) : abs(slope_[s]);
+        const Real aside = fans_ ? max(abs(first[s]), abs(last[s])) : abs(slope_[s]);
         squared += aside * aside;
     }
     const Real layers = (far - begin_) * sqrt(squared) / min(cell.x, min(cell.y, cell.z));
@@ -109,6 +105,19 @@ DeepShadowMap::DeepShadowMap(const Medium &medium, bool cut_off, const Light &li
     layers_ = static_cast<uint32_t>(floor_to_int(layers)) + 1;
     layer_ = (far - begin_) / Real(static_cast<int32_t>(layers_));
     inverse_layer_ = Real(static_cast<int32_t>(layers_)) / (far - begin_);
+    uint32_t count[2];
+    for (int32_t s = 0; s < 2; ++s) {
+        Real lines = (last[s] - first[s]) / distance_[s];
+        const uint64_t most = max_cache / (uint64_t{cached_rows} * (layers_ + 1));
+        if (s == 0 && most > 5 && most < (1 << 14) && lines + Real(5) > Real(static_cast<int32_t>(most))) {
+            distance_[0] = distance_[0] * (lines / Real(static_cast<int32_t>(most) - 5));
+            lines = (last[0] - first[0]) / distance_[0];
+        }
+        if (!(lines < Real(1 << 14))) return;
+        inverse_distance_[s] = Real(1) / distance_[s];
+        low_[s] = first[s] - distance_[s]; // the cubic needs one more line before and two behind
+        count[s] = static_cast<uint32_t>(floor_to_int(lines)) + 4;
+    }
     count_[0] = count[0], count_[1] = count[1];
 }
 

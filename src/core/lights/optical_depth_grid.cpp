@@ -14,7 +14,7 @@ constexpr Real waiting(uint32_t face) { return Real(-2 - static_cast<int32_t>(fa
 
 // Upper bounds of the rows of a deep shadow map, and of the values that it caches.
 constexpr uint32_t max_rows = 1 << 14;
-constexpr uint64_t max_cache_size(uint64_t bricks) { return bricks * 2 * nodes_of(2); }
+constexpr uint64_t max_cache_size(uint64_t bricks) { return bricks * 4 * nodes_of(2); }
 
 // The depths of one light at all nodes. A node on a face is stored by every brick that holds it.
 struct Finder {
@@ -33,11 +33,17 @@ struct Finder {
         return {place[k].x * spacing, place[k].y * spacing, place[k].z * spacing};
     }
     Vec3 point_of(uint32_t brick, uint32_t k) const { return node_of(bricks(), brick, cell_of_node(k)); }
-    // Lines of a deep shadow map bend where they enter smoke that is cut off: near its faces they cannot be interpolated.
-    bool is_near_face(const Vec3 &x) const {
+    // The depths of neighbouring lines of a deep shadow map bend where they enter smoke that is cut off: they cannot be
+    // interpolated near the faces through which light enters.
+    bool is_near_lit_face(const Vec3 &x) const {
+        if (!cut_off) return false;
         const Box &box = bricks().bounds;
-        const Vec3 reach = bricks().cell * Real(3), low = x - box.low - reach, high = box.high - x - reach;
-        return cut_off && min(min(low.x, min(low.y, low.z)), min(high.x, min(high.y, high.z))) < Real(0);
+        const Vec3 direction = illuminate(light, x, x, x).direction, reach = bricks().cell * Real(3);
+        for (int axis = 0; axis < 3; ++axis)
+            if ((direction[axis] > Real(0) && x[axis] - box.low[axis] < reach[axis]) ||
+                (direction[axis] < Real(0) && box.high[axis] - x[axis] < reach[axis]))
+                return true;
+        return false;
     }
     // Interpolation at points of the smoke does not reach so far: the nodes next to these lie on its faces.
     bool is_behind_face(uint32_t brick, uint32_t k) const {
@@ -104,7 +110,8 @@ bool find_by_deep_shadow_map(const Finder &finder, uint32_t face, Arena &arena) 
     const uint32_t nodes = finder.nodes();
     const Vec3 around = bricks.cell * Real(finder.depths.spacing);
     const Box reach = {bricks.bounds.low - around, bricks.bounds.high + around};
-    const DeepShadowMap map(*finder.depths.medium, finder.cut_off, finder.light, face, reach);
+    const DeepShadowMap map(*finder.depths.medium, finder.cut_off, finder.light, face, reach,
+                            max_cache_size(bricks.count));
     uint64_t count = 0;
     finder.for_each_waiting(face, [&](uint32_t, uint32_t) { ++count; });
     if (map.count() == 0 || map.count() > count || map.cache_size() > max_cache_size(bricks.count) ||
@@ -131,7 +138,7 @@ bool find_by_deep_shadow_map(const Finder &finder, uint32_t face, Arena &arena) 
         for (; next < begin[row]; ++next) {
             const uint32_t brick = order[next] / nodes, k = order[next] % nodes;
             const Vec3 x = finder.point_of(brick, k);
-            if (finder.is_near_face(x)) continue;
+            if (finder.is_near_lit_face(x)) continue;
             const Real depth = map.depth(x, cache, finder.shadow_rays);
             if (!(depth < Real(0))) finder.of_brick(brick)[k] = depth;
         }
@@ -175,7 +182,7 @@ Real corrected(const Finder &finder, uint32_t brick, uint32_t k) {
 
 bool make_optical_depth_grid(const Medium &medium, const Light *lights, uint32_t light_count, const SparseGrid &bricks,
                              int32_t spacing, Arena &arena, uint64_t *shadow_rays, OpticalDepthGrid &depths) {
-    depths = {&medium, lights, light_count, &bricks, spacing, is_cut_off(medium), nullptr};
+    depths = {&medium, lights, light_count, &bricks, spacing, nullptr, is_cut_off(medium)};
     const size_t nodes = nodes_of(spacing), all = bricks.count * nodes;
     Real *depth = arena.make<Real>(all * light_count);
     depths.depth = depth;

@@ -13,8 +13,8 @@ struct OpticalDepthGrid {
     uint32_t light_count;
     const SparseGrid *bricks;
     int32_t spacing;   // cells between nodes: 1, 2, 4 or 8
-    bool cut_off;      // is_cut_off() of the medium
     const Real *depth; // nodes_of(spacing) values per light, light after light, brick after brick; 0 outside of smoke
+    bool cut_off;      // is_cut_off() of the medium
 };
 
 // Finds the depths of all nodes that have smoke around them: along the lines of a deep shadow map where that is

@@ -77,9 +77,6 @@ void shade(const GridMarcher &marcher, const Light &light, uint32_t number, cons
     }
 }
 
-// A step is divided where its smoke is deeper than this.
-constexpr Real max_step_depth = Real(0.5);
-
 // Depths to a light are interpolated in cells. Where a cell is deeper than this, each depth is that of a ray.
 constexpr Real max_cell_depth = Real(1);
 

@@ -186,7 +186,7 @@ void add_stretch(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretc
             if (!(sigma > Real(0)) || !(dx > Real(0))) continue;
             const Real from = stretch.from + covered;
             const int32_t number = stretch.number + (stretch.is_part ? 0 : first + i),
-                          parts = stretch.is_part ? 1 : parts_of_step(sigma * dx, max_exact_step_depth);
+                          parts = stretch.is_part ? 1 : parts_of_step(sigma * dx, max_exact_step_depth(*marcher.medium));
             if (parts == 1) {
                 add_step(marcher, ray, stretch, number, at, from, dx, sigma, so_far, recorder);
                 continue;

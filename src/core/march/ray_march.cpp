@@ -58,6 +58,12 @@ Color single_scattering(const Medium &medium, const SingleScatterer &lights, con
     return sum;
 }
 
+Real max_exact_step_depth(const Medium &medium) {
+    for (uint32_t i = 0; i < medium.count; ++i)
+        if (medium.smokes[i].field.is_grid) return max_step_depth * Real(0.25);
+    return max_step_depth;
+}
+
 Real next_face(const Medium &medium, const Ray &ray, Real from, Real end) {
     Real next = end;
     for (uint32_t i = 0; i < medium.count; ++i) {
@@ -97,7 +103,7 @@ void add_step(Marcher &marcher, const Ray &ray, int32_t number, Real begin, Real
         sigma += extinctions[s];
     }
     const Real s = sigma * dx;
-    if (const int32_t parts = is_part ? 1 : parts_of_step(s, max_exact_step_depth); parts > 1) {
+    if (const int32_t parts = is_part ? 1 : parts_of_step(s, max_exact_step_depth(medium)); parts > 1) {
         const Real part = dx / Real(parts);
         for (int32_t i = 0; i < parts && !so_far.opaque(); ++i)
             add_step(marcher, ray, number, begin, from + Real(i) * part, part, true, so_far, recorder);

@@ -44,8 +44,10 @@ inline int32_t parts_of_step(Real s, Real most) {
     return s > most ? floor_to_int(min(s / most, Real(1 << 20))) + 1 : 1;
 }
 
-// Marches through exact densities divide steps that are deeper than this.
-constexpr Real max_exact_step_depth = Real(0.125);
+// A step is divided where its smoke is deeper than this (README).
+constexpr Real max_step_depth = Real(0.5);
+// The same for exact densities. At hard faces of density grids light changes at once: there steps are shorter.
+Real max_exact_step_depth(const Medium &medium);
 
 // The first distance above `from` at which the ray meets a hard face of a density grid, or `end` if that is nearer.
 Real next_face(const Medium &medium, const Ray &ray, Real from, Real end);

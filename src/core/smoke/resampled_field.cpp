@@ -85,11 +85,15 @@ void resample_brick(const GridField &grid, const SparseGrid &bricks, uint32_t br
     }
 }
 
-template <class Field> void resample_all(const Field &field, const SparseGrid &bricks, Real *nodes, Real *majorants) {
+template <class Field>
+void resample_all(const Field &field, const SparseGrid &bricks, Real *nodes, Real *minorants, Real *majorants) {
     for (uint32_t brick = 0; brick < bricks.count; ++brick, nodes += nodes_of(1)) {
         resample_brick(field, bricks, brick, nodes);
-        majorants[brick] = Real(0);
-        for (uint32_t i = 0; i < nodes_of(1); ++i) majorants[brick] = max(majorants[brick], nodes[i]);
+        minorants[brick] = majorants[brick] = nodes[0];
+        for (uint32_t i = 1; i < nodes_of(1); ++i) {
+            minorants[brick] = min(minorants[brick], nodes[i]);
+            majorants[brick] = max(majorants[brick], nodes[i]);
+        }
     }
 }
 
@@ -106,27 +110,29 @@ bool enter(const SparseGrid &bricks, const Ray &ray, Ray &inside, Real &entry, R
 } // namespace
 
 uint64_t resampled_field_bytes(const SmokeDescription &source, uint64_t bricks) {
-    return Arena::bytes<Real>(bricks * nodes_of(1)) + Arena::bytes<Real>(bricks) +
+    return Arena::bytes<Real>(bricks * nodes_of(1)) + 2 * Arena::bytes<Real>(bricks) +
            (source.is_grid() ? grid_field_bytes(source.grid) : particle_field_bytes(source.count));
 }
 
 ResampledField resample(const SmokeDescription &source, const SparseGrid &bricks, uint32_t dimension, Arena &arena) {
-    ResampledField field = {&bricks, nullptr, nullptr, dimension, false};
+    ResampledField field = {&bricks, nullptr, nullptr, nullptr, dimension, false};
     Real *nodes = arena.make<Real>(size_t{bricks.count} * nodes_of(1));
+    Real *minorants = arena.make<Real>(bricks.count);
     Real *majorants = arena.make<Real>(bricks.count);
-    if (!nodes || !majorants) return field;
+    if (!nodes || !minorants || !majorants) return field;
     const size_t mark = arena.mark();
     if (source.is_grid()) {
         const GridField grid = make_grid_field(source.grid, dimension, arena);
         if (!grid.ready) return field;
-        resample_all(grid, bricks, nodes, majorants);
+        resample_all(grid, bricks, nodes, minorants, majorants);
     } else {
         const ParticleField particles = make_particle_field(source, dimension, arena);
         if (!particles.ready) return field;
-        resample_all(particles, bricks, nodes, majorants);
+        resample_all(particles, bricks, nodes, minorants, majorants);
     }
     arena.rewind(mark);
     field.extinction = nodes;
+    field.minorants = minorants;
     field.majorants = majorants;
     field.ready = true;
     return field;
@@ -165,7 +171,8 @@ Real optical_depth(const ResampledField &field, const Ray &ray, Real end) {
     uint32_t waiting = 0;
     for_each_brick(bricks, inside, Real(0), end, [&](uint32_t brick, Real from, Real to) {
         if (!(field.majorants[brick] > Real(0))) return true;
-        const int32_t steps = floor_to_int((to - from) * inverse_cell) + 1;
+        const bool constant = field.minorants[brick] == field.majorants[brick];
+        const int32_t steps = constant ? 1 : floor_to_int((to - from) * inverse_cell) + 1;
         const Real step = (to - from) / Real(steps);
         for (int32_t i = 0; i < steps; ++i) {
             t[waiting] = from + (Real(i) + Real(0.5)) * step;

@@ -13,7 +13,8 @@ constexpr uint32_t max_tentative = 1u << 16;
 struct ResampledField {
     const SparseGrid *bricks;
     const Real *extinction; // nodes_of(1) values a brick
-    const Real *majorants;  // by brick: the largest of its values
+    const Real *minorants;  // by brick: the smallest of its values
+    const Real *majorants;  // ... and the largest
     uint32_t dimension;     // the dimension of a photon's draws (random.h)
     bool ready;             // false: the arena was too small
 
@@ -34,7 +35,8 @@ inline Real extinction(const ResampledField &field, uint32_t brick, const Vec3 &
 // sigma_t at x, per unit of length; 0 where there is no brick.
 Real extinction(const ResampledField &field, const Vec3 &x);
 
-// The integral of sigma_t over the ray's distances 0 to `end`, by the midpoint rule with steps of at most a cell.
+// The integral of sigma_t over the ray's distances 0 to `end`, by the midpoint rule with steps of at most a cell, or of
+// a brick where it is constant.
 Real optical_depth(const ResampledField &field, const Ray &ray, Real end);
 
 // An upper bound of sigma_t in the box.
