@@ -13,7 +13,7 @@ using namespace wisp;
 
 TEST_CASE("command line: wrong usage ends with 2, and a line that says what was found and expected") {
     const CommandLineTest test;
-    const std::string scene = "render " + test.s() + " ", surfaces = "render fixtures/surfaces.aff ",
+    const std::string scene = "render " + test.s() + " --digest ", surfaces = "render fixtures/surfaces.aff ",
                       commands = "expected render, plan, inspect, compare, merge, stitch, help or version",
                       paper_frames = "option 'frames' does not go with --shadows paper: it learns from frame to frame, "
                                      "expected all from 0 on";
@@ -23,12 +23,30 @@ TEST_CASE("command line: wrong usage ends with 2, and a line that says what was 
         {"render", "found 0 scene files, expected one; see 'wisp help'"},
         {scene + test.s(), "found 2 scene files, expected one; see 'wisp help'"},
         {scene + "--bogus", "there is no option '--bogus'; 'wisp help' lists them"},
+        {scene + "--photon 5", "there is no option '--photon'; 'wisp help' lists them; did you mean '--photons'?"},
+        {"rendr a.aff", "there is no command 'rendr', " + commands + "; did you mean 'render'?"},
+        {scene + "--smoke dirct",
+         "option 'smoke': found 'dirct', expected direct, map, volume; did you mean 'direct'?"},
+        {scene + "--photons --digest", "the value of '--photons' is '--digest', which is an option: was the value "
+                                       "forgotten? '--photons=--digest' takes it as it is"},
+        {scene + "-o -v", "the value of '--output' is '-v', which is an option: was the value forgotten? "
+                          "'--output=-v' takes it as it is"},
+        {"render " + test.s(),
+         "found nothing to make of the scene, expected --output, --digest, --stats, --map-out or --error-out"},
+        {scene + "--photons 9 -o - --digest",
+         "option 'digest' writes to standard output like 'output', expected another file"},
+        {scene + "--stats - -o -.png", "option 'stats' writes to standard output like 'output', expected another file"},
+        {scene + "-o - -o -.png", "option 'output' writes to standard output like 'output', expected another file"},
+        {scene + "-o a.png -o ./a.png", "option 'output' writes to './a.png' like 'output', expected another file"},
+        {scene + "-o a_0000.png -o a_%04d.png",
+         "option 'output' writes to 'a_0000.png' like 'output', expected another file"},
+        {scene + "--stats " + test.s(), "option 'stats' is the scene '" + test.s() + "', expected another file"},
         {scene + "--spp", "option '--spp' needs a value: N"},
         {scene + "--spp 0", "option 'spp': found '0', expected a whole number from 1 to 65536"},
         {scene + "--deposit exact --density-step 0.5",
          "option 'density-step': found resampled smoke, expected 0 with --deposit, --direction mean, --estimate knn or "
          "--irradiance none of --smoke map"},
-        {"render fixtures/grid.aff --smoke map --estimate knn",
+        {"render fixtures/grid.aff --digest --smoke map --estimate knn",
          "fixtures/grid.aff: option 'estimate': found 'knn' with --smoke map for a grid or a box, expected kernel, or "
          "particles alone"},
         {scene + "--smoke map --estimate knn --irradiance uniform",
@@ -43,7 +61,7 @@ TEST_CASE("command line: wrong usage ends with 2, and a line that says what was 
         {scene + "--frames 0:1 -o a.png",
          "option 'output': found 'a.png' for several frames, expected a name with %04d"},
         {scene + "-o a.jpg",
-         "option 'output': found 'a.jpg', expected a file name that ends in .png, .pfm, .passes or .map"},
+         "option 'output': found 'a.jpg', expected a file name that ends in .png, .pfm, .passes or .map, or -"},
         {scene + "--quiet=1", "option '--quiet' takes no value"},
         {surfaces + "--shadows soft",
          "option 'shadows': found 'soft', expected trace, cache, paper, exact, voxel, lightbuffer, lie"},
@@ -72,8 +90,9 @@ TEST_CASE("command line: bad input ends with 3 and a line that names the file") 
         {"nowhere.aff", "nowhere.aff: cannot be opened: No such file or directory"},
         {"bad.aff", "bad.aff:1: the file ends, expected y of from"},
         {"noview.aff", "noview.aff:1: there is no view, expected a statement 'v from ...'"},
-        {"missing.aff", "none.vtk: cannot be opened: No such file or directory"},
-        {"broken.aff", "broken.vtk:5: 40 points, expected at most 38: 230 bytes are left"},
+        {"missing.aff", "missing.aff:4: " + test.file("none.vtk") + ": cannot be opened: No such file or directory"},
+        {"broken.aff",
+         "broken.aff:4: " + test.file("broken.vtk") + ":5: 40 points, expected at most 38: 230 bytes are left"},
         {"option.aff", "option.aff:11: option 'spp': found 'zero', expected a whole number from 1 to 65536"},
         {"massless.aff",
          "massless.aff:2: no mass, expected a line 'mass M' or an attribute 'mass' in " + test.file("puff.vtk")}};
@@ -88,11 +107,11 @@ TEST_CASE("command line: a plan beyond --memory ends with 4, an unwritable outpu
     const CommandLineTest test;
     const Ran small = test.wisp("render " + test.s() + " --memory 10k -o " + test.file("x.png"));
     test.refuses(small, 4);
-    CHECK(small.err.rfind(test.s() + ": the plan needs ", 0) == 0);
+    CHECK(small.err.rfind(test.s() + ": error: the plan needs ", 0) == 0);
     CHECK(small.err.find(" bytes, expected at most the 10240 of --memory; fewer --photons need less") !=
           std::string::npos);
     CHECK(!std::filesystem::exists(test.file("x.png")));
-    CHECK(test.wisp("render " + test.s() + " --memory 1G").status == 0);
+    CHECK(test.wisp("render " + test.s() + " --memory 1G --digest").status == 0);
     for (const std::string option : {"-o ", "--stats "}) {
         const std::string name = test.file(option == "-o " ? "none/x.png" : "none/x.json");
         test.refuses(test.wisp("render " + test.s() + " " + option + name), 5,
@@ -206,7 +225,7 @@ TEST_CASE("command line: crops, frames and defaults of the scene") {
     CHECK(stats.find("\"frame\": 3") != std::string::npos);
     CHECK(stats.find("\"primary\": 192") != std::string::npos); // spp 1 of the scene
     CHECK(stats.find("\"particles\": 20") != std::string::npos);
-    CHECK(test.wisp("render " + test.file("f.aff") + " --frames 4 --quiet").status == 3);
+    CHECK(test.wisp("render " + test.file("f.aff") + " --frames 4 --quiet --digest").status == 3);
     // The command line beats the scene.
     CHECK(test.wisp("render " + test.file("f.aff") + " --frames 3 --spp 2 --stats " + test.file("g.json")).status == 0);
     CHECK(text_of(test.file("g.json")).find("\"primary\": 384") != std::string::npos);
@@ -241,10 +260,11 @@ TEST_CASE("command line: plan says what a scene needs and renders nothing") {
 
 TEST_CASE("command line: progress is shown only where it is wanted") {
     const CommandLineTest test;
-    CHECK(test.wisp("render " + test.s()).err.empty());
-    CHECK(test.wisp("render " + test.s() + " --progress always").err.find("camera rays") != std::string::npos);
-    CHECK(test.wisp("render " + test.s() + " --progress always -q").err.empty());
-    CHECK(test.wisp("render " + test.s() + " --progress never").err.empty());
+    const std::string render = "render " + test.s() + " --digest";
+    CHECK(test.wisp(render).err.empty());
+    CHECK(test.wisp(render + " --progress always").err.find("camera rays") != std::string::npos);
+    CHECK(test.wisp(render + " --progress always -q").err.empty());
+    CHECK(test.wisp(render + " --progress never").err.empty());
 }
 
 TEST_CASE("command line: help and version") {
@@ -271,7 +291,7 @@ TEST_CASE("command line: degenerate pictures and smokes") { // C1, C4, E15, E17
                 test.write("d.aff", camera + size + rest);
                 CAPTURE(points);
                 CAPTURE(size);
-                CHECK(test.wisp("render " + test.file("d.aff") + " --arith " + arithmetic).status == 0);
+                CHECK(test.wisp("render " + test.file("d.aff") + " --digest --arith " + arithmetic).status == 0);
             }
 }
 
@@ -280,7 +300,7 @@ TEST_CASE("command line: what does not fit fixed point is refused with the reaso
     const auto with = [&](const std::string &smoke, const std::string &light) {
         test.write("x.aff", "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 2 2\nlp " + light +
                                 "\nsmoke puff.vtk { " + smoke + " }\nrender photons 100");
-        return test.wisp("render " + test.file("x.aff") + " --arith fixed");
+        return test.wisp("render " + test.file("x.aff") + " --digest --arith fixed");
     };
     CHECK(with("radius 0.2 mass 1 extinction 0.02", "3 3 3 1 1 1").status == 0);
     CHECK(with("radius 1e-5 mass 1", "3 3 3 1 1 1").status == 3); // wider than the range of coordinates
@@ -323,7 +343,8 @@ TEST_CASE("command line: what belongs to --reference is refused without it, and 
     scenes.write("o.aff", CommandLineTest::lit("box 0 0 0 1 1 1 1 {}", "render reference 1\nrender error-out e.pfm"));
     const Ran named = scenes.wisp("render " + scenes.file("o.aff"));
     CHECK(named.status == 3);
-    CHECK(named.err == scenes.file("o.aff") + ":10: option 'error-out' in a scene, expected it on the command line\n");
+    CHECK(named.err ==
+          scenes.file("o.aff") + ":10: error: option 'error-out' in a scene, expected it on the command line\n");
     // The others may be a scene's defaults.
     scenes.write("d.aff", CommandLineTest::lit("box 0 0 0 1 1 1 1 {}", "render reference 1\nrender passes 0:2"));
     scenes.write("e.aff", CommandLineTest::lit("box 0 0 0 1 1 1 1 {}"));
@@ -389,7 +410,9 @@ TEST_CASE("command line: frames of a reference have their own outputs, and -v sa
     const Ran ran = test.render("--passes 0:2 --frames 0:1 -v -o " + test.file("f_%02d.passes") + " --error-out " +
                                 test.file("e_%02d.pfm") + " --digest");
     CHECK(ran.status == 0);
-    CHECK(ran.err == "wrote " + test.file("f_00.passes") + "\nwrote " + test.file("e_00.pfm") + "\nwrote " +
+    CHECK(ran.err == "wrote " + test.file("f_00.passes") + "\nwrote " + test.file("e_00.pfm") +
+                         "\nwisp: warning: option 'frames' does nothing here: nothing differs from frame to "
+                         "frame\nwrote " +
                          test.file("f_01.passes") + "\nwrote " + test.file("e_01.pfm") + "\n");
     CHECK(lines(ran.out) == 2);
     CHECK(ran.out.substr(64, 4) == "  -\n");
@@ -416,7 +439,7 @@ TEST_CASE("command line: merge refuses what does not belong together, and writes
             "--verbose");
     refuses(a + " -o " + test.file("x.jpg"), 2,
             "option 'output': found '" + test.file("x.jpg") +
-                "', expected a file name that ends in .png, .pfm, .passes or .map");
+                "', expected a file name that ends in .png, .pfm, .passes or .map, or -");
     refuses(a + " --error-out " + test.file("x.png"), 2,
             "option 'error-out': found '" + test.file("x.png") + "', expected a file name that ends in .pfm");
 
@@ -546,13 +569,13 @@ TEST_CASE("command line: grids are known by what is in the file, and refuse what
         const Ran refused = render("g.vol {\n extinction 2\n " + line + "\n}");
         CAPTURE(line);
         CHECK(refused.status == 3);
-        CHECK(refused.err == test.file("g.aff") + ":7: found '" + line.substr(0, line.find(' ')) +
+        CHECK(refused.err == test.file("g.aff") + ":7: error: found '" + line.substr(0, line.find(' ')) +
                                  "', expected none for the density grid " + test.file("g.vol") +
                                  ": only particles have it\n");
     }
     test.write("g.vol", grid.substr(0, 60));
-    CHECK(render("g.vol { }").err ==
-          test.file("g.vol") + ": byte 48: 12 bytes of samples, expected 2 x 1 x 2 samples of 4 bytes\n");
+    CHECK(render("g.vol { }").err == test.file("g.aff") + ":5: error: " + test.file("g.vol") +
+                                         ": byte 48: 12 bytes of samples, expected 2 x 1 x 2 samples of 4 bytes\n");
     // Nothing in it: the background, as without smoke.
     test.write("g.vol", CommandLineTest::volume(2, 1, 2, 1, 1, 1, {0, 0, 0, 0}));
     const Ran nothing = render("g.vol { emission 1 1 1 }");
@@ -677,8 +700,10 @@ TEST_CASE("command line: smoke too thin for fixed point may glow") {
                                     "puff.vtk { radius 1 mass 5e-11 emission 1 1 1 }"}) {
         test.write("thin.aff", CommandLineTest::lit(smoke));
         CAPTURE(smoke);
-        CHECK(test.wisp("render " + test.file("thin.aff") + " --arith fixed").status == 0);
-        CHECK(test.wisp("render " + test.file("thin.aff") + " --arith fixed --reference --passes 0:1").status == 0);
+        CHECK(test.wisp("render " + test.file("thin.aff") + " --arith fixed --digest").status == 0);
+        CHECK(
+            test.wisp("render " + test.file("thin.aff") + " --arith fixed --digest --reference --passes 0:1").status ==
+            0);
     }
 }
 
@@ -710,12 +735,12 @@ TEST_CASE("command line: --thin leaves out strays, the same in every arithmetic"
         CHECK(digest("b.aff --thin 0") == ball);
         // A mass of 0.01 takes 0.003 of a ray.
         CHECK(digest("t.aff --thin 0.001") == strays);
-        CHECK(test.wisp("render " + test.file("t.aff") + " -v --arith " + arithmetic).err ==
+        CHECK(test.wisp("render " + test.file("t.aff") + " -v --digest --arith " + arithmetic).err ==
               "smoke 1: --thin leaves out 3 of 23 particles; 0 give their mass to a neighbour\n");
     }
     for (const std::string value : {"-0.1", "1", "x", "nan", ""})
         CHECK(test.wisp("render " + test.file("b.aff") + " --thin " + (value.empty() ? "''" : value)).err ==
-              "option 'thin': found '" + value + "', expected a number from 0 to 0.99\n");
+              "wisp: error: option 'thin': found '" + value + "', expected a number from 0 to 0.99\n");
 }
 
 TEST_CASE("command line: plan -v says whether the particles suffice, and how many are negligible") {

@@ -23,7 +23,8 @@ int run(const CommandLineTest &folder, const std::vector<std::string> &arguments
     for (const std::string &argument : arguments) line += " '" + argument + "'";
     const Ran ran = folder.wisp(line);
     if (ran.status > exit_difference) folder.refuses(ran, ran.status);
-    printed = ran.out + ran.err.substr(0, ran.err.find('\n'));
+    printed = ran.out;
+    if (!ran.err.empty()) printed += CommandLineTest::without_severity(ran.err.substr(0, ran.err.find('\n')));
     return ran.status;
 }
 

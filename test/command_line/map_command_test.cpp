@@ -172,7 +172,7 @@ TEST_CASE("map command: a map that is not this scene's, or not whole, is refused
     test.write("puff.vtk", CommandLineTest::puff(41));
     refuses("--map-in " + a, other);
     test.write("puff.vtk", CommandLineTest::puff(40));
-    CHECK(test.render("--map-in " + a).status == 0); // none of the above was in the way
+    CHECK(test.render("--digest --map-in " + a).status == 0); // none of the above was in the way
 
     refuses("--map-in " + test.file("none.map"),
             test.file("none.map") + ": cannot be opened: No such file or directory");
@@ -213,7 +213,7 @@ TEST_CASE("map command: sums that nobody traced do no harm") {
         MapFile map = test.map("a.map");
         for (size_t i = 0; i < map.sums.size(); ++i) map.sums[i] = i % 3 ? INT64_MIN : INT64_MAX;
         test.forge("x.map", map);
-        CHECK(test.render("--arith " + arithmetic + " --map-in " + test.file("x.map")).status == 0);
+        CHECK(test.render("--digest --arith " + arithmetic + " --map-in " + test.file("x.map")).status == 0);
     }
 }
 
@@ -247,7 +247,7 @@ TEST_CASE("map command: options of the map are refused where they do nothing") {
     refuses("--frames 0:1" + out, "option 'map-out': found '" + a + "' for several frames, expected a name with %04d");
     refuses("-o " + a, "option 'output': found '" + a + "', expected --map-out for the particle map");
     refuses("-o " + test.file("x.pfm") + " --map-out " + test.file("x.pfm"),
-            "option 'map-out' is '" + test.file("x.pfm") + "' like an output, expected another file");
+            "option 'map-out' writes to '" + test.file("x.pfm") + "' like 'output', expected another file");
     for (const std::string option : {"map-out", "map-in"}) {
         test.write("m.aff", MapCommandTest::scene("{ }", "render " + option + " a.map"));
         test.refuses(test.render(""), 3,
@@ -262,14 +262,14 @@ TEST_CASE("map command: photons that the sums might not hold are refused before 
                       expected = " that the particle map's sums can hold";
     for (const std::string command : {"render ", "plan "}) {
         const std::string scene = command + test.file("m.aff") + " " + photons;
-        test.refuses(test.wisp(scene), 2, found + "68718476735" + expected);
-        test.refuses(test.wisp(scene + "--deposit path"), 2, found + "4293967295" + expected);
+        test.refuses(test.wisp(scene + "--digest"), 2, found + "68718476735" + expected);
+        test.refuses(test.wisp(scene + "--digest --deposit path"), 2, found + "4293967295" + expected);
         test.refuses(test.wisp(scene + "--batches 0:1 --map-out " + test.file("a.map")), 2);
     }
     // As many as they hold are accepted; other methods have no such sums.
     CHECK(test.render("--deposit exact --photons 68718476735 --batches 0:1 --map-out " + test.file("a.map")).status ==
           0);
-    CHECK(test.render(photons + "--reference --passes 0:1").status == 0);
+    CHECK(test.render(photons + "--digest --reference --passes 0:1").status == 0);
 }
 
 TEST_CASE("map command: frames with the same smoke use one map, unless --remap traces it anew") {
@@ -284,8 +284,9 @@ TEST_CASE("map command: frames with the same smoke use one map, unless --remap t
     };
     const Ran kept = frames("", "k.json"), anew = frames("--remap", "a.json");
     CHECK(kept.status == 0);
-    CHECK(kept.err == "the particle map is that of the frame before\n"); // frame 1; 2 and 3 differ from those before
-    CHECK(anew.err.empty());
+    // Frame 1; 2 and 3 differ from those before.
+    CHECK(kept.err == "the particle map is that of the frame before\nwrote " + test.file("k.json") + "\n");
+    CHECK(anew.err == "wrote " + test.file("a.json") + "\n");
     CHECK(lines(kept.out) == 4);
     CHECK(kept.out == anew.out);
     // Of "photons", the seconds come first, the counts and the bytes behind them.
@@ -307,7 +308,7 @@ TEST_CASE("map command: frames with the same smoke use one map, unless --remap t
     CHECK(frames("--map-in " + numbered, "i.json").out == kept.out);
     for (size_t i = 0; i < 4; ++i) CHECK(seconds("i.json", i) == "0.000000");
     CHECK(test.render("--frames 0:1 --digest --map-in " + test.file("f_00.map")).out == kept.out.substr(0, 136));
-    CHECK(test.render("--frames 0:2 --map-in " + test.file("f_00.map")).status == 3);
+    CHECK(test.render("--digest --frames 0:2 --map-in " + test.file("f_00.map")).status == 3);
     // Parts of each.
     const std::string part = test.file("h_%02d.map");
     CHECK(test.render("--frames 0:3 --batches 2:4 --map-out " + part).status == 0);

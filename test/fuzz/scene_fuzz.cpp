@@ -83,7 +83,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     const FileReader read = [&files](const std::string &path) {
         const auto number = to_integer(path);
         if (!number || *number < 1 || *number >= static_cast<int64_t>(files.size()))
-            throw InputError(path + ": cannot be opened: there is no such file");
+            throw InputError(path, "cannot be opened: there is no such file");
         const std::string &text = files[static_cast<size_t>(*number)];
         return Bytes(text.begin(), text.end());
     };

@@ -16,8 +16,6 @@ using namespace wisp::WISP_ARITH;
 
 namespace {
 
-constexpr double pi_ = 3.14159265358979323846;
-
 // The picture of one pixel: radiance along one ray, whose direction may have any length.
 struct Seen {
     double red;

@@ -13,7 +13,6 @@ using namespace wisp::WISP_ARITH;
 
 namespace {
 
-constexpr double pi_ = 3.14159265358979323846;
 constexpr bool is_f32 = std::is_same_v<Real, float>, is_f64 = std::is_same_v<Real, double>,
                is_fixed = std::is_same_v<Real, Fixed>;
 

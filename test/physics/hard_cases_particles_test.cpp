@@ -21,7 +21,6 @@ using namespace wisp::WISP_ARITH;
 
 namespace {
 
-constexpr double pi_ = 3.14159265358979323846;
 constexpr bool is_f32 = std::is_same_v<Real, float>, is_fixed = std::is_same_v<Real, Fixed>;
 
 const LightSource lamp = {LightKind::point, {5, 6, 4}, {0, 0, 1}, 2, {50, 40, 30}};

@@ -15,7 +15,7 @@ using namespace wisp::WISP_ARITH;
 
 namespace {
 
-constexpr double pi_ = 3.14159265358979323846, ln2 = 0.693147180559945309417;
+constexpr double ln2 = 0.693147180559945309417;
 constexpr bool is_f32 = std::is_same_v<Real, float>, is_fixed = std::is_same_v<Real, Fixed>;
 
 uint64_t key_of(uint64_t i) { return (i + 1) * 0x9e3779b97f4a7c15u; }

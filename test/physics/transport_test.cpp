@@ -11,8 +11,6 @@ using namespace wisp::WISP_ARITH;
 
 namespace {
 
-constexpr double pi_ = 3.14159265358979323846;
-
 // A medium of extinction 1 inside a convex shape, with the functions that `walk` calls. `exit` is a point behind the
 // boundary, where the last photon left.
 struct UnitMedium {

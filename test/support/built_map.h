@@ -8,6 +8,13 @@
 
 namespace wisp::WISP_ARITH {
 
+inline Settings map_settings(int pixels, uint64_t photons) {
+    Settings settings = small_settings(pixels);
+    settings.method = Method::map;
+    settings.photons = photons;
+    return settings;
+}
+
 // The sums of a scene's photons.
 struct TracedMap {
     TracedMap(const Scene &scene, const Settings &settings)
@@ -15,8 +22,22 @@ struct TracedMap {
           arena(memory.data(), memory.size()), medium(make_medium(scene, 0, arena)) {
         sums = {arena.make<int64_t>(plan.sums), plan.sums, 0};
         for (uint32_t i = 0; i < scene.light_count; ++i) lights.push_back(make_light(scene.lights[i]));
-        REQUIRE(trace_particle_map(scene, medium, nullptr, lights.data(), settings, plan.needs, all_batches(settings),
-                                   {}, arena, sums, statistics, map) == Status::done);
+        REQUIRE(
+            trace_particle_map({medium, nullptr, settings, plan.needs, all_batches(settings), {}, arena, statistics},
+                               scene, lights.data(), sums, map) == Status::done);
+    }
+    // The photons of the first batch once more, one by one, with trace_photon()'s on_collision.
+    template <class OnCollision> void trace_again(const Settings &settings, OnCollision &&on_collision) const {
+        std::vector<unsigned char> room(Arena::bytes<Emitter>(lights.size() + medium.count));
+        Arena own(room.data(), room.size());
+        const Emitters emitters = find_emitters(medium, lights.data(), static_cast<uint32_t>(lights.size()), own);
+        REQUIRE(emitters.count > 0);
+        Statistics unused;
+        const PhotonTracing tracing = {medium, nullptr, settings, plan.needs, {}, {}, own, unused};
+        for_each_photon(settings.seed, 0, settings.photons, [&](uint64_t key) {
+            trace_photon(tracing, emitters, key, on_collision);
+            return true;
+        });
     }
     ParticleMapPlan plan;
     std::vector<unsigned char> memory;

@@ -11,6 +11,8 @@
 
 namespace wisp::WISP_ARITH {
 
+constexpr double pi_ = 3.14159265358979323846;
+
 inline double at(Real x) { return to_double(x); }
 inline Real real(double x) { return to_real<Real>(x); }
 inline Vec3 vec(double x, double y, double z) { return Vec3(real(x), real(y), real(z)); }
@@ -71,10 +73,9 @@ inline double brute_density(const std::vector<Particle> &particles, Kernel kerne
         const double r = std::sqrt(dx * dx + dy * dy + dz * dz), h = p.h;
         if (r >= 2 * h) continue;
         if (kernel == Kernel::spline)
-            sum += p.area * 15 / (3.14159265358979323846 * std::pow(4 * h, 3)) * std::pow(2 - r / h, 3);
+            sum += p.area * 15 / (pi_ * std::pow(4 * h, 3)) * std::pow(2 - r / h, 3);
         else
-            sum += p.area * 315 / (64 * 3.14159265358979323846 * std::pow(2 * h, 3)) *
-                   std::pow(1 - r * r / (4 * h * h), 3);
+            sum += p.area * 315 / (64 * pi_ * std::pow(2 * h, 3)) * std::pow(1 - r * r / (4 * h * h), 3);
     }
     return sum;
 }
@@ -184,8 +185,8 @@ struct BuiltPhotons {
         : memory(medium_bytes(scene, 0) + plan.bytes), arena(memory.data(), memory.size()),
           medium(make_medium(scene, 0, arena)) {
         for (uint32_t i = 0; i < scene.light_count; ++i) lights.push_back(make_light(scene.lights[i]));
-        maps = trace_photons(medium, nullptr, lights.data(), scene.light_count, settings, plan, observer, arena,
-                             statistics);
+        maps = trace_photons({medium, nullptr, settings, plan, all_batches(settings), observer, arena, statistics},
+                             lights.data(), scene.light_count, plan.capacity);
     }
     std::vector<unsigned char> memory;
     Arena arena;
@@ -194,6 +195,8 @@ struct BuiltPhotons {
     Statistics statistics;
     PhotonMaps maps;
 };
+
+inline bool adds_up(const Statistics::Photons &n) { return n.emitted == n.absorbed + n.escaped + n.blocked + n.capped; }
 
 inline Settings small_settings(int pixels) {
     Settings settings = {};

@@ -82,6 +82,15 @@ struct Resampled {
     Medium medium;
 };
 
+inline Settings brick_settings(int pixels, double density_step, uint64_t photons = 0) {
+    Settings settings = small_settings(pixels);
+    settings.method = Method::map;
+    settings.density_step = settings.light_step = density_step;
+    settings.photons = photons;
+    return settings;
+}
+inline const std::vector<LightSource> sun_along_z = {{LightKind::parallel, {}, {0, 0, -1}, 2, {1, 1, 1}}};
+
 // The photons of a scene, traced through resampled smoke: nodes every `spacing` cells.
 struct TracedFluence {
     TracedFluence(const Scene &scene, const Settings &settings, int32_t spacing = 1)
@@ -96,8 +105,8 @@ struct TracedFluence {
                                         &statistics.rays.shadow, depths));
         sums = {arena.make<int64_t>(plan.sums), plan.sums, 0};
         REQUIRE(make_emission_distribution(scene, medium, depths, arena, distribution));
-        REQUIRE(trace_fluence(medium, nullptr, depths, distribution, settings, plan.needs, spacing,
-                              all_batches(settings), Observer{}, arena, sums, statistics, deposits) == Status::done);
+        REQUIRE(trace_fluence({medium, nullptr, settings, plan.needs, all_batches(settings), {}, arena, statistics},
+                              depths, distribution, spacing, sums, deposits) == Status::done);
     }
     uint64_t count;
     FluencePlan plan;

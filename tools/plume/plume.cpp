@@ -3,6 +3,7 @@
 // The same options give the same bytes on every machine.
 #include "host/base/error.h"
 #include "host/base/files.h"
+#include "host/base/messages.h"
 #include "host/base/text.h"
 #include "plume_particles.h"
 #include "vtk_writer.h"
@@ -134,10 +135,10 @@ int main(int count, char **words) {
         wisp::plume::simulate(wisp::plume::parse(arguments));
         return wisp::exit_done;
     } catch (const wisp::Error &error) {
-        std::fprintf(stderr, "plume: %s\n", error.what());
+        wisp::print_error(error, "plume");
         return error.status;
     } catch (const std::bad_alloc &) {
-        std::fputs("plume: so many particles do not fit in memory\n", stderr);
+        wisp::print_error({wisp::exit_memory, "so many particles do not fit in memory"}, "plume");
         return wisp::exit_memory;
     }
 }

@@ -12,6 +12,7 @@
 #include "host/base/error.h"
 #include "host/prepare/motion.h"
 #include "host/prepare/prepare.h"
+#include "host/base/messages.h"
 #include "host/base/text.h"
 #include "vtk_writer.h"
 #include <cstdio>
@@ -75,10 +76,10 @@ Bytes vtk_bytes(const std::vector<Particle> &smoke) {
 void simulate(const std::string &scene, const std::string &output) {
     const SceneFile file = read_scene(scene);
     if (!file.animation)
-        throw InputError(scene + ":1: there is no animation, expected a statement 'a START END FRAMES'");
+        throw InputError(scene + ":1", "there is no animation, expected a statement 'a START END FRAMES'");
     for (const Ball &ball : balls)
         if (!find_motion(file.graph, ball.name))
-            throw InputError(scene + ":1: nothing moves '" + ball.name + "', expected key frames for it");
+            throw InputError(scene + ":1", "nothing moves '" + ball.name + "', expected key frames for it");
     const Options options;
     Mt19937 random(1, 0, 0, 0);
     const auto number = [&random] { return random() * 0x1p-32; };
@@ -126,7 +127,7 @@ int main(int count, char **words) {
         wisp::simulate(words[1], words[3]);
         return wisp::exit_done;
     } catch (const wisp::Error &error) {
-        std::fprintf(stderr, "wake: %s\n", error.what());
+        wisp::print_error(error, "wake");
         return error.status;
     }
 }

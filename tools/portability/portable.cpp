@@ -6,7 +6,7 @@
 // line, as in WebAssembly, portable_fault() is asked once and portable_line() for one line after the other.
 #include "core/numbers/sample_sums.h"
 #include "host/base/renderers.h"
-#include "portability/compiled_scene.h"
+#include "portability/compiled_scenes.h"
 #include "core/numbers/self_test.h"
 #include "wisp/settings.h"
 #include <cstdio>
@@ -16,17 +16,7 @@
 
 namespace wisp {
 
-// WISP_SCENES is X(NAME) of each scene, see fixtures/compiled_scenes.txt.
-#define X(name) extern const CompiledScene scene_##name;
-WISP_SCENES
-#undef X
-
 namespace {
-
-#define X(name) &scene_##name,
-const CompiledScene *const scenes[] = {WISP_SCENES};
-#undef X
-constexpr int scene_count = sizeof scenes / sizeof *scenes;
 
 template <class T> T *allocate(uint64_t count) {
     return count > SIZE_MAX / sizeof(T) ? nullptr

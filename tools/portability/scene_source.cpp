@@ -4,7 +4,7 @@
 //
 // defines `extern const wisp::CompiledScene NAME` (compiled_scene.h). Its numbers are bit for bit those that `wisp`
 // gives to the core.
-#include "host/base/error.h"
+#include "host/base/messages.h"
 #include "host/commands/request.h"
 #include "wisp/settings.h"
 #include <cstdio>
@@ -134,7 +134,7 @@ int main(int count, char **words) {
     try {
         return wisp::run({words + 1, words + count});
     } catch (const wisp::Error &error) {
-        std::fprintf(stderr, "%s\n", error.what());
+        wisp::print_error(error, "scene_source");
         return error.status;
     }
 }

@@ -4,23 +4,14 @@
 #include "host/base/json_object.h"
 #include "host/base/renderers.h"
 #include "host/commands/inspection.h"
-#include "portability/compiled_scene.h"
+#include "portability/compiled_scenes.h"
 #include "core/numbers/self_test.h"
 #include "wisp/settings.h"
 #include <new>
 
 namespace wisp {
 
-// WISP_SCENES is X(NAME) of each scene, see fixtures/compiled_scenes.txt.
-#define X(name) extern const CompiledScene scene_##name;
-WISP_SCENES
-#undef X
-
 namespace {
-
-#define X(name) &scene_##name,
-const CompiledScene *const scenes[] = {WISP_SCENES};
-#undef X
 
 extern "C" __attribute__((import_module("page"), import_name("progress"))) void page_progress(int group, double done,
                                                                                               double total);

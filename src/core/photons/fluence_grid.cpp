@@ -417,11 +417,14 @@ bool make_emission_distribution(const Scene &scene, const Medium &medium, const 
     return true;
 }
 
-Status trace_fluence(const Medium &medium, const Surfaces *surfaces, const OpticalDepthGrid &depths,
-                     const EmissionDistribution &distribution, const Settings &settings, const PhotonNeeds &needs,
-                     int32_t spacing, const Batches &batches, const Observer &observer, Arena &arena, PhotonSums &sums,
-                     Statistics &statistics, FluenceSums &fluence) {
-    const SparseGrid &bricks = *medium.bricks;
+Status trace_fluence(const PhotonTracing &tracing, const OpticalDepthGrid &depths,
+                     const EmissionDistribution &distribution, int32_t spacing, PhotonSums &sums,
+                     FluenceSums &fluence) {
+    const SparseGrid &bricks = *tracing.medium.bricks;
+    const Settings &settings = tracing.settings;
+    const PhotonNeeds &needs = tracing.needs;
+    Arena &arena = tracing.arena;
+    Statistics &statistics = tracing.statistics;
     const uint64_t nodes = uint64_t{bricks.count} * nodes_of(spacing);
     fluence = {&bricks, spacing, sums.values, nullptr, nullptr, needs.powers ? 3u : 1u, Color(Real(1)), {Real(1), 0}};
     const uint64_t powers = nodes * fluence.channels, with_flux = powers + (needs.directions ? nodes * 3 : 0);
@@ -446,7 +449,7 @@ Status trace_fluence(const Medium &medium, const Surfaces *surfaces, const Optic
     const size_t mark = arena.mark();
     Cursor *cursor = arena.make<Cursor>(1);
     if (!cursor) return Status::out_of_memory;
-    const Tracer tracer = {{medium, bricks, depths, distribution}, surfaces, statistics};
+    const Tracer tracer = {{tracing.medium, bricks, depths, distribution}, tracing.surfaces, statistics};
     cursor->entry = UINT64_MAX;
     const auto first_weight = [&](uint64_t photon) {
         return detail::divide(whole_product(photon, total), settings.photons).quotient;
@@ -454,7 +457,7 @@ Status trace_fluence(const Medium &medium, const Surfaces *surfaces, const Optic
     const auto &counts = statistics.photons;
     const uint64_t limit = max_fluence_flights(length(bricks.bounds.high - bricks.bounds.low));
     bool fits = true;
-    const Status status = for_each_batch(settings.photons, batches, observer, [&](uint64_t batch, uint64_t photons) {
+    const Status status = for_each_batch(tracing, [&](uint64_t batch, uint64_t photons) {
         uint64_t photon = batch * batch_photons;
         return for_each_photon(settings.seed, batch, photons, [&](uint64_t key) {
             // Stratification: photon i takes the i-th of `settings.photons` equal intervals of all weights, and a

@@ -64,12 +64,10 @@ struct EmissionDistribution {
 bool make_emission_distribution(const Scene &scene, const Medium &medium, const OpticalDepthGrid &depths, Arena &arena,
                                 EmissionDistribution &distribution);
 
-// Adds the deposits of the photons of `batches` to `sums`, and makes `fluence` of the sums as if they held all batches.
-// `batches` may be empty. `surfaces` stop photons; nullptr: there are none. Status::overflow: see max_fluence_flights.
-Status trace_fluence(const Medium &medium, const Surfaces *surfaces, const OpticalDepthGrid &depths,
-                     const EmissionDistribution &distribution, const Settings &settings, const PhotonNeeds &needs,
-                     int32_t spacing, const Batches &batches, const Observer &observer, Arena &arena, PhotonSums &sums,
-                     Statistics &statistics, FluenceSums &fluence);
+// Adds the deposits of photons to `sums`, and makes `fluence` of the sums as if they held all batches.
+// Status::overflow: see max_fluence_flights.
+Status trace_fluence(const PhotonTracing &tracing, const OpticalDepthGrid &depths,
+                     const EmissionDistribution &distribution, int32_t spacing, PhotonSums &sums, FluenceSums &fluence);
 
 // The fluence and flux at a node, from the sums of all bricks that hold it.
 FluenceAndFlux light_at_node(const FluenceSums &fluence, uint32_t brick, const Cell &node);

@@ -106,26 +106,26 @@ uint64_t max_deposits(const Settings &settings) {
     return (uint64_t{1} << (63 - bits)) - (max_collisions + 1);
 }
 
-Status trace_particle_map(const Scene &scene, const Medium &medium, const Surfaces *surfaces, const Light *lights,
-                          const Settings &settings, const PhotonNeeds &needs, const Batches &batches,
-                          const Observer &observer, Arena &arena, PhotonSums &sums, Statistics &statistics,
+Status trace_particle_map(const PhotonTracing &tracing, const Scene &scene, const Light *lights, PhotonSums &sums,
                           ParticleMap &map) {
+    const Medium &medium = tracing.medium;
+    const Settings &settings = tracing.settings;
     map = {};
-    if (!needs.traced) return sums.count == 0 ? Status::done : Status::size_mismatch;
-    Deposits *deposits = arena.make<Deposits>(medium.count);
+    if (!tracing.needs.traced) return sums.count == 0 ? Status::done : Status::size_mismatch;
+    Deposits *deposits = tracing.arena.make<Deposits>(medium.count);
     if (!deposits) return Status::out_of_memory;
-    const Status made = make_deposits(scene, needs, settings.direction, sums, deposits);
+    const Status made = make_deposits(scene, tracing.needs, settings.direction, sums, deposits);
     if (made != Status::done) return made;
-    const Emitters emitters = find_emitters(medium, lights, scene.light_count, arena);
+    const Emitters emitters = find_emitters(medium, lights, scene.light_count, tracing.arena);
     if (!emitters.list) return Status::out_of_memory;
     if (emitters.count == 0) return Status::done;
-    const auto &counts = statistics.photons;
+    auto &counts = tracing.statistics.photons;
     const uint64_t limit = max_deposits(settings);
     bool fits = true;
-    const Status status = for_each_batch(settings.photons, batches, observer, [&](uint64_t batch, uint64_t photons) {
+    const Status status = for_each_batch(tracing, [&](uint64_t batch, uint64_t photons) {
         return for_each_photon(settings.seed, batch, photons, [&](uint64_t key) {
             trace_photon(
-                medium, surfaces, emitters, key, statistics,
+                tracing, emitters, key,
                 [&](const MediumCollision &at, const Photon &arrived, const Color &power) {
                     const Deposits &to = deposits[at.smoke];
                     const Ray &ray = arrived.ray;
@@ -133,7 +133,7 @@ Status trace_particle_map(const Scene &scene, const Medium &medium, const Surfac
                     const bool stored =
                         settings.deposit != Deposit::kernel ||
                         deposit_by_kernel(to, medium.smokes[at.smoke].field, ray.origin, power, ray.direction);
-                    ++(stored ? statistics.photons.stored : statistics.photons.lost);
+                    ++(stored ? counts.stored : counts.lost);
                 },
                 [&](const Photon &photon, Real end, const Color &power) {
                     if (settings.deposit != Deposit::path) return;

@@ -48,11 +48,9 @@ ParticleMapPlan plan_particle_map(const Scene &scene, const Settings &settings);
 // than it has flights, so tracing stops when emitted + stored exceeds this number.
 uint64_t max_deposits(const Settings &settings);
 
-// Adds the deposits of the photons of `batches` to `sums`, and makes `map` of the sums as if they held all batches.
-// `batches` may be empty. Status::overflow: see max_deposits.
-Status trace_particle_map(const Scene &scene, const Medium &medium, const Surfaces *surfaces, const Light *lights,
-                          const Settings &settings, const PhotonNeeds &needs, const Batches &batches,
-                          const Observer &observer, Arena &arena, PhotonSums &sums, Statistics &statistics,
+// Adds the deposits of photons to `sums`, and makes `map` of the sums as if they held all batches. Status::overflow:
+// see max_deposits.
+Status trace_particle_map(const PhotonTracing &tracing, const Scene &scene, const Light *lights, PhotonSums &sums,
                           ParticleMap &map);
 
 } // namespace wisp::WISP_ARITH

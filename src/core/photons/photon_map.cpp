@@ -15,35 +15,38 @@ struct Store {
     uint64_t count, capacity;
 };
 
-bool make_store(const PhotonPlan &plan, uint32_t smokes, Arena &arena, Store &store) {
+bool make_store(const PhotonTracing &tracing, uint64_t capacity, Store &store) {
+    const PhotonNeeds &needs = tracing.needs;
+    const bool several = tracing.medium.count > 1;
+    Arena &arena = tracing.arena;
     store = {};
-    store.capacity = plan.capacity;
-    store.position = arena.make<Vec3>(plan.capacity);
-    if (plan.directions) store.direction = arena.make<Vec3>(plan.capacity);
-    if (plan.powers) store.power = arena.make<Color>(plan.capacity);
-    if (smokes > 1) store.smoke = arena.make<uint32_t>(plan.capacity);
-    return store.position && (store.direction || !plan.directions) && (store.power || !plan.powers) &&
-           (store.smoke || smokes < 2);
+    store.capacity = capacity;
+    store.position = arena.make<Vec3>(capacity);
+    if (needs.directions) store.direction = arena.make<Vec3>(capacity);
+    if (needs.powers) store.power = arena.make<Color>(capacity);
+    if (several) store.smoke = arena.make<uint32_t>(capacity);
+    return store.position && (store.direction || !needs.directions) && (store.power || !needs.powers) &&
+           (store.smoke || !several);
 }
 
 // Traces one batch. False: the store is too small, and nothing of the batch remains in it.
-bool trace_batch(const Medium &medium, const Surfaces *surfaces, const Emitters &emitters, uint64_t seed,
-                 uint64_t batch, uint64_t photons, Store &store, Statistics &statistics) {
+bool trace_batch(const PhotonTracing &tracing, const Emitters &emitters, uint64_t batch, uint64_t photons,
+                 Store &store) {
+    Statistics &statistics = tracing.statistics;
     const Statistics before = statistics;
     const uint64_t stored_before = store.count;
-    const bool done = for_each_photon(seed, batch, photons, [&](uint64_t key) {
+    const bool done = for_each_photon(tracing.settings.seed, batch, photons, [&](uint64_t key) {
         bool room = true;
-        trace_photon(medium, surfaces, emitters, key, statistics,
-                     [&](const MediumCollision &at, const Photon &arrived, const Color &power) {
-                         room = room && store.count < store.capacity;
-                         if (!room) return;
-                         store.position[store.count] = arrived.ray.origin;
-                         if (store.direction) store.direction[store.count] = arrived.ray.direction;
-                         if (store.power) store.power[store.count] = power;
-                         if (store.smoke) store.smoke[store.count] = at.smoke;
-                         ++store.count;
-                         ++statistics.photons.stored;
-                     });
+        trace_photon(tracing, emitters, key, [&](const MediumCollision &at, const Photon &arrived, const Color &power) {
+            room = room && store.count < store.capacity;
+            if (!room) return;
+            store.position[store.count] = arrived.ray.origin;
+            if (store.direction) store.direction[store.count] = arrived.ray.direction;
+            if (store.power) store.power[store.count] = power;
+            if (store.smoke) store.smoke[store.count] = at.smoke;
+            ++store.count;
+            ++statistics.photons.stored;
+        });
         return room;
     });
     if (done) return true;
@@ -113,24 +116,22 @@ PhotonPlan plan_photons(const Scene &scene, const Settings &settings) {
     return plan;
 }
 
-PhotonMaps trace_photons(const Medium &medium, const Surfaces *surfaces, const Light *lights, uint32_t light_count,
-                         const Settings &settings, const PhotonPlan &plan, const Observer &observer, Arena &arena,
-                         Statistics &statistics) {
-    if (!plan.traced) return {nullptr, Status::done};
+PhotonMaps trace_photons(const PhotonTracing &tracing, const Light *lights, uint32_t light_count, uint64_t capacity) {
+    const Medium &medium = tracing.medium;
+    Arena &arena = tracing.arena;
+    if (!tracing.needs.traced) return {nullptr, Status::done};
     PhotonMap *maps = arena.make<PhotonMap>(medium.count);
     const Emitters emitters = find_emitters(medium, lights, light_count, arena);
     Store store;
-    if (!maps || !emitters.list || !make_store(plan, medium.count, arena, store))
-        return {nullptr, Status::out_of_memory};
+    if (!maps || !emitters.list || !make_store(tracing, capacity, store)) return {nullptr, Status::out_of_memory};
     if (emitters.count == 0) return {nullptr, Status::done};
 
     bool any = false;
-    const Status status =
-        for_each_batch(settings.photons, all_batches(settings), observer, [&](uint64_t batch, uint64_t photons) {
-            const bool done = trace_batch(medium, surfaces, emitters, settings.seed, batch, photons, store, statistics);
-            any = any || done;
-            return done;
-        });
+    const Status status = for_each_batch(tracing, [&](uint64_t batch, uint64_t photons) {
+        const bool done = trace_batch(tracing, emitters, batch, photons, store);
+        any = any || done;
+        return done;
+    });
     if (status != Status::done) return {nullptr, status};
     if (!any) return {nullptr, Status::out_of_memory};
 
@@ -138,10 +139,10 @@ PhotonMaps trace_photons(const Medium &medium, const Surfaces *surfaces, const L
     for (uint32_t i = 0; i < medium.count; ++i) {
         maps[i] = {};
         maps[i].uniform_power = emitters.list[0].photon_color;
-        maps[i].unit = photon_unit(emitters.power, statistics.photons.emitted);
+        maps[i].unit = photon_unit(emitters.power, tracing.statistics.photons.emitted);
         if (!make_map(store, i, arena, maps[i])) return {nullptr, Status::out_of_memory};
     }
-    statistics.bytes.photon_map = arena.mark() - before;
+    tracing.statistics.bytes.photon_map = arena.mark() - before;
     return {maps, Status::done};
 }
 

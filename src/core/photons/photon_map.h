@@ -26,12 +26,10 @@ struct PhotonPlan : PhotonNeeds {
 };
 PhotonPlan plan_photons(const Scene &scene, const Settings &settings);
 
-// Traces `settings.photons` photons, or as many whole batches as fit the planned store. In the latter case power is
-// divided by the number of photons that were emitted, and statistics.photons.store_full says so. trace_photon() defines
-// which collisions are stored, and with which power.
-PhotonMaps trace_photons(const Medium &medium, const Surfaces *surfaces, const Light *lights, uint32_t light_count,
-                         const Settings &settings, const PhotonPlan &plan, const Observer &observer, Arena &arena,
-                         Statistics &statistics);
+// Traces photons, or as many whole batches as fit a store of `capacity` collisions. In the latter case power is divided
+// by the number of photons that were emitted, and statistics.photons.store_full says so. trace_photon() defines which
+// collisions are stored, and with which power.
+PhotonMaps trace_photons(const PhotonTracing &tracing, const Light *lights, uint32_t light_count, uint64_t capacity);
 
 // The workspace of an estimate with up to K = `max_photons` photons; it is made once.
 struct Gather {

@@ -36,16 +36,30 @@ struct PhotonNeeds {
 };
 PhotonNeeds photon_needs(const Scene &scene, const Settings &settings);
 
-// Traces one photon. `surfaces` stop it; nullptr: there are none.
+// What photons are traced through, which of them, and what counts them: the same for all stores.
+struct PhotonTracing {
+    const Medium &medium;
+    const Surfaces *surfaces; // stop photons; nullptr: there are none
+    const Settings &settings;
+    const PhotonNeeds &needs;
+    Batches batches; // may be empty
+    Observer observer;
+    Arena &arena;
+    Statistics &statistics;
+};
+
+// Traces one photon.
 //   on_collision(collision, photon as it arrives, power)  for every collision that the map stores
 //   on_flight(photon as it starts, end, power)            for every flight that may lead to such a collision
 // The map stores collisions after the first, because the march computes single scattering directly; of photons that
 // the smoke itself emits, it stores the first too (N-E6). `power` is the power before the roulette, so whoever reads
 // the map multiplies by the albedo.
 template <class OnCollision, class OnFlight>
-void trace_photon(const Medium &medium, const Surfaces *surfaces, const Emitters &emitters, uint64_t key,
-                  Statistics &statistics, OnCollision &&on_collision, OnFlight &&on_flight) {
-    auto &counts = statistics.photons;
+void trace_photon(const PhotonTracing &tracing, const Emitters &emitters, uint64_t key, OnCollision &&on_collision,
+                  OnFlight &&on_flight) {
+    const Medium &medium = tracing.medium;
+    const Surfaces *surfaces = tracing.surfaces;
+    auto &counts = tracing.statistics.photons;
     const Emission emission = emit_photon(medium, emitters, key);
     const Emitter &emitter = *emission.emitter;
     ++counts.emitted;
@@ -86,9 +100,8 @@ void trace_photon(const Medium &medium, const Surfaces *surfaces, const Emitters
 }
 
 template <class OnCollision>
-void trace_photon(const Medium &medium, const Surfaces *surfaces, const Emitters &emitters, uint64_t key,
-                  Statistics &statistics, OnCollision &&on_collision) {
-    trace_photon(medium, surfaces, emitters, key, statistics, on_collision, [](const Photon &, Real, const Color &) {});
+void trace_photon(const PhotonTracing &tracing, const Emitters &emitters, uint64_t key, OnCollision &&on_collision) {
+    trace_photon(tracing, emitters, key, on_collision, [](const Photon &, Real, const Color &) {});
 }
 
 // Calls trace(key) for the photons of a batch, until it returns false; returns what the last call returned. Each batch
@@ -104,12 +117,13 @@ template <class Trace> bool for_each_photon(uint64_t seed, uint64_t batch, uint6
     return true;
 }
 
-// Calls trace_batch(number, photons) for some batches out of all `photons`, until it returns false.
-template <class TraceBatch>
-Status for_each_batch(uint64_t photons, const Batches &batches, const Observer &observer, TraceBatch &&trace_batch) {
+// Calls trace_batch(number, photons) for the batches to be traced, until it returns false.
+template <class TraceBatch> Status for_each_batch(const PhotonTracing &tracing, TraceBatch &&trace_batch) {
+    const Batches &batches = tracing.batches;
     for (uint64_t batch = batches.first; batch < batches.last; ++batch) {
-        if (!observer(Stage::photons, batch - batches.first, batches.last - batches.first)) return Status::stopped;
-        const uint64_t left = photons - batch * batch_photons;
+        if (!tracing.observer(Stage::photons, batch - batches.first, batches.last - batches.first))
+            return Status::stopped;
+        const uint64_t left = tracing.settings.photons - batch * batch_photons;
         if (!trace_batch(batch, left < batch_photons ? left : batch_photons)) break;
     }
     return Status::done;

@@ -34,19 +34,24 @@ Batches batches_to_trace(const Frame &frame, const PhotonSums &sums) {
     return sums.count == 0 ? all_batches(frame.settings) : Batches{0, 0};
 }
 
+PhotonTracing tracing_of(Frame &frame, const Batches &batches) {
+    return {frame.medium(), frame.surfaces(),   frame.settings, frame.decisions.photon_needs,
+            batches,        frame.job.observer, frame.arena,    frame.statistics};
+}
+
 Status trace_to_photon_map(Frame &frame) {
-    const PhotonMaps maps = WISP_ARITH::trace_photons(
-        frame.medium(), frame.surfaces(), frame.state.lights, frame.scene.light_count, frame.settings,
-        plan_photons(frame.scene, frame.settings), frame.job.observer, frame.arena, frame.statistics);
+    const PhotonMaps maps =
+        WISP_ARITH::trace_photons(tracing_of(frame, all_batches(frame.settings)), frame.state.lights,
+                                  frame.scene.light_count, plan_photons(frame.scene, frame.settings).capacity);
     frame.photon_maps = maps.per_smoke;
     return maps.status;
 }
 
 // The packed map is made first. What tracing leaves behind it is given back.
 Status trace_to_particle_map(Frame &frame) {
-    const PhotonNeeds &needs = frame.decisions.photon_needs;
     const bool picture = frame.decisions.goal == Goal::picture;
-    if (picture && !make_packed_map(frame.scene, needs, frame.settings.direction, frame.arena, frame.particle_map))
+    if (picture && !make_packed_map(frame.scene, frame.decisions.photon_needs, frame.settings.direction, frame.arena,
+                                    frame.particle_map))
         return Status::out_of_memory;
     const size_t after = frame.arena.mark();
     frame.statistics.bytes.particle_map = bytes_of(frame.particle_map);
@@ -54,9 +59,8 @@ Status trace_to_particle_map(Frame &frame) {
     Status status = find_photon_sums(frame, plan_particle_map(frame.scene, frame.settings).sums, own, sums);
     if (status != Status::done) return status;
     ParticleMap map;
-    status = trace_particle_map(frame.scene, frame.medium(), frame.surfaces(), frame.state.lights, frame.settings,
-                                needs, batches_to_trace(frame, *sums), frame.job.observer, frame.arena, *sums,
-                                frame.statistics, map);
+    status = trace_particle_map(tracing_of(frame, batches_to_trace(frame, *sums)), frame.scene, frame.state.lights,
+                                *sums, map);
     if (status != Status::done || !picture) return status;
     pack_map(map, frame.particle_map);
     frame.arena.rewind(after);
@@ -65,15 +69,13 @@ Status trace_to_particle_map(Frame &frame) {
 
 Status trace_to_fluence_grid(Frame &frame) {
     const SmokeStructures &smoke = frame.state.smoke;
-    const Decisions &decisions = frame.decisions;
-    const int32_t spacing = decisions.spacing.irradiance;
+    const int32_t spacing = frame.decisions.spacing.irradiance;
     PhotonSums own, *sums;
     const Status status = find_photon_sums(
         frame, plan_fluence(frame.scene, frame.settings, smoke.bricks->count, spacing).sums, own, sums);
     if (status != Status::done) return status;
-    return trace_fluence(smoke.medium, frame.surfaces(), smoke.depths, smoke.emission, frame.settings,
-                         decisions.photon_needs, spacing, batches_to_trace(frame, *sums), frame.job.observer,
-                         frame.arena, *sums, frame.statistics, frame.fluence);
+    return trace_fluence(tracing_of(frame, batches_to_trace(frame, *sums)), smoke.depths, smoke.emission, spacing,
+                         *sums, frame.fluence);
 }
 
 } // namespace

@@ -5,6 +5,7 @@
 // binary. Lines are counted only for an error.
 #pragma once
 #include "host/base/error.h"
+#include "host/base/text.h"
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
@@ -41,9 +42,9 @@ class ByteReader {
 
     // Throws InputError about the item that was read last.
     [[noreturn]] void fail(const std::string &what) const {
-        if (!is_text()) throw InputError(name_ + ": byte " + std::to_string(last_) + ": " + what);
+        if (!is_text()) throw InputError(name_ + ": byte " + std::to_string(last_), what);
         const auto line = 1 + std::count(data_, data_ + last_, '\n');
-        throw InputError(name_ + ":" + std::to_string(line) + ": " + what);
+        throw InputError(name_ + ":" + std::to_string(line), what);
     }
 
     // Fails unless `count` items of at least `bytes_each` bytes can be left in the file. `items` is their name.
@@ -119,9 +120,7 @@ class ByteReader {
     // Words in errors: one line whatever the file holds.
     static std::string quoted(std::string_view text) {
         constexpr size_t longest = 32;
-        std::string result = "'";
-        for (char c : text.substr(0, longest)) result += c >= ' ' && c <= '~' ? c : '?';
-        return result + (text.size() > longest ? "...'" : "'");
+        return "'" + printable(text.substr(0, longest)) + (text.size() > longest ? "...'" : "'");
     }
 
     // --- numbers ----------------------------------------------------------------------------------------------------

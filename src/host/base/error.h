@@ -1,4 +1,4 @@
-// The one exception of the host: its text is the line that the user sees, its code the exit status.
+// The one exception of the host: it becomes the line that the user sees (messages.h) and the exit status.
 #pragma once
 #include <stdexcept>
 #include <string>
@@ -16,15 +16,19 @@ enum Exit {
     exit_signal = 128 // and the signal's number, as shells say it
 };
 
+// What is wrong, and where: in `FILE`, at `FILE:LINE` or `FILE: byte N`; an empty place where no file is at fault.
 struct Error : std::runtime_error {
-    Error(Exit status_, const std::string &line) : std::runtime_error(line), status(status_) {}
+    Error(Exit status_, const std::string &place_, const std::string &text_)
+        : std::runtime_error(place_.empty() ? text_ : place_ + ": " + text_), status(status_), place(place_),
+          text(text_) {}
+    Error(Exit status_, const std::string &text_) : Error(status_, "", text_) {}
     Exit status;
+    std::string place, text;
 };
 
-// A file that cannot be read, or whose contents are wrong: `FILE:LINE: what is wrong, what was expected` or `FILE: byte
-// N: ...`.
+// A file that cannot be read, or whose contents are wrong: the text says what is wrong and what was expected.
 struct InputError : Error {
-    explicit InputError(const std::string &line) : Error(exit_input, line) {}
+    InputError(const std::string &place_, const std::string &text_) : Error(exit_input, place_, text_) {}
 };
 
 } // namespace wisp

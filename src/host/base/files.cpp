@@ -18,7 +18,7 @@ namespace {
 std::string reason() { return std::strerror(errno); }
 
 [[noreturn]] void fail_output(const std::string &path) {
-    throw Error(exit_output, path + ": could not be written: " + reason());
+    throw Error(exit_output, path, "could not be written: " + reason());
 }
 
 // Opened with `mode`, written and closed without an error; errno says why not.
@@ -96,11 +96,22 @@ void write_bytes(const std::string &path, const void *data, size_t size) {
     if (!done) fail_output(path);
 }
 
+// Removes PATH.part, opened with the further `flags`, unless another process is writing it. False with errno if it
+// cannot be opened.
+bool remove_aside(const std::string &path, int flags) {
+    const std::string aside = aside_of(path);
+    const int file = open(aside.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC | flags, 0666);
+    if (file < 0) return false;
+    if (flock(file, LOCK_EX | LOCK_NB) == 0 && is_open_at(file, aside)) std::remove(aside.c_str());
+    close(file);
+    return true;
+}
+
 } // namespace
 
 Bytes read_file(const std::string &path) {
     std::FILE *file = std::fopen(path.c_str(), "rb");
-    if (!file) throw InputError(path + ": cannot be opened: " + reason());
+    if (!file) throw InputError(path, "cannot be opened: " + reason());
     Bytes bytes;
     uint8_t block[65536];
     size_t count;
@@ -108,24 +119,31 @@ Bytes read_file(const std::string &path) {
     const bool failed = std::ferror(file) != 0;
     const std::string why = reason();
     std::fclose(file);
-    if (failed) throw InputError(path + ": cannot be read: " + why);
+    if (failed) throw InputError(path, "cannot be read: " + why);
     return bytes;
 }
 
 Bytes read_plain_file(const std::string &path) {
-    if (is_special(path)) throw InputError(path + ": cannot be read: not a plain file");
+    if (is_special(path)) throw InputError(path, "cannot be read: not a plain file");
     return read_file(path);
 }
 
 void write_file(const std::string &path, const Bytes &bytes) { write_bytes(path, bytes.data(), bytes.size()); }
 void write_file(const std::string &path, const std::string &text) { write_bytes(path, text.data(), text.size()); }
 
-void tidy_up(const std::string &path) {
-    const std::string aside = aside_of(path);
-    const int file = open(aside.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
-    if (file < 0) return;
-    if (flock(file, LOCK_EX | LOCK_NB) == 0 && is_open_at(file, aside)) std::remove(aside.c_str());
-    close(file);
+void check_writable(const std::string &path) {
+    if (!is_special(path)) {
+        const Uninterrupted uninterrupted;
+        if (!remove_aside(path, O_CREAT)) fail_output(path);
+        return;
+    }
+    if (std::filesystem::is_directory(path))
+        errno = EISDIR;
+    else if (access(path.c_str(), W_OK) == 0)
+        return;
+    fail_output(path);
 }
+
+void tidy_up(const std::string &path) { remove_aside(path, 0); }
 
 } // namespace wisp

@@ -19,6 +19,10 @@ Bytes read_plain_file(const std::string &path);
 void write_file(const std::string &path, const Bytes &bytes);
 void write_file(const std::string &path, const std::string &text);
 
+// Throws what write_file() would where `path` cannot be written, as far as this can be told without writing: its folder
+// is not there or not writable, it is a folder. Leaves nothing, and what is there as it is.
+void check_writable(const std::string &path);
+
 // Removes the PATH.part that a killed process has left, but not one that another process is writing.
 void tidy_up(const std::string &path);
 

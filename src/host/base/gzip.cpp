@@ -32,7 +32,7 @@ class Inflater {
 
   private:
     [[noreturn]] void fail(const std::string &what) const {
-        throw InputError(name_ + ": byte " + std::to_string(read_) + ": " + what);
+        throw InputError(name_ + ": byte " + std::to_string(read_), what);
     }
 
     void member() {

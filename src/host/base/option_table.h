@@ -30,18 +30,27 @@ const OptionRow<Target> *find_option(const OptionTable<Target> &table, const std
     return nullptr;
 }
 
+template <class Target> std::vector<std::string> option_names(const OptionTable<Target> &table) {
+    std::vector<std::string> names;
+    for (const OptionRow<Target> &row : table) names.push_back(row.name);
+    return names;
+}
+
 // Sets the option `name` of `target`. Throws Error(exit_usage) for a name that the table does not have and for a value
-// that the option refuses; `where` stands in front of the error.
+// that the option refuses; `where` is the error's place.
 template <class Target>
 void set_option(const OptionTable<Target> &table, Target &target, const std::string &name, const std::string &value,
                 const std::string &where = "") {
     const OptionRow<Target> *row = find_option(table, name);
-    if (!row) throw Error(exit_usage, where + "there is no option '" + name + "'; 'wisp help' lists them");
+    if (!row)
+        throw Error(exit_usage, where,
+                    "there is no option '" + name + "'; 'wisp help' lists them" +
+                        did_you_mean(name, option_names(table)));
     try {
         if (!row->value && value != "1") throw OptionError{"1"};
         row->set(target, value);
     } catch (const OptionError &error) {
-        throw Error(exit_usage, where + "option '" + name + "': found '" + value + "', expected " + error.expected);
+        throw Error(exit_usage, where, "option '" + name + "': found '" + value + "', expected " + error.expected);
     }
 }
 
@@ -79,7 +88,7 @@ inline size_t one_of(const std::string &value, const std::vector<std::string> &w
         if (value == words[i]) return i;
         expected += (i ? ", " : "") + words[i];
     }
-    throw OptionError{expected};
+    throw OptionError{expected + did_you_mean(value, words)};
 }
 
 // Rows' `set`, for a member of the target.

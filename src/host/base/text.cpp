@@ -1,9 +1,101 @@
 #include "host/base/text.h"
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 
 namespace wisp {
+
+namespace {
+
+// Bytes of the UTF-8 character at the start of `text`, which is not empty; 0 where there is none.
+size_t character_size(std::string_view text) {
+    const auto byte = [text](size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0; };
+    const int lead = byte(0);
+    if (lead < 0x80) return 1;
+    const size_t size = lead < 0xc2 || lead > 0xf4 ? 0 : lead < 0xe0 ? 2 : lead < 0xf0 ? 3 : 4;
+    for (size_t i = 1; i < size; ++i)
+        if (byte(i) < 0x80 || byte(i) > 0xbf) return 0;
+    // Longer than needed, surrogates, beyond the last character.
+    const int next = byte(1);
+    if ((lead == 0xe0 && next < 0xa0) || (lead == 0xed && next > 0x9f) || (lead == 0xf0 && next < 0x90) ||
+        (lead == 0xf4 && next > 0x8f))
+        return 0;
+    return size;
+}
+
+// Of a character: of one byte, or of the two that stand for 0x80 to 0x9f.
+bool is_control(std::string_view character) {
+    const unsigned char first = static_cast<unsigned char>(character[0]);
+    return character.size() == 1 ? first < ' ' || first == 127
+                                 : first == 0xc2 && static_cast<unsigned char>(character[1]) < 0xa0;
+}
+
+std::string escaped(std::string_view bytes) {
+    constexpr char digits[] = "0123456789abcdef";
+    std::string text;
+    for (char c : bytes) {
+        const auto byte = static_cast<unsigned char>(c);
+        text += c == '\n'   ? std::string("\\n")
+                : c == '\t' ? "\\t"
+                : c == '\r' ? "\\r"
+                            : std::string("\\x") + digits[byte >> 4] + digits[byte & 15];
+    }
+    return text;
+}
+
+// How many letters are to be changed, added, left out or exchanged with the next.
+size_t distance(const std::string &a, const std::string &b) {
+    std::vector<std::vector<size_t>> d(a.size() + 1, std::vector<size_t>(b.size() + 1));
+    for (size_t i = 0; i <= a.size(); ++i)
+        for (size_t j = 0; j <= b.size(); ++j) {
+            if (i == 0 || j == 0) {
+                d[i][j] = i + j;
+                continue;
+            }
+            d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (a[i - 1] != b[j - 1])});
+            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+                d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
+        }
+    return d[a.size()][b.size()];
+}
+
+} // namespace
+
+std::string printable(std::string_view text) {
+    std::string line;
+    while (!text.empty()) {
+        const size_t size = character_size(text);
+        const std::string_view character = text.substr(0, size ? size : 1);
+        line += size && !is_control(character) ? std::string(character) : escaped(character);
+        text.remove_prefix(character.size());
+    }
+    return line;
+}
+
+std::string did_you_mean(std::string_view word, const std::vector<std::string> &words, const std::string &dashes) {
+    constexpr size_t longest = 32; // what is longer is no slip
+    if (word.size() > longest) return "";
+    const std::string small = lower_case(word);
+    size_t nearest = 1 + std::max<size_t>(1, small.size() / 3);
+    std::string found;
+    for (const std::string &other : words) {
+        const bool cut_short = small.size() >= 3 && other.compare(0, small.size(), small) == 0;
+        const size_t d = cut_short ? 1 : distance(small, lower_case(other));
+        if (d >= nearest || d >= other.size()) continue;
+        nearest = d;
+        found = other;
+    }
+    return found.empty() ? "" : "; did you mean '" + dashes + found + "'?";
+}
+
+std::string lower_case(std::string_view text) {
+    std::string result(text);
+    for (char &c : result)
+        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    return result;
+}
 
 bool ends_in(const std::string &text, const std::string &suffix) {
     return text.size() > suffix.size() && text.compare(text.size() - suffix.size(), suffix.size(), suffix) == 0;
@@ -34,6 +126,12 @@ std::optional<int64_t> to_integer(std::string_view text) {
     const auto [end, error] = std::from_chars(text.data(), last, number);
     if (error != std::errc() || end != last) return std::nullopt;
     return number;
+}
+
+std::string two_digits(double number) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.2g", number);
+    return text;
 }
 
 namespace {

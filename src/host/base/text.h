@@ -14,9 +14,23 @@ bool ends_in(const std::string &text, const std::string &suffix);
 // The parts of `text` between the separators; one more than there are separators.
 std::vector<std::string> split(const std::string &text, char separator);
 
+// `text` with small letters.
+std::string lower_case(std::string_view text);
+
+// One line whatever bytes a file or an argument put into it: control characters and bytes that are not UTF-8 become
+// `\n`, `\t`, `\r` or `\xNN`.
+std::string printable(std::string_view text);
+
+// `; did you mean 'WORD'?` with the one of `words` that `word` is a slip of: but for case, few letters differ, or it is
+// cut short. Empty where there is none.
+std::string did_you_mean(std::string_view word, const std::vector<std::string> &words, const std::string &dashes = "");
+
 // The number that all of `text` is, in decimal; nothing where it is none. A double is finite, and may have a sign `+`.
 std::optional<double> to_number(std::string_view text);
 std::optional<int64_t> to_integer(std::string_view text);
+
+// For people: `1.2`, `0.00034`, `5.6e+07`.
+std::string two_digits(double number);
 
 // `pattern` with the number in place of its first `%d` or `%04d` (one or two digits); the pattern itself without one.
 std::string numbered(const std::string &pattern, int64_t number);

@@ -6,11 +6,31 @@ namespace {
 
 // A command with few options names them all.
 [[noreturn]] void refuse(const std::string &command, const std::vector<KnownOption> &known, const std::string &name) {
-    if (known.size() > 8) throw Error(exit_usage, "there is no option '" + name + "'; 'wisp help' lists them");
+    const std::string none = "there is no option '" + name + "'";
+    std::vector<std::string> names;
+    for (const KnownOption &option : known) names.push_back(option.name);
+    const size_t dashes = name.find_first_not_of('-');
+    const std::string meant = dashes == std::string::npos ? "" : did_you_mean(name.substr(dashes), names, "--");
+    if (known.size() > 8) throw Error(exit_usage, none + "; 'wisp help' lists them" + meant);
     std::string expected;
     for (size_t i = 0; i < known.size(); ++i)
         expected += (i == 0 ? "--" : i + 1 < known.size() ? ", --" : " or --") + std::string(known[i].name);
-    throw Error(exit_usage, "there is no option '" + name + "' of " + command + ", expected " + expected);
+    throw Error(exit_usage, none + " of " + command + ", expected " + expected + meant);
+}
+
+// `-o` is `--output`. Other words stay as they are.
+std::string whole_name(const std::string &word) {
+    for (const auto &[letter, whole] : {std::pair("-o", "--output"), {"-q", "--quiet"}, {"-v", "--verbose"}})
+        if (word == letter) return whole;
+    return word;
+}
+
+// The word behind an option is its value, unless it is an option itself.
+void check_value(const std::string &option, const std::string &value) {
+    const std::string name = whole_name(value.substr(0, value.find('=')));
+    if (name.size() > 2 && name.compare(0, 2, "--") == 0)
+        throw Error(exit_usage, "the value of '" + option + "' is '" + value + "', which is an option: was the value " +
+                                    "forgotten? '" + option + "=" + value + "' takes it as it is");
 }
 
 } // namespace
@@ -25,9 +45,7 @@ CommandLine parse_arguments(const std::string &command, const std::vector<KnownO
             continue;
         }
         const size_t equals = word.find('=');
-        std::string name = word.substr(0, equals);
-        for (const auto &[letter, whole] : {std::pair("-o", "--output"), {"-q", "--quiet"}, {"-v", "--verbose"}})
-            if (name == letter) name = whole;
+        const std::string name = whole_name(word.substr(0, equals));
         const auto option = std::find_if(known.begin(), known.end(),
                                          [&](const KnownOption &o) { return name == std::string("--") + o.name; });
         if (option == known.end()) refuse(command, known, word.substr(0, equals));
@@ -38,6 +56,7 @@ CommandLine parse_arguments(const std::string &command, const std::vector<KnownO
             value = word.substr(equals + 1);
         } else if (++i < arguments.size()) {
             value = arguments[i];
+            check_value(name, value);
         } else {
             throw Error(exit_usage, "option '" + name + "' needs a value: " + option->value);
         }

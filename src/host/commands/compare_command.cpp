@@ -48,12 +48,15 @@ int compare_command(const std::vector<std::string> &arguments) {
         throw Error(exit_usage,
                     "'wisp compare' has " + std::to_string(line.files.size()) + " files, expected two pictures");
     const std::string &name_a = line.files[0], &name_b = line.files[1];
+    const bool files_json = !options.json.empty() && options.json != "-";
+    if (files_json) check_writable(options.json);
+    if (!options.diff.empty()) check_writable(options.diff);
     const Picture a = read_pfm(name_a), b = read_pfm(name_b);
     Difference difference = compare(a, b, name_a, name_b);
     if (!options.error.empty()) weigh_noise(difference, b, read_pfm(options.error), name_b, options.error);
 
     const std::string json = difference_json(difference);
-    if (!options.json.empty() && options.json != "-") write_file(options.json, json);
+    if (files_json) write_file(options.json, json);
     if (!options.diff.empty()) write_file(options.diff, png_bytes(difference_picture(a, b)));
     const std::string &printed = options.json == "-" ? json : difference_text(difference);
     std::fwrite(printed.data(), 1, printed.size(), stdout);

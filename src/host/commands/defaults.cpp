@@ -27,6 +27,11 @@ double occupied_volume(const SmokeDescription &smoke, double cell) {
 
 } // namespace
 
+double volume_of(const SmokeDescription &smoke) {
+    const Double3 &half = smoke.grid.half;
+    return smoke.is_grid() ? 8 * half.x * half.y * half.z : occupied_volume(smoke, 2 * smoke.largest_h);
+}
+
 double depth_of_length(const Scene &scene) {
     double finest = 0, deepest = 0;
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
@@ -35,10 +40,7 @@ double depth_of_length(const Scene &scene) {
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const SmokeDescription &smoke = scene.smokes[i];
         if (smoke.empty()) continue;
-        const Double3 &half = smoke.grid.half;
-        const double volume =
-            smoke.is_grid() ? 8 * half.x * half.y * half.z : occupied_volume(smoke, 2 * smoke.largest_h);
-        deepest = std::max(deepest, smoke.total_area / volume * finest);
+        deepest = std::max(deepest, smoke.total_area / volume_of(smoke) * finest);
     }
     return deepest;
 }

@@ -3,6 +3,7 @@
 #include "host/commands/inspection.h"
 #include "host/commands/progress_meter.h"
 #include "host/commands/request.h"
+#include "host/commands/run_warnings.h"
 #include "host/results/fingerprint.h"
 #include "wisp/settings.h"
 
@@ -58,7 +59,7 @@ void check(const Request &request) {
     if (options.reference) refuse("reference", "its pixels are sums of paths");
     if (options.shadows == ShadowMethod::paper) refuse("shadows", "paper's pixels depend on frames before");
     if (several_frames(request))
-        throw Error(exit_usage, request.name + ": found several frames, expected one with --frames");
+        throw Error(exit_usage, request.name, "found several frames, expected one with --frames");
 }
 
 InspectRequest read_inspect_request(const std::vector<std::string> &arguments) {
@@ -113,6 +114,7 @@ int inspect_command(const std::vector<std::string> &arguments) {
     settings.crop.y1 = inspection.y + 1;
 
     const Plan plan = checked_plan(request, prepared.scene, settings);
+    RunWarnings(request).of_frame(frame, prepared, settings, plan);
     MapFile map;
     if (!options.map_in.empty())
         map = saved_map(request, frame,

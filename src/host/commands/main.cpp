@@ -1,4 +1,5 @@
 // wisp: the command line.
+#include "host/base/messages.h"
 #include "host/base/version.h"
 #include "host/commands/commands.h"
 #include "host/scene/options.h"
@@ -13,13 +14,6 @@
 namespace wisp {
 
 namespace {
-
-// An error is one line, whatever bytes a file or an argument put into it.
-void print_error(std::string line) {
-    for (char &c : line)
-        if (static_cast<unsigned char>(c) < ' ' || c == 127) c = '?';
-    std::fprintf(stderr, "%s\n", line.c_str());
-}
 
 struct Command {
     const char *name, *usage;
@@ -60,10 +54,12 @@ std::string help_text() {
 }
 
 int run(const std::vector<std::string> &words) {
-    std::string names;
-    for (const Command &command : commands) names += command.name + std::string(", ");
-    names += "help or version";
-    if (words.empty()) throw Error(exit_usage, "found no command, expected " + names);
+    std::vector<std::string> names;
+    for (const Command &command : commands) names.push_back(command.name);
+    std::string expected = ", expected ";
+    for (const std::string &name : names) expected += name + ", ";
+    expected += "help or version";
+    if (words.empty()) throw Error(exit_usage, "found no command" + expected);
     const std::string &name = words[0];
     if (name == "help" || name == "--help" || name == "-h") {
         std::fputs(help_text().c_str(), stdout);
@@ -83,7 +79,8 @@ int run(const std::vector<std::string> &words) {
                         "mode: run without it (LD_PRELOAD, plugins); or wisp was built with other flags than the "
                         "Makefile's: 'wisp version' prints them");
     }
-    throw Error(exit_usage, "there is no command '" + name + "', expected " + names);
+    names.insert(names.end(), {"help", "version"});
+    throw Error(exit_usage, "there is no command '" + name + "'" + expected + did_you_mean(name, names));
 }
 
 } // namespace
@@ -91,19 +88,17 @@ int run(const std::vector<std::string> &words) {
 } // namespace wisp
 
 int main(int count, char **words) {
-    int status;
-    try {
-        status = wisp::run(std::vector<std::string>(words + 1, words + count));
-    } catch (const wisp::Error &error) {
-        wisp::print_error(error.what());
+    const auto fail = [](const wisp::Error &error) {
+        wisp::print_error(error);
         return error.status;
+    };
+    try {
+        const int status = wisp::run(std::vector<std::string>(words + 1, words + count));
+        if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return status;
+        return fail({wisp::exit_output, "standard output could not be written"});
+    } catch (const wisp::Error &error) {
+        return fail(error);
     } catch (const std::bad_alloc &) {
-        std::fprintf(stderr, "wisp: the system gives no more memory\n");
-        return wisp::exit_memory;
+        return fail({wisp::exit_memory, "the system gives no more memory"});
     }
-    if (std::fflush(stdout) != 0) {
-        std::fprintf(stderr, "wisp: standard output could not be written\n");
-        return wisp::exit_output;
-    }
-    return status;
 }

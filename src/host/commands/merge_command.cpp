@@ -11,6 +11,7 @@ namespace {
 int merge_maps(const std::vector<std::string> &files, const Options &options) {
     if (options.outputs.size() > 1 || !options.error_out.empty() || options.digest || options.exposure != 0)
         throw Error(exit_usage, "maps are merged to a map, expected one --output and no other option with it");
+    check_outputs(options);
     MapFile map = parse_map(read_file(files[0]), files[0]);
     for (size_t i = 1; i < files.size(); ++i) add_map(map, parse_map(read_file(files[i]), files[i]), files[i]);
     write_output(options, options.outputs[0], map_bytes(map));
@@ -29,6 +30,7 @@ int merge_command(const std::vector<std::string> &arguments) {
         if (ends_in(output, ".map")) return merge_maps(line.files, options);
     if (options.outputs.empty() && options.error_out.empty() && !options.digest)
         throw Error(exit_usage, "found nothing to make of the passes, expected --output, --error-out or --digest");
+    check_outputs(options);
     Passes passes = parse_passes(read_file(line.files[0]), line.files[0]);
     for (size_t i = 1; i < line.files.size(); ++i)
         add_passes(passes, parse_passes(read_file(line.files[i]), line.files[i]), line.files[i]);

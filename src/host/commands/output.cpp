@@ -1,12 +1,67 @@
 #include "host/base/files.h"
+#include "host/base/messages.h"
 #include "host/base/sha256.h"
 #include "host/commands/output.h"
 #include "wisp/settings.h"
+#include <algorithm>
 #include <cstdio>
+#include <filesystem>
 
 namespace wisp {
 
 namespace {
+
+bool is_standard_output(const std::string &path) {
+    return path == "-" || (path.compare(0, 2, "-.") == 0 && path.find('/') == std::string::npos);
+}
+
+// What an option writes to.
+struct Target {
+    const char *option;
+    std::string path;
+};
+
+std::vector<Target> targets_of(const Options &options, int64_t frame) {
+    std::vector<Target> targets;
+    for (const std::string &output : options.outputs) {
+        targets.push_back({"output", numbered(output, frame)});
+        if (carries_record(options, output) && ends_in(output, ".pfm"))
+            targets.push_back({"output", record_path(numbered(output, frame))});
+    }
+    const Target others[] = {{"map-out", numbered(options.map_out, frame)},
+                             {"error-out", numbered(options.error_out, frame)},
+                             {"stats", options.stats},
+                             {"digest", options.digest ? "-" : ""}};
+    for (const Target &target : others)
+        if (!target.path.empty()) targets.push_back(target);
+    return targets;
+}
+
+// Whether they are one, however they are spelled. What is written to a device adds up.
+bool is_same(const std::string &a, const std::string &b) {
+    if (is_standard_output(a) || is_standard_output(b)) return is_standard_output(a) && is_standard_output(b);
+    const auto whole = [](const std::string &path) { return std::filesystem::absolute(path).lexically_normal(); };
+    return whole(a) == whole(b) && (!std::filesystem::exists(a) || std::filesystem::is_regular_file(a));
+}
+
+void check_apart(const std::vector<Target> &targets, const std::string &scene) {
+    for (size_t i = 0; i < targets.size(); ++i) {
+        const std::string option = std::string("option '") + targets[i].option + "'", &path = targets[i].path;
+        if (!scene.empty() && is_same(path, scene))
+            throw Error(exit_usage, option + " is the scene '" + path + "', expected another file");
+        for (size_t j = 0; j < i; ++j)
+            if (is_same(targets[j].path, path))
+                throw Error(exit_usage, option + " writes to " +
+                                            (is_standard_output(path) ? "standard output" : "'" + path + "'") +
+                                            " like '" + targets[j].option + "', expected another file");
+    }
+}
+
+bool has_numbered_folder(const Options &options) {
+    for (const std::string &path : options.outputs)
+        if (has_number(path.substr(0, path.rfind('/') + 1))) return true;
+    return false;
+}
 
 // The name beside a digest is that of the written .pfm, so that `sha256sum -c` finds the file; "-" where none was
 // written.
@@ -18,13 +73,30 @@ std::string digest_name(const Options &options, int64_t frame) {
 
 } // namespace
 
+void check_outputs(const Options &options, const Options::Frames &frames, const std::string &scene) {
+    // Names differ by the frame's number alone: those of the first and the last frame stand for all, unless the
+    // folders are numbered.
+    const int64_t stride =
+        has_numbered_folder(options) ? frames.step : std::max(frames.last - frames.first, int64_t{1});
+    for (int64_t frame = frames.first; frame <= frames.last; frame += stride) {
+        const std::vector<Target> targets = targets_of(options, frame);
+        check_apart(targets, scene);
+        for (const Target &target : targets)
+            if (!is_standard_output(target.path)) check_writable(target.path);
+    }
+}
+
 void write_output(const Options &options, const std::string &path, const Bytes &bytes) {
+    if (is_standard_output(path)) {
+        std::fwrite(bytes.data(), 1, bytes.size(), stdout); // main() looks for its errors
+        return;
+    }
     write_file(path, bytes);
-    if (options.verbose) std::fprintf(stderr, "wrote %s\n", path.c_str());
+    if (options.verbose) print_note("wrote " + path);
 }
 
 bool carries_record(const Options &options, const std::string &output) {
-    return (options.crop || has_number(output)) && !ends_in(output, ".passes") &&
+    return (options.crop || has_number(output)) && !ends_in(output, ".passes") && !is_standard_output(output) &&
            options.shadows != ShadowMethod::paper;
 }
 
@@ -52,7 +124,7 @@ void write_outputs(const Options &options, const Picture &picture, const Bytes &
             continue;
         }
         write_recorded(path, bytes, record_of(options, output, *record));
-        if (options.verbose) std::fprintf(stderr, "wrote %s\n", path.c_str());
+        if (options.verbose) print_note("wrote " + path);
     }
     if (!options.error_out.empty())
         write_output(options, numbered(options.error_out, frame), pfm_bytes(error_picture(*passes)));

@@ -7,7 +7,11 @@
 
 namespace wisp {
 
-// Writes `bytes` to the file `path`; with --verbose it says so.
+// The files of some frames that are to be written. Throws Error(exit_usage) for two of one name, or for one that is
+// `scene`, and Error(exit_output) for one that cannot be written; nothing is left behind.
+void check_outputs(const Options &options, const Options::Frames &frames = {}, const std::string &scene = "");
+
+// Writes `bytes` to the file `path`, or to standard output where it is `-` or as `-.png`; with --verbose it says so.
 void write_output(const Options &options, const std::string &path, const Bytes &bytes);
 
 // Whether the file `output` gets a record, from which a later run or `wisp stitch` knows what the file shows: a picture

@@ -6,6 +6,7 @@
 #include "host/commands/output.h"
 #include "host/commands/progress_meter.h"
 #include "host/commands/request.h"
+#include "host/commands/run_warnings.h"
 #include "host/results/fingerprint.h"
 #include "host/results/statistics_json.h"
 #include "wisp/photon_sums.h"
@@ -71,6 +72,9 @@ bool load_or_reset_map(const Request &request, int64_t frame, const PreparedScen
 
 // What is kept from frame to frame.
 struct Sequence {
+    explicit Sequence(const Request &request) : warnings(request) {}
+
+    RunWarnings warnings;
     PreparedScene prepared;
     std::string shapes; // fingerprint_of_shapes(); empty until it is needed
     std::unique_ptr<unsigned char[]> block;
@@ -105,7 +109,7 @@ bool keep_frame(const Options &options, const PictureRecord &record, int64_t fra
     for (const std::string &output : options.outputs) {
         const std::string path = numbered(output, frame);
         for (const std::string &file : {path, record_path(path)}) tidy_up(file);
-        if (options.verbose) std::fprintf(stderr, "kept %s\n", path.c_str());
+        if (options.verbose) print_note("kept " + path);
     }
     return true;
 }
@@ -119,13 +123,14 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     MapFile &map = sequence.map;
     prepare_scene(request.name, request.file, options, frame, prepared);
     if (options.verbose)
-        for (const std::string &note : prepared.notes) std::fprintf(stderr, "%s\n", note.c_str());
+        for (const std::string &note : prepared.notes) print_note(note);
     const Settings settings = settings_of(options, prepared);
     const std::optional<PictureRecord> record = find_record(options, settings, sequence);
     report.kept = can_keep(options) && keep_frame(options, *record, frame, sequence);
     if (report.kept) return report;
     const Plan plan = checked_plan(request, prepared.scene, settings);
     check_picture(request, settings, plan);
+    sequence.warnings.of_frame(frame, prepared, settings, plan);
     const bool mapped = uses_map(settings);
     const bool traced = mapped && load_or_reset_map(request, frame, prepared, settings, plan, map);
     if (sequence.bytes < plan.arena_bytes) {
@@ -167,18 +172,19 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     progress.finish();
     if (status == Status::stopped) stop(request, frame);
     if (status != Status::done) fail(request, plan, frame, status);
-    if (report.statistics.photons.store_full && !options.quiet)
-        std::fprintf(stderr, "%s: the photon store was full after %llu of %llu photons; power is divided by those\n",
-                     request.name.c_str(), static_cast<unsigned long long>(report.statistics.photons.emitted),
-                     static_cast<unsigned long long>(settings.photons));
+    sequence.warnings.of_photons(prepared.scene, settings, plan, report.statistics);
+    if (report.statistics.photons.store_full)
+        sequence.warnings.print({"photon store", request.name,
+                                 "the photon store was full after " +
+                                     std::to_string(report.statistics.photons.emitted) + " of " +
+                                     std::to_string(settings.photons) + " photons; power is divided by those"});
 
     if (traced) {
         map.sums.resize(sums.count);
         map.counts = report.statistics.photons;
     } else if (mapped) {
         report.statistics.photons = map.counts;
-        if (options.verbose && options.map_in.empty())
-            std::fprintf(stderr, "the particle map is that of the frame before\n");
+        if (options.verbose && options.map_in.empty()) print_note("the particle map is that of the frame before");
     }
     if (!options.map_out.empty()) write_output(options, numbered(options.map_out, frame), map_bytes(map));
     if (!options.batches) {
@@ -195,13 +201,23 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     return report;
 }
 
+// Throws Error(exit_usage) for options that make nothing: the work would be lost.
+void check_purpose(const Options &options) {
+    if (options.outputs.empty() && options.map_out.empty() && options.error_out.empty() && options.stats.empty() &&
+        !options.digest)
+        throw Error(exit_usage, "found nothing to make of the scene, expected --output, --digest, --stats, --map-out "
+                                "or --error-out");
+}
+
 } // namespace
 
 int render_command(const std::vector<std::string> &arguments) {
     const Request request = read_request(parse_arguments("render", scene_options(), arguments));
     const Options &options = request.options;
     check_options(request);
-    Sequence sequence;
+    check_purpose(options);
+    check_outputs(options, request.frames, request.name);
+    Sequence sequence(request);
     RunReport report;
     report.version = version;
     report.arithmetic = renderer_of(options.arithmetic).name;
@@ -213,9 +229,13 @@ int render_command(const std::vector<std::string> &arguments) {
         kept += report.frames.back().kept;
     }
     if (kept > 0 && !options.quiet)
-        std::fprintf(stderr, "kept %zu of %zu frames, which were there already\n", kept, report.frames.size());
+        print_note("kept " + std::to_string(kept) + " of " + std::to_string(report.frames.size()) +
+                   " frames, which were there already");
     report.digest = sequence.digest.finish().text;
-    if (!options.stats.empty()) write_file(options.stats, statistics_json(report));
+    if (!options.stats.empty()) {
+        const std::string json = statistics_json(report);
+        write_output(options, options.stats, Bytes(json.begin(), json.end()));
+    }
     return exit_done;
 }
 

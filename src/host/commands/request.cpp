@@ -5,6 +5,7 @@
 #include "wisp/photon_sums.h"
 #include "wisp/pixel_sums.h"
 #include "wisp/settings.h"
+#include <algorithm>
 #include <new>
 #include <unistd.h>
 
@@ -17,14 +18,15 @@ Options::Frames frames_of(const Request &request) {
     const Options &options = request.options;
     if (!request.file.animation) {
         if (options.frame_count)
-            throw Error(exit_usage, request.name + ": option 'frame-count': there is no animation (statement 'a')");
+            throw Error(exit_usage, request.name, "option 'frame-count': there is no animation (statement 'a')");
         return options.frames.value_or(Options::Frames());
     }
     const int64_t last = frame_count_of(request.file, options) - 1;
     if (!options.frames) return {0, last, 1};
     if (options.frames->last > last)
-        throw Error(exit_usage, request.name + ": option 'frames': found frame " +
-                                    std::to_string(options.frames->last) + ", expected 0 to " + std::to_string(last));
+        throw Error(exit_usage, request.name,
+                    "option 'frames': found frame " + std::to_string(options.frames->last) + ", expected 0 to " +
+                        std::to_string(last));
     return *options.frames;
 }
 
@@ -42,13 +44,17 @@ Request read_request(const CommandLine &line) {
     for (const SceneFile::Default &setting : request.file.defaults) try {
             if (setting.option == "output" || setting.option == "stats" || setting.option == "error-out" ||
                 setting.option == "map-out" || setting.option == "map-in")
-                throw InputError(setting.where + "option '" + setting.option +
-                                 "' in a scene, expected it on the command line");
+                throw InputError(setting.where,
+                                 "option '" + setting.option + "' in a scene, expected it on the command line");
             set_option(request.options, setting.option, setting.value, setting.where);
         } catch (const Error &error) {
-            throw InputError(error.what());
+            throw InputError(error.place, error.text);
         }
-    for (const auto &[name, value] : line.options) set_option(request.options, name, value);
+    for (const auto &[name, value] : line.options) {
+        set_option(request.options, name, value);
+        if (std::find(request.given.begin(), request.given.end(), name) == request.given.end())
+            request.given.push_back(name);
+    }
     request.frames = frames_of(request);
     return request;
 }
@@ -86,15 +92,17 @@ Settings settings_of(const Options &options, const PreparedScene &prepared) {
 Plan checked_plan(const Request &request, const Scene &scene, const Settings &settings) {
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
         if (scene.smokes[i].is_grid() && settings.method == Method::map && settings.estimate == Estimate::knn)
-            throw Error(exit_usage, request.name + ": option 'estimate': found 'knn' with --smoke map for a grid or a "
-                                                   "box, expected kernel, or particles alone");
+            throw Error(exit_usage, request.name,
+                        "option 'estimate': found 'knn' with --smoke map for a grid or a "
+                        "box, expected kernel, or particles alone");
     const Plan plan = renderer_of(request.options.arithmetic).plan(scene, settings);
     if (plan.surfaces && !plan.smoke && uses_map(settings))
-        throw Error(exit_usage, request.name + ": found options of the particle map, expected none without smoke");
+        throw Error(exit_usage, request.name, "found options of the particle map, expected none without smoke");
     if (request.options.memory && plan.arena_bytes > *request.options.memory)
-        throw Error(exit_memory, request.name + ": the plan needs " + std::to_string(plan.arena_bytes) +
-                                     " bytes, expected at most the " + std::to_string(*request.options.memory) +
-                                     " of --memory" + (plan.photons ? "; fewer --photons need less" : ""));
+        throw Error(exit_memory, request.name,
+                    "the plan needs " + std::to_string(plan.arena_bytes) + " bytes, expected at most the " +
+                        std::to_string(*request.options.memory) + " of --memory" +
+                        (plan.photons ? "; fewer --photons need less" : ""));
     if (uses_map(settings) && settings.photons > plan.max_photons)
         throw Error(exit_usage, "option 'photons': found " + std::to_string(settings.photons) + ", expected at most " +
                                     std::to_string(plan.max_photons) + " that the particle map's sums can hold");
@@ -116,9 +124,10 @@ void check_picture(const Request &request, const Settings &settings, const Plan 
     if (!beyond_option && picture <= machine) return;
     const std::string limit = beyond_option ? std::to_string(*request.options.memory) + " of --memory"
                                             : std::to_string(machine) + " of this machine";
-    throw Error(exit_memory, request.name + ": the picture needs " + std::to_string(picture) +
-                                 " bytes beside the plan's " + std::to_string(plan.arena_bytes) +
-                                 ", expected at most the " + limit + "; a smaller --size or --crop needs less");
+    throw Error(exit_memory, request.name,
+                "the picture needs " + std::to_string(picture) + " bytes beside the plan's " +
+                    std::to_string(plan.arena_bytes) + ", expected at most the " + limit +
+                    "; a smaller --size or --crop needs less");
 }
 
 MapFile saved_map(const Request &request, int64_t frame, const std::string &scene, const Plan &plan) {
@@ -130,12 +139,11 @@ MapFile saved_map(const Request &request, int64_t frame, const std::string &scen
 
 void fail(const Request &request, const Plan &plan, int64_t frame, Status status) {
     if (status == Status::size_mismatch)
-        throw InputError(numbered(request.options.map_in, frame) + ": not as many sums as this scene's map has");
+        throw InputError(numbered(request.options.map_in, frame), "not as many sums as this scene's map has");
     if (status == Status::overflow)
-        throw InputError(request.name + ": photons collide so often that the particle map's sums might overflow, "
-                                        "expected fewer --photons or thinner smoke");
-    throw Error(exit_memory,
-                request.name + ": the plan's " + std::to_string(plan.arena_bytes) + " bytes do not suffice");
+        throw InputError(request.name, "photons collide so often that the particle map's sums might overflow, "
+                                       "expected fewer --photons or thinner smoke");
+    throw Error(exit_memory, request.name, "the plan's " + std::to_string(plan.arena_bytes) + " bytes do not suffice");
 }
 
 void stop(const Request &request, int64_t frame) {
@@ -164,9 +172,6 @@ void check_map_options(const Options &options, bool several) {
     if (several && !options.map_out.empty() && !has_number(options.map_out))
         throw Error(exit_usage,
                     "option 'map-out': found '" + options.map_out + "' for several frames, expected a name with %04d");
-    for (const std::string &output : options.outputs)
-        if (output == options.map_out)
-            throw Error(exit_usage, "option 'map-out' is '" + output + "' like an output, expected another file");
     if (!options.batches) return;
     if (options.map_out.empty())
         throw Error(exit_usage, "option 'batches' makes no picture, expected --map-out with it");
@@ -214,9 +219,6 @@ void check_options(const Request &request) {
     if (!options.reference && options.passes) throw Error(exit_usage, "option 'passes' belongs to --reference");
     if (!options.reference && !options.error_out.empty())
         throw Error(exit_usage, "option 'error-out' belongs to --reference");
-    for (const std::string &output : options.outputs)
-        if (output == options.error_out)
-            throw Error(exit_usage, "option 'error-out' is '" + output + "' like an output, expected another file");
 }
 
 bool several_frames(const Request &request) {
@@ -226,8 +228,9 @@ bool several_frames(const Request &request) {
 std::unique_ptr<unsigned char[]> make_block(const std::string &name, uint64_t bytes) {
     std::unique_ptr<unsigned char[]> block(new (std::nothrow) unsigned char[bytes]);
     if (!block)
-        throw Error(exit_memory, name + ": the plan needs " + std::to_string(bytes) +
-                                     " bytes, more than the system gives; fewer --photons need less");
+        throw Error(exit_memory, name,
+                    "the plan needs " + std::to_string(bytes) +
+                        " bytes, more than the system gives; fewer --photons need less");
     return block;
 }
 

@@ -16,6 +16,7 @@ struct Request {
     SceneFile file;
     Options options;
     Options::Frames frames;
+    std::vector<std::string> given; // the options of the command line
 };
 
 // Throws Error(exit_usage) or InputError.

@@ -19,6 +19,7 @@ int stitch_command(const std::vector<std::string> &arguments) {
             throw Error(exit_usage, "option 'output': found '" + output + "', expected .pfm or .png of stitch");
     if (options.outputs.empty() && !options.digest)
         throw Error(exit_usage, "found nothing to make of the parts, expected --output or --digest");
+    check_outputs(options);
     const Picture picture = stitch(line.files);
     write_outputs(options, picture, pfm_bytes(picture), nullptr, 0);
     return exit_done;

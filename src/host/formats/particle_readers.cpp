@@ -43,24 +43,17 @@ bool ends_with(std::string_view text, std::string_view end) {
 }
 
 [[noreturn]] void fail_unknown(const std::string &name, std::string_view content) {
-    const std::string start = name + ": byte 0: ";
+    const std::string start = name + ": byte 0";
     for (const Stranger &stranger : strangers)
-        if (starts_with(content, stranger.magic)) throw InputError(start + stranger.message);
+        if (starts_with(content, stranger.magic)) throw InputError(start, stranger.message);
     for (const Format &format : formats)
         if (ends_with(lower_case(name), format.suffix))
-            throw InputError(start + "not " + format.description + ", expected '" + std::string(format.magic) +
-                             "' at its start");
-    throw InputError(start + "not a particle file, expected legacy VTK, BGEO version 5 or PLY");
+            throw InputError(start, std::string("not ") + format.description + ", expected '" +
+                                        std::string(format.magic) + "' at its start");
+    throw InputError(start, "not a particle file, expected legacy VTK, BGEO version 5 or PLY");
 }
 
 } // namespace
-
-std::string lower_case(std::string_view text) {
-    std::string result(text);
-    for (char &c : result)
-        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-    return result;
-}
 
 Column ParticleBuilder::claim(std::string_view attribute) {
     const std::string name = lower_case(attribute);

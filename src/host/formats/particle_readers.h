@@ -35,9 +35,6 @@ class ParticleBuilder {
     bool claimed_[static_cast<size_t>(Column::unused)] = {};
 };
 
-// `text` with small letters.
-std::string lower_case(std::string_view text);
-
 // Each reads one format from the reader's first byte on.
 Particles parse_vtk(ByteReader &reader);
 Particles parse_bgeo(ByteReader &reader);

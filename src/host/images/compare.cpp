@@ -112,7 +112,7 @@ constexpr double ramp[5][3] = {{0, 0, 0}, {81, 18, 124}, {183, 55, 121}, {252, 1
 
 void check_size(const Picture &a, const Picture &b, const std::string &name_a, const std::string &name_b) {
     if (a.width != b.width || a.height != b.height)
-        throw InputError(name_b + ": " + size_text(b) + " pixels, expected " + size_text(a) + " as in " + name_a);
+        throw InputError(name_b, size_text(b) + " pixels, expected " + size_text(a) + " as in " + name_a);
 }
 
 } // namespace

@@ -76,7 +76,7 @@ bool is_png(const Bytes &bytes) {
 
 Texels read_png(const Bytes &bytes, const std::string &name) {
     check_chunks(bytes, name);
-    if (bytes.size() > INT32_MAX) throw InputError(name + ": byte 0: a PNG of more bytes than expected, 2147483647");
+    if (bytes.size() > INT32_MAX) throw InputError(name + ": byte 0", "a PNG of more bytes than expected, 2147483647");
     Texels texels;
     int channels;
     const std::unique_ptr<unsigned char, void (*)(void *)> rgb(
@@ -84,9 +84,9 @@ Texels read_png(const Bytes &bytes, const std::string &name) {
                               3),
         stbi_image_free);
     if (!rgb)
-        throw InputError(name + ": byte " + std::to_string(sizeof signature) + ": " +
+        throw InputError(name + ": byte " + std::to_string(sizeof signature),
                          ByteReader::quoted(stbi_failure_reason()) +
-                         ", expected the chunks of a PNG"); // may quote bytes
+                             ", expected the chunks of a PNG"); // may quote bytes
     texels.rgb.assign(rgb.get(),
                       rgb.get() + 3 * static_cast<size_t>(texels.width) * static_cast<size_t>(texels.height));
     return texels;

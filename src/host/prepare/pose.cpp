@@ -85,7 +85,8 @@ void set_normals(Triangle &triangle, const Corners &normals) {
 void check_range(const std::string &name, const Double3 &p) {
     for (double x : {p.x, p.y, p.z})
         if (!(std::fabs(x) <= 1e100))
-            throw InputError(name + ":1: the transforms of a scene enlarge it beyond +-1e100, expected smaller scales");
+            throw InputError(name + ":1",
+                             "the transforms of a scene enlarge it beyond +-1e100, expected smaller scales");
 }
 
 // Transforms a mesh into the triangles from `triangle` on.
@@ -137,7 +138,8 @@ Shapes make_shapes(const std::string &name, const SceneGraph &graph) {
     for (size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
     const uint64_t all = begin.back() + graph.deforming.size();
     if (all > std::numeric_limits<uint32_t>::max())
-        throw InputError(name + ":1: there are " + std::to_string(all) + " triangles, expected fewer than 4294967296");
+        throw InputError(name + ":1",
+                         "there are " + std::to_string(all) + " triangles, expected fewer than 4294967296");
 
     Shapes shapes = {};
     shapes.triangles.resize(all);

@@ -27,17 +27,25 @@ void sort_canonically(std::vector<Particle> &particles) {
     });
 }
 
+// What `read` reads: a fault of a smoke's file is one of the line that names it.
+template <class Read> auto named_at(const std::string &where, Read read) {
+    try {
+        return read();
+    } catch (const InputError &error) {
+        throw InputError(where, error.what());
+    }
+}
+
 // The particles of one smoke in the units of the scene, in canonical order.
 std::vector<Particle> load_particles(const std::vector<Node> &nodes, const SceneFile::SmokeVolume &smoke,
                                      const std::string &path, const Bytes &bytes, std::vector<std::string> &notes) {
-    const Particles table = parse_particles(path, bytes.data(), bytes.size());
+    const Particles table = named_at(smoke.where, [&] { return parse_particles(path, bytes.data(), bytes.size()); });
     if (table.has_particle_radius)
         notes.push_back(path + ": its particle radii are not smoothing lengths and are not used");
     if (!smoke.radius && table.smoothing_length.empty() && !table.position.empty())
-        throw InputError(smoke.where + "no smoothing length, expected a line 'radius H' or an attribute 'h' in " +
-                         path);
+        throw InputError(smoke.where, "no smoothing length, expected a line 'radius H' or an attribute 'h' in " + path);
     if (!smoke.mass && table.mass.empty() && !table.position.empty())
-        throw InputError(smoke.where + "no mass, expected a line 'mass M' or an attribute 'mass' in " + path);
+        throw InputError(smoke.where, "no mass, expected a line 'mass M' or an attribute 'mass' in " + path);
 
     const double scale = scale_in_world(nodes, smoke.node);
     std::vector<Particle> particles(table.position.size());
@@ -48,7 +56,7 @@ std::vector<Particle> load_particles(const std::vector<Node> &nodes, const Scene
         particle.position = placed_in_world(nodes, smoke.node, p);
         particle.h = (smoke.radius ? *smoke.radius : table.smoothing_length[i]) * scale;
         if (!(particle.h >= 1e-100 && particle.h <= 1e100))
-            throw InputError(smoke.where + "a smoothing length is outside 1e-100 to 1e100, expected one within");
+            throw InputError(smoke.where, "a smoothing length is outside 1e-100 to 1e100, expected one within");
         particle.area = smoke.extinction * (smoke.mass ? *smoke.mass : table.mass[i]);
         for (double x : {p.x, p.y, p.z}) farthest = std::max(farthest, std::fabs(x));
         smallest_h = std::min(smallest_h, particle.h);
@@ -71,7 +79,7 @@ GridDescription place_grid(const std::vector<Node> &nodes, const SceneFile::Smok
     grid.half = (high - low) * (0.5 * scale_in_world(nodes, smoke.node));
     for (double half : {grid.half.x, grid.half.y, grid.half.z})
         if (!(half >= 1e-100 && half <= 1e100))
-            throw InputError(smoke.where + "an edge of the grid is outside 1e-100 to 1e100, expected one within");
+            throw InputError(smoke.where, "an edge of the grid is outside 1e-100 to 1e100, expected one within");
     for (int i = 0; i < 3; ++i)
         grid.axis[i] = turned_in_world(nodes, smoke.node, {double(i == 0), double(i == 1), double(i == 2)});
     return grid;
@@ -90,15 +98,16 @@ void load(const std::vector<Node> &nodes, const SceneFile::SmokeVolume &smoke, i
         return;
     }
     const std::string path = numbered(smoke.file, smoke.first_frame + frame * smoke.frame_step);
-    const Bytes bytes = read_file(path);
+    const Bytes bytes = named_at(smoke.where, [&] { return read_file(path); });
     if (!is_volume(bytes.data(), bytes.size())) {
         particles = load_particles(nodes, smoke, path, bytes, notes);
         return;
     }
-    if (!smoke.of_particles.empty())
-        throw InputError(smoke.of_particles + ", expected none for the density grid " + path +
-                         ": only particles have it");
-    Volume volume = parse_volume(path, bytes.data(), bytes.size());
+    if (!smoke.of_particles.key.empty())
+        throw InputError(smoke.of_particles.where, "found '" + smoke.of_particles.key +
+                                                       "', expected none for the density grid " + path +
+                                                       ": only particles have it");
+    Volume volume = named_at(smoke.where, [&] { return parse_volume(path, bytes.data(), bytes.size()); });
     source.grid = place_grid(nodes, smoke, {volume.low[0], volume.low[1], volume.low[2]},
                              {volume.high[0], volume.high[1], volume.high[2]});
     source.grid.nx = static_cast<int32_t>(volume.nx);
@@ -228,7 +237,7 @@ double brightness(const LightSource &light, const Double3 &middle, double radius
 void check_surface_range(const std::string &name, const PreparedScene &prepared, const Options &options) {
     const bool fixed = options.arithmetic == Arithmetic::fixed;
     const auto refuse = [&name](const std::string &what) {
-        throw InputError(name + ":1: " + what + ", expected a scene that fits");
+        throw InputError(name + ":1", what + ", expected a scene that fits");
     };
     const double farthest = fixed ? 0x1p13 : 0x1p18;
     if (!(largest_component(prepared.scene.camera.origin) <= farthest))
@@ -265,9 +274,10 @@ void check_surface_range(const std::string &name, const PreparedScene &prepared,
 void check_beside_surfaces(const std::string &name, const Extent &extent, double scale, const Options &options) {
     if (options.arithmetic != Arithmetic::fixed) return;
     if (!(extent.smallest_h * scale >= 0x1p-4 && extent.largest_h * scale <= 0x1p7))
-        throw InputError(name + ":1: beside these surfaces the smoke is too " +
-                         (extent.smallest_h * scale < 0x1p-4 ? "fine" : "coarse") +
-                         " for fixed point, expected smoothing lengths of 1/10000 to 1/10 of their size");
+        throw InputError(name + ":1",
+                         std::string("beside these surfaces the smoke is too ") +
+                             (extent.smallest_h * scale < 0x1p-4 ? "fine" : "coarse") +
+                             " for fixed point, expected smoothing lengths of 1/10000 to 1/10 of their size");
 }
 
 // Refuses a scene with a number beyond the range of the arithmetic: that of float, or of fixed point, which ends at
@@ -276,9 +286,9 @@ void check_range(const std::string &name, const SceneFile &file, const PreparedS
                  const Options &options) {
     if (!extent.any) return;
     const auto refuse = [](const std::string &where, const std::string &what) {
-        throw InputError(where + what + ", expected a scene that fits");
+        throw InputError(where, what + ", expected a scene that fits");
     };
-    const std::string scene_line = name + ":1: ";
+    const std::string scene_line = name + ":1";
     const bool fixed = options.arithmetic == Arithmetic::fixed;
     const auto distance = [](const Double3 &p) { return std::sqrt(dot(p, p)); };
     double radius = 0, power = 0;
@@ -350,7 +360,7 @@ double time_of(const SceneFile &file, const Options &options, int64_t frame) {
 
 void prepare_scene(const std::string &name, const SceneFile &file, const Options &options, int64_t frame,
                    PreparedScene &prepared) {
-    if (!file.view) throw InputError(name + ":1: there is no view, expected a statement 'v from ...'");
+    if (!file.view) throw InputError(name + ":1", "there is no view, expected a statement 'v from ...'");
     const double time = time_of(file, options, frame);
     const SceneFile::View view = view_at(*file.view, file.graph, time);
     prepared.particles.clear();

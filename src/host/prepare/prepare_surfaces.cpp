@@ -102,8 +102,8 @@ void PreparedSurfaces::normalize(Triangle &triangle, const Space &space) const {
 void PreparedSurfaces::pose(const std::string &name, const SceneFile &file, double time) {
     const auto check = [&name](double largest) {
         if (!(largest <= coordinate_limit))
-            throw InputError(name +
-                             ":1: something moves more than four times as far as what is still reaches, expected "
+            throw InputError(name + ":1",
+                             "something moves more than four times as far as what is still reaches, expected "
                              "a scene that fits");
     };
     pose_shapes(name, file.graph, time, shapes_);

@@ -14,8 +14,8 @@ void add_ranges(Ranges &ranges, const Ranges &more, const char *what, const std:
     for (const auto &[first, last] : more)
         for (const auto &[low, high] : ranges)
             if (first < high && low < last)
-                throw InputError(name + ": " + what + ranges_text(more) + ", expected none of" + ranges_text(ranges) +
-                                 ", which are there already");
+                throw InputError(name, what + ranges_text(more) + ", expected none of" + ranges_text(ranges) +
+                                           ", which are there already");
     ranges.insert(ranges.end(), more.begin(), more.end());
     std::sort(ranges.begin(), ranges.end());
     for (size_t i = 1; i < ranges.size();) {

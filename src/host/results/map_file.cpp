@@ -43,12 +43,12 @@ bool fits(int64_t a, int64_t b) {
 
 void add_map(MapFile &map, const MapFile &more, const std::string &name) {
     if (more.scene != map.scene || more.photons != map.photons || more.sums.size() != map.sums.size())
-        throw InputError(name + ": a map of another scene, other settings, arithmetic or version, expected the same");
+        throw InputError(name, "a map of another scene, other settings, arithmetic or version, expected the same");
     bool fit = true;
     for (auto counter : counters)
         fit = fit && fits(static_cast<int64_t>(map.counts.*counter), static_cast<int64_t>(more.counts.*counter));
     for (size_t i = 0; i < map.sums.size(); ++i) fit = fit && fits(map.sums[i], more.sums[i]);
-    if (!fit) throw InputError(name + ": its sums and those before are too large together, expected 63 bits at most");
+    if (!fit) throw InputError(name, "its sums and those before are too large together, expected 63 bits at most");
     add_ranges(map.batches, more.batches, "batches", name);
     for (auto counter : counters) map.counts.*counter += more.counts.*counter;
     for (size_t i = 0; i < map.sums.size(); ++i) map.sums[i] += more.sums[i];
@@ -56,14 +56,15 @@ void add_map(MapFile &map, const MapFile &more, const std::string &name) {
 
 void check_map(const MapFile &map, const std::string &scene, uint64_t max_sums, const std::string &name) {
     if (map.scene != scene)
-        throw InputError(name + ": a map of another scene, other settings, arithmetic or version, expected the map of "
-                                "this smoke and these lights, photons, seed, deposit and arithmetic");
+        throw InputError(name, "a map of another scene, other settings, arithmetic or version, expected the map of "
+                               "this smoke and these lights, photons, seed, deposit and arithmetic");
     const uint64_t batches = batch_count(map.photons);
     if (photons_of(map) != map.photons)
-        throw InputError(name + ": batches" + (map.batches.empty() ? " none" : ranges_text(map.batches)) +
-                         ", expected 0:" + std::to_string(batches) + "; 'wisp merge' adds those of other files");
+        throw InputError(name, "batches" + (map.batches.empty() ? " none" : ranges_text(map.batches)) +
+                                   ", expected 0:" + std::to_string(batches) +
+                                   "; 'wisp merge' adds those of other files");
     if (map.sums.size() > max_sums || map.sums.empty() != (max_sums == 0))
-        throw InputError(name + ": " + std::to_string(map.sums.size()) + " sums, expected those of this scene's map");
+        throw InputError(name, std::to_string(map.sums.size()) + " sums, expected those of this scene's map");
 }
 
 Bytes map_bytes(const MapFile &map) {

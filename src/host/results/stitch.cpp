@@ -29,7 +29,7 @@ Part read_part(const std::string &name) {
     Part part = {name, pfm.record, parse_pfm(bytes, name)};
     if (sha256(bytes.data(), bytes.size()).text != pfm.sha256 || part.picture.width != crop.x1 - crop.x0 ||
         part.picture.height != crop.y1 - crop.y0)
-        throw InputError(name + ": not the picture of " + record_name + ", expected the one as rendered");
+        throw InputError(name, "not the picture of " + record_name + ", expected the one as rendered");
     return part;
 }
 
@@ -38,13 +38,14 @@ void check_part(const Part &part, const std::vector<Part> &others) {
     for (const Part &other : others) {
         if (part.record.scene != other.record.scene || part.record.width != other.record.width ||
             part.record.height != other.record.height)
-            throw InputError(part.name + ": a part of another picture than " + other.name +
-                             ": another scene, frame, size, options, arithmetic or version, expected the same");
+            throw InputError(part.name,
+                             "a part of another picture than " + other.name +
+                                 ": another scene, frame, size, options, arithmetic or version, expected the same");
         const Crop &b = other.record.crop;
         if (a.x0 < b.x1 && b.x0 < a.x1 && a.y0 < b.y1 && b.y0 < a.y1)
-            throw InputError(part.name + ": pixel " + std::to_string(std::max(a.x0, b.x0)) + "," +
-                             std::to_string(std::max(a.y0, b.y0)) + " is in " + other.name +
-                             " too, expected parts that do not overlap");
+            throw InputError(part.name, "pixel " + std::to_string(std::max(a.x0, b.x0)) + "," +
+                                            std::to_string(std::max(a.y0, b.y0)) + " is in " + other.name +
+                                            " too, expected parts that do not overlap");
     }
 }
 
@@ -64,11 +65,11 @@ void check_part(const Part &part, const std::vector<Part> &others) {
             const bool found = std::any_of(parts.begin(), parts.end(),
                                            [x, y](const Part &part) { return has(part.record.crop, x, y); });
             if (!found && x < whole.width && y < whole.height)
-                throw InputError(parts[0].name + ": of its picture's " + std::to_string(whole.width) + " x " +
-                                 std::to_string(whole.height) + " pixels no part has " + std::to_string(x) + "," +
-                                 std::to_string(y) + ", expected all");
+                throw InputError(parts[0].name, "of its picture's " + std::to_string(whole.width) + " x " +
+                                                    std::to_string(whole.height) + " pixels no part has " +
+                                                    std::to_string(x) + "," + std::to_string(y) + ", expected all");
         }
-    throw InputError(parts[0].name + ": of its picture pixels are missing, expected all");
+    throw InputError(parts[0].name, "of its picture pixels are missing, expected all");
 }
 
 } // namespace

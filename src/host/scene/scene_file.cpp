@@ -52,7 +52,8 @@ class SceneParser {
     [[noreturn]] void unknown() const {
         std::string names = ShapeParser::statements();
         for (const auto &entry : table) names.append(entry.first) += ' ';
-        tokens_.fail("there is no statement '" + tokens_.last() + "', expected one of " + names + "or a comment");
+        tokens_.fail("there is no statement '" + tokens_.last() + "', expected one of " + names + "or a comment" +
+                     did_you_mean(tokens_.last(), split(names, ' ')));
     }
 
     // Blocks.
@@ -272,7 +273,7 @@ class SceneParser {
         for (std::string key; (key = tokens_.take("'}'")) != "}";) {
             if (key == "kernel" || key == "radius" || key == "mass") {
                 if (smoke.box) tokens_.fail("found '" + key + "', expected none in a box: only particles have it");
-                smoke.of_particles = tokens_.where() + "found '" + key + "'";
+                smoke.of_particles = {tokens_.where(), key};
             }
             if (smoke.box && key == "frames") tokens_.fail("found 'frames', expected none in a box: it has no files");
             if (key == "kernel") {
@@ -302,9 +303,9 @@ class SceneParser {
                 smoke.first_frame = tokens_.integer("the first file's number", 0, 1000000000);
                 smoke.frame_step = tokens_.integer("the step from frame to frame", -1000000, 1000000);
             } else {
-                tokens_.fail(
-                    "there is no '" + key +
-                    "' in smoke, expected kernel radius mass extinction albedo phase emission transform frames or }");
+                const std::string names = "kernel radius mass extinction albedo phase emission transform frames";
+                tokens_.fail("there is no '" + key + "' in smoke, expected " + names + " or }" +
+                             did_you_mean(key, split(names, ' ')));
             }
         }
         scene_.smokes.push_back(smoke);

@@ -32,10 +32,12 @@ struct SceneFile {
         double density;
     };
     struct SmokeVolume {
-        std::string file;         // as found from the working directory; `%04d` = number of the frame
-        std::optional<Box> box;   // instead of a file
-        std::string where;        // `FILE:LINE: ` of the statement
-        std::string of_particles; // the last line that only particles can have, as `FILE:LINE: found 'radius'`
+        std::string file;       // as found from the working directory; `%04d` = number of the frame
+        std::optional<Box> box; // instead of a file
+        std::string where;      // `FILE:LINE` of the statement
+        struct {
+            std::string where, key; // empty: none
+        } of_particles;             // the last line that only particles can have
         Kernel kernel = Kernel::spline;
         std::optional<double> radius, mass;
         double extinction = 1;

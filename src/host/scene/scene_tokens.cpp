@@ -89,8 +89,8 @@ int SceneTokens::line() const {
     const auto &[source, next] = open_.back();
     return source->words.empty() ? 1 : source->words[next > 0 ? next - 1 : 0].line;
 }
-std::string SceneTokens::where() const { return open_.back().source->path + ":" + std::to_string(line()) + ": "; }
-void SceneTokens::fail(const std::string &text) const { throw InputError(where() + text); }
+std::string SceneTokens::where() const { return open_.back().source->path + ":" + std::to_string(line()); }
+void SceneTokens::fail(const std::string &text) const { throw InputError(where(), text); }
 std::string SceneTokens::last() const {
     const auto &[source, next] = open_.back();
     return std::string(source->words[next - 1].text);

@@ -37,7 +37,7 @@ class SceneTokens {
     std::string beside(std::string_view file) const;
 
     int line() const;
-    std::string where() const; // `FILE:LINE: `
+    std::string where() const; // `FILE:LINE`
     [[noreturn]] void fail(const std::string &text) const;
 
     // The next word. An error says that `part` and `what`, joined, was expected. The text is valid as long as this

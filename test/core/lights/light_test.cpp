@@ -10,25 +10,22 @@ using namespace wisp::WISP_ARITH;
 
 namespace {
 
-constexpr double pi_ = 3.14159265358979323846;
-
-Light light_of(const LightSource &source) { return make_light(source); }
 const LightSource lamp = {LightKind::point, {1, 2, 3}, {0, 0, 1}, 2, {4, 2, 1}};
 
 } // namespace
 
 TEST_CASE(WISP_ARITH_NAME ": point lights fall off with the squared distance, parallel and constant ones do not") {
     const Vec3 x = vec(1, 2, 7);
-    const Illumination there = illuminate(light_of(lamp), x, x, x);
+    const Illumination there = illuminate(make_light(lamp), x, x, x);
     CHECK(at(there.irradiance.x) == doctest::Approx(0.25));
     CHECK(at(there.irradiance.z) == doctest::Approx(0.0625));
     CHECK(at(there.distance) == doctest::Approx(4));
     CHECK(at(there.direction.z) == 1);
     LightSource other = lamp;
     other.kind = LightKind::constant;
-    CHECK(at(illuminate(light_of(other), x, x, x).irradiance.x) == 4);
+    CHECK(at(illuminate(make_light(other), x, x, x).irradiance.x) == 4);
     other.kind = LightKind::parallel;
-    CHECK(at(illuminate(light_of(other), x, x, x).irradiance.x) == 4);
+    CHECK(at(illuminate(make_light(other), x, x, x).irradiance.x) == 4);
 }
 
 TEST_CASE(WISP_ARITH_NAME ": a spot lights its cone and nothing else") {
@@ -37,7 +34,7 @@ TEST_CASE(WISP_ARITH_NAME ": a spot lights its cone and nothing else") {
     spot.one_minus_cosine = 1 - std::cos(pi_ / 6);
     const auto lit = [&](double x, double z) {
         const Vec3 p = vec(1 + x, 2, 3 + z);
-        return at(illuminate(light_of(spot), p, p, p).irradiance.x) > 0;
+        return at(illuminate(make_light(spot), p, p, p).irradiance.x) > 0;
     };
     CHECK(lit(0, 5));
     CHECK(lit(std::tan(pi_ / 6) * 4.99, 5));
@@ -60,7 +57,7 @@ TEST_CASE(WISP_ARITH_NAME ": over a step the inverse square is its exact mean") 
             at_origin.position = {0, 0, 0};
             at_origin.color = {1, 1, 1};
             const Vec3 a = vec(closest, from, 0), b = vec(closest, from + dx, 0);
-            const Illumination found = illuminate(light_of(at_origin), (a + b) * Real(0.5), a, b);
+            const Illumination found = illuminate(make_light(at_origin), (a + b) * Real(0.5), a, b);
             CAPTURE(closest);
             CAPTURE(from);
             CHECK(at(found.irradiance.x) ==
@@ -72,7 +69,7 @@ TEST_CASE(WISP_ARITH_NAME ": narrow spots keep their cone") {
     for (double degrees : {0.02, 0.05, 0.2, 1.0}) {
         const double half = degrees / 2 * pi_ / 180, sine = std::sin(half / 2);
         const LightSource source = {LightKind::spot, {0, 0, 0}, {1, 0, 0}, 2 * sine * sine, {1e4, 1e4, 1e4}};
-        const Light light = light_of(source);
+        const Light light = make_light(source);
         const auto lit = [&](double fraction) {
             const Vec3 p = vec(100, 100 * std::tan(half * fraction), 0);
             return largest(illuminate(light, p, p, p).irradiance) > Real(0);

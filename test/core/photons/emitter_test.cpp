@@ -9,9 +9,6 @@ using namespace wisp::WISP_ARITH;
 
 namespace {
 
-constexpr double pi_ = 3.14159265358979323846;
-
-Light light_of(const LightSource &source) { return make_light(source); }
 const LightSource lamp = {LightKind::point, {1, 2, 3}, {0, 0, 1}, 2, {4, 2, 1}};
 
 } // namespace
@@ -20,14 +17,14 @@ TEST_CASE(WISP_ARITH_NAME ": photons of a light carry its whole power into its c
     const Sphere smoke = {vec(0, 0, 0), Real(2)};
     LightSource source = lamp;
     source.position = {0, 0, 10};
-    const Emitter far = make_emitter(light_of(source), smoke);
+    const Emitter far = make_emitter(make_light(source), smoke);
     // Solid angle of the sphere of radius 2 at distance 10.
     CHECK(at(far.power.x) == doctest::Approx(4 * 2 * pi_ * (1 - std::sqrt(1 - 0.04))).epsilon(1e-5));
     CHECK(at(far.photon_color.y) == doctest::Approx(0.5));
     source.position = {0.5, 0, 1};
-    CHECK(at(make_emitter(light_of(source), smoke).power.x) == doctest::Approx(4 * 4 * pi_).epsilon(1e-6));
+    CHECK(at(make_emitter(make_light(source), smoke).power.x) == doctest::Approx(4 * 4 * pi_).epsilon(1e-6));
     source.kind = LightKind::parallel;
-    CHECK(at(make_emitter(light_of(source), smoke).power.x) == doctest::Approx(4 * pi_ * 4).epsilon(1e-6));
+    CHECK(at(make_emitter(make_light(source), smoke).power.x) == doctest::Approx(4 * pi_ * 4).epsilon(1e-6));
 }
 
 TEST_CASE(WISP_ARITH_NAME ": photons of every light pass through the sphere that they are sent to") {
@@ -36,7 +33,7 @@ TEST_CASE(WISP_ARITH_NAME ": photons of every light pass through the sphere that
         LightSource source = {kind, {8, 5, 9}, {0, 0, 1}, 1 - std::cos(0.3), {1, 1, 1}};
         const double d[] = {-7, -6, -8.5}, norm = std::sqrt(49 + 36 + 72.25);
         source.direction = {d[0] / norm, d[1] / norm, d[2] / norm};
-        const Light light = light_of(source);
+        const Light light = make_light(source);
         const Emitter emitter = make_emitter(light, smoke);
         int emitted = 0;
         double mean_offset = 0;
@@ -61,7 +58,7 @@ TEST_CASE(WISP_ARITH_NAME ": photons of narrow spots keep the cone's power") {
     for (double degrees : {0.02, 0.05, 0.2, 1.0}) {
         const double half = degrees / 2 * pi_ / 180, sine = std::sin(half / 2);
         const LightSource source = {LightKind::spot, {0, 0, 0}, {1, 0, 0}, 2 * sine * sine, {1e4, 1e4, 1e4}};
-        const Light light = light_of(source);
+        const Light light = make_light(source);
         CAPTURE(degrees);
         const Sphere smoke = {vec(100, 0, 0), Real(16)};
         const Emitter emitter = make_emitter(light, smoke);

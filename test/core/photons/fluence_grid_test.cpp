@@ -13,22 +13,6 @@ using namespace wisp::WISP_ARITH;
 
 namespace {
 
-constexpr double pi_ = 3.14159265358979323846;
-
-const std::vector<LightSource> sun = {{LightKind::parallel, {}, {0, 0, -1}, 2, {1, 1, 1}}};
-
-Settings photon_settings(uint64_t photons) {
-    Settings settings = small_settings(4);
-    settings.method = Method::map;
-    settings.density_step = settings.light_step = 1;
-    settings.photons = photons;
-    return settings;
-}
-
-bool adds_up(const Statistics::Photons &n) {
-    return n.emitted == n.absorbed + n.escaped + n.blocked + n.capped && n.blocked == 0;
-}
-
 // Analog photons in a box from -1 to 1, lit along -z, in double, drawn from closed forms.
 struct PhotonMeans {
     double collisions = 0, escaped = 0, path = 0; // per photon; `path`: the length after the first collision
@@ -89,15 +73,16 @@ TEST_CASE(WISP_ARITH_NAME ": photons in a resampled box behave as those drawn fr
             SmokeDescription box = box_smoke({1, 1, 1}, sigma, 16);
             box.albedo = {albedo, albedo, albedo};
             box.asymmetry = g;
-            const Scene scene = scene_of(box, sun);
+            const Scene scene = scene_of(box, sun_along_z);
             const int n = 6000;
-            const TracedFluence traced(scene, photon_settings(n));
+            const TracedFluence traced(scene, brick_settings(4, 1, n));
             const auto &counts = traced.statistics.photons;
             const PhotonMeans expected = analog(sigma, albedo, g, 4 * n);
             CAPTURE(albedo);
             CAPTURE(g);
             CHECK(counts.emitted == n);
             CHECK(adds_up(counts));
+            CHECK(counts.blocked == 0);
             CHECK(counts.collisions == counts.stored + counts.emitted);
             if (albedo == 1) CHECK(counts.escaped == counts.emitted);
             // Collisions of a photon have a variance of about their mean squared; 1.25: of both samples.
@@ -120,7 +105,7 @@ TEST_CASE(WISP_ARITH_NAME ": a photon is deposited at the nodes around it by tri
     for (int axis = 0; axis < 3; ++axis) {
         const Double3 way = {axis == 0 ? -1.0 : 0, axis == 1 ? -1.0 : 0, axis == 2 ? -1.0 : 0};
         const std::vector<LightSource> lights = {{LightKind::parallel, {}, way, 2, {1, 1, 1}}};
-        const TracedFluence traced(scene_of(box, lights), photon_settings(2000));
+        const TracedFluence traced(scene_of(box, lights), brick_settings(4, 1, 2000));
         double layers[9] = {};
         for (uint32_t k = 0; k < nodes_of(1); ++k) {
             const Cell node = lattice_coordinates(*traced.deposits.bricks, 0, k);
@@ -140,11 +125,12 @@ TEST_CASE(WISP_ARITH_NAME ": deposited lengths times the densities are the colli
     for (Kernel kernel : {Kernel::spline, Kernel::poly6}) {
         const SmokeDescription smoke = smoke_of(particles, kernel);
         const std::vector<LightSource> lights = {{LightKind::point, {5, 4, 3}, {0, 0, 1}, 2, {40, 40, 40}}};
-        Settings settings = photon_settings(3000);
+        Settings settings = brick_settings(4, 1, 3000);
         settings.density_step = 0.5;
         const TracedFluence traced(scene_of(smoke, lights), settings);
         const auto &counts = traced.statistics.photons;
         CHECK(adds_up(counts));
+        CHECK(counts.blocked == 0);
         CHECK(counts.stored > 1500);
         CHECK(counts.collisions == counts.stored + counts.emitted);
         double expected = 0;
@@ -160,7 +146,7 @@ TEST_CASE(WISP_ARITH_NAME ": fluxes are sums of direction times power, and never
     SmokeDescription box = box_smoke({1, 1, 1}, 0.5, 8);
     box.albedo = {1, 1, 1};
     box.asymmetry = 0.9;
-    const TracedFluence traced(scene_of(box, sun), photon_settings(3000));
+    const TracedFluence traced(scene_of(box, sun_along_z), brick_settings(4, 1, 3000));
     const FluenceSums &deposits = traced.deposits;
     double flux[3] = {0, 0, 0};
     const size_t nodes = size_t{deposits.bricks->count} * nodes_of(1);
@@ -187,12 +173,12 @@ TEST_CASE(WISP_ARITH_NAME ": harmonics are those of the direction of flight, at 
     SmokeDescription box = box_smoke({1, 1, 1}, 3, 16);
     box.albedo = {0.5, 0.5, 0.5};
     box.asymmetry = -0.5;
-    const Scene scene = scene_of(box, sun);
+    const Scene scene = scene_of(box, sun_along_z);
     for (int32_t spacing : {1, 2, 8}) {
         int flown = 0;
         double offset = 0; // of the nearest node, mean
         for (uint64_t seed = 1; seed < 100 && flown < 12; ++seed) {
-            Settings settings = photon_settings(1);
+            Settings settings = brick_settings(4, 1, 1);
             settings.seed = seed;
             const TracedFluence traced(scene, settings, spacing);
             if (traced.statistics.photons.stored != 1) continue;
@@ -233,10 +219,10 @@ TEST_CASE(WISP_ARITH_NAME ": harmonics are those of the direction of flight, at 
 
 TEST_CASE(WISP_ARITH_NAME ": harmonics are stored where some smoke is not isotropic and not peaked, and nowhere else") {
     SmokeDescription smokes[] = {box_smoke({1, 1, 1}, 3, 16), box_smoke({1, 1, 1}, 2, 16)};
-    Scene scene = scene_of(smokes[0], sun);
+    Scene scene = scene_of(smokes[0], sun_along_z);
     scene.smokes = smokes;
     scene.smoke_count = 2;
-    const Settings settings = photon_settings(1000);
+    const Settings settings = brick_settings(4, 1, 1000);
     const auto numbers = [&](double a, double b) { // of a brick
         smokes[0].asymmetry = a;
         smokes[1].asymmetry = b;
@@ -257,8 +243,8 @@ TEST_CASE(WISP_ARITH_NAME ": harmonics are stored where some smoke is not isotro
 TEST_CASE(WISP_ARITH_NAME ": black smoke traces no photons, and glowing smoke emits them itself") {
     SmokeDescription box = box_smoke({1, 1, 1}, 2, 8);
     box.albedo = {0, 0, 0};
-    Scene scene = scene_of(box, sun);
-    const Settings settings = photon_settings(2000);
+    Scene scene = scene_of(box, sun_along_z);
+    const Settings settings = brick_settings(4, 1, 2000);
     CHECK(renderer.plan(scene, settings).map_sums == 0);
     const Rendered black = render_in_memory(scene, settings);
     REQUIRE(black.status == Status::done);
@@ -272,6 +258,7 @@ TEST_CASE(WISP_ARITH_NAME ": black smoke traces no photons, and glowing smoke em
     const auto &counts = traced.statistics.photons;
     CHECK(counts.emitted == 2000);
     CHECK(adds_up(counts));
+    CHECK(counts.blocked == 0);
     CHECK(counts.stored == counts.collisions); // from the first: nothing else counts those
     // 4 pi (1 - albedo) L sigma V.
     const double power = 4 * pi_ * 0.5 * 2 * 8;
@@ -289,14 +276,15 @@ TEST_CASE(WISP_ARITH_NAME ": in two smokes photons collide with each by its dens
     SmokeDescription smokes[] = {smoke_of(particles), smoke_of(heavier)};
     smokes[0].albedo = {0, 0, 0};
     smokes[1].albedo = {1, 1, 1};
-    Scene scene = scene_of(smokes[0], sun);
+    Scene scene = scene_of(smokes[0], sun_along_z);
     scene.smokes = smokes;
     scene.smoke_count = 2;
-    Settings settings = photon_settings(4000);
+    Settings settings = brick_settings(4, 1, 4000);
     settings.density_step = 0.5;
     const TracedFluence traced(scene, settings);
     const auto &counts = traced.statistics.photons;
     CHECK(adds_up(counts));
+    CHECK(counts.blocked == 0);
     const double n = double(counts.collisions), black = double(counts.absorbed);
     CHECK(n > 5000);
     CHECK(std::fabs(black - n / 3) < 4 * std::sqrt(n * 2 / 9));
@@ -307,12 +295,12 @@ TEST_CASE(WISP_ARITH_NAME ": photons of resampled smoke carry the power of the f
     const SmokeDescription box = box_smoke({1, 1, 1}, sigma, 16);
     const auto power_of = [&](const std::vector<LightSource> &lights) {
         const int n = 10;
-        const TracedFluence traced(scene_of(box, lights), photon_settings(n));
+        const TracedFluence traced(scene_of(box, lights), brick_settings(4, 1, n));
         return at(scale_pow2(traced.deposits.unit.unit, traced.deposits.unit.exponent)) * n;
     };
     // What the box takes out of a parallel light: by trapezia along it.
     const double cell = 0.125 * sigma;
-    CHECK(power_of(sun) == doctest::Approx(4 * (1 - std::exp(-2 * sigma))).epsilon(cell * cell / 12 + 1e-3));
+    CHECK(power_of(sun_along_z) == doctest::Approx(4 * (1 - std::exp(-2 * sigma))).epsilon(cell * cell / 12 + 1e-3));
     // Around a point light the inverse square is right on average, wherever the light is between the nodes.
     Sequence next{5};
     double found = 0, expected = 0;
@@ -367,7 +355,7 @@ TEST_CASE(WISP_ARITH_NAME ": the fluence grid is as bright as the reference") {
         box.smallest_h = 1; // wide majorants for the reference: all are equal
         const std::vector<float> truth = reference_of(scene, 4, 400, noise);
         box.smallest_h = box.largest_h;
-        Settings settings = photon_settings(20000);
+        Settings settings = brick_settings(4, 1, 20000);
         settings.step = 1;
         const Rendered picture = render_in_memory(scene, settings);
         REQUIRE(picture.status == Status::done);
@@ -377,6 +365,7 @@ TEST_CASE(WISP_ARITH_NAME ": the fluence grid is as bright as the reference") {
         CAPTURE(sum_of(picture.rgb) / sum_of(truth));
         CAPTURE(error);
         CHECK(adds_up(picture.statistics.photons));
+        CHECK(picture.statistics.photons.blocked == 0);
         CHECK(error < 0.05);
         CHECK(std::fabs(sum_of(picture.rgb) / sum_of(truth) - 1) < 3.5 * error + row.bias);
         CHECK(relative_difference(picture.rgb, truth) < 2 * noise + 0.05);
@@ -399,7 +388,7 @@ TEST_CASE(WISP_ARITH_NAME ": light from opposite sides, which has no flux, scatt
             box.smallest_h = 1; // wide majorants for the reference: all are equal
             const std::vector<float> truth = reference_of(scene, 4, 2500, noise);
             box.smallest_h = box.largest_h;
-            Settings settings = photon_settings(100000);
+            Settings settings = brick_settings(4, 1, 100000);
             settings.step = 1;
             const Rendered picture = render_in_memory(scene, settings);
             REQUIRE(picture.status == Status::done);
@@ -422,7 +411,7 @@ TEST_CASE(WISP_ARITH_NAME ": batches traced apart through resampled smoke give t
     Scene scene = scene_of(smokes[0], lights);
     scene.smokes = smokes;
     scene.smoke_count = 2;
-    Settings settings = photon_settings(2 * batch_photons + 100);
+    Settings settings = brick_settings(4, 1, 2 * batch_photons + 100);
     settings.density_step = settings.light_step = 0.5;
     settings.irradiance = IrradianceMap::uniform;
     settings.irradiance_step = 1;

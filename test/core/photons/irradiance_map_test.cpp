@@ -14,18 +14,6 @@ using namespace wisp::WISP_ARITH;
 
 namespace {
 
-constexpr double pi_ = 3.14159265358979323846;
-
-const std::vector<LightSource> sun = {{LightKind::parallel, {}, {0, 0, -1}, 2, {1, 1, 1}}};
-
-Settings photon_settings(uint64_t photons) {
-    Settings settings = small_settings(4);
-    settings.method = Method::map;
-    settings.density_step = settings.light_step = 1;
-    settings.photons = photons;
-    return settings;
-}
-
 // Fluence sums that a test chooses, over a box of 30 x 22 x 22 cells of width 1.
 struct ChosenSums {
     explicit ChosenSums(int32_t spacing, uint32_t channels, bool directed = false)
@@ -317,9 +305,9 @@ TEST_CASE(WISP_ARITH_NAME ": a map without enough memory says so; without light 
 TEST_CASE(WISP_ARITH_NAME ": with fewer points in the irradiance map, a picture is nearly the same, and smaller") {
     SmokeDescription box = box_smoke({1.5, 1.5, 1.5}, 1, 24);
     box.asymmetry = 0.5;
-    Scene scene = scene_of(box, sun);
+    Scene scene = scene_of(box, sun_along_z);
     scene.camera = look_at_origin(12, 3.5, 4);
-    Settings settings = photon_settings(20000);
+    Settings settings = brick_settings(4, 1, 20000);
     settings.step = 1;
     Rendered pictures[3];
     for (int i = 0; i < 3; ++i) {
@@ -345,7 +333,7 @@ TEST_CASE(WISP_ARITH_NAME ": resampled smoke of any kind that glows is as bright
         smoke.albedo = {0.5, 0.5, 0.5};
         smoke.emission = {1, 1, 1};
         const Scene scene = scene_of(smoke, {});
-        Settings settings = photon_settings(4000);
+        Settings settings = brick_settings(4, 1, 4000);
         settings.method = Method::direct;
         settings.density_step = settings.step = 0.25;
         const Rendered bricks = render_in_memory(scene, settings);

@@ -11,20 +11,6 @@
 using namespace wisp;
 using namespace wisp::WISP_ARITH;
 
-namespace {
-
-Settings map_settings(int pixels, uint64_t photons) {
-    Settings settings = small_settings(pixels);
-    settings.method = Method::map;
-    settings.photons = photons;
-    return settings;
-}
-
-// Of a ray: some hundreds of rounded sums.
-constexpr double rounding = 200 * unit_error;
-
-} // namespace
-
 TEST_CASE(WISP_ARITH_NAME ": sources are those of the sums, within the rounding of an entry") {
     // Powers that differ by 2^12, of up to four million photons on an element, with fluxes from 0 to all of it.
     std::vector<Particle> particles = cloud(40, 2, 1, 0.5);
@@ -93,7 +79,6 @@ TEST_CASE(WISP_ARITH_NAME ": sources are those of the sums, within the rounding 
 TEST_CASE(WISP_ARITH_NAME ": the nearest particles are those that carry power, and their sum is divided by the ball") {
     // Against all particles sorted by distance; every third carries nothing.
     const std::vector<Particle> particles = cloud(60, 1.5, 1, 0.5);
-    const double pi_ = 3.14159265358979323846;
     for (uint32_t channels : {1u, 3u})
         for (const auto &[g, kind] :
              {std::pair(0.0, Direction::flux), std::pair(0.5, Direction::flux), std::pair(0.5, Direction::mean)}) {

@@ -8,7 +8,6 @@ using namespace wisp;
 using namespace wisp::WISP_ARITH;
 
 TEST_CASE(WISP_ARITH_NAME ": each photon is weighted with the phase function and its power") {
-    constexpr double pi_ = 3.14159265358979323846;
     std::vector<Vec3> points = {vec(0.1, 0, 0), vec(-0.1, 0, 0)};
     const Vec3 directions[] = {vec(1, 0, 0), vec(-1, 0, 0), vec(0, 0, 0), vec(0, 0, 0),
                                vec(0, 0, 0), vec(0, 0, 0),  vec(0, 0, 0), vec(0, 0, 0)};

@@ -10,8 +10,6 @@ using namespace wisp::WISP_ARITH;
 
 namespace {
 
-constexpr double pi_ = 3.14159265358979323846;
-
 SmokeDescription box_of(double half_x, double half_y, double half_z, double sigma) {
     SmokeDescription source = grid_smoke_of(
         {1, 1, 1, nullptr, sigma, {0, 0, 0}, {half_x, half_y, half_z}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}});

@@ -12,8 +12,6 @@ using namespace wisp::WISP_ARITH;
 
 namespace {
 
-constexpr double pi_ = 3.14159265358979323846;
-
 // The ray through the middle of pixel (x, y) of a picture of look_at_origin(12, 8, n).
 Ray pixel_ray(int n, int x, int y) {
     const double step = 8.0 / n / 12;

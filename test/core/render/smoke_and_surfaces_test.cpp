@@ -12,8 +12,6 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr double pi_ = 3.14159265358979323846;
-
 enum class Way { direct, volume, bricks, elements, reference };
 constexpr Way marched[] = {Way::direct, Way::volume, Way::bricks, Way::elements};
 
@@ -304,8 +302,6 @@ TEST_CASE(WISP_ARITH_NAME ": a lamp on a ceiling lights the smoke below as if th
 }
 
 namespace {
-
-bool adds_up(const Statistics::Photons &n) { return n.emitted == n.absorbed + n.escaped + n.blocked + n.capped; }
 
 struct MapWay {
     Way way;

@@ -1,5 +1,6 @@
 // The SPH kernels and their line integrals against closed forms and quadrature (S3, N-L, hard cases C2, C7).
 #include "core/smoke/kernel.h"
+#include "support/built_smoke.h"
 #include <cmath>
 #include <doctest/doctest.h>
 #include <initializer_list>
@@ -8,9 +9,6 @@ using namespace wisp;
 using namespace wisp::WISP_ARITH;
 
 namespace {
-
-double at(Real x) { return to_double(x); }
-Real real(double x) { return to_real<Real>(x); }
 
 // The error of one evaluation: a few units in the last place of numbers near 8 (N-L). In Fixed, b^2 errs by
 // 2^-33, and 6 asinh(t / b) multiplies that error.
@@ -35,7 +33,6 @@ template <class F> double quadrature(F f, double b, double t) {
 } // namespace
 
 TEST_CASE(WISP_ARITH_NAME ": kernels integrate to one over space") {
-    const double pi_ = 3.14159265358979323846;
     double spline_sum = 0, poly6_sum = 0;
     const int n = 20000;
     for (int i = 0; i < n; ++i) { // midpoint rule over shells
@@ -110,7 +107,6 @@ TEST_CASE(WISP_ARITH_NAME ": line integrals equal quadrature") {
 }
 
 TEST_CASE(WISP_ARITH_NAME ": radius_of_fraction holds that fraction of the kernel's integral") {
-    const double pi_ = 3.14159265358979323846;
     for (double fraction : {0.001, 0.1, 0.5, 0.9, 0.999}) {
         const double q = at(Spline::radius_of_fraction(real(fraction))),
                      u = at(Poly6::radius_of_fraction(real(fraction)));

@@ -8,8 +8,6 @@ using namespace wisp::WISP_ARITH;
 
 namespace {
 
-constexpr double pi_ = 3.14159265358979323846;
-
 Ray ray_from(double x, double y, double z, double dx, double dy, double dz) {
     return {vec(x, y, z), normalize(vec(dx, dy, dz))};
 }

@@ -230,14 +230,6 @@ struct Lit {
     Scene scene = {};
 };
 
-Settings brick_settings(int pixels, double density_step) {
-    Settings settings = small_settings(pixels);
-    settings.method = Method::map;
-    settings.density_step = density_step;
-    settings.light_step = density_step;
-    return settings;
-}
-
 } // namespace
 
 TEST_CASE(WISP_ARITH_NAME ": without photons resampled smoke looks as the exact one does") {

@@ -34,3 +34,32 @@ TEST_CASE("text: frame numbers take the place of %04d") {
     CHECK(has_number("%d"));
     CHECK(!has_number("%x"));
 }
+
+TEST_CASE("text: a line of it is printable, and UTF-8 stays readable") {
+    CHECK(printable("a b\xc3\xa9\xe2\x82\xac\xf0\x9f\x98\x80~") == "a b\xc3\xa9\xe2\x82\xac\xf0\x9f\x98\x80~");
+    CHECK(printable(std::string("\0\n\r\t\x1b\x7f", 6)) == "\\x00\\n\\r\\t\\x1b\\x7f");
+    CHECK(printable("\xc2\x80\xc2\x9f\xc2\xa0") == "\\xc2\\x80\\xc2\\x9f\xc2\xa0"); // U+0080, U+009F; U+00A0
+    CHECK(printable("\x9b\xff\xc3") == "\\x9b\\xff\\xc3");
+    CHECK(printable("\xc0\x8a\xe0\x80\x8a\xf0\x80\x80\x8a") ==
+          "\\xc0\\x8a\\xe0\\x80\\x8a\\xf0\\x80\\x80\\x8a"); // long \n
+    CHECK(printable("\xed\xa0\x80\xf4\x90\x80\x80") == "\\xed\\xa0\\x80\\xf4\\x90\\x80\\x80");
+    CHECK(printable(printable("\n\x1b")) == printable("\n\x1b"));
+}
+
+TEST_CASE("text: what was meant by a wrong word") {
+    const std::vector<std::string> words = {"photons", "step", "light-step", "spp", "frames", "x"};
+    const auto meant = [&](const std::string &word) { return did_you_mean(word, words, "--"); };
+    CHECK(meant("photon") == "; did you mean '--photons'?");
+    CHECK(meant("PHOTONS") == "; did you mean '--photons'?");
+    CHECK(meant("phtoons") == "; did you mean '--photons'?");
+    CHECK(meant("light") == "; did you mean '--light-step'?");
+    CHECK(meant("ssp") == "; did you mean '--spp'?");
+    CHECK(meant("frame") == "; did you mean '--frames'?");
+    for (const std::string word : {"", "y", "gather", "bogus", "no"}) CHECK(meant(word).empty());
+    CHECK(meant(std::string(100000, 'p')).empty());
+}
+
+TEST_CASE("text: two digits") {
+    CHECK(two_digits(1.25) == "1.2");
+    CHECK(two_digits(0.000341) == "0.00034");
+}

@@ -1,12 +1,11 @@
 // Particle maps in files: batches that add up alike in any order, and files that are read only as written.
 #include "core/numbers/random.h"
-#include "host/base/sha256.h"
 #include "host/results/map_file.h"
+#include "support/checksummed.h"
 #include "support/refusal.h"
 #include "wisp/photon_sums.h"
 #include <algorithm>
 #include <doctest/doctest.h>
-#include <functional>
 
 using namespace wisp;
 
@@ -38,20 +37,12 @@ MapFile map_of(const Ranges &batches) {
     return map;
 }
 
-Bytes bytes_of(const std::string &text) { return Bytes(text.begin(), text.end()); }
-std::string text_of(const Bytes &bytes) { return std::string(bytes.begin(), bytes.end()); }
 bool same(const MapFile &a, const MapFile &b) { return map_bytes(a) == map_bytes(b); }
 
-std::string error_of(const std::function<void()> &action) { return refusal_of(action); }
 std::string error_of(const std::string &file) {
-    return error_of([&] { parse_map(bytes_of(file), "m.map"); });
+    return refusal_of([&] { parse_map(bytes_of(file), "m.map"); });
 }
 
-// A file whose SHA-256 is right, whatever it says of itself.
-std::string file_of(const std::string &about, const std::string &sums) {
-    const std::string rest = about + sums;
-    return std::string("wisp map 1\nsha256 ") + sha256(rest.data(), rest.size()).text + "\n" + rest;
-}
 struct About {
     std::string scene = "scene " + scene_name, photons = "photons 10000", batches = "batches 0:1 2:3",
                 counts = "counts 5904 7000 6000 900 5000 3 1", sums = "sums 2";
@@ -59,9 +50,8 @@ struct About {
 const std::string no_sums(2 * 8, '\0');
 
 std::string error_of(const About &about, const std::string &sums = no_sums) {
-    return error_of(file_of(about.scene + "\n" + about.photons + "\n" + about.batches + "\n" + about.counts + "\n" +
-                                about.sums + "\n",
-                            sums));
+    return error_of(checksummed("wisp map 1", about.scene + "\n" + about.photons + "\n" + about.batches + "\n" +
+                                                  about.counts + "\n" + about.sums + "\n" + sums));
 }
 
 } // namespace
@@ -93,18 +83,8 @@ TEST_CASE("map file: a file gives back what was written") {
 }
 
 TEST_CASE("map file: a bit that changed anywhere, and a cut anywhere, are refused") {
-    const std::string file = text_of(map_bytes(map_of({{0, 1}})));
-    for (size_t i = 0; i < file.size(); ++i) {
-        CAPTURE(i);
-        for (int bit = 0; bit < 8; ++bit) {
-            std::string damaged = file;
-            damaged[i] = static_cast<char>(damaged[i] ^ 1 << bit);
-            CHECK(error_of(damaged) != "no error");
-        }
-        CHECK(error_of(file.substr(0, i)) != "no error");
-    }
-    CHECK(error_of(file + '\0') != "no error");
-    CHECK(error_of(file + "\n") != "no error");
+    check_damage_is_refused(text_of(map_bytes(map_of({{0, 1}}))),
+                            [](const std::string &file) { return error_of(file); });
 }
 
 TEST_CASE("map file: errors name the file and what is wrong") {
@@ -192,7 +172,7 @@ TEST_CASE("map file: batches that are there already, or of another map, are refu
     const Bytes before = map_bytes(map);
     for (const Ranges &batches :
          {Ranges{{2, 4}}, Ranges{{3, 5}}, Ranges{{0, 3}}, Ranges{{0, 8}}, Ranges{{4, 5}, {6, 8}}}) {
-        const std::string error = error_of([&] { add_map(map, map_of(batches), "b.map"); });
+        const std::string error = refusal_of([&] { add_map(map, map_of(batches), "b.map"); });
         CHECK(error.rfind("b.map: batches ", 0) == 0);
         CHECK(error.find("expected none of 2:4 6:7, which are there already") != std::string::npos);
         CHECK(map_bytes(map) == before);
@@ -202,11 +182,11 @@ TEST_CASE("map file: batches that are there already, or of another map, are refu
     fewer.photons -= 1;
     shorter.sums.pop_back();
     for (const MapFile *more : {&other, &fewer, &shorter}) {
-        CHECK(error_of([&] { add_map(map, *more, "b.map"); }) ==
+        CHECK(refusal_of([&] { add_map(map, *more, "b.map"); }) ==
               "b.map: a map of another scene, other settings, arithmetic or version, expected the same");
         CHECK(map_bytes(map) == before);
     }
-    CHECK(error_of([&] { add_map(map, map_of({{4, 6}}), "b.map"); }) == "no error");
+    CHECK(refusal_of([&] { add_map(map, map_of({{4, 6}}), "b.map"); }) == "no error");
     CHECK(map.batches == Ranges{{2, 7}});
 }
 
@@ -217,21 +197,21 @@ TEST_CASE("map file: sums and counts that do not fit together are refused, not w
         more.sums[4] = end > 0 ? 1 : -1;
         map.sums[4] = end - more.sums[4];
         MapFile fits = map;
-        CHECK(error_of([&] { add_map(fits, more, "b.map"); }) == "no error");
+        CHECK(refusal_of([&] { add_map(fits, more, "b.map"); }) == "no error");
         CHECK(fits.sums[4] == end);
         map.sums[4] = end;
         const Bytes before = map_bytes(map);
-        CHECK(error_of([&] { add_map(map, more, "b.map"); }) == refusal);
+        CHECK(refusal_of([&] { add_map(map, more, "b.map"); }) == refusal);
         CHECK(map_bytes(map) == before);
     }
     MapFile map = map_of({{0, 1}});
     map.counts.collisions = INT64_MAX;
-    CHECK(error_of([&] { add_map(map, map_of({{1, 2}}), "b.map"); }) == refusal);
+    CHECK(refusal_of([&] { add_map(map, map_of({{1, 2}}), "b.map"); }) == refusal);
 }
 
 TEST_CASE("map file: a map is used only for its scene, with all batches and as many sums") {
     const auto error = [](const MapFile &map, uint64_t most) {
-        return error_of([&] { check_map(map, scene_name, most, "m.map"); });
+        return refusal_of([&] { check_map(map, scene_name, most, "m.map"); });
     };
     const MapFile whole = map_of({{0, 8}});
     CHECK(error(whole, 5) == "no error");

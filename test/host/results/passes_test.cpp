@@ -1,13 +1,12 @@
 // Passes of --reference: sums that add up alike in any order, pictures of them, and files that are read only as
 // written.
 #include "core/numbers/sample_sums.h"
-#include "host/base/sha256.h"
 #include "host/results/passes.h"
+#include "support/checksummed.h"
 #include "support/refusal.h"
 #include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
-#include <functional>
 
 using namespace wisp;
 
@@ -41,19 +40,10 @@ Passes passes_of(const Ranges &ranges, int width = 3, int height = 2, uint32_t s
     return passes;
 }
 
-Bytes bytes_of(const std::string &text) { return Bytes(text.begin(), text.end()); }
-std::string text_of(const Bytes &bytes) { return std::string(bytes.begin(), bytes.end()); }
-
-std::string error_of(const std::function<void()> &action) { return refusal_of(action); }
 std::string error_of(const std::string &file) {
-    return error_of([&] { parse_passes(bytes_of(file), "p.passes"); });
+    return refusal_of([&] { parse_passes(bytes_of(file), "p.passes"); });
 }
 
-// A file whose SHA-256 is right, whatever it says of itself.
-std::string file_of(const std::string &about, const std::string &sums) {
-    const std::string rest = about + sums;
-    return std::string("wisp passes 1\nsha256 ") + sha256(rest.data(), rest.size()).text + "\n" + rest;
-}
 struct About {
     std::string scene = scene_name, size = "3 2", samples = "4", exponent = "3", passes = "0:2";
 };
@@ -64,7 +54,7 @@ std::string text_of(const About &about) {
 const std::string no_sums(3 * 2 * 96, '\0'); // of 3 x 2 pixels
 
 std::string error_of(const About &about, const std::string &sums = no_sums) {
-    return error_of(file_of(text_of(about), sums));
+    return error_of(checksummed("wisp passes 1", text_of(about) + sums));
 }
 
 bool same(const Passes &a, const Passes &b) { return passes_bytes(a) == passes_bytes(b); }
@@ -99,18 +89,8 @@ TEST_CASE("passes: a file gives back what was written") {
 }
 
 TEST_CASE("passes: a bit that changed anywhere, and a cut anywhere, are refused") {
-    const std::string file = text_of(passes_bytes(passes_of({{0, 1}}, 1, 1)));
-    for (size_t i = 0; i < file.size(); ++i) {
-        CAPTURE(i);
-        for (int bit = 0; bit < 8; ++bit) {
-            std::string damaged = file;
-            damaged[i] = static_cast<char>(damaged[i] ^ 1 << bit);
-            CHECK(error_of(damaged) != "no error");
-        }
-        CHECK(error_of(file.substr(0, i)) != "no error");
-    }
-    CHECK(error_of(file + '\0') != "no error");
-    CHECK(error_of(file + "\n") != "no error");
+    check_damage_is_refused(text_of(passes_bytes(passes_of({{0, 1}}, 1, 1))),
+                            [](const std::string &file) { return error_of(file); });
 }
 
 TEST_CASE("passes: errors name the file and what is wrong") {
@@ -118,11 +98,11 @@ TEST_CASE("passes: errors name the file and what is wrong") {
     CHECK(error_of("PF\n1 1\n") == "p.passes:1: not a file of passes, expected 'wisp passes 1'");
     CHECK(error_of("wisp passes 2\n") == "p.passes:1: not a file of passes, expected 'wisp passes 1'");
     CHECK(error_of("wisp passes 1\n").rfind("p.passes:2: the file ends, expected ", 0) == 0);
-    std::string file = file_of(text_of(About()), no_sums);
+    std::string file = checksummed("wisp passes 1", text_of(About()) + no_sums);
     const std::string digest = file.substr(21, 64);
     file.back() = 1;
     CHECK(error_of(file) == "p.passes:2: the file is damaged: its SHA-256 is another, expected " + digest);
-    CHECK(error_of(file_of("", "")).rfind("p.passes:", 0) == 0);
+    CHECK(error_of(checksummed("wisp passes 1", "")).rfind("p.passes:", 0) == 0);
 }
 
 // Whoever writes such a file knows how to compute its SHA-256.
@@ -200,17 +180,17 @@ TEST_CASE("passes: what is there already, or of another scene, is refused and ch
     const Bytes before = passes_bytes(passes);
     for (const Ranges &ranges :
          {Ranges{{2, 4}}, Ranges{{3, 5}}, Ranges{{0, 3}}, Ranges{{0, 9}}, Ranges{{7, 8}}, Ranges{{4, 6}, {7, 9}}}) {
-        const std::string error = error_of([&] { add_passes(passes, passes_of(ranges), "b.passes"); });
+        const std::string error = refusal_of([&] { add_passes(passes, passes_of(ranges), "b.passes"); });
         CHECK(error.rfind("b.passes: passes ", 0) == 0);
         CHECK(error.find("expected none of 2:4 6:8, which are there already") != std::string::npos);
         CHECK(passes_bytes(passes) == before);
     }
     Passes other = passes_of({{4, 6}});
     other.scene[63] = 'b';
-    CHECK(error_of([&] { add_passes(passes, other, "b.passes"); }) ==
+    CHECK(refusal_of([&] { add_passes(passes, other, "b.passes"); }) ==
           "b.passes: passes of another scene, size, seed, arithmetic or version, expected all of the same");
     CHECK(passes_bytes(passes) == before);
-    CHECK(error_of([&] { add_passes(passes, passes_of({{4, 6}}), "b.passes"); }) == "no error");
+    CHECK(refusal_of([&] { add_passes(passes, passes_of({{4, 6}}), "b.passes"); }) == "no error");
     CHECK(passes.ranges == Ranges{{2, 8}});
 }
 
@@ -222,7 +202,7 @@ TEST_CASE("passes: of one scene by name but another size, number of samples or e
            brighter = passes_of({{1, 2}});
     brighter.exponent = 4;
     for (const Passes *more : {&smaller, &wider, &finer, &brighter}) {
-        CHECK(error_of([&] { add_passes(passes, *more, "b.passes"); }).rfind("b.passes: ", 0) == 0);
+        CHECK(refusal_of([&] { add_passes(passes, *more, "b.passes"); }).rfind("b.passes: ", 0) == 0);
         CHECK(passes_bytes(passes) == before);
     }
 }

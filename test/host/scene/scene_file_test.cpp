@@ -79,7 +79,7 @@ TEST_CASE("scene: every statement, over any lines, with comments") {
     CHECK(!s.smokes[1].radius);
     REQUIRE(s.defaults.size() == 2);
     CHECK(s.defaults[0].option == "spp");
-    CHECK(s.defaults[0].where == "dir/s.aff:12: ");
+    CHECK(s.defaults[0].where == "dir/s.aff:12");
 }
 
 TEST_CASE("scene: lights of an .nff file without colour share the intensity that its text proposes") {
@@ -113,15 +113,15 @@ TEST_CASE("scene: smoke may be a box, or a file of that name") {
     CHECK(s.smokes[0].phase == -0.5);
     CHECK(s.smokes[0].emission.x == 1);
     CHECK(s.graph.nodes[static_cast<size_t>(s.smokes[0].node)].placement.degrees == 90);
-    CHECK(s.smokes[0].where == "dir/s.aff:1: ");
+    CHECK(s.smokes[0].where == "dir/s.aff:1");
     const char *files[] = {"", "dir/box", "dir/./box", "dir/box4", "dir/grid.vol"};
     for (size_t i = 1; i < 5; ++i) {
         CHECK(!s.smokes[i].box);
         CHECK(s.smokes[i].file == files[i]);
     }
     // What only particles have is remembered, with its line, until the file is known to be a grid.
-    CHECK(s.smokes[1].of_particles == "dir/s.aff:3: found 'kernel'");
-    CHECK(s.smokes[4].of_particles.empty());
+    CHECK(s.smokes[1].of_particles.where == "dir/s.aff:3");
+    CHECK(s.smokes[4].of_particles.key.empty());
 }
 
 TEST_CASE("scene: ambient light, animation, lights with names") {

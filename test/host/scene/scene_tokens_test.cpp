@@ -22,7 +22,7 @@ struct Files {
             "s.aff", text["s.aff"],
             [this](const std::string &path) {
                 ++reads[path];
-                if (!text.count(path)) throw InputError(path + ": cannot be opened: lost");
+                if (!text.count(path)) throw InputError(path, "cannot be opened: lost");
                 return Bytes(text[path].begin(), text[path].end());
             },
             limits);
@@ -60,7 +60,7 @@ TEST_CASE("scene files: one is included in place, beside the file that names it,
     CHECK(s.graph.textures == std::vector<std::string>{"sub/t.ppm", "/t.ppm"});
     REQUIRE(s.smokes.size() == 1);
     CHECK(s.smokes[0].file == "/p.ply");
-    CHECK(s.smokes[0].where == "/abs.aff:1: ");
+    CHECK(s.smokes[0].where == "/abs.aff:1");
     // The material goes into included files and comes out of them; the space of the block goes in.
     const int32_t nodes[] = {-1, -1, -1, 0, 0, -1};
     const uint32_t materials[] = {0, 1, 1, 1, 1, 1};

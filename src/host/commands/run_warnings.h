@@ -1,0 +1,24 @@
+// The warnings of a command that renders: of what a scene shows, and of options that change nothing.
+#pragma once
+#include "host/base/messages.h"
+#include "host/commands/request.h"
+
+namespace wisp {
+
+class RunWarnings {
+  public:
+    explicit RunWarnings(const Request &request) : request_(request), warnings_(request.options.quiet) {}
+
+    // Of a frame that is to be rendered. An option is warned of in the last frame, if no frame before needed it.
+    void of_frame(int64_t frame, const PreparedScene &prepared, const Settings &settings, const Plan &plan);
+    // Of the estimate from the nearest photons, when a frame is done: it is too bright where they are far.
+    void of_photons(const Scene &scene, const Settings &settings, const Plan &plan, const Statistics &statistics);
+    void print(const Warning &warning) { warnings_.print(warning); }
+
+  private:
+    const Request &request_;
+    Warnings warnings_;
+    std::optional<std::vector<Warning>> idle_; // options, in all frames so far
+};
+
+} // namespace wisp

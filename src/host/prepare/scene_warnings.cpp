@@ -1,0 +1,253 @@
+#include "host/base/double3_algebra.h"
+#include "host/base/text.h"
+#include "host/prepare/scene_warnings.h"
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace wisp {
+
+namespace {
+
+// A smoke of less depth than this, and of less radiance, changes no pixel that is seen.
+constexpr double invisible = 1e-3;
+// Of a smoke of more depth than this only the outermost thousandth is seen.
+constexpr double solid = 1e3;
+
+bool shines(const Double3 &color) { return color.x > 0 || color.y > 0 || color.z > 0; }
+
+// --- what the camera sees -------------------------------------------------------------------------------------------
+
+// The four planes through the eye and the edges of the picture.
+class Frustum {
+  public:
+    Frustum(const Camera &camera, int width, int height) : eye_(camera.origin) {
+        const Double3 across = camera.right * width, down = camera.down * height,
+                      corners[] = {camera.corner, camera.corner + across, camera.corner + across + down,
+                                   camera.corner + down};
+        const Double3 middle = camera.corner + across * 0.5 + down * 0.5;
+        for (int i = 0; i < 4; ++i) {
+            const Double3 normal = unit(cross(corners[i], corners[(i + 1) % 4]));
+            inward_[i] = dot(normal, middle) < 0 ? normal * -1.0 : normal;
+        }
+    }
+
+    // Whether all balls about the points are outside one of the planes: then they are not in view.
+    bool misses(std::initializer_list<Double3> points, double radius = 0) const {
+        return std::any_of(std::begin(inward_), std::end(inward_), [&](const Double3 &normal) {
+            return std::all_of(points.begin(), points.end(),
+                               [&](const Double3 &point) { return dot(normal, point - eye_) < -radius; });
+        });
+    }
+    bool misses(const GridDescription &grid) const {
+        const Double3 x = grid.axis[0] * grid.half.x, y = grid.axis[1] * grid.half.y, z = grid.axis[2] * grid.half.z,
+                      &c = grid.center;
+        return misses({c - x - y - z, c - x - y + z, c - x + y - z, c - x + y + z, c + x - y - z, c + x - y + z,
+                       c + x + y - z, c + x + y + z});
+    }
+    bool misses(const SmokeDescription &smoke) const {
+        if (smoke.is_grid()) return misses(smoke.grid);
+        return std::all_of(smoke.particles, smoke.particles + smoke.count,
+                           [this](const Particle &p) { return misses({p.position}, 2 * p.h); });
+    }
+    bool misses(const Triangle &triangle) const {
+        return misses({triangle.corner[0], triangle.corner[1], triangle.corner[2]});
+    }
+
+  private:
+    Double3 eye_, inward_[4];
+};
+
+Double3 placed(const Instance &instance, const Double3 &p) {
+    return instance.axis[0] * p.x + instance.axis[1] * p.y + instance.axis[2] * p.z + instance.origin;
+}
+
+bool sees_surfaces(const Frustum &view, const Scene &scene) {
+    const auto seen = [&view](const Triangle &triangle) { return !view.misses(triangle); };
+    const Triangle *moving = scene.triangles + scene.static_count, *deforming = moving + scene.instance_triangle_count;
+    if (std::any_of(scene.triangles, moving, seen) || std::any_of(deforming, deforming + scene.deforming_count, seen))
+        return true;
+    for (uint32_t i = 0; i < scene.instance_count; ++i) {
+        const Instance &instance = scene.instances[i];
+        const Triangle *first = scene.triangles + instance.first;
+        if (instance.visible && std::any_of(first, first + instance.count, [&](const Triangle &t) {
+                return !view.misses(
+                    {placed(instance, t.corner[0]), placed(instance, t.corner[1]), placed(instance, t.corner[2])});
+            }))
+            return true;
+    }
+    return false;
+}
+
+bool has_smoke(const Scene &scene) {
+    return std::any_of(scene.smokes, scene.smokes + scene.smoke_count,
+                       [](const SmokeDescription &smoke) { return !smoke.empty(); });
+}
+
+// --- optical depth --------------------------------------------------------------------------------------------------
+
+double component(const Double3 &p, int axis) { return axis == 0 ? p.x : axis == 1 ? p.y : p.z; }
+
+// Adds columns of equal width.
+class Columns {
+  public:
+    void add(double depth) {
+        if (!(depth > 0)) return;
+        sum_ += depth;
+        largest_ = std::max(largest_, depth);
+        ++count_;
+    }
+    double mean() const { return count_ > 0 ? sum_ / static_cast<double>(count_) : 0; }
+    double largest() const { return largest_; }
+
+  private:
+    double sum_ = 0, largest_ = 0;
+    uint64_t count_ = 0;
+};
+
+// Particles by the columns along `axis`, as wide as the widest support.
+Columns particle_columns(const SmokeDescription &smoke, int axis) {
+    const double width = 2 * smoke.largest_h;
+    const auto index = [width](double x) { // coordinates are within coordinate_limit, columns at least 2 wide
+        return static_cast<uint64_t>(x / width + (1 << 20));
+    };
+    std::vector<std::pair<uint64_t, double>> areas; // by column
+    areas.reserve(smoke.count);
+    for (uint32_t i = 0; i < smoke.count; ++i) {
+        const Double3 &p = smoke.particles[i].position;
+        const uint64_t column = index(component(p, (axis + 1) % 3)) << 32 | index(component(p, (axis + 2) % 3));
+        areas.emplace_back(column, smoke.particles[i].area);
+    }
+    std::sort(areas.begin(), areas.end());
+    Columns columns;
+    for (size_t i = 0; i < areas.size();) {
+        double area = 0;
+        const uint64_t column = areas[i].first;
+        while (i < areas.size() && areas[i].first == column) area += areas[i++].second;
+        columns.add(area / (width * width));
+    }
+    return columns;
+}
+
+// Those of the samples of a grid along an edge of its box.
+Columns grid_columns(const GridDescription &grid, int axis) {
+    const uint64_t counts[] = {static_cast<uint64_t>(grid.nx), static_cast<uint64_t>(grid.ny),
+                               static_cast<uint64_t>(grid.nz)};
+    const uint64_t strides[] = {1, counts[0], counts[0] * counts[1]};
+    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+    const double depth_of_sample = grid.extinction * 2 * component(grid.half, axis) / static_cast<double>(counts[axis]);
+    Columns columns;
+    for (uint64_t j = 0; j < counts[v]; ++j)
+        for (uint64_t i = 0; i < counts[u]; ++i) {
+            double sum = 0;
+            for (uint64_t k = 0; k < counts[axis]; ++k)
+                sum += grid.density
+                           ? static_cast<double>(grid.density[i * strides[u] + j * strides[v] + k * strides[axis]])
+                           : 1;
+            columns.add(sum * depth_of_sample);
+        }
+    return columns;
+}
+
+// --- the warnings ---------------------------------------------------------------------------------------------------
+
+class Doubts {
+  public:
+    Doubts(const std::string &name, const SceneFile &file, const PreparedScene &prepared, int64_t frame)
+        : name_(name), file_(file), prepared_(prepared), scene_(prepared.scene), frame_(frame) {}
+
+    std::vector<Warning> find() {
+        for (size_t i = 0; i < file_.smokes.size(); ++i) look_at(file_.smokes[i], scene_.smokes[i]);
+        look_at_view();
+        look_at_lights();
+        return std::move(warnings_);
+    }
+
+  private:
+    void warn(const char *kind, const std::string &place, const std::string &text) {
+        warnings_.push_back({kind, place, text});
+    }
+
+    // One smoke: whether something is there, and can be seen.
+    void look_at(const SceneFile::SmokeVolume &said, const SmokeDescription &smoke) {
+        const std::string path = numbered(said.file, said.first_frame + frame_ * said.frame_step);
+        if (smoke.empty()) return warn("empty smoke", said.where, path + " has no particles");
+        if (!(smoke.total_area > 0)) return warn("empty smoke", said.where, nothing_in(said, smoke, path));
+        const DepthRange depth = depths_through(smoke);
+        if (depth.largest < invisible && depth.largest * std::ldexp(1.0, scene_.radiance_exponent) < invisible)
+            warn("thin smoke", said.where,
+                 "the smoke is all but invisible: its optical depth is at most " + two_digits(depth.largest) +
+                     "; is the " + (smoke.is_grid() ? "density" : "mass") + " or the extinction too small?");
+        if (depth.least_mean > solid)
+            warn("solid smoke", said.where,
+                 "the smoke is like a solid: its mean optical depth is " + two_digits(depth.least_mean) + "; is the " +
+                     (smoke.is_grid() ? "density" : "mass") + " or the extinction too large?");
+    }
+    static std::string nothing_in(const SceneFile::SmokeVolume &said, const SmokeDescription &smoke,
+                                  const std::string &path) {
+        if (said.extinction == 0) return "the smoke is invisible: its extinction is 0";
+        if (said.box) return "the smoke is invisible: its density is 0";
+        return path + (smoke.is_grid() ? " has no sample above 0" : " has no particle with a mass above 0");
+    }
+
+    void look_at_view() {
+        if (file_.smokes.empty() && scene_.triangle_count() == 0)
+            return warn("view", name_, "the scene has neither smoke nor surfaces: the picture is its background");
+        if (!has_smoke(scene_) && scene_.triangle_count() == 0) return; // warned of
+        const Frustum view(scene_.camera, prepared_.width, prepared_.height);
+        const bool smoke = std::any_of(scene_.smokes, scene_.smokes + scene_.smoke_count,
+                                       [&view](const SmokeDescription &s) { return !s.empty() && !view.misses(s); });
+        if (!smoke && !sees_surfaces(view, scene_))
+            warn("view", name_,
+                 "nothing is in view in frame " + std::to_string(frame_) +
+                     ": the camera looks past all smoke and surfaces");
+    }
+
+    void look_at_lights() {
+        const auto shine = [](const auto &of) { return shines(of); };
+        for (uint32_t i = 0; i < scene_.light_count; ++i)
+            if (shines(scene_.lights[i].color)) return;
+        bool dark = false;
+        for (uint32_t i = 0; i < scene_.smoke_count; ++i) {
+            const SmokeDescription &smoke = scene_.smokes[i];
+            if (!(smoke.total_area > 0)) continue;
+            if (shine(smoke.emission)) return;
+            dark |= shine(smoke.albedo);
+        }
+        const bool black = scene_.triangle_count() > 0 &&
+                           std::none_of(scene_.materials, scene_.materials + scene_.material_count,
+                                        [&shine](const Material &material) { return shine(material.ambient); });
+        if (!dark && !black) return;
+        const std::string what = dark && black ? "the smoke and the surfaces are"
+                                 : dark        ? "the smoke is"
+                                               : "the surfaces are";
+        warn("light", name_,
+             (scene_.light_count > 0 ? "all lights are of power 0: " : "there is no light: ") + what + " black");
+    }
+
+    const std::string &name_;
+    const SceneFile &file_;
+    const PreparedScene &prepared_;
+    const Scene &scene_;
+    int64_t frame_;
+    std::vector<Warning> warnings_;
+};
+
+} // namespace
+
+DepthRange depths_through(const SmokeDescription &smoke) {
+    DepthRange range = {INFINITY, 0};
+    for (int axis = 0; axis < 3; ++axis) {
+        const Columns columns = smoke.is_grid() ? grid_columns(smoke.grid, axis) : particle_columns(smoke, axis);
+        range.least_mean = std::min(range.least_mean, columns.mean());
+        range.largest = std::max(range.largest, columns.largest());
+    }
+    return range;
+}
+
+std::vector<Warning> scene_warnings(const std::string &name, const SceneFile &file, const PreparedScene &prepared,
+                                    int64_t frame) {
+    return Doubts(name, file, prepared, frame).find();
+}
+
+} // namespace wisp

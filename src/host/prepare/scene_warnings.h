@@ -1,0 +1,20 @@
+// What is likely a mistake of a scene, though it can be rendered: smoke and surfaces that the camera does not see, that
+// nothing lights, or that are not there.
+#pragma once
+#include "host/base/messages.h"
+#include "host/prepare/prepare.h"
+
+namespace wisp {
+
+// Of one frame. `name` is the scene's file. There are none where a doubt remains: what is warned of is so.
+std::vector<Warning> scene_warnings(const std::string &name, const SceneFile &file, const PreparedScene &prepared,
+                                    int64_t frame);
+
+// Optical depths along straight lines through a smoke, each averaged over the width of a support or of a cell: the
+// largest of all along the axes, and the mean along the axis on which that is least. 0 where there is nothing.
+struct DepthRange {
+    double least_mean, largest;
+};
+DepthRange depths_through(const SmokeDescription &smoke);
+
+} // namespace wisp

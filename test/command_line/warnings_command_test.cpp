@@ -1,0 +1,131 @@
+// Warnings as a user meets them: once in a run, and none where all is in order.
+#include "support/command_line.h"
+
+using namespace wisp;
+
+namespace {
+
+struct WarningCommandTest : CommandLineTest {
+    // What `render` warns of with these options, in the scene s.aff.
+    std::string warned(const std::string &options) const {
+        const Ran ran = wisp("render " + s() + " --digest " + options);
+        CHECK(ran.status == 0);
+        CHECK(wisp("render " + s() + " --digest -q " + options).err.empty());
+        return ran.err;
+    }
+    static std::string idle(const std::string &option, const std::string &reason) {
+        return "wisp: warning: option '" + option + "' does nothing here: " + reason + "\n";
+    }
+};
+
+} // namespace
+
+TEST_CASE("warnings: an option that does nothing says why, one that does something is silent") {
+    const WarningCommandTest test;
+    const auto idle = WarningCommandTest::idle;
+    const std::string by_paths = "the reference follows random paths instead", reference = "--reference --passes 0:1 ";
+    const std::pair<std::string, std::string> cases[] = {
+        {"--gather 10", idle("gather", "no nearest photons are looked up")},
+        {"--gather 10 --smoke direct --photons 300000", ""},
+        {"--gather-radius 1", idle("gather-radius", "no nearest photons are looked up")},
+        {"--irradiance-step 1 --irradiance none",
+         idle("irradiance-step", "--irradiance none: estimated at every step")},
+        {"--irradiance-step 1", ""},
+        {"--light-step 0.5 " + reference, idle("light-step", by_paths)},
+        {"--step 0.3 " + reference, idle("step", by_paths)},
+        {"--step 0.3", ""},
+        {"--photons 100 " + reference, idle("photons", by_paths)},
+        {"--seed 2 " + reference, ""},
+        {"--photons 0", ""},
+        {"--photons 0 --seed 3", idle("seed", "--photons 0")},
+        {"--density-step 0.5 " + reference, idle("density-step", "densities are exact")},
+        {"--density-step 0.5", ""},
+        {"--deposit path --smoke direct --photons 300000", idle("deposit", "photons are kept, not power on particles")},
+        {"--remap", idle("remap", "there is one frame, and no map before it")},
+        {"--shadows trace", idle("shadows", "there is no triangle")},
+        {"--lights cuts", idle("lights", "of no use: there is no surface")},
+        {"--lights all --thin 0 --exposure 0", ""},
+        {"--exposure 1", idle("exposure", "no .png is written")},
+        {"--exposure 1 -o " + test.file("x.png"), ""},
+        {"--frames 0:1", idle("frames", "nothing differs from frame to frame")},
+        {"--frames 4", ""},
+        {"--gather 10 --gather 11 --frames 0:2",
+         idle("gather", "no nearest photons are looked up") + idle("frames", "nothing differs from frame to frame")}};
+    for (const auto &[options, err] : cases) {
+        CAPTURE(options);
+        CHECK(test.warned(options) == err);
+    }
+}
+
+TEST_CASE("warnings: an option that one frame of several needs is silent") {
+    WarningCommandTest test;
+    const std::string none = "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 0 float\n\n";
+    test.write("q_0.vtk", none);
+    test.write("q_1.vtk", CommandLineTest::puff(40));
+    test.write("q_2.vtk", none);
+    test.write("s.aff", CommandLineTest::scene("q_%d.vtk", ""));
+    const std::string empty = test.s() + ":4: warning: " + test.file("q_0.vtk") + " has no particles\n";
+    CHECK(test.warned("--frames 0:2 --photons 2000") == empty); // once, though frame 2 has none either
+    CHECK(test.warned("--frames 0 --photons 2000") == empty + WarningCommandTest::idle("photons", "there is no smoke"));
+}
+
+TEST_CASE("warnings: the nearest photons' estimate, where it is far off") {
+    WarningCommandTest test;
+    std::string ball = "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 500 float\n";
+    uint32_t state = 4;
+    for (int count = 0; count < 500;) {
+        double p[3], square = 0;
+        for (double &x : p) {
+            state = state * 1664525u + 1013904223u;
+            x = (state >> 8) * 0x1p-23 - 1;
+            square += x * x;
+        }
+        if (square > 1) continue;
+        ball += std::to_string(p[0]) + " " + std::to_string(p[1]) + " " + std::to_string(p[2]) + " ";
+        ++count;
+    }
+    test.write("ball.vtk", ball + "\n");
+    const auto warns = [&](const std::string &extinction, const std::string &albedo, const std::string &options) {
+        test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 22 hither 0.1 resolution 4 4\nlp 4 5 4 40 40 40\n"
+                            "smoke ball.vtk { radius 0.25 mass 0.01 extinction " +
+                                extinction + " albedo " + albedo + " " + albedo + " " + albedo + " }\n");
+        const std::string err = test.warned(options);
+        CHECK((err.empty() || err.rfind("wisp: warning: --smoke ", 0) == 0));
+        return !err.empty();
+    };
+    // Against --reference: 1.17, 1.43, 1.19, 1.10; 1.01, 1.08, 1.04; 1.00.
+    CHECK(warns("3", "0.9", "--smoke direct --photons 20000"));
+    CHECK(warns("100", "0.9", "--smoke direct --photons 20000"));
+    CHECK(warns("100", "0.9", "--smoke volume --photons 20000"));
+    CHECK(warns("100", "0.9", "--smoke direct --photons 20000 --gather 50"));
+    CHECK(warns("10", "0.9", "--smoke direct --photons 300000"));
+    CHECK(!warns("1", "0.9", "--smoke direct --photons 20000"));
+    CHECK(!warns("3", "0.9", "--smoke direct --photons 20000 --gather 50"));
+    CHECK(!warns("100", "0.9", "--smoke direct --photons 300000 --gather 50"));
+    CHECK(!warns("30", "0.2", "--smoke direct --photons 20000"));
+    CHECK(!warns("3", "0.9", "--photons 20000"));
+}
+
+TEST_CASE("warnings: the project's own scenes have none") {
+    const CommandLineTest test;
+    for (const std::string &scene : {"demo", "glow", "grid", "small", "surfaces", "wake"}) {
+        CAPTURE(scene);
+        const Ran ran = test.wisp("render fixtures/" + scene + ".aff --frames 2 --size 8x6 --spp 1 --digest");
+        CHECK(ran.status == 0);
+        CHECK(ran.err.empty());
+    }
+}
+
+TEST_CASE("warnings: plan and inspect warn as render does") {
+    WarningCommandTest test;
+    test.write("s.aff",
+               "v from 0 0 4 at 0 0 9 up 0 1 0 angle 30 hither 1 resolution 4 4\nsmoke box 0 0 0 1 1 1 1 { }\n");
+    const std::string err = test.warned("--gather 9");
+    CHECK(err == test.s() + ": warning: nothing is in view in frame 0: the camera looks past all smoke and surfaces\n" +
+                     test.s() + ": warning: there is no light: the smoke is black\n" +
+                     WarningCommandTest::idle("gather", "there are no photons"));
+    CHECK(test.wisp("plan " + test.s() + " --gather 9").err == err);
+    CHECK(test.wisp("inspect " + test.s() + " 1 2 --gather 9").err == err);
+    CHECK(test.wisp("plan " + test.s() + " --gather 9 -q").err.empty());
+    CHECK(test.wisp("plan " + test.file("s.aff") + " --smoke direct").out.find("gather") != std::string::npos);
+}

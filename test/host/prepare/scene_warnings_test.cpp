@@ -1,0 +1,139 @@
+// What a scene is warned of, and what not: every doubt has a scene beside it that is in order.
+#include "host/prepare/scene_warnings.h"
+#include "support/temporary_folder.h"
+#include <doctest/doctest.h>
+#include <fstream>
+
+using namespace wisp;
+
+namespace {
+
+const std::string camera = "v from 0 0 9 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 8 6\n",
+                  light = "lp 3 3 3 40 40 40\n";
+
+struct WarningTest : TemporaryFolder {
+    WarningTest() { particles("p.vtk", 40); }
+    void particles(const std::string &name, int count) const {
+        std::ofstream out(file(name));
+        out << "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS " << count << " float\n";
+        for (int i = 0; i < 3 * count; ++i) out << (i * 37 % 101) / 101.0 - 0.5 << " ";
+        out << "\n";
+    }
+    // The kinds of the warnings of frame 0, and their texts.
+    std::string kinds(const std::string &scene) {
+        const SceneFile parsed = parse_scene(file("s.aff"), scene);
+        PreparedScene prepared;
+        prepare_scene(file("s.aff"), parsed, Options(), 0, prepared);
+        std::string kinds;
+        texts.clear();
+        for (const Warning &warning : scene_warnings(file("s.aff"), parsed, prepared, 0)) {
+            kinds += (kinds.empty() ? "" : ", ") + warning.kind;
+            texts += warning.place.substr(file("").size()) + ": " + warning.text + "\n";
+        }
+        return kinds;
+    }
+    std::string texts;
+};
+
+} // namespace
+
+TEST_CASE("scene warnings: nothing in view, in front, behind and beside the camera") {
+    WarningTest test;
+    const std::string box = "smoke box -1 -1 -1 1 1 1 1 { }\n", ball = "smoke p.vtk { radius 0.2 mass 0.1 }\n",
+                      triangle = "p 3\n-1 -1 0\n1 -1 0\n0 1 0\n",
+                      moving =
+                          "a 0 1 2\nk m { transl 4 0 -0 0 0 0 0 0 0.3 0 0 0 0 0 0 0.6 0 0 0 0 0 0 1 0 0 0 0 0 0 }\n"
+                          "x m { " +
+                          triangle + "}\n";
+    const auto from = [](const std::string &eye, const std::string &at) {
+        return "v from " + eye + " at " + at + " up 0 1 0 angle 30 hither 1 resolution 8 6\n" + light;
+    };
+    for (const std::string &thing : {box, ball, triangle, moving}) {
+        CAPTURE(thing);
+        CHECK(test.kinds(from("0 0 9", "0 0 0") + thing).empty());
+        CHECK(test.kinds(from("0 0 0.5", "0 0 -1") + thing).empty()); // close by, or in it
+        CHECK(test.kinds(from("0 0 9", "0 0 20") + thing) == "view");
+        CHECK(test.kinds(from("0 0 9", "9 0 3") + thing) == "view");
+        CHECK(test.kinds(from("0 0 9", "0 9 3") + thing) == "view");
+        CHECK(test.texts == "s.aff: nothing is in view in frame 0: the camera looks past all smoke and surfaces\n");
+    }
+    // One of several is enough; a corner is.
+    CHECK(test.kinds(from("0 0 9", "9 0 3") + ball + "smoke box 8 0 3 9 1 4 1 { }\n").empty());
+    CHECK(test.kinds(from("0 0 9", "9 0 3") + "p 3\n-1 -1 0\n1 -1 0\n9 0 3\n").empty());
+    CHECK(test.kinds(camera + light) == "view");
+    CHECK(test.texts == "s.aff: the scene has neither smoke nor surfaces: the picture is its background\n");
+}
+
+TEST_CASE("scene warnings: nothing shines where something could be lit") {
+    WarningTest test;
+    const std::string triangle = "p 3\n-1 -1 0\n1 -1 0\n0 1 0\n";
+    const auto smoke = [](const std::string &more) { return "smoke box -1 -1 -1 1 1 1 1 { " + more + " }\n"; };
+    CHECK(test.kinds(camera + smoke("")) == "light");
+    CHECK(test.texts == "s.aff: there is no light: the smoke is black\n");
+    CHECK(test.kinds(camera + "lp 3 3 3 0 0 0\n" + smoke("")) == "light");
+    CHECK(test.texts == "s.aff: all lights are of power 0: the smoke is black\n");
+    CHECK(test.kinds(camera + "am 0 0 0\n" + triangle + smoke("")) == "light");
+    CHECK(test.texts == "s.aff: there is no light: the smoke and the surfaces are black\n");
+    for (const std::string &scene : {"lp 3 3 3 0 0 1\n" + smoke(""), smoke("albedo 0 0 0"), smoke("emission 0 0.1 0"),
+                                     triangle, smoke("emission 1 0 0") + smoke("")}) {
+        CAPTURE(scene);
+        CHECK(test.kinds(camera + scene).empty());
+    }
+}
+
+TEST_CASE("scene warnings: smoke that is not there") {
+    WarningTest test;
+    test.particles("none.vtk", 0);
+    CHECK(test.kinds(camera + light + "smoke none.vtk { }") == "empty smoke");
+    CHECK(test.texts == "s.aff:3: " + test.file("none.vtk") + " has no particles\n");
+    CHECK(test.kinds(camera + light + "smoke p.vtk { radius 1 mass 0 }") == "empty smoke");
+    CHECK(test.texts == "s.aff:3: " + test.file("p.vtk") + " has no particle with a mass above 0\n");
+    CHECK(test.kinds(camera + light + "smoke p.vtk { radius 1 mass 1 extinction 0 }") == "empty smoke");
+    CHECK(test.kinds(camera + light + "smoke box -1 -1 -1 1 1 1 0 { }") == "empty smoke");
+    CHECK(test.texts == "s.aff:3: the smoke is invisible: its density is 0\n");
+}
+
+TEST_CASE("scene warnings: smoke too thin to be seen, or like a solid") {
+    WarningTest test;
+    const auto box = [&](const std::string &density, const std::string &more = "") {
+        return test.kinds(camera + light + "smoke box -1 -1 -1 1 1 1 " + density + " { " + more + " }\n");
+    };
+    CHECK(box("1e-7") == "thin smoke");
+    CHECK(test.texts ==
+          "s.aff:3: the smoke is all but invisible: its optical depth is at most 2e-07; is the density or "
+          "the extinction too small?\n");
+    CHECK(box("1e-7", "emission 1e6 1e6 1e6").empty()); // glows
+    CHECK(box("0.001").empty());
+    CHECK(box("100").empty());
+    CHECK(box("1000") == "solid smoke");
+    CHECK(test.texts == "s.aff:3: the smoke is like a solid: its mean optical depth is 2e+03; is the density or the "
+                        "extinction too large?\n");
+    const auto particles = [&](const std::string &mass) {
+        return test.kinds(camera + light + "smoke p.vtk { radius 0.2 mass " + mass + " }\n");
+    };
+    CHECK(particles("1e-8") == "thin smoke");
+    CHECK(particles("0.1").empty());
+    CHECK(particles("1e4") == "solid smoke");
+}
+
+TEST_CASE("scene warnings: optical depths through grids and particles along the axes") {
+    SmokeDescription smoke = {};
+    const float density[] = {0, 0, 1, 0, 0, 0.5f, 0, 1}; // x fastest
+    smoke.grid.nx = smoke.grid.ny = smoke.grid.nz = 2;
+    smoke.grid.density = density;
+    smoke.grid.extinction = 2;
+    smoke.grid.half = {1, 2, 4}; // cells of 1 x 2 x 4
+    const DepthRange grid = depths_through(smoke);
+    // Along x columns of 1, 0.5 and 1; along y of 1 and 1.5; along z of 1, 0.5 and 1.
+    CHECK(grid.least_mean == doctest::Approx(2 * 2.5 / 3));
+    CHECK(grid.largest == doctest::Approx(2 * 4 * 1));
+    // Two particles on a line along z, and one beside it.
+    const Particle particles[] = {{{0.5, 0.5, 0}, 1, 8}, {{0.5, 0.5, 90}, 1, 4}, {{30, 0.5, 0}, 1, 2}};
+    SmokeDescription line = {};
+    line.particles = particles;
+    line.count = 3;
+    line.smallest_h = line.largest_h = 1;
+    const DepthRange depths = depths_through(line); // columns of 2 x 2
+    CHECK(depths.largest == 3);
+    CHECK(depths.least_mean == doctest::Approx(14 / 4.0 / 3));
+}
