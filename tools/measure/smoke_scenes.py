@@ -60,6 +60,7 @@ class Scene:
         self.unit = draw.deals("unit", 1, 1, 1, draw.log_within(1e-2, 1), draw.log_within(1, 1e2))
         self.smokes, self.boxes, self.said = [], [], []
         self.thickest = 0  # the largest optical depth across
+        self.grain = 0  # and within a smoothing length, for which a grid has its cells, a box a twentieth
         count = draw.deals("smokes", 1, 1, 1, 1, 1, 2, 2, 3)
         for i in range(count):
             self.add_smoke(i)
@@ -116,6 +117,7 @@ class Scene:
 
     def draw_box(self, name, box, depth):
         density = self.draw.log_within(0.1, 10)
+        self.grain = max(self.grain, depth / self.depth_across * min(box[1]) / 10)
         ends = [m - r for m, r in zip(*box)] + [m + r for m, r in zip(*box)]
         return words("box", ends, density), [words("extinction", depth / (density * self.depth_across))], box
 
@@ -141,6 +143,7 @@ class Scene:
         file.write_bytes(b"VOL\3" + struct.pack("<5i6f", 1, *cells, 1, *ends) + struct.pack(f"<{len(samples)}f", *samples))
         filled = sum(samples) / sum(s > 0 for s in samples)
         lines = [words("extinction", depth / (filled * self.depth_across))]
+        self.grain = max(self.grain, depth / self.depth_across * min(2 * r / n for r, n in zip(box[1], cells)) * max(samples) / filled)
         turned = draw.deals(name + " transform", False, False, False, True)
         self.said.append(f"{form} {'x'.join(map(str, cells))}{' turned' if turned else ''}")
         if turned:
@@ -182,6 +185,9 @@ class Scene:
         extinction = depth * area / sum(masses)
         deepest = max(extinction * m / (x * x) for m, x in zip(masses, lengths))  # of one particle
         extinction *= min(1, 1e4 / deepest)
+        for i in range(0, count, 1 + count // 40):
+            kernels = (m / x ** 3 / math.pi for p, x, m in zip(points, lengths, masses) if math.dist(p, points[i]) < x)
+            self.grain = max(self.grain, extinction * sum(kernels) * lengths[i])
         file = self.file("ply")
         file.write_text("\n".join(["ply", "format ascii 1.0", f"element vertex {count}",
                                    *(f"property double {p}" for p in "x y z h mass".split()), "end_header",
