@@ -1,10 +1,12 @@
 """`make random-smoke`: smoke scenes drawn from a seed, rendered by every method in three arithmetics, held against --reference.
 
-    python3 tools/measure/random_smoke.py [--seed S] [--scenes N] [--from I] [--scene I] [--every] [-j N] [-v]
+    python3 tools/measure/random_smoke.py [--seed S] [--scenes N] [--from I] [--scene I] [--every] [-j N] [--wisp PROGRAM]
 
-from the top folder. `--scene I` renders the one scene, keeps its files in build/random_smoke/S.I, and prints every command.
+`--scene I` renders that scene alone, keeps its files in random_smoke/S.I beside the program, and prints every command.
 
 Each scene is rendered by the default way, by those of single scattering, and by two others that are dealt, with --every by all.
+Exit 1 where there is a fault: a deviation, arithmetics that disagree, a crash, a run without end, a pixel that is no number, a
+refusal in one arithmetic alone that does not name it. Other refusals are counted, with their reasons.
 
 A scene deviates by a method where the relative error is more than the method's bound by LIMIT standard errors, in two tests: the
 first with few passes and seeds, the second with others, four times as many. Errors are those of the picture's mean (three
@@ -43,9 +45,8 @@ LIMIT = 4  # standard errors
 BRIGHT, DARK = 1, 1e-4
 BLOCKS = 4
 TIMEOUT, MEMORY = 20, "1G"
-# The reference: passes of the pilot, the relative noise of the mean that suffices, and the work (see work()) that is enough.
+# The reference: passes of the pilot, the relative noise of the mean that suffices, and the work (its counters) that is enough.
 PILOT, NOISE, WORK = 16, 0.003, 2.5e6
-OUT = Path("build/random_smoke")
 
 
 def norm(values):
@@ -69,8 +70,8 @@ def block_means(path, squared=False):
 class Trial:
     """The runs of one scene, and what is wrong with them."""
 
-    def __init__(self, seed, number, verbose, every):
-        self.folder, self.verbose = OUT / f"{seed}.{number}", verbose
+    def __init__(self, seed, number, verbose, every, wisp):
+        self.folder, self.verbose, self.wisp = Path(wisp).parent / "random_smoke" / f"{seed}.{number}", verbose, wisp
         self.seed, self.number, self.every = seed, number, every
         self.scene = Scene(seed, number, self.folder)
         self.faults = []  # (kind, method, arithmetic, text, how bad)
@@ -90,7 +91,7 @@ class Trial:
             return None
         picture = self.folder / "picture.pfm"
         picture.unlink(missing_ok=True)
-        command = [WISP, "render", self.folder / f"{kind}.aff", "--arith", arithmetic, *options, "--memory", MEMORY, "-q", "-o", picture]
+        command = [self.wisp, "render", self.folder / f"{kind}.aff", "--arith", arithmetic, *options, "--memory", MEMORY, "-q", "-o", picture]
         status, _, processor, resident, _, complaint = run_process(["prlimit", f"--cpu={TIMEOUT}:{TIMEOUT + 5}", *command], 20 * TIMEOUT)
         self.costs.append((resident, processor, method))
         if self.verbose:
@@ -217,7 +218,8 @@ class Trial:
         for method, reasons in refused.items():
             for arithmetic, (status, reason) in reasons.items():
                 # Numbers of f64 take more memory.
-                if len(reasons) < 3 and method != "second test" and status != 4 and arithmetic.replace("fixed", "fixed point") not in reason:
+                named = status == 4 or arithmetic.replace("fixed", "fixed point") in reason or "arithmetic" in reason
+                if len(reasons) < 3 and method != "second test" and not named:
                     self.fault("refused alone", method, arithmetic, reason)
         if not self.verbose:
             shutil.rmtree(self.folder)
@@ -283,15 +285,15 @@ def main():
     parser = argparse.ArgumentParser()
     for name, default in (("--seed", 1), ("--scenes", 200), ("--from", 0), ("--scene", None), ("-j", 1)):
         parser.add_argument(name, type=int, default=default, dest=name.strip("-"))
-    parser.add_argument("-v", action="store_true")
     parser.add_argument("--every", action="store_true")
+    parser.add_argument("--wisp", default=WISP)
     options = parser.parse_args()
     one = options.scene is not None
     numbers = [options.scene] if one else range(vars(options)["from"], vars(options)["from"] + options.scenes)
     print(f"seed {options.seed}, scenes {numbers[0]} to {numbers[-1]}", flush=True)
     trials = []
     with multiprocessing.Pool(options.j) as pool:
-        for t in pool.imap(trial, [(options.seed, number, one or options.v, options.every) for number in numbers]):
+        for t in pool.imap(trial, [(options.seed, number, one, options.every, options.wisp) for number in numbers]):
             trials.append(t)
             print(f"{t.number}: {sum(c[1] for c in t.costs):.1f} s, {t.said}", *map(str, t.faults), sep="\n    ", file=sys.stderr, flush=True)
     sys.exit(report(trials))
