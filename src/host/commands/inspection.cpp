@@ -350,7 +350,7 @@ std::string ray_json(const Inspection::Ray &ray) {
 std::string inspection_text(const Inspection &inspection) {
     Text text;
     const TraceEvent::Pixel &pixel = inspection.pixel;
-    text.line(0, "%s, frame %lld, %s: pixel %d %d of %d x %d", inspection.scene.c_str(),
+    text.line(0, "%s, frame %lld, %s: pixel %d %d of %d x %d", printable(inspection.scene).c_str(),
               static_cast<long long>(inspection.frame), inspection.arithmetic.c_str(), inspection.x, inspection.y,
               inspection.width, inspection.height);
     for (const Inspection::Sample &sample : inspection.samples) {
