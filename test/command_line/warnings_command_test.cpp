@@ -111,7 +111,7 @@ TEST_CASE("warnings: the nearest photons' estimate, where it is far off") {
 
 TEST_CASE("warnings: the project's own scenes have none") {
     const CommandLineTest test;
-    for (const std::string &scene : {"demo", "glow", "grid", "small", "surfaces", "wake"}) {
+    for (const std::string scene : {"demo", "glow", "grid", "small", "surfaces", "wake"}) {
         CAPTURE(scene);
         const Ran ran = test.wisp("render fixtures/" + scene + ".aff --frames 2 --size 8x6 --spp 1 --digest");
         CHECK(ran.status == 0);

@@ -1,5 +1,6 @@
 #include "host/base/double3_algebra.h"
 #include "host/base/json_object.h"
+#include "host/base/text.h"
 #include "host/base/version.h"
 #include "host/commands/inspection.h"
 #include <cstdarg>
