@@ -26,7 +26,7 @@ TEST_CASE("random smoke finds light that is lost, and a crash") {
     // Without photons nothing is scattered twice.
     folder.write("wisp", "#!/bin/sh\ncase \"$*\" in *'--arith fixed'*) exit 139; esac\nexec " +
                              std::filesystem::absolute(wisp::built("wisp")).string() +
-                             " $(echo \"$*\" | sed 's/--photons 20000/--photons 0/')\n");
+                             " $(echo \"$*\" | sed 's/--photons 12288/--photons 0/')\n");
     std::filesystem::permissions(folder.file("wisp"), std::filesystem::perms::owner_all);
     const wisp::Ran ran = random_smoke(folder, folder.file("wisp"));
     CHECK(ran.status == 1);

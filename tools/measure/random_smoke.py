@@ -23,7 +23,7 @@ from smoke_scenes import Scene
 
 # Method: options; whether it traces photons; bounds of the relative error of the picture's mean, and of its parts; and up to which
 # optical depth within a smoothing length they are promised.
-PHOTONS, SEEDS = 20000, 4
+PHOTONS, SEEDS = 12288, 4
 METHODS = {
     "default": ("", True, 0.03, 0.06, math.inf),
     "map exact": ("--smoke map --density-step 0", True, 0.10, 0.20, 0.4),
@@ -46,7 +46,7 @@ BRIGHT, DARK = 1, 1e-4
 BLOCKS = 4
 TIMEOUT, MEMORY = 20, "1G"
 # The reference: passes of the pilot, the relative noise of the mean that suffices, and the work (its counters) that is enough.
-PILOT, NOISE, WORK = 16, 0.003, 2.5e6
+PILOT, NOISE, WORK = 16, 0.004, 1.2e6
 
 
 def norm(values):
