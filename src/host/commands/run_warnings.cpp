@@ -157,7 +157,8 @@ void RunWarnings::of_photons(const Scene &scene, const Settings &settings, const
 }
 
 void RunWarnings::of_frame(int64_t frame, const PreparedScene &prepared, const Settings &settings, const Plan &plan) {
-    for (const Warning &warning : scene_warnings(request_.name, request_.file, prepared, frame)) print(warning);
+    for (const Warning &warning : scene_warnings(request_.name, request_.file, request_.options, frame, prepared))
+        print(warning);
     std::vector<Warning> idle = idle_options(request_, prepared, settings, plan);
     const auto is_old = [this](const Warning &warning) {
         return !idle_ ||
