@@ -9,7 +9,7 @@ Exit 1 where there is a fault: a deviation, arithmetics that disagree, a crash, 
 refusal in one arithmetic alone that does not name it. Other refusals are counted, with their reasons.
 
 A scene deviates by a method where the relative error is more than the method's bound by LIMIT standard errors, in two tests: the
-first with few passes and seeds, the second with others, four times as many. Errors are those of the picture's mean (three
+first with few passes and seeds, the second with other ones, of which there are more. Errors are those of the picture's mean (three
 channels) and of its BLOCKS x BLOCKS parts, each as a vector d with the reference's r and the standard errors s of d:
 (|d| - bound |r|) / |s|. s has the spread of the seeds and the standard error of the reference. Where that is heavy-tailed (a light
 in smoke, |g| near 1) the first test may be wrong by chance, hence the second.
@@ -36,9 +36,9 @@ METHODS = {
     "single exact": ("--photons 0 --smoke map --density-step 0", False, 0.03, 0.06, 1),
     "single direct": ("--photons 0 --smoke direct --step 0.1 --light-step 0", False, 0.01, 0.02, 5),
 }
-# How much f32 and fixed may differ from f64: of the mean of the picture; and, where random numbers are drawn, of their standard error.
+# How much f32 and fixed may differ from f64: of the brightness, and of the noise where random numbers are drawn; and by itself.
 ARITHMETICS = "f64", "f32", "fixed"
-ROUNDING, OF_NOISE = 5e-4, 1
+ROUNDING, OF_NOISE, QUANTUM = 5e-4, 1, 5e-7
 LIMIT = 4  # standard errors
 # What is drawn sends about BRIGHT, so a reference that missed the one path of N which does is off by 1/N of it. Errors are relative
 # to no less than DARK.
@@ -91,8 +91,10 @@ class Trial:
             return None
         picture = self.folder / "picture.pfm"
         picture.unlink(missing_ok=True)
-        command = [self.wisp, "render", self.folder / f"{kind}.aff", "--arith", arithmetic, *options, "--memory", MEMORY, "-q", "-o", picture]
-        status, _, processor, resident, _, complaint = run_process(["prlimit", f"--cpu={TIMEOUT}:{TIMEOUT + 5}", *command], 20 * TIMEOUT)
+        command = [self.wisp, "render", self.folder / f"{kind}.aff", "--arith", arithmetic, *options, "--memory", MEMORY, "-q",
+                   "-o", picture]
+        limited = ["prlimit", f"--cpu={TIMEOUT}:{TIMEOUT + 5}", *command]
+        status, _, processor, resident, _, complaint = run_process(limited, 20 * TIMEOUT)
         self.costs.append((resident, processor, method))
         if self.verbose:
             print(f"{processor:8.3f} s {resident / 1e6:7.1f} MB  {shlex.join(map(str, command))}")
@@ -186,7 +188,7 @@ class Trial:
                 if means[arithmetic]:
                     right = norm(means["f64"][which]) + DARK
                     d = norm([a - b for a, b in zip(means[arithmetic][which], means["f64"][which])]) / right
-                    allowed = ROUNDING + OF_NOISE * noise[which] / right
+                    allowed = ROUNDING + (OF_NOISE * noise[which] + QUANTUM) / right
                     worst = self.rounding.get((method, arithmetic), (0, 0))
                     self.rounding[method, arithmetic] = max(worst, (d / allowed, d))
                     if d > allowed:
@@ -255,7 +257,8 @@ def report(trials):
                          statistics.median(r[1] / 3 for r, _ in results),
                          f"{100 * statistics.median(abs(r[2]) for r, _ in results):.2g} %",
                          f"{100 * error:+.3g} +- {100 * noise:.2g} %", str(number)])
-    print_rows(["method", "bounds, to depth", "deeper", "held", "deviate", "chi2/3, median", "error, median", "largest", "of scene"], rows)
+    print_rows(["method", "bounds, to depth", "deeper", "held", "deviate", "chi2/3, median", "error, median", "largest",
+                "of scene"], rows)
     print("\narithmetics against f64:")
     rows = []
     for method in (*METHODS, "reference"):
@@ -264,7 +267,8 @@ def report(trials):
             if results:
                 worst = max(results)
                 rows.append([method, arithmetic, len(results), sum(r[0] > 1 for r in results),
-                             f"{100 * statistics.median(r[1] for r in results):.2g} %", f"{100 * worst[1]:.3g} %", worst[0], str(worst[2])])
+                             f"{100 * statistics.median(r[1] for r in results):.2g} %", f"{100 * worst[1]:.3g} %", worst[0],
+                             str(worst[2])])
     print_rows(["method", "arithmetic", "scenes", "beyond", "median", "worst", "over allowed", "of scene"], rows)
     print("\nrefused:")
     reasons = Counter((status, reason.split(": ", 1)[-1]) for t in trials for _, _, status, reason in t.refused)
@@ -295,7 +299,8 @@ def main():
     with multiprocessing.Pool(options.j) as pool:
         for t in pool.imap(trial, [(options.seed, number, one, options.every, options.wisp) for number in numbers]):
             trials.append(t)
-            print(f"{t.number}: {sum(c[1] for c in t.costs):.1f} s, {t.said}", *map(str, t.faults), sep="\n    ", file=sys.stderr, flush=True)
+            faults = (" ".join(map(str, fault[:4])) for fault in t.faults)
+            print(f"{t.number}: {sum(c[1] for c in t.costs):.1f} s, {t.said}", *faults, sep="\n    ", file=sys.stderr, flush=True)
     sys.exit(report(trials))
 
 

@@ -87,7 +87,7 @@ class Scene:
     def add_smoke(self, i):
         draw = self.draw
         name = f"smoke {min(i, 1)}"
-        kind = draw.deals(name + " kind", "box", "box", "box", "grid", "grid", "grid", "particles", "particles", "particles", "particles")
+        kind = draw.deals(name + " kind", *["box"] * 3, *["grid"] * 3, *["particles"] * 4)
         long, aspect = self.unit * draw.within(0.5, 1), draw.deals(name + " aspect", 1, 1, draw.log_within(1, 10),
                                                                   draw.log_within(10, 100), draw.log_within(100, 1000))
         short = long / aspect
@@ -170,8 +170,8 @@ class Scene:
                 r = [0] * 3
             points.append([m + x for m, x in zip(middle, r)])
         # About 30 neighbours in a support, if they fill the box.
-        spread = [h for h in half[flat:]]
-        h = 1.0 * (math.prod(2 * x for x in spread) / count) ** (1 / len(spread))
+        spread = half[flat:]
+        h = (math.prod(2 * x for x in spread) / count) ** (1 / len(spread))
         h = min(max(h, max(half) / 300), 0.5 * max(half))
         if form == "stray":
             for i in range(max(1, count // 100)):
