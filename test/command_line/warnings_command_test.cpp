@@ -41,6 +41,9 @@ TEST_CASE("warnings: an option that does nothing says why, one that does somethi
         {"--density-step 0.5 " + reference, idle("density-step", "densities are exact")},
         {"--density-step 0.5", ""},
         {"--deposit path --smoke direct --photons 300000", idle("deposit", "photons are kept, not power on particles")},
+        {"--estimate kernel --smoke volume --photons 300000",
+         idle("estimate", "photons are kept, not power on particles")},
+        {"--estimate kernel", ""},
         {"--remap", idle("remap", "there is one frame, and no map before it")},
         {"--shadows trace", idle("shadows", "there is no triangle")},
         {"--lights cuts", idle("lights", "of no use: there is no surface")},
@@ -108,7 +111,7 @@ TEST_CASE("warnings: the nearest photons' estimate, where it is far off") {
 
 TEST_CASE("warnings: the project's own scenes have none") {
     const CommandLineTest test;
-    for (const std::string &scene : {"demo", "glow", "grid", "small", "surfaces", "wake"}) {
+    for (const std::string scene : {"demo", "glow", "grid", "small", "surfaces", "wake"}) {
         CAPTURE(scene);
         const Ran ran = test.wisp("render fixtures/" + scene + ".aff --frames 2 --size 8x6 --spp 1 --digest");
         CHECK(ran.status == 0);

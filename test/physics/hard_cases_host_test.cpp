@@ -49,7 +49,7 @@ Ran wisp_beside(const std::string &set_up, const TemporaryFolder &folder, const 
     return run("LD_PRELOAD=" + folder.file("a.so") + " " + built("wisp") + " plan fixtures/small.aff", folder);
 }
 std::string refusal(const std::string &fault) {
-    return "this process does not compute as wisp needs it: " + fault +
+    return "wisp: error: this process does not compute as wisp needs it: " + fault +
            "; either a library in it, as any that is built for 'fast math', has switched the processor's mode: run "
            "without it (LD_PRELOAD, plugins); or wisp was built with other flags than the Makefile's: 'wisp version' "
            "prints them";

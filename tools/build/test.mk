@@ -15,9 +15,10 @@ $B/test/cases/once/fuzz/%_fuzz.o: CASE_FLAGS += -DLLVMFuzzerTestOneInput=fuzz_$(
 $B/tests: $(TEST_O)
 	$(call say,LD) $(CXX) $^ -lz -lmpfr -lgmp -o $@
 
-SCENES      ?= 3000
 random-scenes: $B/tests ## every shadow of SCENES=3000 random scenes in each arithmetic, against tracing
-	WISP_SCENES=$(SCENES) $B/tests -tc="*: random scenes*"
+	WISP_SCENES=$(or $(SCENES),3000) $B/tests -tc="*: random scenes*"
+random-smoke: $B/wisp ## SCENES=200 random smoke scenes by every method and arithmetic, against --reference; SEED=1, JOBS=1
+	python3 tools/measure/random_smoke.py --wisp $B/wisp --seed $(or $(SEED),1) --scenes $(or $(SCENES),200) -j $(or $(JOBS),1)
 cluster: $B/wisp ## the recipes for many processes and machines, with kills, on a Slurm of its own; two minutes
 	tools/cluster/cluster_test
 

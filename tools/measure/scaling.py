@@ -266,7 +266,7 @@ def growing():
 
 def ask(command, text, options, arithmetic):
     """(status, seconds, bytes of the process, lines on standard error); status None: it hung."""
-    words = [WISP, command, scene("limit.aff", text), "--arith", arithmetic, *shlex.split(options), "-o", OUT / "limit.pfm"]
+    words = [WISP, command, scene("limit.aff", text), "--arith", arithmetic, *shlex.split(options), "-o", OUT / "limit.pfm", "-q"]
     status, seconds, _, resident, _, error = run_process(words, 20)
     return status, seconds, resident, error.splitlines()
 

@@ -79,7 +79,7 @@ void simulate(const std::string &scene, const std::string &output) {
         throw InputError(scene + ":1", "there is no animation, expected a statement 'a START END FRAMES'");
     for (const Ball &ball : balls)
         if (!find_motion(file.graph, ball.name))
-            throw InputError(scene + ":1", "nothing moves '" + ball.name + "', expected key frames for it");
+            throw InputError(scene + ":1", std::string("nothing moves '") + ball.name + "', expected key frames for it");
     const Options options;
     Mt19937 random(1, 0, 0, 0);
     const auto number = [&random] { return random() * 0x1p-32; };

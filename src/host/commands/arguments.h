@@ -27,7 +27,7 @@ struct CommandLine {
 };
 
 // `command`: its name, for errors. Throws Error(exit_usage) for an option that is not known, and for one whose value is
-// missing.
+// missing or is an option itself.
 CommandLine parse_arguments(const std::string &command, const std::vector<KnownOption> &known,
                             const std::vector<std::string> &arguments);
 

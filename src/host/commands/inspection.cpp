@@ -1,5 +1,6 @@
 #include "host/base/double3_algebra.h"
 #include "host/base/json_object.h"
+#include "host/base/text.h"
 #include "host/base/version.h"
 #include "host/commands/inspection.h"
 #include <cstdarg>
@@ -350,7 +351,7 @@ std::string ray_json(const Inspection::Ray &ray) {
 std::string inspection_text(const Inspection &inspection) {
     Text text;
     const TraceEvent::Pixel &pixel = inspection.pixel;
-    text.line(0, "%s, frame %lld, %s: pixel %d %d of %d x %d", inspection.scene.c_str(),
+    text.line(0, "%s, frame %lld, %s: pixel %d %d of %d x %d", printable(inspection.scene).c_str(),
               static_cast<long long>(inspection.frame), inspection.arithmetic.c_str(), inspection.x, inspection.y,
               inspection.width, inspection.height);
     for (const Inspection::Sample &sample : inspection.samples) {

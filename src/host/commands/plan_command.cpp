@@ -143,7 +143,7 @@ struct Line {
 void print_text(const std::vector<Line> &lines) {
     for (const Line &line : lines)
         std::printf("%-14s %-4s %14llu bytes  %s\n", line.name.c_str(), line.needed ? "yes" : "no",
-                    static_cast<unsigned long long>(line.bytes), line.reason.c_str());
+                    static_cast<unsigned long long>(line.bytes), printable(line.reason).c_str());
 }
 
 void print_json(const Plan &plan, const std::vector<Line> &lines, const std::string &arithmetic, uint64_t picture) {
@@ -201,7 +201,7 @@ int plan_command(const std::vector<std::string> &arguments) {
                          std::to_string(settings.crop.y1 - settings.crop.y0) + " pixels, beside the arena"});
     print_text(lines);
     if (!options.verbose) return exit_done;
-    for (const std::string &note : prepared.notes) std::printf("%s\n", note.c_str());
+    for (const std::string &note : prepared.notes) std::printf("%s\n", printable(note).c_str());
     for (const std::string &line : particle_report(prepared, options.arithmetic)) std::printf("%s\n", line.c_str());
     return exit_done;
 }

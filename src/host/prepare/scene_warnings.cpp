@@ -153,8 +153,9 @@ Columns grid_columns(const GridDescription &grid, int axis) {
 
 class Doubts {
   public:
-    Doubts(const std::string &name, const SceneFile &file, const PreparedScene &prepared, int64_t frame)
-        : name_(name), file_(file), prepared_(prepared), scene_(prepared.scene), frame_(frame) {}
+    Doubts(const std::string &name, const SceneFile &file, const Options &options, int64_t frame,
+           const PreparedScene &prepared)
+        : name_(name), file_(file), options_(options), frame_(frame), prepared_(prepared), scene_(prepared.scene) {}
 
     std::vector<Warning> find() {
         for (size_t i = 0; i < file_.smokes.size(); ++i) look_at(file_.smokes[i], scene_.smokes[i]);
@@ -171,10 +172,14 @@ class Doubts {
     // One smoke: whether something is there, and can be seen.
     void look_at(const SceneFile::SmokeVolume &said, const SmokeDescription &smoke) {
         const std::string path = numbered(said.file, said.first_frame + frame_ * said.frame_step);
-        if (smoke.empty()) return warn("empty smoke", said.where, path + " has no particles");
+        if (smoke.empty())
+            return warn("empty smoke", said.where,
+                        path + " has no particles" +
+                            (options_.decimate > 0 ? ", or --thin leaves out all of them" : ""));
         if (!(smoke.total_area > 0)) return warn("empty smoke", said.where, nothing_in(said, smoke, path));
         const DepthRange depth = depths_through(smoke);
-        if (depth.largest < invisible && depth.largest * std::ldexp(1.0, scene_.radiance_exponent) < invisible)
+        const double brightest = std::ldexp(1.0, scene_.radiance_exponent + static_cast<int>(options_.exposure));
+        if (depth.largest < invisible && depth.largest * brightest < invisible)
             warn("thin smoke", said.where,
                  "the smoke is all but invisible: its optical depth is at most " + two_digits(depth.largest) +
                      "; is the " + (smoke.is_grid() ? "density" : "mass") + " or the extinction too small?");
@@ -227,9 +232,10 @@ class Doubts {
 
     const std::string &name_;
     const SceneFile &file_;
+    const Options &options_;
+    int64_t frame_;
     const PreparedScene &prepared_;
     const Scene &scene_;
-    int64_t frame_;
     std::vector<Warning> warnings_;
 };
 
@@ -245,9 +251,9 @@ DepthRange depths_through(const SmokeDescription &smoke) {
     return range;
 }
 
-std::vector<Warning> scene_warnings(const std::string &name, const SceneFile &file, const PreparedScene &prepared,
-                                    int64_t frame) {
-    return Doubts(name, file, prepared, frame).find();
+std::vector<Warning> scene_warnings(const std::string &name, const SceneFile &file, const Options &options,
+                                    int64_t frame, const PreparedScene &prepared) {
+    return Doubts(name, file, options, frame, prepared).find();
 }
 
 } // namespace wisp

@@ -7,8 +7,8 @@
 namespace wisp {
 
 // Of one frame. `name` is the scene's file. There are none where a doubt remains: what is warned of is so.
-std::vector<Warning> scene_warnings(const std::string &name, const SceneFile &file, const PreparedScene &prepared,
-                                    int64_t frame);
+std::vector<Warning> scene_warnings(const std::string &name, const SceneFile &file, const Options &options,
+                                    int64_t frame, const PreparedScene &prepared);
 
 // Optical depths along straight lines through a smoke, each averaged over the width of a support or of a cell: the
 // largest of all along the axes, and the mean along the axis on which that is least. 0 where there is nothing.

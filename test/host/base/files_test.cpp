@@ -104,3 +104,23 @@ TEST_CASE("files: a device is written to, not replaced") {
     CHECK(error.status == exit_output);
     CHECK(error.what() == full + ": could not be written: " + std::strerror(ENOSPC));
 }
+
+TEST_CASE("files: a trial says what writing would, and leaves nothing") {
+    TemporaryFolder folder;
+    write_file(folder.file("plain"), Bytes{1});
+    for (const std::string name : {"none/out.png", "plain/out.png", "."}) {
+        CAPTURE(name);
+        const Error written = error_of([&] { write_file(folder.file(name), Bytes{1, 2, 3}); });
+        const Error tried = error_of([&] { check_writable(folder.file(name)); });
+        CHECK(tried.status == exit_output);
+        CHECK(std::string(tried.what()) == written.what());
+    }
+    check_writable(folder.file("plain"));
+    check_writable(folder.file("new"));
+    check_writable("/dev/null");
+    CHECK(folder.entries() == 1);
+    CHECK(read_file(folder.file("plain")) == Bytes{1});
+    write_file(folder.file("new.part"), Bytes{2}); // of a killed process
+    check_writable(folder.file("new"));
+    CHECK(folder.entries() == 1);
+}

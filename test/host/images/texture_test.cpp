@@ -212,7 +212,7 @@ TEST_CASE("texture: sides that are none are refused before memory is taken") {
     CHECK(error_of("P6 18446744073709551616 2 255\n") == "file: byte 3: '18446744073709551616'" + width);
     CHECK(error_of("P6 -3 2 255\n" + texels) == "file: byte 3: '-3'" + width);
     CHECK(error_of("P6 3.0 2 255\n" + texels) == "file: byte 3: '3.0'" + width);
-    CHECK(error_of("P6\n3 x\x01 255\n" + texels) == "file: byte 5: 'x?'" + height);
+    CHECK(error_of("P6\n3 x\x01 255\n" + texels) == "file: byte 5: 'x\\x01'" + height);
     CHECK(error_of("P6 16384 16384 255\nabc") ==
           "file: byte 19: 3 bytes of texels, expected 16384 x 16384 texels of 3 bytes");
     CHECK(parse("P6 16384 1 255\n" + std::string(3 * 16384, 'a')).levels == 15);

@@ -23,15 +23,16 @@ struct WarningTest : TemporaryFolder {
     std::string kinds(const std::string &scene) {
         const SceneFile parsed = parse_scene(file("s.aff"), scene);
         PreparedScene prepared;
-        prepare_scene(file("s.aff"), parsed, Options(), 0, prepared);
+        prepare_scene(file("s.aff"), parsed, options, 0, prepared);
         std::string kinds;
         texts.clear();
-        for (const Warning &warning : scene_warnings(file("s.aff"), parsed, prepared, 0)) {
+        for (const Warning &warning : scene_warnings(file("s.aff"), parsed, options, 0, prepared)) {
             kinds += (kinds.empty() ? "" : ", ") + warning.kind;
             texts += warning.place.substr(file("").size()) + ": " + warning.text + "\n";
         }
         return kinds;
     }
+    Options options;
     std::string texts;
 };
 
@@ -86,6 +87,10 @@ TEST_CASE("scene warnings: smoke that is not there") {
     test.particles("none.vtk", 0);
     CHECK(test.kinds(camera + light + "smoke none.vtk { }") == "empty smoke");
     CHECK(test.texts == "s.aff:3: " + test.file("none.vtk") + " has no particles\n");
+    test.options.decimate = 0.9;
+    CHECK(test.kinds(camera + light + "smoke p.vtk { radius 1 mass 1e-9 }") == "empty smoke");
+    CHECK(test.texts == "s.aff:3: " + test.file("p.vtk") + " has no particles, or --thin leaves out all of them\n");
+    test.options.decimate = 0;
     CHECK(test.kinds(camera + light + "smoke p.vtk { radius 1 mass 0 }") == "empty smoke");
     CHECK(test.texts == "s.aff:3: " + test.file("p.vtk") + " has no particle with a mass above 0\n");
     CHECK(test.kinds(camera + light + "smoke p.vtk { radius 1 mass 1 extinction 0 }") == "empty smoke");
@@ -103,6 +108,9 @@ TEST_CASE("scene warnings: smoke too thin to be seen, or like a solid") {
           "s.aff:3: the smoke is all but invisible: its optical depth is at most 2e-07; is the density or "
           "the extinction too small?\n");
     CHECK(box("1e-7", "emission 1e6 1e6 1e6").empty()); // glows
+    test.options.exposure = 20;
+    CHECK(box("1e-7").empty()); // shown a million times as bright
+    test.options.exposure = 0;
     CHECK(box("0.001").empty());
     CHECK(box("100").empty());
     CHECK(box("1000") == "solid smoke");

@@ -33,13 +33,13 @@ TEST_CASE("options: names, forms and ranges") {
         {"memory", "99999999999G", "option 'memory': found '99999999999G', expected bytes, with k, M or G behind"},
         {"arith", "f16", "option 'arith': found 'f16', expected f32, f64, fixed"},
         {"deposit", "nearest", "option 'deposit': found 'nearest', expected exact, path, kernel"},
-        {"direction", "median", "option 'direction': found 'median', expected flux, mean"},
+        {"direction", "median", "option 'direction': found 'median', expected flux, mean; did you mean 'mean'?"},
         {"light-step", "0.001", "option 'light-step': found '0.001', expected 0, or a number from 0.01 to 1000"},
         {"irradiance-step", "0", "option 'irradiance-step': found '0', expected a number from 0.01 to 1000"},
         {"output", "a.jpg",
-         "option 'output': found 'a.jpg', expected a file name that ends in .png, .pfm, .passes or .map"},
+         "option 'output': found 'a.jpg', expected a file name that ends in .png, .pfm, .passes or .map, or -"},
         {"output", ".passes",
-         "option 'output': found '.passes', expected a file name that ends in .png, .pfm, .passes or .map"},
+         "option 'output': found '.passes', expected a file name that ends in .png, .pfm, .passes or .map, or -"},
         {"passes", "3", "option 'passes': found '3', expected A:B"},
         {"passes", "1:2:3", "option 'passes': found '1:2:3', expected A:B"},
         {"passes", "3:3", "option 'passes': found '3:3', expected a whole number from 4 to 2147483647"},
@@ -59,7 +59,7 @@ TEST_CASE("options: names, forms and ranges") {
     for (const auto &c : wrong) {
         std::string found = "no error";
         try {
-            set_option(options, c.name, c.value, "a.aff:3: ");
+            set_option(options, c.name, c.value, "a.aff:3");
         } catch (const Error &error) {
             found = error.what();
             CHECK(error.status == exit_usage);
