@@ -5,7 +5,6 @@
 #include "wisp/settings.h"
 #include "wisp/wisp.h"
 #include <algorithm>
-#include <cmath>
 
 namespace wisp {
 
@@ -52,7 +51,7 @@ void shrink_bricks(const Options &options, const Scene &scene, bool needs_direct
         particles |= scene.smokes[i].count > 0;
         samples |= scene.smokes[i].grid.density != nullptr;
     }
-    for (double excess; (excess = excess_of_bricks(scene, settings)) > 1;) {
+    while (excess_of_bricks(scene, settings) > 1) {
         if (particles) {
             settings.density_step = 0;
             settings.irradiance = IrradianceMap::none;
@@ -61,7 +60,7 @@ void shrink_bricks(const Options &options, const Scene &scene, bool needs_direct
             if (settings.density_step >= 1) return; // as coarse as the samples
             settings.density_step = 1;
         } else {
-            settings.density_step *= 1.02 * std::cbrt(excess);
+            settings.density_step *= 1.125;
         }
         choose_spacings(options, scene, 1, settings);
         if (particles) return;
