@@ -87,6 +87,8 @@ struct Progress {
     bool opaque() const { return !(depth.value < opaque_depth); }
 };
 
+constexpr uint32_t units_of_step = 16; // of work, and for each light as much
+
 // Adds the step of length dx at distance `from` of the ray. `begin` is where that ray starts, for the record. A step
 // that is too deep is added in equal parts, unless it is such a part.
 void add_step(Marcher &marcher, const Ray &ray, int32_t number, Real begin, Real from, Real dx, bool is_part,
@@ -95,6 +97,7 @@ void add_step(Marcher &marcher, const Ray &ray, int32_t number, Real begin, Real
     const Vec3 out = -ray.direction;
     const Step step = make_step(ray, number, from, dx);
     ++marcher.statistics->smoke.march_samples;
+    if (!marcher.watch.go_on(units_of_step * (1 + marcher.lights.light_count))) return;
 
     Real sigma = Real(0), *extinctions = marcher.extinctions;
     for (uint32_t s = 0; s < medium.count; ++s) {

@@ -5,6 +5,8 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
+constexpr uint32_t units_of_point = 4, units_of_estimate = 128; // of work
+
 // Whether a brick's nodes at every `coarse` cells suffice: interpolated, they are within `tolerance` of its nodes at
 // every `fine` cells.
 bool suffices(const Color *light, int32_t fine, int32_t coarse, Real tolerance) {
@@ -37,9 +39,12 @@ struct Points {
     uint32_t *value, *flux;               // of the map; flux may be nullptr
     bool *known;
     Color *radiance;
+    Watch watch;
 };
-bool make_points(const SparseGrid &bricks, int32_t spacing, bool flux, Arena &arena, Points &points) {
+bool make_points(const SparseGrid &bricks, int32_t spacing, bool flux, Arena &arena, Watch watch, Points &points) {
     points = {};
+    points.watch = watch;
+    watch.expect(uint64_t{bricks.count} * nodes_of(spacing) * 3 * units_of_point);
     points.bricks = &bricks;
     points.spacing = spacing;
     points.along = nodes_along(spacing);
@@ -105,6 +110,7 @@ bool sharpen(Points &points, double blur_, Arena &arena) {
     Color *sharp = arena.make<Color>(points.count), *fraction = arena.make<Color>(points.count);
     if (!sharp || !fraction) return false;
     for (uint64_t i = 0; i < points.count; ++i) { // fraction[i]: what the node can pass, of what it should
+        if (!points.watch.done(units_of_point)) return false;
         fraction[i] = Color(Real(1));
         if (!points.known[i]) continue;
         const Color &here = points.radiance[i];
@@ -115,6 +121,7 @@ bool sharpen(Points &points, double blur_, Arena &arena) {
             if (wanted[c] > here[c]) fraction[i][c] = here[c] / wanted[c];
     }
     for (uint64_t i = 0; i < points.count; ++i) {
+        if (!points.watch.done(units_of_point)) return false;
         sharp[i] = points.radiance[i];
         if (!points.known[i]) continue;
         for_each_neighbour(points, i, [&](uint64_t other) {
@@ -134,6 +141,7 @@ void pack_points(const Medium &medium, Points &points, Real tolerance, Irradianc
     const int32_t n = points.along;
     const SparseGrid &bricks = *points.bricks;
     for (uint32_t b = 0; b < bricks.count; ++b) {
+        if (!points.watch.go_on(points.nodes * units_of_point)) return;
         const Color *light = points.radiance + uint64_t{b} * points.nodes;
         Real greatest = Real(0);
         for (uint32_t i = 0; i < points.nodes; ++i) greatest = max(greatest, largest(light[i]));
@@ -193,15 +201,15 @@ void fill_unknown(Points &points, uint32_t brick) {
     }
 }
 
-// Makes the map of the known points; it is not ready if the arena was too small.
+// Makes the map of the known points; it is not ready if the arena was too small, or the work is stopped.
 void finish(const Medium &medium, Points &points, double blur, Real tolerance, Arena &arena, Irradiance &map) {
     if (!sharpen(points, blur, arena)) return;
-    for (uint32_t b = 0; b < points.bricks->count; ++b) fill_unknown(points, b);
+    for (uint32_t b = 0; b < points.bricks->count && points.watch.go_on(points.nodes); ++b) fill_unknown(points, b);
     pack_points(medium, points, tolerance, map);
 }
 
 // False: the arena was too small.
-bool pack_harmonics(const FluenceSums &fluence, Arena &arena, Irradiance &map) {
+bool pack_harmonics(const FluenceSums &fluence, Arena &arena, Watch watch, Irradiance &map) {
     map.harmonic_spacing = harmonic_spacing(fluence.spacing);
     const uint32_t nodes = nodes_of(map.harmonic_spacing);
     const uint64_t count = uint64_t{fluence.bricks->count} * nodes;
@@ -209,6 +217,7 @@ bool pack_harmonics(const FluenceSums &fluence, Arena &arena, Irradiance &map) {
     if (!packed) return false;
     map.harmonics = packed;
     for (uint64_t i = 0; i < count; ++i) {
+        if (!watch.go_on(4 * units_of_point)) return false;
         const Cell node = cell_of_index(nodes_along(map.harmonic_spacing), static_cast<uint32_t>(i % nodes));
         const SphericalHarmonics harmonics = harmonics_at_node(fluence, static_cast<uint32_t>(i / nodes), node);
         for (const Real *m = harmonics.value; m < harmonics.value + harmonic_count; m += 3)
@@ -220,13 +229,13 @@ bool pack_harmonics(const FluenceSums &fluence, Arena &arena, Irradiance &map) {
 // Makes a map of estimate(x, light), which adds to a light of 0 and returns whether the light is known at x. It is
 // called only for nodes around smoke and in view, and once for a node that several bricks hold.
 template <class Estimate>
-Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Estimate &&estimate) {
+Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Watch watch, Estimate &&estimate) {
     const SparseGrid &bricks = *request.bricks;
     const int32_t spacing = request.spacing;
     Irradiance map = {};
     map.bricks = &bricks;
     Points points;
-    if (!make_points(bricks, spacing, request.flux, arena, points)) return map;
+    if (!make_points(bricks, spacing, request.flux, arena, watch, points)) return map;
     for (uint64_t i = 0; i < points.count; ++i) points.known[i] = false;
     // Sharpening reads two nodes beyond the view. Whether these are known must not depend on the crop.
     const Vec3 reach = bricks.cell * Real(3 * spacing);
@@ -235,6 +244,7 @@ Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Es
         const bool in_view = request.view.may_see({low - reach, low + bricks.lattice.edge + reach});
         for (uint32_t k = 0; k < points.nodes; ++k) {
             const Cell at = cell_of_index(points.along, k), node = {at.x * spacing, at.y * spacing, at.z * spacing};
+            if (!watch.done(units_of_point)) return map;
             const uint64_t here = uint64_t{b} * points.nodes + k;
             points.radiance[here] = Color(Real(0));
             if (points.flux) points.flux[here] = 0;
@@ -251,6 +261,7 @@ Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Es
                 continue;
             }
             FluenceAndFlux light = {Color(Real(0)), Vec3(Real(0))};
+            if (!watch.go_on(units_of_estimate)) return map;
             points.known[here] = estimate(node_of(bricks, b, node), light);
             points.radiance[here] = light.radiance;
             if (points.flux) points.flux[here] = pack_flux(light.flux);
@@ -273,30 +284,32 @@ uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, 
     return bytes;
 }
 
-Irradiance make_irradiance(const Medium &medium, const FluenceSums &fluence, Real tolerance, Arena &arena) {
+Irradiance make_irradiance(const Medium &medium, const FluenceSums &fluence, Real tolerance, Arena &arena,
+                           Watch watch) {
     Irradiance map = {};
     map.bricks = fluence.bricks;
     map.incident = true;
     map.single_channel = fluence.channels == 1;
     map.color = fluence.photon_color;
     Points points;
-    if (!make_points(*fluence.bricks, fluence.spacing, fluence.flux != nullptr, arena, points)) return map;
+    if (!make_points(*fluence.bricks, fluence.spacing, fluence.flux != nullptr, arena, watch, points)) return map;
     for (uint64_t i = 0; i < points.count; ++i) {
+        if (!watch.done(units_of_point)) return map;
         const Cell node = cell_of_index(points.along, static_cast<uint32_t>(i % points.nodes));
         const FluenceAndFlux light = light_at_node(fluence, static_cast<uint32_t>(i / points.nodes), node);
         points.radiance[i] = light.radiance;
         if (points.flux) points.flux[i] = pack_flux(light.flux);
         points.known[i] = is_sampled(*fluence.bricks, static_cast<uint32_t>(i / points.nodes), node, fluence.spacing);
     }
-    if (fluence.harmonics && !pack_harmonics(fluence, arena, map)) return map;
+    if (fluence.harmonics && !pack_harmonics(fluence, arena, watch, map)) return map;
     finish(medium, points, deposit_and_interpolation_blur, tolerance, arena, map);
     return map;
 }
 
 Irradiance make_irradiance(const IrradianceRequest &request, const PhotonMap *maps, const Real *radius, Gather &gather,
-                           Arena &arena, Statistics &statistics) {
+                           Arena &arena, Statistics &statistics, Watch watch) {
     const Medium &medium = *request.medium;
-    return make_irradiance_of(request, arena, [&](const Vec3 &x, FluenceAndFlux &light) {
+    return make_irradiance_of(request, arena, watch, [&](const Vec3 &x, FluenceAndFlux &light) {
         Vec3 flux(Real(0));
         for (uint32_t s = 0; s < medium.count; ++s) {
             const FluenceAndFlux of_smoke = estimate_fluence(maps[s], x, radius[s], gather, statistics);
@@ -310,7 +323,7 @@ Irradiance make_irradiance(const IrradianceRequest &request, const PhotonMap *ma
     });
 }
 
-Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &packed, Arena &arena) {
+Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &packed, Arena &arena, Watch watch) {
     const Medium &medium = *request.medium;
     FluenceAndFlux **lights = arena.make<FluenceAndFlux *>(medium.count);
     if (!lights) return {};
@@ -318,9 +331,9 @@ Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &pa
         const uint32_t count = packed.per_smoke[s].count;
         lights[s] = arena.make<FluenceAndFlux>(count);
         if (!lights[s]) return {};
-        for (uint32_t i = 0; i < count; ++i) lights[s][i] = light_of_element(packed, medium.smokes[s], s, i);
+        for (uint32_t i = 0; i < count && watch.go_on(2); ++i) lights[s][i] = light_of_element(packed, medium.smokes[s], s, i);
     }
-    Irradiance map = make_irradiance_of(request, arena, [&](const Vec3 &x, FluenceAndFlux &light) {
+    Irradiance map = make_irradiance_of(request, arena, watch, [&](const Vec3 &x, FluenceAndFlux &light) {
         Real sigma = Real(0);
         Vec3 flux(Real(0));
         for (uint32_t s = 0; s < medium.count; ++s)

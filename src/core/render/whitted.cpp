@@ -9,6 +9,8 @@ namespace {
 
 constexpr Real min_ray_weight = Real(0.01); // in its pixel: a ray of less weight is not traced
 
+constexpr uint32_t units_of_ray = 16, units_of_light = 16; // of work
+
 // A ray and the cone of what its pixel sees by it.
 struct Beam {
     Ray ray;
@@ -119,6 +121,7 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
 // does not shadow itself.
 bool shade_light(const Whitted &tracer, const Point &point, const Vec3 &direction, uint32_t i, const Illumination &from,
                  Color &factor) {
+    if (!tracer.watch.go_on(units_of_light)) return false;
     const SurfaceMaterial &material = *point.material;
     const Vec3 to_light = -from.direction;
     const Real cosine = dot(point.normal, to_light);
@@ -241,6 +244,7 @@ Color shade(const Whitted &tracer, const Beam &beam, const Hit &hit, uint32_t de
 }
 
 Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight) {
+    if (!tracer.watch.go_on(units_of_ray)) return Color(Real(0));
     TreeCounts unused = {};
     const Hit hit =
         tracer.nearest_hit(*tracer.surfaces, beam.ray, begin, infinite_distance, beam.ignore_triangle, unused);

@@ -41,10 +41,10 @@ uint64_t surface_bytes(const Scene &scene);
 uint64_t placement_bytes(const Scene &scene);
 
 // The trees of static triangles and of instances. They are valid as long as the scene has the same triangles.
-Surfaces make_surfaces(const Scene &scene, Arena &arena);
+Surfaces make_surfaces(const Scene &scene, Arena &arena, Watch watch = {});
 
 // Moves the instances to where they are in this frame, and builds the tree of deforming triangles.
-void place_surfaces(const Scene &scene, Arena &arena, Surfaces &surfaces);
+void place_surfaces(const Scene &scene, Arena &arena, Surfaces &surfaces, Watch watch = {});
 
 // The nearest triangle at a distance in (begin, end); at one distance, the first of the scene. `ignore_triangle` is
 // never hit.

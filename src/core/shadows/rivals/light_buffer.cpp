@@ -364,7 +364,8 @@ class Outline {
 
 // Calls visit(index of a cell, cell, outline) for each cell that may have to list the triangle.
 template <class Visit>
-void for_each_cell_of(const BufferLight &light, const LatticePoint (&corner)[3], uint64_t &tests, Visit &&visit) {
+void for_each_cell_of(const BufferLight &light, const LatticePoint (&corner)[3], uint64_t &tests, Watch watch,
+                      Visit &&visit) {
     for (uint32_t f = 0; f < faces_of(light.view); ++f) {
         const Face face(light.view, f);
         Outline outline(light.view, light.lattice, face, corner);
@@ -374,6 +375,7 @@ void for_each_cell_of(const BufferLight &light, const LatticePoint (&corner)[3],
         for (int count = 1; count > 0;) {
             const Outline::Cells cells = stack[--count];
             ++tests;
+            if (!watch.go_on(1)) return;
             if (!outline.may_be_in(cells)) continue;
             const int64_t width = cells.high[0] - cells.low[0], height = cells.high[1] - cells.low[1];
             if (width == 1 && height == 1) {
@@ -397,7 +399,7 @@ void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &sh
     if (!make_view(light.view, light.light, light.lattice, tree, buffer.edge)) return;
     light.state = BufferLight::listed;
     const auto for_each_entry = [&](auto &&visit) {
-        for (uint32_t i = 0; i < scene.static_count; ++i) {
+        for (uint32_t i = 0; i < scene.static_count && shadows.watch.go_on(16); ++i) {
             const Triangle &triangle = scene.triangles[i];
             const Vec3 corner[3] = {vec_of(triangle.corner[0]), vec_of(triangle.corner[1]), vec_of(triangle.corner[2])};
             if (total_order_key(scene.materials[triangle.material].transmission) > 0 ||
@@ -406,7 +408,7 @@ void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &sh
             const LatticePoint points[3] = {lattice_point(corner[0], light.lattice.exponent),
                                             lattice_point(corner[1], light.lattice.exponent),
                                             lattice_point(corner[2], light.lattice.exponent)};
-            for_each_cell_of(light, points, shadows.statistics->shadow.proofs.triangle_tests,
+            for_each_cell_of(light, points, shadows.statistics->shadow.proofs.triangle_tests, shadows.watch,
                              [&](uint32_t index, const Outline::Cells &cells, const Outline &outline) {
                                  BufferEntry entry = {i, 0};
                                  BufferCell &cell = light.cells[index];
@@ -421,6 +423,7 @@ void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &sh
         ++cell.count;
         cell.covered = std::min(cell.covered, outline.covered_beyond(cells));
     });
+    if (shadows.watch.stopped()) light.state = BufferLight::unlisted;
     uint32_t used = 0;
     for (BufferCell *cell = light.cells; cell != end; ++cell) {
         cell->first = used;
@@ -436,7 +439,7 @@ void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &sh
         if (cell.count != BufferCell::traced) light.entries[cell.first + cell.count++] = entry;
     });
     for (BufferCell *cell = light.cells; cell != end; ++cell)
-        if (cell->count != BufferCell::traced)
+        if (cell->count != BufferCell::traced && shadows.watch.go_on(cell->count))
             std::sort(light.entries + cell->first, light.entries + cell->first + cell->count,
                       [](const BufferEntry &a, const BufferEntry &b) {
                           return a.depth < b.depth || (a.depth == b.depth && a.triangle < b.triangle);
@@ -480,7 +483,7 @@ uint64_t buffer_bytes(const Scene &scene, const Settings &) {
                                 Arena::bytes<BufferEntry>(entries_for(scene)));
 }
 
-void *make_buffer(const Scene &scene, Arena &arena) {
+void *make_buffer(const Scene &scene, Arena &arena, Watch) {
     LightBuffer *buffer = arena.make<LightBuffer>(1);
     BufferLight *lights = arena.make<BufferLight>(scene.light_count);
     if (!buffer || !lights) return nullptr;
