@@ -5,8 +5,10 @@
 #include "support/command_line.h"
 #include <csignal>
 #include <cstdio>
+#include <fcntl.h>
 #include <map>
 #include <set>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <zlib.h>
 
@@ -336,7 +338,7 @@ TEST_CASE("sequence command: after a signal it stops at a row, says so in one li
         CHECK(test.tidy());
         CHECK(!test.has("f_00.pfm"));
     }
-    // Photons stop between their batches.
+    // Photons stop at once.
     test.write("b.aff", CommandLineTest::lit("box -1 -1 -1 1 1 1 1.5 { }"));
     test.write("err", "");
     Process process(test, "render " + test.file("b.aff") +
@@ -347,4 +349,19 @@ TEST_CASE("sequence command: after a signal it stops at a row, says so in one li
     CHECK(process.end(SIGTERM) == 128 + SIGTERM);
     CHECK(test.tidy());
     CHECK(!test.has("b.map"));
+}
+
+TEST_CASE("sequence command: a signal ends it while it reads, with the same line") {
+    SequenceCommandTest test;
+    test.write("r.aff", CommandLineTest::lit(test.file("smoke.ply") + " { }"));
+    REQUIRE(mkfifo(test.file("smoke.ply").c_str(), 0600) == 0);
+    for (const auto &[signal, name] : {std::pair<int, std::string>{SIGINT, "SIGINT"}, {SIGTERM, "SIGTERM"}}) {
+        Process process(test, "render " + test.file("r.aff") + " -o " + test.file("r.pfm"));
+        const int pipe = open(test.file("smoke.ply").c_str(), O_WRONLY | O_CLOEXEC); // when it reads; nothing comes
+        CHECK(process.end(signal) == 128 + signal);
+        close(pipe);
+        CHECK(text_of(test.file("err")) ==
+              "wisp: error: " + test.file("r.aff") + ": stopped by " + name + " in frame 0\n");
+        CHECK(!test.has("r.pfm"));
+    }
 }

@@ -108,7 +108,7 @@ def write_scenes(folder):
 
 
 class Run:
-    """One render that is given a signal after `moment` seconds: stage, seconds to the end, and its status (None: it would not end)."""
+    """One render that is given a signal after `moment` seconds: stage, seconds to the end, and its status (-9: it would not end)."""
 
     def __init__(self, wisp, words, folder, moment, longest):
         output = os.path.join(folder, 'out.pfm')
@@ -127,13 +127,11 @@ class Run:
         start = time.monotonic()
         if not self.over:
             process.send_signal(signal.SIGTERM)
-        try:
-            self.status = process.wait(longest)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
-            self.status = None
+        timer = threading.Timer(longest, process.kill)
+        timer.start()
+        self.status = process.wait()
         self.seconds = time.monotonic() - start
+        timer.cancel()
         reader.join()
         self.left = [name for name in os.listdir(folder) if name.startswith('out.')]
 

@@ -13,7 +13,7 @@ constexpr Real unknown = Real(-1);
 constexpr Real waiting(uint32_t face) { return Real(-2 - static_cast<int32_t>(face)); }
 
 // Units of work: to mark the nodes of a brick, or to look for marks; to find the depth of a ray.
-constexpr uint32_t units_of_marks = 32, units_of_scan = 2, units_of_ray = 32;
+constexpr uint32_t units_of_marks = 32, units_of_scan = 2, units_of_ray = 256;
 
 // Upper bounds of the rows of a deep shadow map, and of the values that it caches.
 constexpr uint32_t max_rows = 1 << 14;

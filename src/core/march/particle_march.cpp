@@ -103,7 +103,7 @@ struct Progress {
     bool opaque() const { return !(depth.value < opaque_depth); }
 };
 
-constexpr uint32_t units_of_window = 128; // of work
+constexpr uint32_t units_of_window = 1 << 12; // of work
 
 // Steps of the same length, or equal parts of one step.
 struct Stretch {
@@ -178,7 +178,7 @@ void add_stretch(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretc
         gather_window(marcher, ray, stretch, first, count);
         int32_t next = first + count;
         for (int32_t i = 0; first + i < next && !so_far.opaque(); ++i) {
-            if (!marcher.watch.go_on(1 + 16 * marcher.lights.light_count)) return;
+            if (!marcher.watch.go_on(1 + 128 * marcher.lights.light_count)) return;
             const size_t at = static_cast<size_t>(i);
             Real sigma = Real(0);
             for (uint32_t s = 0; s < marcher.medium->count; ++s) {

@@ -87,7 +87,7 @@ struct Progress {
     bool opaque() const { return !(depth.value < opaque_depth); }
 };
 
-constexpr uint32_t units_of_step = 16; // of work, and for each light as much
+constexpr uint32_t units_of_step = 128; // of work, and for each light as much
 
 // Adds the step of length dx at distance `from` of the ray. `begin` is where that ray starts, for the record. A step
 // that is too deep is added in equal parts, unless it is such a part.

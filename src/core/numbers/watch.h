@@ -4,7 +4,8 @@
 
 namespace wisp {
 
-// The work of a frame. A unit of work is about a tenth of a microsecond. No result depends on it.
+// The work of a frame. A unit of work is a tenth of a microsecond at most, where no
+// more than a hundred particles overlap. No result depends on it.
 struct Work {
     Observer observer;
     Stage stage = Stage::frame_cache;

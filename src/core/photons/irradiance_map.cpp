@@ -5,7 +5,7 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr uint32_t units_of_point = 4, units_of_estimate = 128; // of work
+constexpr uint32_t units_of_point = 4, units_of_estimate = 256; // of work
 
 // Whether a brick's nodes at every `coarse` cells suffice: interpolated, they are within `tolerance` of its nodes at
 // every `fine` cells.

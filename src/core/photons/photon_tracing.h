@@ -47,7 +47,7 @@ struct PhotonTracing {
     Statistics &statistics;
 };
 
-constexpr uint32_t units_of_photon = 32, units_of_flight = 8; // of work
+constexpr uint32_t units_of_photon = 32, units_of_flight = 256; // of work
 
 // Traces one photon.
 //   on_collision(collision, photon as it arrives, power)  for every collision that the map stores

@@ -10,7 +10,7 @@ constexpr uint64_t max_majorants = uint64_t{1} << 22;
 // Collisions of a path: where there are more it ends, and is counted as capped.
 constexpr uint32_t longest_path = 1u << 20;
 // Tentative collisions of a flight, after which the observer may be asked; units of work.
-constexpr uint32_t asked_after = 1 << 12, units_of_flight = 8, units_of_light = 32, units_of_majorant = 8;
+constexpr uint32_t asked_after = 1 << 10, units_of_collision = 16, units_of_light = 256, units_of_majorant = 128;
 
 Real uniform(Pcg32 &generator) { return unit_half_open<Real>(generator()); }
 Real exponential(Pcg32 &generator) { return -log(unit_open<Real>(generator())); }
@@ -158,7 +158,7 @@ MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 
                 rest -= depth;
                 return true;
             }
-            if (++tentative % asked_after == 0 && !tracer.watch.go_on(asked_after)) return false;
+            if (++tentative % asked_after == 0 && !tracer.watch.go_on(asked_after * units_of_collision)) return false;
             if (tentative == max_tentative) {
                 ++tracer.statistics->photons.capped;
                 return false;
@@ -187,7 +187,7 @@ Color sample_radiance(const PathTracer &tracer, Ray ray, Real end, Color radianc
     const Surfaces *surfaces = tracer.shadows ? tracer.shadows->surfaces : nullptr;
     Color throughput(Real(1));
     for (uint32_t number = 0; number < longest_path; ++number) {
-        if (!tracer.watch.go_on(units_of_flight)) return radiance;
+        if (!tracer.watch.go_on(units_of_collision)) return radiance;
         if (number > 0) end = distance_to_surface(surfaces, ray, Real(0));
         Real begin = Real(0);
         if (!clip(medium.bounds, ray, begin, end)) return radiance;

@@ -19,8 +19,8 @@ Status make_lights(Frame &frame) {
 }
 
 Status make_shadow_memory(Frame &frame) {
-    return WISP_ARITH::make_shadow_memory(frame.scene, frame.settings, frame.arena, frame.watch,
-                                           frame.state.shadow_memory)
+    return WISP_ARITH::make_shadow_memory(frame.scene, frame.settings, frame.arena, frame.state.shadow_memory,
+                                           frame.watch)
                ? Status::done
                : Status::out_of_memory;
 }

@@ -14,8 +14,8 @@ inline const ShadowTechnique *shadow_technique(const Scene &scene, const Setting
 
 // What the technique keeps from frame to frame (nullptr: nothing), and the bytes of that and of a frame, at most.
 // False: the arena was too small.
-inline bool make_shadow_memory(const Scene &scene, const Settings &settings, Arena &arena, Watch watch,
-                               void *&memory) {
+inline bool make_shadow_memory(const Scene &scene, const Settings &settings, Arena &arena, void *&memory,
+                               Watch watch = {}) {
     const ShadowTechnique &technique = *shadow_technique(scene, settings);
     memory = technique.make ? technique.make(scene, arena, watch) : nullptr;
     return memory || !technique.make;

@@ -88,7 +88,7 @@ void resample_brick(const GridField &grid, const SparseGrid &bricks, uint32_t br
 template <class Field>
 bool resample_all(const Field &field, const SparseGrid &bricks, Real *nodes, Real *minorants, Real *majorants,
                   Watch watch) {
-    constexpr uint32_t units_per_brick = 256;
+    constexpr uint32_t units_per_brick = 1 << 13;
     watch.expect(uint64_t{bricks.count} * units_per_brick);
     for (uint32_t brick = 0; brick < bricks.count; ++brick, nodes += nodes_of(1)) {
         if (!watch.done(units_per_brick)) return false;
