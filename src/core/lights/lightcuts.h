@@ -60,7 +60,8 @@ struct LightCuts {
 
 uint64_t light_cut_bytes(const Scene &scene);
 
-// False: the arena was too small. In fixed point the sum of the lights' colours must stay below 2^30.
+// False: the arena was too small, or the work is stopped. In fixed point the sum of the lights' colours must stay below
+// 2^30.
 bool make_light_cuts(const Light *lights, uint32_t count, Arena &arena, LightCuts &cuts, Watch watch = {});
 
 // An upper bound of the largest channel of the reflected radiance from the node's lights, or from its representative in

@@ -68,9 +68,9 @@ struct Finder {
 void mark_nodes_in_smoke(const Finder &finder) {
     for (uint32_t brick = 0; brick < finder.bricks().count && finder.watch.done(units_of_marks); ++brick)
         for (uint32_t k = 0; k < finder.nodes(); ++k) {
-            const bool in_smoke = !finder.is_behind_face(brick, k) &&
-                                  meets_smoke(*finder.depths.medium, finder.bricks(), brick, finder.cell_of_node(k),
-                                              finder.depths.spacing);
+            const bool in_smoke =
+                !finder.is_behind_face(brick, k) && meets_smoke(*finder.depths.medium, finder.bricks(), brick,
+                                                                finder.cell_of_node(k), finder.depths.spacing);
             finder.of_brick(brick)[k] = in_smoke ? Real(0) : unknown;
         }
 }

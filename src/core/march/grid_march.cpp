@@ -93,9 +93,9 @@ WISP_INLINE void find_depths_in_dense_cells(const GridMarcher &marcher, const Li
     }
 }
 
-// Within a step of depth s the depth to a light changes by c, which is taken to be linear. The light that leaves the step
-// is then shc((s + c) / 2) / shc(s / 2) times as much as if all of it were scattered in the middle, where shc(u) is
-// sinh(u) / u (README). That is for smoke with hard faces. Smoke that fades to 0 at both ends of a ray is better off
+// Within a step of depth s the depth to a light changes by c, which is taken to be linear. The light that leaves the
+// step is then shc((s + c) / 2) / shc(s / 2) times as much as if all of it were scattered in the middle, where shc(u)
+// is sinh(u) / u (README). That is for smoke with hard faces. Smoke that fades to 0 at both ends of a ray is better off
 // without: errors of the middles cancel.
 WISP_INLINE void vary_in_steps(const LaneCells &at, const OpticalDepthGrid &depths, const GridRay &in_bricks,
                                const Group &group, const Lanes &sigma, Lanes &scattered) {
@@ -115,8 +115,8 @@ WISP_INLINE void vary_in_steps(const LaneCells &at, const OpticalDepthGrid &dept
 // and step, times the phase function. Albedo and extinction are left to the caller. `sigma` is the extinction of all
 // smoke; that of this one, `extinction`, is recorded only.
 WISP_INLINE void gather_lights(const GridMarcher &marcher, const SmokeVolume &smoke, const Ray &ray,
-                               const GridRay &in_bricks, const Group &group, const Lanes &sigma, const Lanes &extinction, LaneColor &scattered,
-                               PixelRecorder *recorder) {
+                               const GridRay &in_bricks, const Group &group, const Lanes &sigma,
+                               const Lanes &extinction, LaneColor &scattered, PixelRecorder *recorder) {
     const OpticalDepthGrid &depths = *marcher.depths;
     const Vec3 out = -ray.direction;
     if (depths.light_count == 0) return;
@@ -398,7 +398,7 @@ Segment march(GridMarcher &marcher, const Ray &ray, Real end, PixelRecorder *rec
         group.t[waiting] = Real(i) * marcher.step + Real(0.5) * group.dx[waiting];
         ++waiting;
     };
-    int32_t next = 0;     // the first step that no brick has taken yet
+    int32_t next = 0; // the first step that no brick has taken yet
     for_each_brick(*medium.bricks, inside, Real(0), length, [&](uint32_t, Real from, Real to) {
         // This brick takes the steps whose middles lie in it.
         const int32_t first = max(next, floor_to_int(from * inverse_step + Real(0.5)));

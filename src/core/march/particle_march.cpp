@@ -127,14 +127,10 @@ void gather_window(ParticleMarcher &marcher, const Ray &ray, const Stretch &stre
     for (uint32_t s = 0; s < medium.count; ++s) {
         Real *sigma = marcher.sigma + size_t{s} * padded_steps;
         for (uint32_t i = 0; i < padded_steps; ++i) sigma[i] = Real(0);
-        const Window window = {marcher.middle,
-                               sigma,
-                               marcher.red,
-                               marcher.green,
-                               marcher.blue,
-                               stretch.from + Real(first) * stretch.step + Real(0.5) * stretch.step,
-                               Real(1) / stretch.step,
-                               count};
+        const Window window = {
+            marcher.middle,         sigma,        marcher.red,
+            marcher.green,          marcher.blue, stretch.from + Real(first) * stretch.step + Real(0.5) * stretch.step,
+            Real(1) / stretch.step, count};
         const DensityField &field = medium.smokes[s].field;
         if (field.is_grid)
             gather(field.grid, marcher.sources[s], ray, window);
@@ -189,7 +185,8 @@ void add_stretch(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretc
             if (!(sigma > Real(0)) || !(dx > Real(0))) continue;
             const Real from = stretch.from + covered;
             const int32_t number = stretch.number + (stretch.is_part ? 0 : first + i),
-                          parts = stretch.is_part ? 1 : parts_of_step(sigma * dx, max_exact_step_depth(*marcher.medium));
+                          parts =
+                              stretch.is_part ? 1 : parts_of_step(sigma * dx, max_exact_step_depth(*marcher.medium));
             if (parts == 1) {
                 add_step(marcher, ray, stretch, number, at, from, dx, sigma, so_far, recorder);
                 continue;

@@ -1,11 +1,12 @@
-// Whether the observer wants the work to stop: long loops count their work, and the observer is asked from time to time.
+// Whether the observer wants the work to stop: long loops count their work, and the observer is asked from time to
+// time.
 #pragma once
 #include "wisp/progress.h"
 
 namespace wisp {
 
-// The work of a frame. A unit of work is a tenth of a microsecond at most, where no
-// more than a hundred particles overlap. No result depends on it.
+// The work of a frame, in units of about a tenth of a microsecond. What may take long, where many particles overlap,
+// counts as more. No result depends on it.
 struct Work {
     Observer observer;
     Stage stage = Stage::frame_cache;
@@ -18,8 +19,8 @@ struct Work {
         constexpr uint32_t between = 1 << 15;
         if (stopped) return false;
         left = between;
-        shown = done < total ? done : total;
-        stopped = !observer(stage, shown, total);
+        shown = done;
+        stopped = !observer(stage, done < total ? done : total, total);
         return !stopped;
     }
 };
@@ -55,7 +56,7 @@ class Watch {
         if (work_->done - work_->shown > work_->total / 16) return work_->ask();
         return go_on(static_cast<uint32_t>(units < UINT32_MAX ? units : UINT32_MAX));
     }
-    // done() for rounds of a short loop, by many of them: `units` a thousand.
+    // done() for the rounds of a short loop: `units` for 1024 of them.
     bool done_round(uint64_t round, uint32_t units) const { return round % 1024 != 1023 || done(units); }
     bool stopped() const { return work_ && work_->stopped; }
 

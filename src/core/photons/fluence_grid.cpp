@@ -9,8 +9,8 @@ namespace {
 
 constexpr int32_t weight_bits = 30; // of a node's weight: 2^30 for the brightest node
 constexpr int32_t brick_nodes = nodes_along(1);
-constexpr uint32_t asked_after = 1 << 12;                       // tentative collisions of a flight
-constexpr uint32_t units_of_source_brick = 128;                 // of work
+constexpr uint32_t asked_after = 1 << 12;       // tentative collisions of a flight
+constexpr uint32_t units_of_source_brick = 128; // of work
 // The least number of tentative collisions along a brick's edge: they sample the fluence in thin smoke too.
 constexpr Real min_collisions_per_brick = Real(0.5);
 
@@ -89,9 +89,9 @@ Real brightness_at(const Sources &in, const PhotonSource &source, uint32_t brick
            exp(-max(Real(0), tau));
 }
 
-// Between nodes the power that starts falls exponentially with the depth to the light, while photons are drawn by linear
-// interpolation. The quotient of the two at x (README). The depth is interpolated linearly: where it is nearly the same
-// at all corners of the cell, the quotient counts as 1.
+// Between nodes the power that starts falls exponentially with the depth to the light, while photons are drawn by
+// linear interpolation. The quotient of the two at x (README). The depth is interpolated linearly: where it is nearly
+// the same at all corners of the cell, the quotient counts as 1.
 Real power_between_nodes(const Sources &in, const PhotonSource &source, const Vec3 &x) {
     constexpr Real even = Real(0.125), most = Real(64);
     const uint32_t brick = brick_at(in.bricks, cell_at(in.bricks.lattice, x));
@@ -119,10 +119,9 @@ Real power_between_nodes(const Sources &in, const PhotonSource &source, const Ve
         return scale_pow2(sigma, in.distribution.shift) *
                irradiance_at(light, source.max_channel, node_of(in.bricks, brick, node), largest(in.bricks.cell));
     };
-    const Real light_here =
-        exp(least - here) * trilinear(at.t, [&](int32_t dx, int32_t dy, int32_t dz) {
-            return unattenuated(corner(dx, dy, dz));
-        });
+    const Real light_here = exp(least - here) * trilinear(at.t, [&](int32_t dx, int32_t dy, int32_t dz) {
+                                return unattenuated(corner(dx, dy, dz));
+                            });
     const Real drawn = trilinear(at.t, [&](int32_t dx, int32_t dy, int32_t dz) {
         const Cell node = corner(dx, dy, dz);
         return unattenuated(node) * exp(least - depth_of(node));
@@ -400,8 +399,7 @@ void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t tar
     for (int axis = 0; axis < 3; ++axis) // the draws are in a fixed order
         origin[axis] = draw_tent(node[axis], bricks.cell[axis], box.low[axis], box.high[axis], generator);
     const Real power = source.light < tracer.depths.light_count ? power_between_nodes(tracer, source, origin) : Real(1);
-    const int32_t photons =
-        power == Real(1) ? 1 : floor_to_int(power + unit_half_open<Real>(generator()));
+    const int32_t photons = power == Real(1) ? 1 : floor_to_int(power + unit_half_open<Real>(generator()));
     for (int32_t i = 0; i < photons; ++i) trace_photon(tracer, fluence, source, origin, generator);
 }
 

@@ -331,7 +331,8 @@ Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &pa
         const uint32_t count = packed.per_smoke[s].count;
         lights[s] = arena.make<FluenceAndFlux>(count);
         if (!lights[s]) return {};
-        for (uint32_t i = 0; i < count && watch.go_on(2); ++i) lights[s][i] = light_of_element(packed, medium.smokes[s], s, i);
+        for (uint32_t i = 0; i < count && watch.go_on(2); ++i)
+            lights[s][i] = light_of_element(packed, medium.smokes[s], s, i);
     }
     Irradiance map = make_irradiance_of(request, arena, watch, [&](const Vec3 &x, FluenceAndFlux &light) {
         Real sigma = Real(0);

@@ -49,7 +49,8 @@ uint64_t source_bytes(const Scene &scene);
 
 // For the paper's own gather: makes a photon map per smoke of the elements that carry power, from which an estimate
 // takes the nearest. `maps` is nullptr where nothing scatters twice. False: the arena was too small.
-bool make_element_maps(const Medium &medium, const PackedMap &map, Arena &arena, const PhotonMap *&maps, Watch watch = {});
+bool make_element_maps(const Medium &medium, const PackedMap &map, Arena &arena, const PhotonMap *&maps,
+                       Watch watch = {});
 uint64_t element_map_bytes(const Scene &scene);
 
 } // namespace wisp::WISP_ARITH

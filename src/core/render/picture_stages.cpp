@@ -153,9 +153,9 @@ Status make_march(Frame &frame) {
     const Irradiance *irradiance = frame.has_irradiance ? &frame.irradiance : nullptr;
     const Real step = smallest_smoothing_length(frame.scene) * to_real<Real>(frame.settings.step);
     if (decisions.march == MarchKind::grid) {
-        frame.grid_marcher = {&medium,    &frame.state.smoke.depths,
-                              irradiance, decisions.surfaces ? &frame.shadows_in_space : nullptr,
-                              step,       &frame.statistics,     frame.watch};
+        frame.grid_marcher = {
+            &medium, &frame.state.smoke.depths, irradiance, decisions.surfaces ? &frame.shadows_in_space : nullptr,
+            step,    &frame.statistics,         frame.watch};
     } else if (decisions.march == MarchKind::particles) {
         ParticleMarcher &marcher = frame.particle_marcher;
         if (!make_window(frame.scene, frame.arena, marcher)) return Status::out_of_memory;

@@ -35,8 +35,8 @@ Batches batches_to_trace(const Frame &frame, const PhotonSums &sums) {
 }
 
 PhotonTracing tracing_of(Frame &frame, const Batches &batches) {
-    return {frame.medium(), frame.surfaces(),   frame.settings, frame.decisions.photon_needs,
-            batches,        frame.watch,        frame.arena,    frame.statistics};
+    return {frame.medium(), frame.surfaces(), frame.settings, frame.decisions.photon_needs,
+            batches,        frame.watch,      frame.arena,    frame.statistics};
 }
 
 Status trace_to_photon_map(Frame &frame) {
@@ -90,7 +90,8 @@ Status build_sparse_grid(Frame &frame) {
     if (frame.decisions.resampled) {
         smoke.medium = make_medium(frame.scene, frame.settings.density_step, frame.arena, frame.watch);
         smoke.bricks = smoke.medium.bricks;
-        smoke.depths = {&smoke.medium, frame.state.lights, 0, smoke.bricks, frame.decisions.spacing.light, nullptr, false};
+        smoke.depths = {&smoke.medium, frame.state.lights, 0, smoke.bricks, frame.decisions.spacing.light, nullptr,
+                        false};
         return smoke.medium.ready ? Status::done : Status::out_of_memory;
     }
     smoke.march_grid = make_sparse_grid(frame.scene, frame.decisions.spacing.cell, frame.arena, frame.watch);
@@ -110,8 +111,7 @@ Status find_light_depths(Frame &frame) {
 Status distribute_emission(Frame &frame) {
     SmokeStructures &smoke = frame.state.smoke;
     if (frame.decisions.photons != PhotonStore::fluence_grid) return Status::done;
-    return make_emission_distribution(frame.scene, smoke.medium, smoke.depths, frame.arena, smoke.emission,
-                                      frame.watch)
+    return make_emission_distribution(frame.scene, smoke.medium, smoke.depths, frame.arena, smoke.emission, frame.watch)
                ? Status::done
                : Status::out_of_memory;
 }
@@ -168,7 +168,8 @@ Status make_irradiance(Frame &frame) {
                                         frame.arena, frame.statistics, frame.watch);
     } else {
         if (!frame.particle_map.per_smoke) return Status::done;
-        frame.irradiance = WISP_ARITH::make_irradiance(irradiance_request(frame), frame.particle_map, frame.arena, frame.watch);
+        frame.irradiance =
+            WISP_ARITH::make_irradiance(irradiance_request(frame), frame.particle_map, frame.arena, frame.watch);
         frame.particle_map.per_smoke = nullptr; // the sources hold emission alone
     }
     if (!frame.irradiance.ready) return Status::out_of_memory;

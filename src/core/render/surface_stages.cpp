@@ -20,7 +20,7 @@ Status make_lights(Frame &frame) {
 
 Status make_shadow_memory(Frame &frame) {
     return WISP_ARITH::make_shadow_memory(frame.scene, frame.settings, frame.arena, frame.state.shadow_memory,
-                                           frame.watch)
+                                          frame.watch)
                ? Status::done
                : Status::out_of_memory;
 }
@@ -39,8 +39,7 @@ Status begin_shadows(Frame &frame) {
 }
 
 Status build_light_cuts(Frame &frame) {
-    return make_light_cuts(frame.state.lights, frame.scene.light_count, frame.arena, frame.light_cuts,
-                           frame.watch)
+    return make_light_cuts(frame.state.lights, frame.scene.light_count, frame.arena, frame.light_cuts, frame.watch)
                ? Status::done
                : Status::out_of_memory;
 }

@@ -143,9 +143,8 @@ Surfaces make_surfaces(const Scene &scene, Arena &arena, Watch watch) {
 }
 
 void place_surfaces(const Scene &scene, Arena &arena, Surfaces &surfaces, Watch watch) {
-    surfaces.deforming_tree =
-        make_triangle_tree(scene.triangles + surfaces.deforming_first, scene.deforming_count, scene.materials, arena,
-                                                 watch);
+    surfaces.deforming_tree = make_triangle_tree(scene.triangles + surfaces.deforming_first, scene.deforming_count,
+                                                 scene.materials, arena, watch);
     surfaces.groups = arena.make<InstanceNode>(2 * size_t{scene.instance_count});
     surfaces.group_count = 0;
     surfaces.boxes = arena.make<Box>(scene.instance_count);

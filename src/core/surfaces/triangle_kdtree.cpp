@@ -300,6 +300,7 @@ class TriangleTreeBuilder {
     // ---- the tree ----
 
     void make_leaf(const Task &task) {
+        watch_.done(uint64_t{task.count} * units_per_triangle);
         nodes_[task.node] = {task.count, tree_.group_count << 2 | leaf_axis};
         for (uint32_t first = 0; first < task.count; first += group_triangles) {
             TriangleGroup &group = groups_[tree_.group_count++];

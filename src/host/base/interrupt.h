@@ -14,9 +14,9 @@ int received_signal();
 // Its name.
 const char *signal_name(int signal);
 
-// As long as it lives, a signal ends the process at once, with the line `before` SIGNAL `after` on standard error and the
-// status that exit_signal gives. So reading and preparing need not ask. Nothing of the process may be half made then:
-// files are written with signals held (files.cpp), and standard output is flushed here.
+// As long as it lives, a signal ends the process at once, with the line `before` SIGNAL `after` on standard error and
+// the status that exit_signal gives. So reading and preparing need not ask. Nothing of the process may be half made
+// then: files are written with signals held (files.cpp), and standard output is flushed here.
 class EndAtOnce {
   public:
     EndAtOnce(const std::string &before, const std::string &after);

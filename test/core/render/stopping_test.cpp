@@ -1,4 +1,5 @@
-// Every stage asks the observer often, and ends where it says stop. What a stopped frame leaves changes no later picture.
+// Every stage asks the observer often, and ends where it says stop. What a stopped frame leaves changes no later
+// picture.
 #include "support/built_smoke.h"
 #include "support/built_surfaces.h"
 #include "wisp/photon_sums.h"
@@ -168,6 +169,7 @@ TEST_CASE(WISP_ARITH_NAME ": stopping: exact densities") {
     }
     SUBCASE("irradiance of a photon map") {
         settings.irradiance = IrradianceMap::adaptive;
+        settings.irradiance_step = 2;
         check(smoke.scene, settings, {Stage::particle_tree, Stage::photons, Stage::irradiance, Stage::camera_rays});
     }
     SUBCASE("reference") {
@@ -186,7 +188,7 @@ TEST_CASE(WISP_ARITH_NAME ": stopping: surfaces by each way to find shadows") {
             const double x = i * 0.3 - 3, y = j * 0.3 - 3, z = (i * 7 + j * 5) % 11 * 0.1;
             room.add({x, y, z}, {x + 0.3, y, z}, {x + 0.3, y + 0.3, z + 0.1}, {x, y + 0.3, z}, grey);
         }
-    for (int i = 0; i < 40; ++i) room.light(LightKind::point, {i % 7 - 3.0, i % 5 - 2.0, 3 + i % 3}, {2, 2, 2});
+    for (int i = 0; i < 40; ++i) room.light(LightKind::point, {i % 7 - 3.0, i % 5 - 2.0, i % 3 + 3.0}, {2, 2, 2});
     room.build();
     room.scene.camera = look_at_origin(12, 6, 6);
     Settings settings = settings_of(Method::map);
