@@ -38,8 +38,8 @@ struct Marcher {
 // A march ends at this optical depth: less than 1.2e-7 of what lies behind comes through.
 constexpr Real opaque_depth = Real(16);
 
-// The number of equal parts of a step of depth s, so that no part is deeper than `most`. At most 2^20: a march ends long
-// before it has passed so many.
+// The number of equal parts of a step of depth s, so that no part is deeper than `most`. At most 2^20: a march ends
+// long before it has passed so many.
 inline int32_t parts_of_step(Real s, Real most) {
     return s > most ? floor_to_int(min(s / most, Real(1 << 20))) + 1 : 1;
 }

@@ -117,7 +117,8 @@ PhotonPlan plan_photons(const Scene &scene, const Settings &settings) {
     const PhotonNeeds needs = photon_needs(scene, settings);
     if (!needs.traced) return {};
     PhotonPlan plan = {needs, 0, 0};
-    // If there are more collisions than the store holds, it is thinned out. A single batch has room for more per photon.
+    // If there are more collisions than the store holds, it is thinned out. A single batch has room for more per
+    // photon.
     constexpr uint64_t per_photon = 4, per_photon_of_one_batch = 64, max_capacity = 0x7fffffff;
     const uint64_t of_one_batch = per_photon_of_one_batch * min(settings.photons, uint64_t{batch_photons});
     plan.capacity = max(per_photon * min(settings.photons, max_capacity / per_photon), of_one_batch);

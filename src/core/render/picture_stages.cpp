@@ -26,8 +26,7 @@ template <class AnyMarcher>
 Segment march(MarchAndPaths<AnyMarcher> &both, const Ray &ray, Real end, PixelRecorder *recorder) {
     Segment seen = march(both.marcher, ray, end, recorder);
     Color sum(Real(0));
-    for (uint32_t i = 0; i < both.count; ++i)
-        sum += sample_multiple_scattering(both.paths, ray, end, both.generator);
+    for (uint32_t i = 0; i < both.count; ++i) sum += sample_multiple_scattering(both.paths, ray, end, both.generator);
     seen.radiance += sum / Real(static_cast<int32_t>(both.count));
     return seen;
 }

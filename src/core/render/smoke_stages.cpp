@@ -90,7 +90,8 @@ Status build_sparse_grid(Frame &frame) {
     if (frame.decisions.resampled) {
         smoke.medium = make_medium(frame.scene, frame.settings.density_step, frame.arena);
         smoke.bricks = smoke.medium.bricks;
-        smoke.depths = {&smoke.medium, frame.state.lights, 0, smoke.bricks, frame.decisions.spacing.light, nullptr, false};
+        smoke.depths = {&smoke.medium, frame.state.lights, 0, smoke.bricks, frame.decisions.spacing.light, nullptr,
+                        false};
         return smoke.medium.ready ? Status::done : Status::out_of_memory;
     }
     smoke.march_grid = make_sparse_grid(frame.scene, frame.decisions.spacing.cell, frame.arena);
