@@ -23,8 +23,8 @@ bool is_cut_off(const Medium &medium);
 class DeepShadowMap {
   public:
     // The map of one face of the light, for all points of `bounds`. The medium is resampled. Where the lines are
-    // farthest apart, their distance is 1.5 cells of the medium's bricks, or more between columns, so that cache_size() is
-    // at most `max_cache` if that is possible with four columns. `cut_off` is is_cut_off(medium).
+    // farthest apart, their distance is 1.5 cells of the medium's bricks, or more between columns, so that cache_size()
+    // is at most `max_cache` if that is possible with four columns. `cut_off` is is_cut_off(medium).
     DeepShadowMap(const Medium &medium, bool cut_off, const Light &light, uint32_t face, const Box &bounds,
                   uint64_t max_cache);
 

@@ -25,8 +25,9 @@ struct Finder {
     const Light &light;
     Real *found;
     uint64_t &shadow_rays;
-    const Cell *place; // of each node in its brick, in nodes
-    bool cut_off;      // is_cut_off() of the medium
+    const Cell *place;   // of each node in its brick, in nodes
+    bool cut_off;        // is_cut_off() of the medium
+    bool nodes_on_faces; // ... and nodes lie on its faces
     Watch watch;
 
     const SparseGrid &bricks() const { return *depths.bricks; }
@@ -36,7 +37,11 @@ struct Finder {
         const int32_t spacing = depths.spacing;
         return {place[k].x * spacing, place[k].y * spacing, place[k].z * spacing};
     }
-    Vec3 point_of(uint32_t brick, uint32_t k) const { return node_of(bricks(), brick, cell_of_node(k)); }
+    // A node on a hard face may be rounded to a point outside of the smoke: it is moved to the face.
+    Vec3 point_of(uint32_t brick, uint32_t k) const {
+        const Vec3 x = node_of(bricks(), brick, cell_of_node(k));
+        return cut_off ? min(max(x, bricks().bounds.low), bricks().bounds.high) : x;
+    }
     // The depths of neighbouring lines of a deep shadow map bend where they enter smoke that is cut off: they cannot be
     // interpolated near the faces through which light enters.
     bool is_near_lit_face(const Vec3 &x) const {
@@ -49,13 +54,12 @@ struct Finder {
                 return true;
         return false;
     }
-    // Interpolation at points of the smoke does not reach so far: the nodes next to these lie on its faces.
+    // Interpolation at points of the smoke does not reach so far, where other nodes lie on its faces.
     bool is_behind_face(uint32_t brick, uint32_t k) const {
         const Vec3 x = node_of(bricks(), brick, cell_of_node(k)), margin = bricks().cell * Real(0.25);
         const Box &box = bricks().bounds;
         const Vec3 low = x - box.low + margin, high = box.high - x + margin;
-        return cut_off && bricks().subdivision > 1 &&
-               min(min(low.x, min(low.y, low.z)), min(high.x, min(high.y, high.z))) < Real(0);
+        return nodes_on_faces && min(min(low.x, min(low.y, low.z)), min(high.x, min(high.y, high.z))) < Real(0);
     }
     template <class Visit> void for_each_waiting(uint32_t face, Visit &&visit) const {
         for (uint32_t brick = 0; brick < bricks().count && watch.go_on(units_of_scan); ++brick)
@@ -200,9 +204,13 @@ bool make_optical_depth_grid(const Medium &medium, const Light *lights, uint32_t
     if (!depth || !found) return false;
     Cell place[nodes_of(1)];
     for (uint32_t k = 0; k < nodes; ++k) place[k] = cell_of_index(nodes_along(spacing), k);
+    // Samples of a density grid lie half a cell of it inside its faces.
+    bool samples = false;
+    for (uint32_t i = 0; i < medium.count; ++i) samples = samples || medium.smokes[i].source->grid.density;
+    const bool nodes_on_faces = depths.cut_off && (!samples || bricks.subdivision > 1);
     watch.expect((bricks.count + light_count * uint64_t{bricks.count} * 3) * units_of_marks);
     for (uint32_t l = 0; l < light_count; ++l) {
-        const Finder finder = {depths, lights[l], found, *shadow_rays, place, depths.cut_off, watch};
+        const Finder finder = {depths, lights[l], found, *shadow_rays, place, depths.cut_off, nodes_on_faces, watch};
         if (l == 0) mark_nodes_in_smoke(finder);
         begin_light(finder);
         if (medium.bricks && all <= UINT32_MAX)

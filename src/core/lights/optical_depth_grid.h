@@ -17,6 +17,12 @@ struct OpticalDepthGrid {
     bool cut_off;      // is_cut_off() of the medium
 };
 
+// Depths are interpolated between nodes. Where smoke of this sigma_t is deeper than 1 between two of them, the depth is
+// found by a ray instead.
+inline bool is_dense(const OpticalDepthGrid &depths, Real sigma) {
+    return sigma * largest(depths.bricks->cell) * Real(depths.spacing) > Real(1);
+}
+
 // Finds the depths of all nodes that have smoke around them: along the lines of a deep shadow map where that is
 // cheaper, by a ray per node elsewhere. Adds the lines and rays to `shadow_rays`. False: the arena was too small.
 bool make_optical_depth_grid(const Medium &medium, const Light *lights, uint32_t light_count, const SparseGrid &bricks,

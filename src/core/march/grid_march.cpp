@@ -77,15 +77,11 @@ void shade(const GridMarcher &marcher, const Light &light, uint32_t number, cons
     }
 }
 
-// Depths to a light are interpolated in cells. Where a cell is deeper than this, each depth is that of a ray.
-constexpr Real max_cell_depth = Real(1);
-
-// Replaces the interpolated depths of the steps that lie in such cells. `sigma` is that of all smoke.
+// Replaces the interpolated depths of the steps that lie in dense cells. `sigma` is that of all smoke.
 WISP_INLINE void find_depths_in_dense_cells(const GridMarcher &marcher, const Light &light, const Ray &ray,
                                             const Group &group, const Lanes &sigma, Lanes &tau) {
-    const Real thin = max_cell_depth / (largest(marcher.depths->bricks->cell) * Real(marcher.depths->spacing));
     for (uint32_t l = 0; l < lanes; ++l) {
-        if (!(sigma[l] > thin)) continue;
+        if (!is_dense(*marcher.depths, sigma[l])) continue;
         const Vec3 x = ray.origin + ray.direction * group.t[l];
         const Illumination from = illuminate(light, x, x, x);
         tau[l] = optical_depth(*marcher.medium, {x, -from.direction}, from.distance);
@@ -237,6 +233,7 @@ WISP_INLINE void gather_scattered(const GridMarcher &marcher, const SmokeVolume 
 struct Progress {
     Color radiance = Color(Real(0));
     Depth depth;
+    int32_t number = 0; // of the next step, for the record
 };
 
 // (1 - e^-s) / s without a branch (N-E4), where `e` is e^-s.
@@ -365,7 +362,7 @@ void march_divided(const GridMarcher &marcher, const Ray &ray, const GridRay &in
         const int32_t count = group.dx[l] > Real(0) ? parts_of_step(sigma[l] * group.dx[l], max_step_depth) : 0;
         const Real dx = count > 0 ? group.dx[l] / Real(count) : Real(0), from = group.t[l] - Real(0.5) * group.dx[l];
         for (int32_t i = 0; i < count; ++i) {
-            parts.step[waiting] = group.step[l];
+            parts.step[waiting] = so_far.number++;
             parts.dx[waiting] = dx;
             parts.t[waiting++] = from + (Real(i) + Real(0.5)) * dx;
             if (waiting == lanes && !march_parts()) return;
@@ -393,7 +390,7 @@ Segment march(GridMarcher &marcher, const Ray &ray, Real end, PixelRecorder *rec
     group.divided = false;
     uint32_t waiting = 0; // steps that are in `group` already
     const auto add_step = [&](int32_t i) {
-        group.step[waiting] = i;
+        group.step[waiting] = so_far.number++;
         group.dx[waiting] = length_of_step(i, marcher.step, length);
         group.t[waiting] = Real(i) * marcher.step + Real(0.5) * group.dx[waiting];
         ++waiting;

@@ -100,6 +100,7 @@ namespace {
 struct Progress {
     Color radiance = Color(Real(0));
     Depth depth;
+    int32_t number = 0; // of the next step, for the record
     bool opaque() const { return !(depth.value < opaque_depth); }
 };
 
@@ -110,9 +111,8 @@ struct Stretch {
     Real begin;        // where the ray starts, for the record
     Real from, length; // along the ray
     Real step;         // the last step may be shorter
-    int32_t number;    // of the first step
     int32_t steps;
-    bool is_part; // these are parts of one step, all with its number
+    bool is_part; // these are parts of one step
 };
 
 // Gathers the particles for `count` steps from step `first` on.
@@ -141,9 +141,10 @@ void gather_window(ParticleMarcher &marcher, const Ray &ray, const Stretch &stre
 }
 
 // Adds step `at` of the window, of length dx at distance `from`, whose extinctions are in marcher.extinctions.
-void add_step(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretch, int32_t number, size_t at, Real from,
-              Real dx, Real sigma, Progress &so_far, PixelRecorder *recorder) {
+void add_step(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretch, size_t at, Real from, Real dx,
+              Real sigma, Progress &so_far, PixelRecorder *recorder) {
     const Medium &medium = *marcher.medium;
+    const int32_t number = so_far.number++;
     const Step step = make_step(ray, number, from, dx);
     const Color sent = Color(marcher.red[at], marcher.green[at], marcher.blue[at]);
     const Color single = single_scattering(medium, marcher.lights, step, -ray.direction, marcher.extinctions,
@@ -184,15 +185,13 @@ void add_stretch(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretc
             const Real covered = Real(first + i) * stretch.step, dx = min(stretch.step, stretch.length - covered);
             if (!(sigma > Real(0)) || !(dx > Real(0))) continue;
             const Real from = stretch.from + covered;
-            const int32_t number = stretch.number + (stretch.is_part ? 0 : first + i),
-                          parts =
-                              stretch.is_part ? 1 : parts_of_step(sigma * dx, max_exact_step_depth(*marcher.medium));
+            const int32_t parts =
+                stretch.is_part ? 1 : parts_of_step(sigma * dx, max_exact_step_depth(*marcher.medium));
             if (parts == 1) {
-                add_step(marcher, ray, stretch, number, at, from, dx, sigma, so_far, recorder);
+                add_step(marcher, ray, stretch, at, from, dx, sigma, so_far, recorder);
                 continue;
             }
-            add_stretch(marcher, ray, {stretch.begin, from, dx, dx / Real(parts), number, parts, true}, so_far,
-                        recorder);
+            add_stretch(marcher, ray, {stretch.begin, from, dx, dx / Real(parts), parts, true}, so_far, recorder);
             next = first + i + 1;
         }
         first = next;
@@ -210,12 +209,10 @@ Segment march(ParticleMarcher &marcher, const Ray &ray, Real end, PixelRecorder 
     const Real length = end - begin, step = marcher.step;
     if (is_recording(recorder)) recorder->march(*recorder, begin, end, step, floor_to_int(length / step) + 1);
     Progress so_far;
-    int32_t number = 0;
     for (Real from = Real(0); from < length && !so_far.opaque();) {
         const Real face = next_face(medium, inside, from, length), distance = face - from;
         const int32_t steps = floor_to_int(distance / step) + 1;
-        add_stretch(marcher, inside, {begin, from, distance, step, number, steps, false}, so_far, recorder);
-        number += steps;
+        add_stretch(marcher, inside, {begin, from, distance, step, steps, false}, so_far, recorder);
         from = face;
     }
     const Segment seen = {so_far.radiance, exp(-so_far.depth.value)};

@@ -34,6 +34,8 @@ Color emitted_radiance(const Medium &medium, const Real *extinctions) {
 Color single_scattering(const Medium &medium, const SingleScatterer &lights, const Step &step, const Vec3 &out,
                         const Real *extinctions, Statistics &statistics, PixelRecorder *recorder) {
     Color sum(Real(0));
+    Real sigma = Real(0);
+    for (uint32_t i = 0; i < medium.count; ++i) sigma += extinctions[i];
     for (uint32_t l = 0; l < lights.light_count; ++l) {
         const Illumination light = illuminate(lights.lights[l], step.middle, step.begin, step.end);
         if (!(largest(light.irradiance) > Real(0))) continue;
@@ -46,9 +48,10 @@ Color single_scattering(const Medium &medium, const SingleScatterer &lights, con
             if (is_recording(recorder)) recorder->light(*recorder, {step.number, l, true, light});
             continue;
         }
-        if (!lights.depths) ++statistics.rays.shadow;
-        const Real depth = lights.depths ? optical_depth_to_light(*lights.depths, l, step.middle)
-                                         : optical_depth(medium, {step.middle, -light.direction}, light.distance);
+        const bool exact = !lights.depths || is_dense(*lights.depths, sigma);
+        if (exact) ++statistics.rays.shadow;
+        const Real depth = exact ? optical_depth(medium, {step.middle, -light.direction}, light.distance)
+                                 : optical_depth_to_light(*lights.depths, l, step.middle);
         const Real transmittance = exp(-depth);
         const Color contribution = scattered * light.irradiance * transmittance;
         sum += contribution;
@@ -84,6 +87,7 @@ namespace {
 struct Progress {
     Color radiance = Color(Real(0));
     Depth depth;
+    int32_t number = 0; // of the next step, for the record
     bool opaque() const { return !(depth.value < opaque_depth); }
 };
 
@@ -91,10 +95,11 @@ constexpr uint32_t units_of_step = 128; // of work, and for each light as much
 
 // Adds the step of length dx at distance `from` of the ray. `begin` is where that ray starts, for the record. A step
 // that is too deep is added in equal parts, unless it is such a part.
-void add_step(Marcher &marcher, const Ray &ray, int32_t number, Real begin, Real from, Real dx, bool is_part,
-              Progress &so_far, PixelRecorder *recorder) {
+void add_step(Marcher &marcher, const Ray &ray, Real begin, Real from, Real dx, bool is_part, Progress &so_far,
+              PixelRecorder *recorder) {
     const Medium &medium = *marcher.medium;
     const Vec3 out = -ray.direction;
+    const int32_t number = so_far.number++;
     const Step step = make_step(ray, number, from, dx);
     ++marcher.statistics->smoke.march_samples;
     if (!marcher.watch.go_on(units_of_step * (1 + marcher.lights.light_count))) return;
@@ -109,7 +114,7 @@ void add_step(Marcher &marcher, const Ray &ray, int32_t number, Real begin, Real
     if (const int32_t parts = is_part ? 1 : parts_of_step(s, max_exact_step_depth(medium)); parts > 1) {
         const Real part = dx / Real(parts);
         for (int32_t i = 0; i < parts && !so_far.opaque(); ++i)
-            add_step(marcher, ray, number, begin, from + Real(i) * part, part, true, so_far, recorder);
+            add_step(marcher, ray, begin, from + Real(i) * part, part, true, so_far, recorder);
         return;
     }
     const Color emission = emitted_radiance(medium, extinctions);
@@ -141,14 +146,13 @@ Segment march(Marcher &marcher, const Ray &ray, Real end, PixelRecorder *recorde
     if (is_recording(recorder))
         recorder->march(*recorder, begin, end, marcher.step, floor_to_int(length / marcher.step) + 1);
     Progress so_far;
-    int32_t number = 0;
     for (Real from = Real(0); from < length && !so_far.opaque();) {
         const Real face = next_face(medium, inside, from, length), distance = face - from;
         const int32_t steps = floor_to_int(distance / marcher.step) + 1;
-        for (int32_t i = 0; i < steps && !so_far.opaque(); ++i, ++number) {
+        for (int32_t i = 0; i < steps && !so_far.opaque(); ++i) {
             const Real covered = Real(i) * marcher.step, dx = min(marcher.step, distance - covered);
             if (!(dx > Real(0))) break;
-            add_step(marcher, inside, number, begin, from + covered, dx, false, so_far, recorder);
+            add_step(marcher, inside, begin, from + covered, dx, false, so_far, recorder);
         }
         from = face;
     }

@@ -89,11 +89,14 @@ Real brightness_at(const Sources &in, const PhotonSource &source, uint32_t brick
            exp(-max(Real(0), tau));
 }
 
+// A photon's power at its start is at most so much of those that start at a node.
+constexpr double most_power_between_nodes = 1.25;
+
 // Between nodes the power that starts falls exponentially with the depth to the light, while photons are drawn by
 // linear interpolation. The quotient of the two at x (README). The depth is interpolated linearly: where it is nearly
 // the same at all corners of the cell, the quotient counts as 1.
 Real power_between_nodes(const Sources &in, const PhotonSource &source, const Vec3 &x) {
-    constexpr Real even = Real(0.125), most = Real(64);
+    constexpr Real even = Real(0.125), most = Real(most_power_between_nodes);
     const uint32_t brick = brick_at(in.bricks, cell_at(in.bricks.lattice, x));
     if (brick == no_brick) return Real(0);
     const Light &light = in.depths.lights[source.light];
@@ -283,7 +286,7 @@ void deposit_harmonics(const FluenceSums &fluence, uint32_t brick, const Vec3 &p
     const int32_t node = (nearest(q.z) * n + nearest(q.y)) * n + nearest(q.x);
     int64_t *sum =
         fluence.harmonics + (size_t{brick} * nodes_of(spacing) + static_cast<uint32_t>(node)) * harmonic_numbers;
-    const Real units = scale_pow2(power, deposit_bits); // below 2^31: 1 / rate is at most 32
+    const Real units = scale_pow2(power, deposit_bits); // below 2^31: 1 / rate is at most 32, power at most 3.75
     sum[0] += truncate(units);
     for (uint32_t i = 0; i < harmonic_count; ++i) sum[1 + i] += truncate(halves.value[i] * units);
 }
@@ -325,16 +328,26 @@ void deposit(const FluenceSums &fluence, uint32_t brick, const Vec3 &p, const Co
     if (fluence.harmonics) deposit_harmonics(fluence, brick, p, power.x + power.y + power.z, halves);
 }
 
-// Traces a photon of a source that starts at `origin`.
-void trace_photon(const Tracer &tracer, const FluenceSums &fluence, const PhotonSource &source, const Vec3 &origin,
-                  Pcg32 &generator) {
+void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t target, Pcg32 &generator, Cursor &cursor) {
+    seek(tracer, target, cursor);
+    const SparseGrid &bricks = tracer.bricks;
     const Medium &medium = tracer.medium;
+    const PhotonSource &source = tracer.distribution.sources[cursor.entry / bricks.count];
+    const uint32_t brick = static_cast<uint32_t>(cursor.entry % bricks.count);
+    const Vec3 node = node_of(bricks, brick, cursor.node[cursor.next]);
+    const Box &box = bricks.bounds;
     Ray ray;
-    ray.origin = origin;
+    for (int axis = 0; axis < 3; ++axis) // the draws are in a fixed order
+        ray.origin[axis] = draw_tent(node[axis], bricks.cell[axis], box.low[axis], box.high[axis], generator);
     auto &counts = tracer.statistics.photons;
     ++counts.emitted;
-    Color power = fluence.channels == 1 ? Color(Real(1)) : source.color / source.max_channel;
     const bool glows = source.light >= tracer.depths.light_count;
+    const Real here = glows ? Real(1) : power_between_nodes(tracer, source, ray.origin);
+    if (!(here > Real(0))) { // outside of the smoke
+        ++counts.escaped;
+        return;
+    }
+    Color power = (fluence.channels == 1 ? Color(Real(1)) : source.color / source.max_channel) * here;
     FlightEnd at = {!glows, false, 0, ray.origin};
     if (glows) {
         const Phase::Cosine angle = Phase(Real(0)).sample(unit_open<Real>(generator()));
@@ -386,23 +399,6 @@ void trace_photon(const Tracer &tracer, const FluenceSums &fluence, const Photon
     }
 }
 
-// Draws where a photon starts, and traces it. Where power_between_nodes() is not 1, as many photons start there as it
-// says on average: none or one, or more where it is above 1.
-void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t target, Pcg32 &generator, Cursor &cursor) {
-    seek(tracer, target, cursor);
-    const SparseGrid &bricks = tracer.bricks;
-    const PhotonSource &source = tracer.distribution.sources[cursor.entry / bricks.count];
-    const uint32_t brick = static_cast<uint32_t>(cursor.entry % bricks.count);
-    const Vec3 node = node_of(bricks, brick, cursor.node[cursor.next]);
-    const Box &box = bricks.bounds;
-    Vec3 origin;
-    for (int axis = 0; axis < 3; ++axis) // the draws are in a fixed order
-        origin[axis] = draw_tent(node[axis], bricks.cell[axis], box.low[axis], box.high[axis], generator);
-    const Real power = source.light < tracer.depths.light_count ? power_between_nodes(tracer, source, origin) : Real(1);
-    const int32_t photons = power == Real(1) ? 1 : floor_to_int(power + unit_half_open<Real>(generator()));
-    for (int32_t i = 0; i < photons; ++i) trace_photon(tracer, fluence, source, origin, generator);
-}
-
 detail::Wide whole_product(uint64_t a, uint64_t b) { // both below 2^63
     return detail::product<detail::Wide>(static_cast<int64_t>(a), static_cast<int64_t>(b));
 }
@@ -412,8 +408,9 @@ uint32_t source_limit(const Scene &scene) { return scene.light_count + scene.smo
 } // namespace
 
 uint64_t max_fluence_flights(Real longest) {
-    // The deposits of a flight in one sum come to at most its length, in units of 2^-24, times R + G + B, at most 3.
-    return (uint64_t{1} << (63 - deposit_bits)) / (4 * (static_cast<uint64_t>(floor_to_int(longest)) + 1));
+    // The deposits of a flight in one sum come to at most its length, in units of 2^-24, times R + G + B, at most 3,
+    // and most_power_between_nodes.
+    return (uint64_t{1} << (63 - deposit_bits)) / (5 * (static_cast<uint64_t>(floor_to_int(longest)) + 1));
 }
 
 FluencePlan plan_fluence(const Scene &scene, const Settings &settings, uint64_t bricks, int32_t spacing) {

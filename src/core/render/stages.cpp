@@ -11,7 +11,7 @@ using namespace stages;
 constexpr const char *no_smoke = "there is no smoke", *no_surface = "there is no triangle",
                      *no_light = "there is no light", *photons_alone = "photons are traced, no picture is made",
                      *by_paths = "the reference follows random paths instead", *no_photons = "there are no photons",
-                     *too_dense = "the smoke is too dense: random paths from each ray are followed instead";
+                     *too_dense = "the smoke is too dense, or its phase too far backward: paths from rays instead";
 
 // Whether the stage is needed: `reasons` are why not, the first that holds.
 struct WhyNot {

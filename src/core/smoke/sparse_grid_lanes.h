@@ -100,7 +100,6 @@ WISP_INLINE void interpolate(const LaneCells &at, const Real *values, Lanes &res
         at, [values](int32_t node) { return values[node]; }, result);
 }
 
-
 // How the interpolated value changes along `direction`, in cells of the field, per unit of length.
 WISP_INLINE void change_along(const LaneCells &at, const Real *values, const Vec3 &direction, Lanes &result) {
     for (uint32_t l = 0; l < lanes; ++l) {

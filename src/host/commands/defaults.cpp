@@ -35,6 +35,10 @@ double excess_of_bricks(const Scene &scene, const Settings &settings) {
 // optical depth: then the light that is scattered more than once errs by 3 % at most at hard faces (README of photons).
 constexpr double max_depth_of_photon_cell = 0.7;
 
+// Below this phase the flux of photons gives too much light: 1.5 times as much that is scattered more than once at
+// -0.8, 5 times at -0.95.
+constexpr double least_asymmetry_of_photons = -0.6;
+
 // The spacings of fields over bricks of these cells, or of `finest` where densities are exact; and the steps.
 void choose_spacings(const Options &options, const Scene &scene, double finest, Settings &settings) {
     const bool kept = settings.density_step > 0 && can_resample(scene);
@@ -67,13 +71,16 @@ void shrink_bricks(const Options &options, const Scene &scene, bool needs_direct
     }
 }
 
-// Paths take the place of photons where the cells in which these leave their power are too deep.
+// Paths take the place of photons where the cells in which these leave their power are too deep, and where the phase is
+// so far backward that the flux does not tell whence light comes: it flows both ways.
 void choose_paths(const Options &options, const Scene &scene, double depth_of_length, Settings &settings) {
     const auto fits = [&](double length) { return depth_of_length * length <= max_depth_of_photon_cell; };
     const bool bricks = settings.density_step > 0 && can_resample(scene);
     if (bricks && !options.irradiance_step && !fits(settings.irradiance_step) && fits(settings.density_step))
         settings.irradiance_step = settings.density_step;
-    if (!fits(bricks ? settings.irradiance_step : 1) && !options.irradiance && !options.irradiance_step &&
+    bool backward = false;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) backward |= scene.smokes[i].asymmetry < least_asymmetry_of_photons;
+    if ((backward || !fits(bricks ? settings.irradiance_step : 1)) && !options.irradiance && !options.irradiance_step &&
         !options.density_step)
         settings.paths = 1;
 }
@@ -100,8 +107,7 @@ void choose_defaults(const Options &options, const Scene &scene, Settings &setti
                                 "mean, --estimate knn or --irradiance none of --smoke map");
     // The particles' radiance is towards the eye, and mirrors see other directions of it.
     const bool needs_directions = scene.triangle_count() > 0 && is_anisotropic(scene);
-    if (needs_directions && on_particles && !nearest &&
-        settings.irradiance == IrradianceMap::none)
+    if (needs_directions && on_particles && !nearest && settings.irradiance == IrradianceMap::none)
         throw Error(exit_usage,
                     "option 'irradiance': found none, expected a map beside surfaces where the phase is not "
                     "0");

@@ -134,8 +134,8 @@ std::string fingerprint_of_picture(const Scene &scene, const std::string &shapes
     add_moving(digest, scene);
     const Settings &s = settings;
     digest.add(s.samples, s.depth, s.shadows, s.photons, s.seed, s.gather, s.gather_radius, s.step, s.deposit,
-               s.direction, s.estimate, s.density_step, s.light_step, s.irradiance, s.irradiance_step, s.method, s.paths,
-               s.lights, s.goal == Goal::reference);
+               s.direction, s.estimate, s.density_step, s.light_step, s.irradiance, s.irradiance_step, s.method,
+               s.paths, s.lights, s.goal == Goal::reference);
     if (s.goal == Goal::reference) digest.add(s.first_pass, s.last_pass);
     return digest.finish();
 }

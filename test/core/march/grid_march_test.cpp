@@ -11,7 +11,7 @@ namespace {
 void compare_marches(const std::vector<SmokeDescription> &sources, const Ray &ray, double step) {
     const Resampled built(sources, 1);
     Statistics statistics;
-    const OpticalDepthGrid no_lights = {&built.medium, nullptr, 0, built.medium.bricks, 1, nullptr};
+    const OpticalDepthGrid no_lights = {&built.medium, nullptr, 0, built.medium.bricks, 1, nullptr, false};
     GridMarcher lanes_marcher = {&built.medium, &no_lights, nullptr, nullptr, real(step), &statistics};
     const Segment seen = march(lanes_marcher, ray, infinite_distance, nullptr);
     std::vector<Real> extinctions(sources.size());

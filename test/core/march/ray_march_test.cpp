@@ -34,7 +34,8 @@ Segment march_box(double sigma, double step, const std::vector<Light> &lights = 
     marcher.extinctions = extinctions;
     marcher.statistics = &statistics;
     const Segment seen = march(marcher, along_x, infinite_distance, nullptr);
-    CHECK(statistics.smoke.march_samples <= static_cast<uint64_t>(2 * half / step) + 1);
+    // Each step, and its parts: not deeper than 1/8.
+    CHECK(statistics.smoke.march_samples <= static_cast<uint64_t>((2 * half / step + 1) * (2 + sigma * step * 8)));
     return seen;
 }
 

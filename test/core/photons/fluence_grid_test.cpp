@@ -70,7 +70,7 @@ TEST_CASE(WISP_ARITH_NAME ": photons in a resampled box behave as those drawn fr
     const double sigma = 1.5;
     for (double albedo : {0.5, 1.0})
         for (double g : {0.0, 0.5, -0.5}) {
-            SmokeDescription box = box_smoke({1, 1, 1}, sigma, 16);
+            SmokeDescription box = box_smoke({1, 1, 1}, sigma, 48); // a cell is thin: all photons start with one power
             box.albedo = {albedo, albedo, albedo};
             box.asymmetry = g;
             const Scene scene = scene_of(box, sun_along_z);
@@ -96,6 +96,24 @@ TEST_CASE(WISP_ARITH_NAME ": photons in a resampled box behave as those drawn fr
             CHECK((traced.deposits.flux != nullptr) == (g != 0));
             CHECK((traced.deposits.harmonics != nullptr) == (g != 0));
         }
+}
+
+TEST_CASE(WISP_ARITH_NAME
+          ": the power that starts in a box is what the box takes from the light, however deep its cells") {
+    // 4 * (1 - e^(-2 sigma)) of a parallel light of irradiance 1, for a box of edges 2. The sum over nodes alone is
+    // s / 2 coth(s / 2) times that, for cells of depth s: 1.08 for the deepest here.
+    for (double sigma : {2.0, 8.0}) {
+        SmokeDescription box = box_smoke({1, 1, 1}, sigma, 16);
+        box.albedo = {0.5, 0.5, 0.5};
+        const int n = 20000;
+        const TracedFluence traced(scene_of(box, sun_along_z), brick_settings(4, 1, n));
+        const PhotonMeans expected = analog(sigma, 0.5, 0, 4 * n);
+        const PhotonUnit &unit = traced.deposits.unit;
+        const double sum = total_of(traced.deposits) * std::ldexp(at(unit.unit), unit.exponent);
+        CAPTURE(sigma);
+        CHECK(sum / (4 * (1 - std::exp(-2 * sigma)) * expected.path) ==
+              doctest::Approx(1).epsilon(0.005 + 4 * std::sqrt(1.25 / n)));
+    }
 }
 
 TEST_CASE(WISP_ARITH_NAME ": a photon is deposited at the nodes around it by trilinear weights") {
