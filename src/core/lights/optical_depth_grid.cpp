@@ -140,18 +140,23 @@ bool find_by_deep_shadow_map(const Finder &finder, uint32_t face, Arena &arena) 
     finder.for_each_waiting(face,
                             [&](uint32_t brick, uint32_t k) { order[begin[row_of(brick, k)]++] = brick * nodes + k; });
     uint32_t rows_begun = 0, next = 0;
+    uint64_t lines = finder.shadow_rays;
+    finder.watch.expect(count);
     for (uint32_t row = 1; row < map.rows(); ++row) {
         if (next == begin[row]) continue; // begin[row] is now the end of the row: filling `order` moved it
         for (rows_begun = max(rows_begun, row - 1); rows_begun <= row + 2; ++rows_begun)
             map.begin_row(rows_begun, cache);
         for (; next < begin[row]; ++next) {
+            if (next % 256 == 0) {
+                const uint64_t found = finder.shadow_rays - lines;
+                lines += found;
+                if (!finder.watch.done(256) || !finder.watch.go_on(static_cast<uint32_t>(found) * units_of_ray))
+                    return false;
+            }
             const uint32_t brick = order[next] / nodes, k = order[next] % nodes;
             const Vec3 x = finder.point_of(brick, k);
-            if (!finder.watch.done(1)) return false;
             if (finder.is_near_lit_face(x)) continue;
-            const uint64_t lines = finder.shadow_rays;
             const Real depth = map.depth(x, cache, finder.shadow_rays);
-            finder.watch.go_on(static_cast<uint32_t>(finder.shadow_rays - lines) * units_of_ray);
             if (!(depth < Real(0))) finder.of_brick(brick)[k] = depth;
         }
     }

@@ -110,7 +110,7 @@ bool sharpen(Points &points, double blur_, Arena &arena) {
     Color *sharp = arena.make<Color>(points.count), *fraction = arena.make<Color>(points.count);
     if (!sharp || !fraction) return false;
     for (uint64_t i = 0; i < points.count; ++i) { // fraction[i]: what the node can pass, of what it should
-        if (!points.watch.done(units_of_point)) return false;
+        if (i % 64 == 63 && !points.watch.done(64 * units_of_point)) return false;
         fraction[i] = Color(Real(1));
         if (!points.known[i]) continue;
         const Color &here = points.radiance[i];
@@ -121,7 +121,7 @@ bool sharpen(Points &points, double blur_, Arena &arena) {
             if (wanted[c] > here[c]) fraction[i][c] = here[c] / wanted[c];
     }
     for (uint64_t i = 0; i < points.count; ++i) {
-        if (!points.watch.done(units_of_point)) return false;
+        if (i % 64 == 63 && !points.watch.done(64 * units_of_point)) return false;
         sharp[i] = points.radiance[i];
         if (!points.known[i]) continue;
         for_each_neighbour(points, i, [&](uint64_t other) {
@@ -242,9 +242,9 @@ Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Wa
     for (uint32_t b = 0; b < bricks.count; ++b) {
         const Vec3 low = low_of(bricks, b);
         const bool in_view = request.view.may_see({low - reach, low + bricks.lattice.edge + reach});
+        if (!watch.done(points.nodes * units_of_point)) return map;
         for (uint32_t k = 0; k < points.nodes; ++k) {
             const Cell at = cell_of_index(points.along, k), node = {at.x * spacing, at.y * spacing, at.z * spacing};
-            if (!watch.done(units_of_point)) return map;
             const uint64_t here = uint64_t{b} * points.nodes + k;
             points.radiance[here] = Color(Real(0));
             if (points.flux) points.flux[here] = 0;
@@ -294,7 +294,7 @@ Irradiance make_irradiance(const Medium &medium, const FluenceSums &fluence, Rea
     Points points;
     if (!make_points(*fluence.bricks, fluence.spacing, fluence.flux != nullptr, arena, watch, points)) return map;
     for (uint64_t i = 0; i < points.count; ++i) {
-        if (!watch.done(units_of_point)) return map;
+        if (i % 64 == 63 && !watch.done(64 * units_of_point)) return map;
         const Cell node = cell_of_index(points.along, static_cast<uint32_t>(i % points.nodes));
         const FluenceAndFlux light = light_at_node(fluence, static_cast<uint32_t>(i / points.nodes), node);
         points.radiance[i] = light.radiance;

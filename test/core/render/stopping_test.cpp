@@ -169,7 +169,7 @@ TEST_CASE(WISP_ARITH_NAME ": stopping: exact densities") {
     }
     SUBCASE("irradiance of a photon map") {
         settings.irradiance = IrradianceMap::adaptive;
-        settings.irradiance_step = 2;
+        settings.irradiance_step = 1;
         check(smoke.scene, settings, {Stage::particle_tree, Stage::photons, Stage::irradiance, Stage::camera_rays});
     }
     SUBCASE("reference") {
