@@ -373,7 +373,7 @@ TEST_CASE(WISP_ARITH_NAME ": the fluence grid is as bright as the reference") {
         box.smallest_h = 1; // wide majorants for the reference: all are equal
         const std::vector<float> truth = reference_of(scene, 4, 400, noise);
         box.smallest_h = box.largest_h;
-        Settings settings = brick_settings(4, 1, 20000);
+        Settings settings = brick_settings(4, 1, 40000);
         settings.step = 1;
         const Rendered picture = render_in_memory(scene, settings);
         REQUIRE(picture.status == Status::done);
