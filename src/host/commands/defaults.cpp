@@ -34,6 +34,8 @@ double excess_of_bricks(const Scene &scene, const Settings &settings) {
 // Photons leave their power at points that far apart, in smoothing lengths. The deepest of their cells may have this
 // optical depth: then the light that is scattered more than once errs by 3 % at most at hard faces (README of photons).
 constexpr double max_depth_of_photon_cell = 0.7;
+// Particles fade: there smaller cells would show more noise of photons than they take away of the error.
+constexpr double max_depth_of_soft_photon_cell = 2;
 
 // Below this phase the flux of photons gives too much light: 1.5 times as much that is scattered more than once at
 // -0.8, 5 times at -0.95.
@@ -74,7 +76,10 @@ void shrink_bricks(const Options &options, const Scene &scene, bool needs_direct
 // Paths take the place of photons where the cells in which these leave their power are too deep, and where the phase is
 // so far backward that the flux does not tell whence light comes: it flows both ways.
 void choose_paths(const Options &options, const Scene &scene, double depth_of_length, Settings &settings) {
-    const auto fits = [&](double length) { return depth_of_length * length <= max_depth_of_photon_cell; };
+    bool hard = false;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) hard |= scene.smokes[i].is_grid();
+    const double most = hard ? max_depth_of_photon_cell : max_depth_of_soft_photon_cell;
+    const auto fits = [&](double length) { return depth_of_length * length <= most; };
     const bool bricks = settings.density_step > 0 && can_resample(scene);
     if (bricks && !options.irradiance_step && !fits(settings.irradiance_step) && fits(settings.density_step))
         settings.irradiance_step = settings.density_step;
