@@ -95,6 +95,21 @@ TEST_CASE("sparse smoke: what its particles cost, not what their bounds would") 
     }
 }
 
+TEST_CASE("sparse smoke: paths are followed where its photons lack directions, and not where no photon was asked for") {
+    DenseSmokeTest test;
+    test.write("spray.vtk", test.puff(500));
+    test.write("s.aff", "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 8 8\nlp 3 3 3 40 40 40\n"
+                        "p 3\n-9 -1 -9\n9 -1 -9\n0 -1 9\n"
+                        "smoke spray.vtk {\n radius 0.0003\n mass 1\n extinction 0.00001\n phase 0.5\n}\n");
+    const auto follows_paths = [&test](const std::string &options) {
+        const Ran ran = test.wisp("plan " + test.s() + " -q " + options);
+        REQUIRE(ran.status == 0);
+        return ran.out.find("majorants      yes") != std::string::npos;
+    };
+    CHECK(follows_paths("--photons 100"));
+    CHECK(!follows_paths("--photons 0"));
+}
+
 TEST_CASE("long smoke: a box of any length is planned within a budget, and light crosses it once") {
     DenseSmokeTest test;
     for (const std::string length : {"400", "4000"}) {

@@ -1,5 +1,6 @@
 // Any bytes read as particles give a table whose numbers are valid, or an InputError of one line.
 #include "host/base/error.h"
+#include "host/base/text.h"
 #include "host/formats/particles.h"
 #include <cmath>
 #include <cstdint>
@@ -30,7 +31,7 @@ void check_table(const wisp::Particles &particles) {
 void check_error(const std::string &line) {
     promise(line.rfind("name:", 0) == 0);
     promise(line.size() < 400);
-    for (char c : line) promise(c >= ' ' && c <= '~');
+    promise(line == wisp::printable(line));
 }
 
 } // namespace

@@ -101,7 +101,7 @@ void print_scene(const std::string &name, const std::string &title, int64_t fram
         scene.instance_count, materials, scene.material_count, pictures, scene.texture_count, scene.ray_epsilon);
     const std::string crop = braces(s.crop.x0, s.crop.y0, s.crop.x1, s.crop.y1);
     const std::string settings =
-        braces(crop, s.samples, s.depth, choice("ShadowMethod", s.shadows), s.check_shadows, s.photons, s.seed,
+        braces(crop, s.samples, s.depth, choice("ShadowMethod", s.shadows), s.check_shadows, s.photons, s.paths, s.seed,
                s.gather, s.gather_radius, s.step, choice("Deposit", s.deposit), choice("Direction", s.direction),
                choice("Estimate", s.estimate), s.density_step, s.light_step, choice("IrradianceMap", s.irradiance),
                s.irradiance_step, choice("Method", s.method), choice("LightChoice", s.lights), choice("Goal", s.goal),

@@ -105,14 +105,13 @@ DeepShadowMap::DeepShadowMap(const Medium &medium, bool cut_off, const Light &li
     layers_ = static_cast<uint32_t>(floor_to_int(layers)) + 1;
     layer_ = (far - begin_) / Real(static_cast<int32_t>(layers_));
     inverse_layer_ = Real(static_cast<int32_t>(layers_)) / (far - begin_);
+    const uint64_t most = max_cache / (uint64_t{cached_rows} * (layers_ + 1)); // columns in the cache
+    const Real columns = (last[0] - first[0]) / distance_[0];
+    if (most > 5 && most < (1 << 14) && columns + Real(5) > Real(static_cast<int32_t>(most)))
+        distance_[0] = distance_[0] * (columns / Real(static_cast<int32_t>(most) - 5));
     uint32_t count[2];
     for (int32_t s = 0; s < 2; ++s) {
-        Real lines = (last[s] - first[s]) / distance_[s];
-        const uint64_t most = max_cache / (uint64_t{cached_rows} * (layers_ + 1));
-        if (s == 0 && most > 5 && most < (1 << 14) && lines + Real(5) > Real(static_cast<int32_t>(most))) {
-            distance_[0] = distance_[0] * (lines / Real(static_cast<int32_t>(most) - 5));
-            lines = (last[0] - first[0]) / distance_[0];
-        }
+        const Real lines = (last[s] - first[s]) / distance_[s];
         if (!(lines < Real(1 << 14))) return;
         inverse_distance_[s] = Real(1) / distance_[s];
         low_[s] = first[s] - distance_[s]; // the cubic needs one more line before and two behind

@@ -229,13 +229,6 @@ WISP_INLINE void gather_scattered(const GridMarcher &marcher, const SmokeVolume 
     }
 }
 
-// What the march has gathered so far.
-struct Progress {
-    Color radiance = Color(Real(0));
-    Depth depth;
-    int32_t number = 0; // of the next step, for the record
-};
-
 // (1 - e^-s) / s without a branch (N-E4), where `e` is e^-s.
 inline Real mean_transmittance_of(Real s, Real e) {
     const Real series =
@@ -257,10 +250,10 @@ WISP_INLINE void find_extinctions(const SmokeVolume &smoke, const LaneCells &at,
 }
 
 void march_divided(const GridMarcher &marcher, const Ray &ray, const GridRay &in_bricks, const Group &group,
-                   const Lanes &sigma, Progress &so_far, PixelRecorder *recorder);
+                   const Lanes &sigma, MarchProgress &so_far, PixelRecorder *recorder);
 
 WISP_MULTIVERSIONED void march_group(const GridMarcher &marcher, const Ray &ray, const GridRay &in_bricks, Group &group,
-                                     Progress &so_far, PixelRecorder *recorder) {
+                                     MarchProgress &so_far, PixelRecorder *recorder) {
     const Medium &medium = *marcher.medium;
     const SparseGrid &bricks = *medium.bricks;
     find_points(bricks, in_bricks, group.t, group.points);
@@ -346,7 +339,7 @@ WISP_MULTIVERSIONED void march_group(const GridMarcher &marcher, const Ray &ray,
 
 // Marches through the steps of a group in equal parts, each not deeper than max_step_depth.
 void march_divided(const GridMarcher &marcher, const Ray &ray, const GridRay &in_bricks, const Group &group,
-                   const Lanes &sigma, Progress &so_far, PixelRecorder *recorder) {
+                   const Lanes &sigma, MarchProgress &so_far, PixelRecorder *recorder) {
     Group parts;
     parts.begin = group.begin;
     parts.divided = true;
@@ -355,8 +348,7 @@ void march_divided(const GridMarcher &marcher, const Ray &ray, const GridRay &in
         marcher.statistics->smoke.march_samples += waiting;
         march_group(marcher, ray, in_bricks, parts, so_far, recorder);
         waiting = 0;
-        return so_far.depth.value < opaque_depth &&
-               marcher.watch.go_on(units_of_brick * (1 + marcher.depths->light_count));
+        return !so_far.opaque() && marcher.watch.go_on(units_of_brick * (1 + marcher.depths->light_count));
     };
     for (uint32_t l = 0; l < lanes; ++l) {
         const int32_t count = group.dx[l] > Real(0) ? parts_of_step(sigma[l] * group.dx[l], max_step_depth) : 0;
@@ -384,7 +376,7 @@ Segment march(GridMarcher &marcher, const Ray &ray, Real end, PixelRecorder *rec
     const int32_t steps = floor_to_int(length * inverse_step) + 1;
     const GridRay in_bricks(*medium.bricks, inside);
     if (is_recording(recorder)) recorder->march(*recorder, begin, end, marcher.step, steps);
-    Progress so_far;
+    MarchProgress so_far;
     Group group;
     group.begin = begin;
     group.divided = false;
@@ -405,19 +397,17 @@ Segment march(GridMarcher &marcher, const Ray &ray, Real end, PixelRecorder *rec
             if (waiting < lanes) continue;
             march_group(marcher, inside, in_bricks, group, so_far, recorder);
             waiting = 0;
-            if (!(so_far.depth.value < opaque_depth)) return false;
+            if (so_far.opaque()) return false;
         }
         marcher.statistics->smoke.march_samples += static_cast<uint64_t>(max(0, last - first));
         next = max(next, last);
         return marcher.watch.go_on(units_of_brick * (1 + marcher.depths->light_count));
     });
-    if (waiting > 0 && so_far.depth.value < opaque_depth) {
+    if (waiting > 0 && !so_far.opaque()) {
         while (waiting < lanes) add_step(steps); // of no length
         march_group(marcher, inside, in_bricks, group, so_far, recorder);
     }
-    const Segment seen = {so_far.radiance, exp(-so_far.depth.value)};
-    if (is_recording(recorder)) recorder->march_end(*recorder, seen.radiance, so_far.depth.value, seen.transmittance);
-    return seen;
+    return so_far.finish(recorder);
 }
 
 } // namespace wisp::WISP_ARITH

@@ -96,14 +96,6 @@ bool make_window(const Scene &scene, Arena &arena, ParticleMarcher &marcher) {
 
 namespace {
 
-// What a march has gathered so far.
-struct Progress {
-    Color radiance = Color(Real(0));
-    Depth depth;
-    int32_t number = 0; // of the next step, for the record
-    bool opaque() const { return !(depth.value < opaque_depth); }
-};
-
 constexpr uint32_t units_of_window = 1 << 12; // of work
 
 // Steps of the same length, or equal parts of one step.
@@ -112,7 +104,7 @@ struct Stretch {
     Real from, length; // along the ray
     Real step;         // the last step may be shorter
     int32_t steps;
-    bool is_part; // these are parts of one step
+    Real most; // a deeper step is divided
 };
 
 // Gathers the particles for `count` steps from step `first` on.
@@ -142,7 +134,7 @@ void gather_window(ParticleMarcher &marcher, const Ray &ray, const Stretch &stre
 
 // Adds step `at` of the window, of length dx at distance `from`, whose extinctions are in marcher.extinctions.
 void add_step(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretch, size_t at, Real from, Real dx,
-              Real sigma, Progress &so_far, PixelRecorder *recorder) {
+              Real sigma, MarchProgress &so_far, PixelRecorder *recorder) {
     const Medium &medium = *marcher.medium;
     const int32_t number = so_far.number++;
     const Step step = make_step(ray, number, from, dx);
@@ -168,7 +160,7 @@ void add_step(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretch, 
 
 // Adds the steps of a stretch. A step that is too deep is added in equal parts: a stretch of their own, after which the
 // window is gathered anew.
-void add_stretch(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretch, Progress &so_far,
+void add_stretch(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretch, MarchProgress &so_far,
                  PixelRecorder *recorder) {
     for (int32_t first = 0; first < stretch.steps && !so_far.opaque() && marcher.watch.go_on(units_of_window);) {
         const int32_t count = min(static_cast<int32_t>(window_steps), stretch.steps - first);
@@ -185,13 +177,12 @@ void add_stretch(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretc
             const Real covered = Real(first + i) * stretch.step, dx = min(stretch.step, stretch.length - covered);
             if (!(sigma > Real(0)) || !(dx > Real(0))) continue;
             const Real from = stretch.from + covered;
-            const int32_t parts =
-                stretch.is_part ? 1 : parts_of_step(sigma * dx, max_exact_step_depth(*marcher.medium));
+            const int32_t parts = parts_of_step(sigma * dx, stretch.most);
             if (parts == 1) {
                 add_step(marcher, ray, stretch, at, from, dx, sigma, so_far, recorder);
                 continue;
             }
-            add_stretch(marcher, ray, {stretch.begin, from, dx, dx / Real(parts), parts, true}, so_far, recorder);
+            add_stretch(marcher, ray, {stretch.begin, from, dx, dx / Real(parts), parts, any_depth}, so_far, recorder);
             next = first + i + 1;
         }
         first = next;
@@ -208,16 +199,13 @@ Segment march(ParticleMarcher &marcher, const Ray &ray, Real end, PixelRecorder 
     const Ray inside = {ray.origin + ray.direction * begin, ray.direction};
     const Real length = end - begin, step = marcher.step;
     if (is_recording(recorder)) recorder->march(*recorder, begin, end, step, floor_to_int(length / step) + 1);
-    Progress so_far;
-    for (Real from = Real(0); from < length && !so_far.opaque();) {
-        const Real face = next_face(medium, inside, from, length), distance = face - from;
-        const int32_t steps = floor_to_int(distance / step) + 1;
-        add_stretch(marcher, inside, {begin, from, distance, step, steps, false}, so_far, recorder);
-        from = face;
-    }
-    const Segment seen = {so_far.radiance, exp(-so_far.depth.value)};
-    if (is_recording(recorder)) recorder->march_end(*recorder, seen.radiance, so_far.depth.value, seen.transmittance);
-    return seen;
+    const Real most = max_exact_step_depth(medium);
+    MarchProgress so_far;
+    for_each_part_between_faces(medium, inside, length, step, [&](Real from, Real part, int32_t steps) {
+        add_stretch(marcher, inside, {begin, from, part, step, steps, most}, so_far, recorder);
+        return !so_far.opaque();
+    });
+    return so_far.finish(recorder);
 }
 
 } // namespace wisp::WISP_ARITH

@@ -83,19 +83,11 @@ Real next_face(const Medium &medium, const Ray &ray, Real from, Real end) {
 
 namespace {
 
-// What a march has gathered so far.
-struct Progress {
-    Color radiance = Color(Real(0));
-    Depth depth;
-    int32_t number = 0; // of the next step, for the record
-    bool opaque() const { return !(depth.value < opaque_depth); }
-};
-
 constexpr uint32_t units_of_step = 128; // of work, and for each light as much
 
 // Adds the step of length dx at distance `from` of the ray. `begin` is where that ray starts, for the record. A step
-// that is too deep is added in equal parts, unless it is such a part.
-void add_step(Marcher &marcher, const Ray &ray, Real begin, Real from, Real dx, bool is_part, Progress &so_far,
+// that is deeper than `most` is added in equal parts.
+void add_step(Marcher &marcher, const Ray &ray, Real begin, Real from, Real dx, Real most, MarchProgress &so_far,
               PixelRecorder *recorder) {
     const Medium &medium = *marcher.medium;
     const Vec3 out = -ray.direction;
@@ -111,10 +103,10 @@ void add_step(Marcher &marcher, const Ray &ray, Real begin, Real from, Real dx, 
         sigma += extinctions[s];
     }
     const Real s = sigma * dx;
-    if (const int32_t parts = is_part ? 1 : parts_of_step(s, max_exact_step_depth(medium)); parts > 1) {
+    if (const int32_t parts = parts_of_step(s, most); parts > 1) {
         const Real part = dx / Real(parts);
         for (int32_t i = 0; i < parts && !so_far.opaque(); ++i)
-            add_step(marcher, ray, begin, from + Real(i) * part, part, true, so_far, recorder);
+            add_step(marcher, ray, begin, from + Real(i) * part, part, any_depth, so_far, recorder);
         return;
     }
     const Color emission = emitted_radiance(medium, extinctions);
@@ -145,20 +137,17 @@ Segment march(Marcher &marcher, const Ray &ray, Real end, PixelRecorder *recorde
     const Real length = end - begin;
     if (is_recording(recorder))
         recorder->march(*recorder, begin, end, marcher.step, floor_to_int(length / marcher.step) + 1);
-    Progress so_far;
-    for (Real from = Real(0); from < length && !so_far.opaque();) {
-        const Real face = next_face(medium, inside, from, length), distance = face - from;
-        const int32_t steps = floor_to_int(distance / marcher.step) + 1;
+    const Real most = max_exact_step_depth(medium);
+    MarchProgress so_far;
+    for_each_part_between_faces(medium, inside, length, marcher.step, [&](Real from, Real part, int32_t steps) {
         for (int32_t i = 0; i < steps && !so_far.opaque(); ++i) {
-            const Real covered = Real(i) * marcher.step, dx = min(marcher.step, distance - covered);
+            const Real covered = Real(i) * marcher.step, dx = min(marcher.step, part - covered);
             if (!(dx > Real(0))) break;
-            add_step(marcher, inside, begin, from + covered, dx, false, so_far, recorder);
+            add_step(marcher, inside, begin, from + covered, dx, most, so_far, recorder);
         }
-        from = face;
-    }
-    const Segment seen = {so_far.radiance, exp(-so_far.depth.value)};
-    if (is_recording(recorder)) recorder->march_end(*recorder, seen.radiance, so_far.depth.value, seen.transmittance);
-    return seen;
+        return !so_far.opaque();
+    });
+    return so_far.finish(recorder);
 }
 
 } // namespace wisp::WISP_ARITH

@@ -45,6 +45,7 @@ inline int32_t parts_of_step(Real s, Real most) {
     return s > most ? floor_to_int(min(s / most, Real(1 << 20))) + 1 : 1;
 }
 
+constexpr Real any_depth = Real(0x1p30); // parts of steps are not divided again
 // A step is divided where its smoke is deeper than this (README).
 constexpr Real max_step_depth = Real(0.5);
 // The same for exact densities. At hard faces of density grids light changes at once: there steps are shorter.
@@ -52,6 +53,17 @@ Real max_exact_step_depth(const Medium &medium);
 
 // The first distance above `from` at which the ray meets a hard face of a density grid, or `end` if that is nearer.
 Real next_face(const Medium &medium, const Ray &ray, Real from, Real end);
+
+// Calls visit(from, length, steps) for the parts of the ray's distances 0 to `end` between hard faces, until it returns
+// false. Each begins with a new step; the last of its `steps` may be shorter than `step`.
+template <class Visit>
+void for_each_part_between_faces(const Medium &medium, const Ray &ray, Real end, Real step, Visit &&visit) {
+    for (Real from = Real(0); from < end;) {
+        const Real face = next_face(medium, ray, from, end), length = face - from;
+        if (!visit(from, length, floor_to_int(length / step) + 1)) return;
+        from = face;
+    }
+}
 
 // (1 - e^-s) / s for s >= 0: the mean transmittance of a step of depth s (N-E4). 1 at 0; by its series below 2^-7,
 // where the quotient would lose digits.
@@ -68,6 +80,21 @@ struct Depth {
         const Real more = s - lost, sum = value + more;
         lost = (sum - value) - more;
         value = sum;
+    }
+};
+
+// What a march has gathered so far.
+struct MarchProgress {
+    Color radiance = Color(Real(0));
+    Depth depth;
+    int32_t number = 0; // of the next step, for the record
+
+    bool opaque() const { return !(depth.value < opaque_depth); }
+    // What the march has seen; the recorder is told that it ends.
+    Segment finish(PixelRecorder *recorder) const {
+        const Segment seen = {radiance, exp(-depth.value)};
+        if (is_recording(recorder)) recorder->march_end(*recorder, seen.radiance, depth.value, seen.transmittance);
+        return seen;
     }
 };
 

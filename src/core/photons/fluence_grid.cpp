@@ -70,23 +70,34 @@ struct Tracer : Sources {
     Watch watch;
 };
 
+// sigma_t of all smokes at a node of a brick, index_of() its cell.
+Real extinction_at(const Sources &in, uint32_t brick, int64_t node) {
+    return sum_of_smokes(in.medium, [&](const ResampledField &field) { return field.nodes(brick)[node]; });
+}
+
+// The optical depth from a node to a light, of whose depths in this brick `depth` is the first.
+Real depth_at(const Sources &in, const Cell &node, const Real *depth) {
+    const CellPosition at = find_cell(Vec3(Real(node.x), Real(node.y), Real(node.z)), in.depths.spacing);
+    return max(Real(0), between_nodes(at, in.depths.spacing, [depth](uint32_t n) { return depth[n]; }));
+}
+
+const Real *depths_of(const Sources &in, const PhotonSource &source, uint32_t brick) {
+    return depths_of_brick(in.depths, brick) + size_t{source.light} * nodes_of(in.depths.spacing);
+}
+
 // The brightness of a node: the power that starts around it, per unit of volume, in the largest channel.
 Real brightness_at(const Sources &in, const PhotonSource &source, uint32_t brick, const Cell &node, const Real *depth) {
     const Cell count = {brick_nodes, brick_nodes, brick_nodes};
-    const size_t at = static_cast<size_t>(index_of(count, node));
-    const Medium &medium = in.medium;
+    const int64_t at = index_of(count, node);
     const Real sigma = source.light >= in.depths.light_count
-                           ? medium.smokes[source.smoke].field.resampled.nodes(brick)[at]
-                           : sum_of_smokes(medium, [&](const ResampledField &field) { return field.nodes(brick)[at]; });
+                           ? in.medium.smokes[source.smoke].field.resampled.nodes(brick)[at]
+                           : extinction_at(in, brick, at);
     if (!(sigma > Real(0))) return Real(0);
     const Vec3 x = node_of(in.bricks, brick, node), &cell = in.bricks.cell;
     const Real density = scale_pow2(sigma, in.distribution.shift) * tent_volume(in.bricks.bounds, x, cell);
     if (!depth) return density * source.max_channel;
-    const Vec3 p(Real(node.x), Real(node.y), Real(node.z));
-    const Real tau =
-        between_nodes(find_cell(p, in.depths.spacing), in.depths.spacing, [depth](uint32_t n) { return depth[n]; });
     return density * irradiance_at(in.depths.lights[source.light], source.max_channel, x, largest(cell)) *
-           exp(-max(Real(0), tau));
+           exp(-depth_at(in, node, depth));
 }
 
 // A photon's power at its start is at most so much of those that start at a node.
@@ -99,36 +110,30 @@ Real power_between_nodes(const Sources &in, const PhotonSource &source, const Ve
     constexpr Real even = Real(0.125), most = Real(most_power_between_nodes);
     const uint32_t brick = brick_at(in.bricks, cell_at(in.bricks.lattice, x));
     if (brick == no_brick) return Real(0);
-    const Light &light = in.depths.lights[source.light];
-    const Real *depth = depths_of_brick(in.depths, brick) + size_t{source.light} * nodes_of(in.depths.spacing);
+    const Real *depth = depths_of(in, source, brick);
     const CellPosition at = find_cell(position_in(in.bricks, brick, x), 1);
-    const Cell low = cell_of_index(brick_nodes, at.node);
-    const auto corner = [&low](int32_t dx, int32_t dy, int32_t dz) { return Cell{low.x + dx, low.y + dy, low.z + dz}; };
-    const auto depth_of = [&](const Cell &node) {
-        const CellPosition there = find_cell(Vec3(Real(node.x), Real(node.y), Real(node.z)), in.depths.spacing);
-        return max(Real(0), between_nodes(there, in.depths.spacing, [depth](uint32_t n) { return depth[n]; }));
+    const Cell low = cell_of_index(brick_nodes, at.node), count = {brick_nodes, brick_nodes, brick_nodes};
+    Cell node[8];
+    Real tau[8], power[8]; // power: without what smoke takes from the light
+    const auto of_corner = [](const Real(&values)[8]) {
+        return [&values](int32_t dx, int32_t dy, int32_t dz) { return values[dx + 2 * (dy + 2 * dz)]; };
     };
-    Real least = depth_of(low), greatest = least;
-    const Real here = trilinear(at.t, [&](int32_t dx, int32_t dy, int32_t dz) {
-        const Real tau = depth_of(corner(dx, dy, dz));
-        least = min(least, tau), greatest = max(greatest, tau);
-        return tau;
-    });
+    Real least = Real(0), greatest = Real(0);
+    for (int32_t i = 0; i < 8; ++i) {
+        node[i] = {low.x + (i & 1), low.y + (i >> 1 & 1), low.z + (i >> 2)};
+        tau[i] = depth_at(in, node[i], depth);
+        least = i == 0 ? tau[0] : min(least, tau[i]);
+        greatest = i == 0 ? tau[0] : max(greatest, tau[i]);
+    }
     if (greatest - least < even) return Real(1);
-    const auto unattenuated = [&](const Cell &node) {
-        const Cell count = {brick_nodes, brick_nodes, brick_nodes};
-        const int64_t k = index_of(count, node);
-        const Real sigma = sum_of_smokes(in.medium, [&](const ResampledField &field) { return field.nodes(brick)[k]; });
-        return scale_pow2(sigma, in.distribution.shift) *
-               irradiance_at(light, source.max_channel, node_of(in.bricks, brick, node), largest(in.bricks.cell));
-    };
-    const Real light_here = exp(least - here) * trilinear(at.t, [&](int32_t dx, int32_t dy, int32_t dz) {
-                                return unattenuated(corner(dx, dy, dz));
-                            });
-    const Real drawn = trilinear(at.t, [&](int32_t dx, int32_t dy, int32_t dz) {
-        const Cell node = corner(dx, dy, dz);
-        return unattenuated(node) * exp(least - depth_of(node));
-    });
+    const Real here = trilinear(at.t, of_corner(tau));
+    for (int32_t i = 0; i < 8; ++i)
+        power[i] = scale_pow2(extinction_at(in, brick, index_of(count, node[i])), in.distribution.shift) *
+                   irradiance_at(in.depths.lights[source.light], source.max_channel, node_of(in.bricks, brick, node[i]),
+                                 largest(in.bricks.cell));
+    const Real light_here = exp(least - here) * trilinear(at.t, of_corner(power));
+    for (int32_t i = 0; i < 8; ++i) power[i] *= exp(least - tau[i]);
+    const Real drawn = trilinear(at.t, of_corner(power));
     return light_here < most * drawn ? light_here / drawn : most;
 }
 
@@ -137,9 +142,7 @@ Real power_between_nodes(const Sources &in, const PhotonSource &source, const Ve
 template <class Visit> void for_each_source_node(const Sources &in, uint32_t s, uint32_t brick, Visit &&visit) {
     const PhotonSource &source = in.distribution.sources[s];
     const OpticalDepthGrid &depths = in.depths;
-    const Real *depth = source.light < depths.light_count
-                            ? depths_of_brick(depths, brick) + size_t{source.light} * nodes_of(depths.spacing)
-                            : nullptr;
+    const Real *depth = source.light < depths.light_count ? depths_of(in, source, brick) : nullptr;
     const Cell &at = in.bricks.position[brick], &count = in.bricks.lattice.count;
     const auto last = [](int32_t i, int32_t n) { return i + 1 < n ? brick_cells : brick_nodes; };
     for (int32_t z = 0; z < last(at.z, count.z); ++z)

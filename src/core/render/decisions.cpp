@@ -5,12 +5,6 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-bool has_smoke(const Scene &scene) {
-    for (uint32_t i = 0; i < scene.smoke_count; ++i)
-        if (!scene.smokes[i].empty()) return true;
-    return false;
-}
-
 bool has_scattering_smoke(const Scene &scene) {
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
         if (!scene.smokes[i].empty() && any_above_zero(scene.smokes[i].albedo)) return true;

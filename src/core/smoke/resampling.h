@@ -1,9 +1,15 @@
-// Which smoke can be resampled to a sparse grid (S4-1).
+// Whether there is smoke, and which can be resampled to a sparse grid (S4-1).
 #pragma once
 #include "core/numbers/double_bits.h"
 #include "wisp/scene.h"
 
 namespace wisp {
+
+inline bool has_smoke(const Scene &scene) {
+    for (uint32_t i = 0; i < scene.smoke_count; ++i)
+        if (!scene.smokes[i].empty()) return true;
+    return false;
+}
 
 // Whether all smoke is one density grid that is not rotated.
 inline bool is_aligned_grid(const Scene &scene) {
@@ -21,12 +27,9 @@ inline bool is_aligned_grid(const Scene &scene) {
 
 // Whether the scene's smoke can be resampled: it consists of particles, or it is an aligned grid.
 inline bool can_resample(const Scene &scene) {
-    bool particles = true, any = false;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        any = any || !scene.smokes[i].empty();
-        particles = particles && !scene.smokes[i].is_grid();
-    }
-    return any && (particles || is_aligned_grid(scene));
+    bool particles = true;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) particles = particles && !scene.smokes[i].is_grid();
+    return has_smoke(scene) && (particles || is_aligned_grid(scene));
 }
 
 } // namespace wisp

@@ -135,12 +135,6 @@ uint64_t bytes_of(uint64_t lattice, uint64_t count) {
     return Arena::bytes<uint32_t>(lattice) + Arena::bytes<Cell>(count);
 }
 
-bool any_smoke(const Scene &scene) {
-    for (uint32_t i = 0; i < scene.smoke_count; ++i)
-        if (!scene.smokes[i].empty()) return true;
-    return false;
-}
-
 } // namespace
 
 Real smallest_smoothing_length(const Scene &scene) {
@@ -155,7 +149,7 @@ Real smallest_smoothing_length(const Scene &scene) {
 
 SparseGrid make_sparse_grid(const Scene &scene, double lengths, Arena &arena, Watch watch) {
     SparseGrid bricks = {};
-    if (!any_smoke(scene)) {
+    if (!has_smoke(scene)) {
         bricks.ready = true;
         return bricks;
     }
@@ -193,7 +187,7 @@ SparseGrid make_sparse_grid(const Scene &scene, double lengths, Arena &arena, Wa
 }
 
 SparseGridPlan plan_sparse_grid(const Scene &scene, double lengths) {
-    if (!any_smoke(scene)) return {0, 0, Real(0)};
+    if (!has_smoke(scene)) return {0, 0, Real(0)};
     const Layout layout = layout_of(scene, lengths);
     const uint64_t all = number_of(layout.bricks.count);
     uint64_t count = all;

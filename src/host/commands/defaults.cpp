@@ -20,20 +20,21 @@ bool is_anisotropic(const Scene &scene) {
 // radii, take less memory and time one by one.
 constexpr uint64_t max_brick_bytes = uint64_t{1} << 28, max_brick_bytes_of_element = 4096;
 
-// By how much the bricks of these settings are too large; 1 or less: they are not. The bits of the plan must not
-// depend on the arithmetic.
-double excess_of_bricks(const Scene &scene, const Settings &settings) {
-    const Plan plan = f64::renderer.plan(scene, settings);
+// Whether the bricks of these settings take more. The choice must not depend on the arithmetic: its plan is that of
+// f64.
+bool are_bricks_too_large(const Scene &scene, const Settings &settings) {
     uint64_t elements = 0;
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
         elements += scene.smokes[i].grid.density ? scene.smokes[i].grid.count() : scene.smokes[i].count;
-    return static_cast<double>(plan.arena_bytes) /
-           static_cast<double>(std::max(max_brick_bytes, max_brick_bytes_of_element * elements));
+    return f64::renderer.plan(scene, settings).arena_bytes >
+           std::max(max_brick_bytes, max_brick_bytes_of_element * elements);
 }
 
 // Photons leave their power at points that far apart, in smoothing lengths. The deepest of their cells may have this
 // optical depth: then the light that is scattered more than once errs by 3 % at most at hard faces (README of photons).
 constexpr double max_depth_of_photon_cell = 0.7;
+// Particles fade: there smaller cells would show more noise of photons than they take away of the error.
+constexpr double max_depth_of_soft_photon_cell = 2;
 
 // Below this phase the flux of photons gives too much light: 1.5 times as much that is scattered more than once at
 // -0.8, 5 times at -0.95.
@@ -49,17 +50,16 @@ void choose_spacings(const Options &options, const Scene &scene, double finest, 
 }
 
 // Where bricks would be too large, those of a box become coarser, and particles are summed one by one.
-void shrink_bricks(const Options &options, const Scene &scene, bool needs_directions, Settings &settings) {
+void shrink_bricks(const Options &options, const Scene &scene, Settings &settings) {
     bool particles = false, samples = false;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         particles |= scene.smokes[i].count > 0;
         samples |= scene.smokes[i].grid.density != nullptr;
     }
-    while (excess_of_bricks(scene, settings) > 1) {
+    while (settings.density_step > 0 && are_bricks_too_large(scene, settings)) {
         if (particles) {
             settings.density_step = 0;
             settings.irradiance = IrradianceMap::none;
-            settings.paths = needs_directions;
         } else if (samples) {
             if (settings.density_step >= 1) return; // as coarse as the samples
             settings.density_step = 1;
@@ -67,29 +67,33 @@ void shrink_bricks(const Options &options, const Scene &scene, bool needs_direct
             settings.density_step *= 1.125;
         }
         choose_spacings(options, scene, 1, settings);
-        if (particles) return;
     }
 }
 
-// Paths take the place of photons where the cells in which these leave their power are too deep, and where the phase is
-// so far backward that the flux does not tell whence light comes: it flows both ways.
-void choose_paths(const Options &options, const Scene &scene, double depth_of_length, Settings &settings) {
-    const auto fits = [&](double length) { return depth_of_length * length <= max_depth_of_photon_cell; };
-    const bool bricks = settings.density_step > 0 && can_resample(scene);
-    if (bricks && !options.irradiance_step && !fits(settings.irradiance_step) && fits(settings.density_step))
+// Makes the cells of photons as fine as those of the bricks where they are too deep. Returns whether that suffices.
+bool fit_photon_cells(const Options &options, const Scene &scene, double depth_of_length, Settings &settings) {
+    bool hard = false;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) hard |= scene.smokes[i].is_grid();
+    const double most = hard ? max_depth_of_photon_cell : max_depth_of_soft_photon_cell;
+    const auto fits = [&](double length) { return depth_of_length * length <= most; };
+    if (!(settings.density_step > 0 && can_resample(scene))) return fits(1);
+    if (!options.irradiance_step && !fits(settings.irradiance_step) && fits(settings.density_step))
         settings.irradiance_step = settings.density_step;
-    bool backward = false;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) backward |= scene.smokes[i].asymmetry < least_asymmetry_of_photons;
-    if ((backward || !fits(bricks ? settings.irradiance_step : 1)) && !options.irradiance && !options.irradiance_step &&
-        !options.density_step)
-        settings.paths = 1;
+    return fits(settings.irradiance_step);
+}
+
+// Whether the phase is so far backward that the flux does not tell whence light comes: it flows both ways.
+bool scatters_far_backward(const Scene &scene) {
+    for (uint32_t i = 0; i < scene.smoke_count; ++i)
+        if (scene.smokes[i].asymmetry < least_asymmetry_of_photons) return true;
+    return false;
 }
 
 } // namespace
 
 // On the smoke of fixtures/table2.aff these are the fastest steps whose pictures err by no more than the photons'
 // noise.
-void choose_defaults(const Options &options, const Scene &scene, Settings &settings) {
+void choose_defaults(const Options &options, const Scene &scene, uint32_t paths, Settings &settings) {
     const bool resamples = can_resample(scene), nearest = options.estimate == Estimate::knn;
     const bool maps = !options.map_in.empty() || !options.map_out.empty() || options.batches || options.remap;
     settings.method = options.method.value_or((resamples && !nearest) || maps ? Method::map : Method::direct);
@@ -112,19 +116,24 @@ void choose_defaults(const Options &options, const Scene &scene, Settings &setti
                     "option 'irradiance': found none, expected a map beside surfaces where the phase is not "
                     "0");
     // Cells of 0.55 smoothing lengths, and smaller ones in smoke that is deep within them.
-    const DepthOfLength depth = depth_of_length(scene);
-    const double finest = resamples ? 0.55 * std::clamp(0.14 / depth.mean, 0.4, 1.0) : 0.55;
+    const SmokeDensity density = density_of(scene);
+    const double finest = resamples ? 0.55 * std::clamp(0.14 / density.mean_depth, 0.4, 1.0) : 0.55;
     settings.density_step =
         options.density_step.value_or(settings.method == Method::direct || on_particles ? 0 : finest);
     choose_spacings(options, scene, finest, settings);
-    if (!options.density_step && !options.irradiance && settings.method == Method::map && settings.density_step > 0)
-        shrink_bricks(options, scene, needs_directions, settings);
+    const bool free = !options.density_step && !options.irradiance; // to choose other bricks, or none
+    const bool in_bricks = settings.density_step > 0;
+    if (free && settings.method == Method::map && !(needs_directions && maps)) shrink_bricks(options, scene, settings);
     settings.deposit = options.deposit.value_or(Deposit::exact);
     settings.direction = options.direction;
     settings.estimate = options.estimate.value_or(Estimate::kernel);
-    if (settings.method == Method::map && !on_particles && !maps && settings.goal == Goal::picture &&
-        settings.photons > 0)
-        choose_paths(options, scene, depth.greatest, settings);
+    if (settings.method != Method::map || on_particles || maps || settings.goal != Goal::picture ||
+        settings.photons == 0)
+        return;
+    const bool fits = fit_photon_cells(options, scene, density.greatest_depth, settings);
+    const bool lacks_directions = needs_directions && in_bricks && settings.density_step == 0;
+    if (free && (lacks_directions || (!options.irradiance_step && (!fits || scatters_far_backward(scene)))))
+        settings.paths = paths;
 }
 
 } // namespace wisp

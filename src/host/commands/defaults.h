@@ -6,9 +6,9 @@
 
 namespace wisp {
 
-// Sets the method and the spacings of grids and samples. settings.paths becomes 0, or 1 where random paths take the
-// place of photons: bricks fine enough for these would be too large. The goal and the photons are set already. Throws
-// Error(exit_usage) for options that exclude each other.
-void choose_defaults(const Options &options, const Scene &scene, Settings &settings);
+// Sets the method and the spacings of grids and samples. So many random paths from each ray take the place of photons
+// where these would err. The goal and the photons are set already. Throws Error(exit_usage) for options that exclude
+// each other.
+void choose_defaults(const Options &options, const Scene &scene, uint32_t paths, Settings &settings);
 
 } // namespace wisp

@@ -178,8 +178,8 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     if (status != Status::done) fail(request, plan, frame, status);
     sequence.warnings.of_photons(prepared.scene, settings, plan, report.statistics);
     if (report.statistics.photons.thinning > 0 && options.verbose)
-        std::fprintf(stderr, "%s: the photon map keeps one of %u collisions, so that they fit\n", request.name.c_str(),
-                     1u << report.statistics.photons.thinning);
+        print_note(request.name + ": the photon map keeps one of " +
+                   std::to_string(1u << report.statistics.photons.thinning) + " collisions, so that they fit");
 
     if (traced) {
         map.sums.resize(sums.count);

@@ -120,15 +120,12 @@ struct Gather {
     double radius, free_path;
 };
 Gather gather_of(const Scene &scene, const Settings &settings, uint64_t photons) {
-    double volume = 0, widest = 0, finest = INFINITY;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        if (scene.smokes[i].empty()) continue;
-        volume += volume_of(scene.smokes[i]);
-        widest = std::max(widest, settings.gather_radius * scene.smokes[i].largest_h);
-        finest = std::min(finest, scene.smokes[i].smallest_h);
-    }
-    const double of_ball = volume * settings.gather / static_cast<double>(std::max<uint64_t>(photons, 1));
-    return {ball_radius(of_ball, widest) / finest, 1 / depth_of_length(scene).mean};
+    const SmokeDensity density = density_of(scene);
+    double widest = 0;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i)
+        if (!scene.smokes[i].empty()) widest = std::max(widest, settings.gather_radius * scene.smokes[i].largest_h);
+    const double of_ball = density.volume * settings.gather / static_cast<double>(std::max<uint64_t>(photons, 1));
+    return {ball_radius(of_ball, widest) / density.length, 1 / density.mean_depth};
 }
 
 bool scatters_much(const Scene &scene) {

@@ -1,7 +1,6 @@
 #include "host/prepare/extinction.h"
 #include <algorithm>
 #include <utility>
-#include <vector>
 
 namespace wisp {
 
@@ -15,27 +14,14 @@ struct Extinction {
 // Particles are counted in cells of a support's size.
 Extinction extinction_of_particles(const SmokeDescription &smoke) {
     const double edge = 2 * smoke.largest_h, volume = edge * edge * edge;
-    std::vector<std::pair<uint64_t, double>> cells; // and the cross-section of a particle in it
-    cells.reserve(smoke.count);
-    const auto index = [edge](double x) { // coordinates are within coordinate_limit, cells at least 2 wide
-        return static_cast<uint64_t>(x / edge + (1 << 20));
-    };
     double greatest = 0; // in the middle of a particle alone, or of a cell
     for (uint32_t i = 0; i < smoke.count; ++i) {
         const Particle &particle = smoke.particles[i];
-        const Double3 &p = particle.position;
-        cells.emplace_back(index(p.x) << 42 | index(p.y) << 21 | index(p.z), particle.area);
         greatest = std::max(greatest, 0.6 * particle.area / (particle.h * particle.h * particle.h));
     }
-    std::sort(cells.begin(), cells.end());
-    size_t occupied = 0;
-    for (size_t i = 0; i < cells.size(); ++occupied) {
-        const uint64_t cell = cells[i].first;
-        double area = 0;
-        for (; i < cells.size() && cells[i].first == cell; ++i) area += cells[i].second;
-        greatest = std::max(greatest, area / volume);
-    }
-    return {static_cast<double>(occupied) * edge * edge * edge, greatest};
+    const std::vector<double> areas = areas_in_cells(smoke, edge);
+    for (double area : areas) greatest = std::max(greatest, area / volume);
+    return {static_cast<double>(areas.size()) * edge * edge * edge, greatest};
 }
 
 Extinction extinction_of(const SmokeDescription &smoke) {
@@ -49,22 +35,40 @@ Extinction extinction_of(const SmokeDescription &smoke) {
 
 } // namespace
 
-double volume_of(const SmokeDescription &smoke) { return extinction_of(smoke).volume; }
+std::vector<double> areas_in_cells(const SmokeDescription &smoke, double edge, int along) {
+    std::vector<std::pair<uint64_t, double>> areas; // by cell
+    areas.reserve(smoke.count);
+    const auto index = [&](double x, int axis) { // coordinates are within coordinate_limit, cells at least 2 wide
+        return axis == along ? 0 : static_cast<uint64_t>(x / edge + (1 << 20));
+    };
+    for (uint32_t i = 0; i < smoke.count; ++i) {
+        const Double3 &p = smoke.particles[i].position;
+        areas.emplace_back(index(p.x, 0) << 42 | index(p.y, 1) << 21 | index(p.z, 2), smoke.particles[i].area);
+    }
+    std::sort(areas.begin(), areas.end());
+    std::vector<double> sums;
+    for (size_t i = 0; i < areas.size(); ++i) {
+        if (i == 0 || areas[i].first != areas[i - 1].first) sums.push_back(0);
+        sums.back() += areas[i].second;
+    }
+    return sums;
+}
 
-DepthOfLength depth_of_length(const Scene &scene) {
-    double finest = 0;
+SmokeDensity density_of(const Scene &scene) {
+    SmokeDensity density = {};
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
         if (!scene.smokes[i].empty())
-            finest = finest > 0 ? std::min(finest, scene.smokes[i].smallest_h) : scene.smokes[i].smallest_h;
-    DepthOfLength deepest = {0, 0};
+            density.length =
+                density.length > 0 ? std::min(density.length, scene.smokes[i].smallest_h) : scene.smokes[i].smallest_h;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const SmokeDescription &smoke = scene.smokes[i];
         if (smoke.empty()) continue;
         const Extinction extinction = extinction_of(smoke);
-        deepest.mean = std::max(deepest.mean, smoke.total_area / extinction.volume * finest);
-        deepest.greatest = std::max(deepest.greatest, extinction.greatest * finest);
+        density.volume += extinction.volume;
+        density.mean_depth = std::max(density.mean_depth, smoke.total_area / extinction.volume * density.length);
+        density.greatest_depth = std::max(density.greatest_depth, extinction.greatest * density.length);
     }
-    return deepest;
+    return density;
 }
 
 } // namespace wisp

@@ -1,17 +1,21 @@
 // How dense the smoke of a prepared scene is.
 #pragma once
 #include "wisp/scene.h"
+#include <vector>
 
 namespace wisp {
 
-// The volume of a smoke: of particles that of the cells, of a support's size, that have some.
-double volume_of(const SmokeDescription &smoke);
+// The cross-sections of a smoke's particles, summed in cells of the given edge: of each cell that has particles. Of
+// columns along an axis (0, 1, 2) instead of cells, if there is one.
+std::vector<double> areas_in_cells(const SmokeDescription &smoke, double edge, int along = -1);
 
-// The optical depth of one smoothing length, the smallest of all smokes; 0 without smoke.
-struct DepthOfLength {
-    double mean;     // of the densest smoke, over its volume
-    double greatest; // about: where a smoke is densest
+// All smoke of a scene. Without smoke all is 0.
+struct SmokeDensity {
+    double length;     // the smallest smoothing length
+    double volume;     // of all smokes together: of particles that of the cells, of a support's size, that have some
+    double mean_depth; // of one such length in the densest smoke, over its volume
+    double greatest_depth; // about: where a smoke is densest
 };
-DepthOfLength depth_of_length(const Scene &scene);
+SmokeDensity density_of(const Scene &scene);
 
 } // namespace wisp

@@ -1,9 +1,10 @@
+#include "core/smoke/resampling.h"
 #include "host/base/double3_algebra.h"
 #include "host/base/text.h"
+#include "host/prepare/extinction.h"
 #include "host/prepare/scene_warnings.h"
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace wisp {
 
@@ -79,11 +80,6 @@ bool sees_surfaces(const Frustum &view, const Scene &scene) {
     return false;
 }
 
-bool has_smoke(const Scene &scene) {
-    return std::any_of(scene.smokes, scene.smokes + scene.smoke_count,
-                       [](const SmokeDescription &smoke) { return !smoke.empty(); });
-}
-
 // --- optical depth --------------------------------------------------------------------------------------------------
 
 double component(const Double3 &p, int axis) { return axis == 0 ? p.x : axis == 1 ? p.y : p.z; }
@@ -108,24 +104,8 @@ class Columns {
 // Particles by the columns along `axis`, as wide as the widest support.
 Columns particle_columns(const SmokeDescription &smoke, int axis) {
     const double width = 2 * smoke.largest_h;
-    const auto index = [width](double x) { // coordinates are within coordinate_limit, columns at least 2 wide
-        return static_cast<uint64_t>(x / width + (1 << 20));
-    };
-    std::vector<std::pair<uint64_t, double>> areas; // by column
-    areas.reserve(smoke.count);
-    for (uint32_t i = 0; i < smoke.count; ++i) {
-        const Double3 &p = smoke.particles[i].position;
-        const uint64_t column = index(component(p, (axis + 1) % 3)) << 32 | index(component(p, (axis + 2) % 3));
-        areas.emplace_back(column, smoke.particles[i].area);
-    }
-    std::sort(areas.begin(), areas.end());
     Columns columns;
-    for (size_t i = 0; i < areas.size();) {
-        double area = 0;
-        const uint64_t column = areas[i].first;
-        while (i < areas.size() && areas[i].first == column) area += areas[i++].second;
-        columns.add(area / (width * width));
-    }
+    for (double area : areas_in_cells(smoke, width, axis)) columns.add(area / (width * width));
     return columns;
 }
 
