@@ -62,9 +62,11 @@ struct Finder {
         return nodes_on_faces && min(min(low.x, min(low.y, low.z)), min(high.x, min(high.y, high.z))) < Real(0);
     }
     template <class Visit> void for_each_waiting(uint32_t face, Visit &&visit) const {
-        for (uint32_t brick = 0; brick < bricks().count && watch.go_on(units_of_scan); ++brick)
-            for (uint32_t k = 0; k < nodes(); ++k)
-                if (of_brick(brick)[k] == waiting(face)) visit(brick, k);
+        const uint32_t count = bricks().count, all = nodes();
+        const Real mark = waiting(face), *depth = found;
+        for (uint32_t brick = 0; brick < count && (brick % 16 != 0 || watch.go_on(16 * units_of_scan)); ++brick)
+            for (uint32_t k = 0; k < all; ++k)
+                if (*depth++ == mark) visit(brick, k);
     }
 };
 
@@ -140,24 +142,24 @@ bool find_by_deep_shadow_map(const Finder &finder, uint32_t face, Arena &arena) 
     finder.for_each_waiting(face,
                             [&](uint32_t brick, uint32_t k) { order[begin[row_of(brick, k)]++] = brick * nodes + k; });
     uint32_t rows_begun = 0, next = 0;
-    uint64_t lines = finder.shadow_rays;
     finder.watch.expect(count);
     for (uint32_t row = 1; row < map.rows(); ++row) {
         if (next == begin[row]) continue; // begin[row] is now the end of the row: filling `order` moved it
         for (rows_begun = max(rows_begun, row - 1); rows_begun <= row + 2; ++rows_begun)
             map.begin_row(rows_begun, cache);
-        for (; next < begin[row]; ++next) {
-            if (next % 256 == 0) {
-                const uint64_t found = finder.shadow_rays - lines;
-                lines += found;
-                if (!finder.watch.done(256) || !finder.watch.go_on(static_cast<uint32_t>(found) * units_of_ray))
-                    return false;
+        while (next < begin[row]) {
+            const uint32_t first = next, end = min(begin[row], next + 256);
+            const uint64_t lines = finder.shadow_rays;
+            for (; next < end; ++next) {
+                const uint32_t brick = order[next] / nodes, k = order[next] % nodes;
+                const Vec3 x = finder.point_of(brick, k);
+                if (finder.is_near_lit_face(x)) continue;
+                const Real depth = map.depth(x, cache, finder.shadow_rays);
+                if (!(depth < Real(0))) finder.of_brick(brick)[k] = depth;
             }
-            const uint32_t brick = order[next] / nodes, k = order[next] % nodes;
-            const Vec3 x = finder.point_of(brick, k);
-            if (finder.is_near_lit_face(x)) continue;
-            const Real depth = map.depth(x, cache, finder.shadow_rays);
-            if (!(depth < Real(0))) finder.of_brick(brick)[k] = depth;
+            if (!finder.watch.done(end - first) ||
+                !finder.watch.go_on(static_cast<uint32_t>(finder.shadow_rays - lines) * units_of_ray))
+                return false;
         }
     }
     arena.rewind(mark);

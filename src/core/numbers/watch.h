@@ -15,12 +15,11 @@ struct Work {
     uint32_t left = 0;            // units before it is asked again
     bool stopped = false;         // by the observer; it is not asked any more
 
-    bool ask() {
+    [[gnu::cold, gnu::noinline]] bool ask() {
         constexpr uint32_t between = 1 << 15;
-        if (stopped) return false;
-        left = between;
         shown = done;
-        stopped = !observer(stage, done < total ? done : total, total);
+        stopped = stopped || !observer(stage, done < total ? done : total, total);
+        left = stopped ? 0 : between;
         return !stopped;
     }
 };

@@ -61,6 +61,15 @@ bool make_points(const SparseGrid &bricks, int32_t spacing, bool flux, Arena &ar
            points.known && points.radiance;
 }
 
+// Calls visit(brick, node of it, point) for all points. False: the work is stopped.
+template <class Visit> bool for_each_point(const Points &points, Visit &&visit) {
+    for (uint32_t brick = 0; brick < points.bricks->count; ++brick) {
+        if (!points.watch.done(points.nodes * units_of_point)) return false;
+        for (uint32_t k = 0; k < points.nodes; ++k) visit(brick, k, uint64_t{brick} * points.nodes + k);
+    }
+    return true;
+}
+
 // Trilinear interpolation blurs the nodes by a variance of cell^2 / 6 along every axis. A blur of variance v adds v / 2
 // times the second derivative to a value. So 1/12 of the second difference, taken from the nodes, restores the mean.
 // The trilinear deposits of photons blur by as much again.
@@ -79,15 +88,20 @@ bool is_sampled(const SparseGrid &bricks, uint32_t brick, const Cell &node, int3
 
 // Calls visit(point) for both neighbours of a node along each axis on which both are known. On other axes the second
 // difference counts as 0.
-template <class Visit> void for_each_neighbour(const Points &points, uint64_t i, Visit &&visit) {
+template <class Visit> void for_each_neighbour(const Points &points, uint32_t brick, uint32_t k, Visit &&visit) {
     const SparseGrid &bricks = *points.bricks;
-    const Cell &place = bricks.position[i / points.nodes];
-    const Cell node = cell_of_index(points.along, static_cast<uint32_t>(i % points.nodes));
+    const Cell &place = bricks.position[brick];
+    const int32_t n = points.along;
+    const Cell node = cell_of_index(n, k);
     const auto neighbour = [&](int32_t axis, int32_t step) {
         const Cell at = {node.x + (axis == 0 ? step : 0), node.y + (axis == 1 ? step : 0),
                          node.z + (axis == 2 ? step : 0)};
+        if (min(at.x, min(at.y, at.z)) > 0 && max(at.x, max(at.y, at.z)) < n - 1) { // no other brick holds it
+            const uint64_t point = uint64_t{brick} * points.nodes + static_cast<uint32_t>((at.z * n + at.y) * n + at.x);
+            return points.known[point] ? point : points.count;
+        }
         uint64_t found = points.count;
-        for_each_holder(bricks, place, at, points.along, [&](uint32_t other, uint32_t there) {
+        for_each_holder(bricks, place, at, n, [&](uint32_t other, uint32_t there) {
             const uint64_t point = uint64_t{other} * points.nodes + there;
             if (points.known[point]) found = point;
         });
@@ -109,30 +123,30 @@ bool sharpen(Points &points, double blur_, Arena &arena) {
     const Real blur = Real(blur_);
     Color *sharp = arena.make<Color>(points.count), *fraction = arena.make<Color>(points.count);
     if (!sharp || !fraction) return false;
-    for (uint64_t i = 0; i < points.count; ++i) { // fraction[i]: what the node can pass, of what it should
-        if (i % 64 == 63 && !points.watch.done(64 * units_of_point)) return false;
-        fraction[i] = Color(Real(1));
-        if (!points.known[i]) continue;
+    const bool found = for_each_point(points, [&](uint32_t brick, uint32_t k, uint64_t i) {
+        fraction[i] = Color(Real(1)); // what the node can pass, of what it should
+        if (!points.known[i]) return;
         const Color &here = points.radiance[i];
         Color wanted(Real(0));
-        for_each_neighbour(
-            points, i, [&](uint64_t other) { wanted += max(points.radiance[other] - here, Color(Real(0))) * blur; });
+        for_each_neighbour(points, brick, k, [&](uint64_t other) {
+            wanted += max(points.radiance[other] - here, Color(Real(0))) * blur;
+        });
         for (int32_t c = 0; c < 3; ++c)
             if (wanted[c] > here[c]) fraction[i][c] = here[c] / wanted[c];
-    }
-    for (uint64_t i = 0; i < points.count; ++i) {
-        if (i % 64 == 63 && !points.watch.done(64 * units_of_point)) return false;
+    });
+    if (!found) return false;
+    const bool sharpened = for_each_point(points, [&](uint32_t brick, uint32_t k, uint64_t i) {
         sharp[i] = points.radiance[i];
-        if (!points.known[i]) continue;
-        for_each_neighbour(points, i, [&](uint64_t other) {
+        if (!points.known[i]) return;
+        for_each_neighbour(points, brick, k, [&](uint64_t other) {
             const Color loss = (points.radiance[other] - points.radiance[i]) * blur;
             for (int32_t c = 0; c < 3; ++c)
                 sharp[i][c] -= loss[c] * (loss[c] > Real(0) ? fraction[i][c] : fraction[other][c]);
         });
         sharp[i] = max(sharp[i], Color(Real(0))); // rounding may leave less than 0
-    }
+    });
     points.radiance = sharp;
-    return true;
+    return sharpened;
 }
 
 // Packs the points of each brick, as few as the tolerance allows. The thinner the smoke of a brick, the less its light
@@ -212,16 +226,17 @@ void finish(const Medium &medium, Points &points, double blur, Real tolerance, A
 bool pack_harmonics(const FluenceSums &fluence, Arena &arena, Watch watch, Irradiance &map) {
     map.harmonic_spacing = harmonic_spacing(fluence.spacing);
     const uint32_t nodes = nodes_of(map.harmonic_spacing);
-    const uint64_t count = uint64_t{fluence.bricks->count} * nodes;
-    uint32_t *packed = arena.make<uint32_t>(count * harmonic_words);
+    uint32_t *packed = arena.make<uint32_t>(uint64_t{fluence.bricks->count} * nodes * harmonic_words);
     if (!packed) return false;
     map.harmonics = packed;
-    for (uint64_t i = 0; i < count; ++i) {
-        if (!watch.go_on(4 * units_of_point)) return false;
-        const Cell node = cell_of_index(nodes_along(map.harmonic_spacing), static_cast<uint32_t>(i % nodes));
-        const SphericalHarmonics harmonics = harmonics_at_node(fluence, static_cast<uint32_t>(i / nodes), node);
-        for (const Real *m = harmonics.value; m < harmonics.value + harmonic_count; m += 3)
-            *packed++ = pack_flux(Vec3(m[0], m[1], m[2]));
+    for (uint32_t brick = 0; brick < fluence.bricks->count; ++brick) {
+        if (!watch.go_on(nodes * 4 * units_of_point)) return false;
+        for (uint32_t k = 0; k < nodes; ++k) {
+            const SphericalHarmonics harmonics =
+                harmonics_at_node(fluence, brick, cell_of_index(nodes_along(map.harmonic_spacing), k));
+            for (const Real *m = harmonics.value; m < harmonics.value + harmonic_count; m += 3)
+                *packed++ = pack_flux(Vec3(m[0], m[1], m[2]));
+        }
     }
     return true;
 }
@@ -293,14 +308,14 @@ Irradiance make_irradiance(const Medium &medium, const FluenceSums &fluence, Rea
     map.color = fluence.photon_color;
     Points points;
     if (!make_points(*fluence.bricks, fluence.spacing, fluence.flux != nullptr, arena, watch, points)) return map;
-    for (uint64_t i = 0; i < points.count; ++i) {
-        if (i % 64 == 63 && !watch.done(64 * units_of_point)) return map;
-        const Cell node = cell_of_index(points.along, static_cast<uint32_t>(i % points.nodes));
-        const FluenceAndFlux light = light_at_node(fluence, static_cast<uint32_t>(i / points.nodes), node);
+    const bool read = for_each_point(points, [&](uint32_t brick, uint32_t k, uint64_t i) {
+        const Cell node = cell_of_index(points.along, k);
+        const FluenceAndFlux light = light_at_node(fluence, brick, node);
         points.radiance[i] = light.radiance;
         if (points.flux) points.flux[i] = pack_flux(light.flux);
-        points.known[i] = is_sampled(*fluence.bricks, static_cast<uint32_t>(i / points.nodes), node, fluence.spacing);
-    }
+        points.known[i] = is_sampled(*fluence.bricks, brick, node, fluence.spacing);
+    });
+    if (!read) return map;
     if (fluence.harmonics && !pack_harmonics(fluence, arena, watch, map)) return map;
     finish(medium, points, deposit_and_interpolation_blur, tolerance, arena, map);
     return map;
@@ -331,7 +346,7 @@ Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &pa
         const uint32_t count = packed.per_smoke[s].count;
         lights[s] = arena.make<FluenceAndFlux>(count);
         if (!lights[s]) return {};
-        for (uint32_t i = 0; i < count && watch.go_on(2); ++i)
+        for (uint32_t i = 0; i < count && (i % 1024 != 0 || watch.go_on(2048)); ++i)
             lights[s][i] = light_of_element(packed, medium.smokes[s], s, i);
     }
     Irradiance map = make_irradiance_of(request, arena, watch, [&](const Vec3 &x, FluenceAndFlux &light) {

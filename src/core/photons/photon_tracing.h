@@ -121,8 +121,11 @@ template <class Trace> bool for_each_photon(uint64_t seed, uint64_t batch, uint6
 // The same, until the work is stopped.
 template <class Trace>
 bool for_each_photon(const PhotonTracing &tracing, uint64_t batch, uint64_t photons, Trace &&trace) {
-    return for_each_photon(tracing.settings.seed, batch, photons,
-                           [&](uint64_t key) { return trace(key) && tracing.watch.done(units_of_photon); });
+    constexpr uint32_t at_once = 64;
+    uint32_t traced = 0;
+    return for_each_photon(tracing.settings.seed, batch, photons, [&](uint64_t key) {
+        return trace(key) && (++traced % at_once != 0 || tracing.watch.done(at_once * units_of_photon));
+    });
 }
 
 // Calls trace_batch(number, photons) for the batches to be traced, until it returns false.

@@ -36,10 +36,10 @@ template <class Radiance> Status expose_film(const Frame &frame, Radiance &&radi
                 ++frame.statistics.rays.primary;
                 if (is_recording(recorder)) recorder->sample(*recorder, i, column, row_);
                 const Color sample = radiance(ray, x, y, i, recorder);
-                if (!frame.watch.done(units_of_sample)) return Status::stopped;
                 if (is_recording(recorder)) recorder->sample_end(*recorder, i, sample);
                 sum += sample;
             }
+            if (!frame.watch.done(uint64_t{samples} * units_of_sample)) return Status::stopped;
             const Color mean = sum / Real(static_cast<int32_t>(samples));
             *rgb++ = to_float_scaled(mean.x, scene.radiance_exponent);
             *rgb++ = to_float_scaled(mean.y, scene.radiance_exponent);

@@ -133,7 +133,7 @@ Majorants make_majorants(const Medium &medium, Real edge, Arena &arena, Watch wa
     for (int32_t z = 0; z < count.z; ++z)
         for (int32_t y = 0; y < count.y; ++y)
             for (int32_t x = 0; x < count.x; ++x) {
-                if (!watch.done(units_of_majorant)) return majorants;
+                if (x % 64 == 0 && !watch.done(min(count.x - x, 64) * units_of_majorant)) return majorants;
                 const Vec3 low = majorants.lattice.low + Vec3(Real(x), Real(y), Real(z)) * edge;
                 Real bound = Real(0);
                 for (uint32_t i = 0; i < medium.count; ++i)

@@ -119,12 +119,12 @@ Status trace_paths(Frame &frame) {
                 sampler.generator = pass_generator(settings, settings.first_pass + pass, x, y);
                 for (uint32_t i = 0; i < settings.samples; ++i) {
                     const Color color = sample(view.ray_through(Real(x) + pattern.u(i), Real(y) + pattern.v(i)));
-                    if (!frame.watch.done(units_of_sample)) return Status::stopped;
                     add_sample(pixel->channels[0], color.x);
                     add_sample(pixel->channels[1], color.y);
                     add_sample(pixel->channels[2], color.z);
                     ++frame.statistics.rays.primary;
                 }
+                if (!frame.watch.done(uint64_t{settings.samples} * units_of_sample)) return Status::stopped;
             }
         }
     }

@@ -9,7 +9,7 @@ namespace {
 
 constexpr Real min_ray_weight = Real(0.01); // in its pixel: a ray of less weight is not traced
 
-constexpr uint32_t units_of_ray = 16, units_of_light = 16; // of work
+constexpr uint32_t units_of_ray = 256, units_of_light = 16; // of work
 
 // A ray and the cone of what its pixel sees by it.
 struct Beam {
@@ -121,7 +121,6 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
 // does not shadow itself.
 bool shade_light(const Whitted &tracer, const Point &point, const Vec3 &direction, uint32_t i, const Illumination &from,
                  Color &factor) {
-    if (!tracer.watch.go_on(units_of_light)) return false;
     const SurfaceMaterial &material = *point.material;
     const Vec3 to_light = -from.direction;
     const Real cosine = dot(point.normal, to_light);
@@ -154,6 +153,7 @@ Color direct_light(const Whitted &tracer, const Point &point, const Vec3 &direct
     Color sum(Real(0)), factor;
     if (!tracer.cuts) {
         for (uint32_t i = 0; i < tracer.scene->light_count; ++i) {
+            if (i % 64 == 63 && !tracer.watch.go_on(64 * units_of_light)) return sum;
             const Illumination from = illuminate(tracer.lights[i], point.position, point.position, point.position);
             if (shade_light(tracer, point, direction, i, from, factor)) sum += from.irradiance * factor;
         }

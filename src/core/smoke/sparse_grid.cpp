@@ -84,15 +84,16 @@ template <class Visit>
 void for_each_touched(const Scene &scene, const Layout &layout, int32_t subdivision, Watch watch, Visit &&visit) {
     const Lattice &lattice = layout.bricks;
     const auto visit_range = [&](const Cell &first, const Cell &last, auto &&touched) {
-        for (int32_t z = first.z; z <= last.z; ++z)
-            for (int32_t y = first.y; y <= last.y && watch.go_on(1); ++y)
+        const uint32_t units = static_cast<uint32_t>((last.x - first.x + 1) * (last.y - first.y + 1)) / 16;
+        for (int32_t z = first.z; z <= last.z && (units == 0 || watch.go_on(units)); ++z)
+            for (int32_t y = first.y; y <= last.y; ++y)
                 for (int32_t x = first.x; x <= last.x; ++x)
                     if (touched(Vec3(Real(x), Real(y), Real(z)) * lattice.edge + lattice.low))
                         visit(index_of(lattice.count, {x, y, z}));
     };
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const SmokeDescription &smoke = scene.smokes[i];
-        for (uint32_t k = 0; k < smoke.count && watch.done(1); ++k) {
+        for (uint32_t k = 0; k < smoke.count && watch.done_round(k, 1024); ++k) {
             const Vec3 x = vec_of(smoke.particles[k].position);
             const Real reach = Real(2) * to_real<Real>(smoke.particles[k].h), reach_squared = reach * reach;
             visit_range(cell_at(lattice, x - Vec3(reach)), cell_at(lattice, x + Vec3(reach)), [&](const Vec3 &low) {

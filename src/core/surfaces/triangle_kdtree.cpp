@@ -188,7 +188,7 @@ class TriangleTreeBuilder {
     void find_items(uint32_t count) {
         Real &largest = tree_.largest;
         largest = Real(0);
-        for (uint32_t i = 0; i < count && watch_.go_on(1); ++i) {
+        for (uint32_t i = 0; i < count && (i % 1024 != 0 || watch_.go_on(1024)); ++i) {
             const Vec3 a = corner_of(triangles_[i], 0), b = corner_of(triangles_[i], 1),
                        c = corner_of(triangles_[i], 2);
             if (!has_area(a, b, c)) continue;
@@ -289,7 +289,7 @@ class TriangleTreeBuilder {
 
     Split find_split(const Task &task) {
         Split best;
-        for (uint32_t axis = 0; axis < 3 && watch_.go_on(task.count); ++axis)
+        for (uint32_t axis = 0; axis < 3 && watch_.go_on(2 * task.count); ++axis)
             if (task.count <= few)
                 sweep(task, axis, task.cell.low[axis], task.cell.high[axis], 0, task.count, best);
             else
@@ -327,7 +327,7 @@ class TriangleTreeBuilder {
         tree_.node_count += 2;
         nodes_[task.node] = {plane_value(split.plane, tree_.step_exponent), below.node << 2 | axis};
         Item *const upper = items_ + task.first, *const lower = upper + task.count;
-        for (uint32_t i = 0; i < task.count && watch_.go_on(4); ++i) {
+        for (uint32_t i = 0; i < task.count; ++i) {
             const Item item = upper[i];
             const int32_t low = item.box.low[axis], high = item.box.high[axis];
             const bool flat = low == split.plane && high == split.plane;

@@ -1,5 +1,6 @@
 #include "host/base/interrupt.h"
 #include "host/base/error.h"
+#include <atomic>
 #include <csignal>
 #include <cstdio>
 #include <initializer_list>
@@ -11,13 +12,13 @@ namespace wisp {
 namespace {
 
 volatile std::sig_atomic_t noted = 0;
-const EndAtOnce *volatile living = nullptr;
+std::atomic<const EndAtOnce *> living = nullptr;
 
 } // namespace
 
 void EndAtOnce::note(int signal) {
     noted = signal;
-    if (living) living->end(signal);
+    if (const EndAtOnce *now = living) now->end(signal);
 }
 
 void install_signal_handlers() {

@@ -364,8 +364,7 @@ class Outline {
 
 // Calls visit(index of a cell, cell, outline) for each cell that may have to list the triangle.
 template <class Visit>
-void for_each_cell_of(const BufferLight &light, const LatticePoint (&corner)[3], uint64_t &tests, Watch watch,
-                      Visit &&visit) {
+void for_each_cell_of(const BufferLight &light, const LatticePoint (&corner)[3], uint64_t &tests, Visit &&visit) {
     for (uint32_t f = 0; f < faces_of(light.view); ++f) {
         const Face face(light.view, f);
         Outline outline(light.view, light.lattice, face, corner);
@@ -375,7 +374,6 @@ void for_each_cell_of(const BufferLight &light, const LatticePoint (&corner)[3],
         for (int count = 1; count > 0;) {
             const Outline::Cells cells = stack[--count];
             ++tests;
-            if (!watch.go_on(1)) return;
             if (!outline.may_be_in(cells)) continue;
             const int64_t width = cells.high[0] - cells.low[0], height = cells.high[1] - cells.low[1];
             if (width == 1 && height == 1) {
@@ -398,8 +396,14 @@ void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &sh
     light.state = BufferLight::unlisted;
     if (!make_view(light.view, light.light, light.lattice, tree, buffer.edge)) return;
     light.state = BufferLight::listed;
+    uint64_t &tests = shadows.statistics->shadow.proofs.triangle_tests;
     const auto for_each_entry = [&](auto &&visit) {
-        for (uint32_t i = 0; i < scene.static_count && shadows.watch.go_on(16); ++i) {
+        uint64_t asked = tests;
+        for (uint32_t i = 0; i < scene.static_count; ++i) {
+            if (i % 16 == 15) {
+                if (!shadows.watch.go_on(static_cast<uint32_t>(tests - asked))) return;
+                asked = tests;
+            }
             const Triangle &triangle = scene.triangles[i];
             const Vec3 corner[3] = {vec_of(triangle.corner[0]), vec_of(triangle.corner[1]), vec_of(triangle.corner[2])};
             if (total_order_key(scene.materials[triangle.material].transmission) > 0 ||
@@ -408,7 +412,7 @@ void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &sh
             const LatticePoint points[3] = {lattice_point(corner[0], light.lattice.exponent),
                                             lattice_point(corner[1], light.lattice.exponent),
                                             lattice_point(corner[2], light.lattice.exponent)};
-            for_each_cell_of(light, points, shadows.statistics->shadow.proofs.triangle_tests, shadows.watch,
+            for_each_cell_of(light, points, tests,
                              [&](uint32_t index, const Outline::Cells &cells, const Outline &outline) {
                                  BufferEntry entry = {i, 0};
                                  BufferCell &cell = light.cells[index];
@@ -439,7 +443,7 @@ void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &sh
         if (cell.count != BufferCell::traced) light.entries[cell.first + cell.count++] = entry;
     });
     for (BufferCell *cell = light.cells; cell != end; ++cell)
-        if (cell->count != BufferCell::traced && shadows.watch.go_on(cell->count))
+        if (cell->count > 1 && cell->count != BufferCell::traced && shadows.watch.go_on(cell->count))
             std::sort(light.entries + cell->first, light.entries + cell->first + cell->count,
                       [](const BufferEntry &a, const BufferEntry &b) {
                           return a.depth < b.depth || (a.depth == b.depth && a.triangle < b.triangle);
