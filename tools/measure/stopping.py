@@ -1,10 +1,10 @@
-"""How long `wisp render` takes to end after SIGTERM, by the stage that it is in.
+"""How long wisp takes to end after SIGTERM, by the stage that it is in.
 
     python3 tools/measure/stopping.py WISP [DIRECTORY] [--only NAMES] [--longest SECONDS]
 
 Makes scenes that are long in one stage or another, and renders each several times with the signal sent after more and more
 seconds. Prints a table: stage, the worst seconds from the signal to the end, scene and moment of it, and how many signals
-fell into that stage. An end by anything but the signal's status, or a file left behind, is said beside it. DIRECTORY
+fell into that stage. Beside it is said: an end by anything but the signal's status, a file left behind, and what was done. DIRECTORY
 (default: build/stopping) keeps the scenes.
 """
 import argparse
@@ -58,7 +58,7 @@ def write_mesh(path, count):
 
 
 def write_scenes(folder):
-    """name -> words of `wisp render`. Large files are made once."""
+    """name -> words of `wisp`. Large files are made once."""
     os.makedirs(folder, exist_ok=True)
     place = lambda name: os.path.join(folder, name)
     for name, make, size in (('noise.vol', write_grid, 300), ('cloud.ply', write_particles, 2000000),
@@ -73,7 +73,9 @@ def write_scenes(folder):
         'thick': view.format(200, 200) + lamp + 'smoke box -20 -20 0 20 20 400 1 { albedo 1 1 1 }\n',
         'grid': view.format(200, 200) + lamp + 'smoke noise.vol { extinction 3 albedo 0.9 0.8 0.7 phase 0.3 }\n',
         'cloud': view.format(200, 200) + lamp + 'smoke cloud.ply { radius 0.03 mass 0.00001 extinction 4 }\n',
+        'soot': view.format(200, 200) + lamp + 'smoke cloud.ply { radius 0.03 mass 0.00001 extinction 4000 }\n',
         'wide': view.format(200, 200) + lamp + 'smoke cloud.ply { radius 0.3 mass 0.00001 extinction 4 }\n',
+        'empty': view.format(200, 200) + lamp,
         'dense': view.format(200, 200) + lamp + 'smoke box -1 -1 -1 1 1 1 500 { albedo 1 1 1 }\n',
         'lamps': view.format(200, 200) + lamps + 'f 0.6 0.5 0.4 0.8 0.2 10 0 1\n'
                  'p 4\n-2 -2 0\n2 -2 0\n2 2 0\n-2 2 0\n',
@@ -96,19 +98,22 @@ def write_scenes(folder):
         'wide particles, map': 'wide.aff --deposit kernel --photons 20000',
         'dense box, direct': 'dense.aff --smoke direct', 'dense box': 'dense.aff', 'dense box, reference': 'dense.aff --reference',
         'lamps, cuts': 'lamps.aff --lights cuts', 'lamps': 'lamps.aff',
+        'one pixel of a thick box': 'thick.aff --size 1x1', 'soot': 'soot.aff',
+        'large picture': 'empty.aff --size 6000x4000 --spp 1 -o out.png',
     }
     for shadows in ('trace', 'exact', 'lie', 'voxel', 'lightbuffer', 'paper'):
         runs['mesh, ' + shadows] = 'mesh.nff --shadows ' + shadows
         runs['room, ' + shadows] = 'room.aff --shadows ' + shadows
-    kitchen = '/work/shared/data/bart/kitchen/kitchen.aff'
+    kitchen = os.path.abspath(os.path.join(os.environ.get('DATA') or '../shared/data', 'bart/kitchen/kitchen.aff'))
     if os.path.exists(kitchen):
         for shadows in ('lie', 'lightbuffer'):
             runs['Kitchen, ' + shadows] = f'{kitchen} --frames 10 --shadows {shadows}'
-    return runs
+    runs = {name: f'render {words} --progress always -o out.pfm' for name, words in runs.items()}
+    return {**runs, 'plan': 'plan cloud.aff', 'inspect': 'inspect grid.aff 100 100 --progress always'}
 
 
 class Run:
-    """One render that is given a signal after `moment` seconds: stage, seconds to the end, and its status (-9: it would not end)."""
+    """One process that is given a signal after `moment` seconds: stage, seconds to the end, and its status (-9: it would not end)."""
 
     def __init__(self, wisp, words, folder, moment, longest):
         output = os.path.join(folder, 'out.pfm')
@@ -116,8 +121,7 @@ class Run:
             if left.startswith('out.'):
                 os.remove(os.path.join(folder, left))
         self.said = ''
-        process = subprocess.Popen([wisp, 'render'] + words.split() + ['--progress', 'always', '-o', 'out.pfm'], cwd=folder,
-                                   stderr=subprocess.PIPE)
+        process = subprocess.Popen([wisp] + words.split(), cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
         reader = threading.Thread(target=self.read, args=(process.stderr,))
         reader.start()
         time.sleep(moment)
@@ -156,9 +160,12 @@ def main():
             run = Run(os.path.abspath(given.wisp), words, given.folder, moment, given.longest)
             if run.over:
                 break
-            fault = '' if run.status == 128 + signal.SIGTERM and not run.left else f'status {run.status}, {run.left} left'
-            if run.status == 0:  # it was over before it could be told
-                continue
+            if run.status == 0:  # what was made is written
+                fault = 'done'
+            elif run.status in (128 + signal.SIGTERM, -signal.SIGTERM) and not run.left:
+                fault = ''
+            else:
+                fault = f'status {run.status}, {run.left} left'
             print(f'{name}, {moment} s: {run.stage}, {run.seconds:.3f} s {fault}', file=sys.stderr, flush=True)
             before = worst.get(run.stage, (0, '', 0))
             worst[run.stage] = max(before[:2], (run.seconds, f'{name}, {moment} s {fault}')) + (before[2] + 1,)

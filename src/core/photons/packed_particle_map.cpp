@@ -207,7 +207,7 @@ const Color *const *make_sources(const Scene &scene, const Medium &medium, const
         const Color emission = (Color(Real(1)) - smoke.albedo) * smoke.emission;
         watch.expect(uint64_t{count} * 2);
         for (uint32_t i = 0; i < count; ++i) {
-            if (!watch.done_round(i, 2048)) return nullptr;
+            if (i % 64 == 63 && !watch.done(128)) return nullptr;
             const Element element = element_of(smoke, i);
             source[i] = Color(Real(0));
             if (element.cross_section > Real(0))

@@ -119,7 +119,7 @@ void check(const Scene &scene, const Settings &settings, std::initializer_list<S
 Settings settings_of(Method method) {
     Settings settings = small_settings(6);
     settings.method = method;
-    settings.photons = 600;
+    settings.photons = 700;
     return settings;
 }
 
