@@ -49,8 +49,13 @@ struct CommandLineTest : TemporaryFolder {
                particles + " {\n radius 0.2\n mass 1\n extinction 0.02\n}\nrender photons 3000\nrender gather 20\n" +
                more;
     }
-    Ran wisp(const std::string &arguments) const {
-        const std::string command = built("wisp") + " " + arguments + " > " + file("out") + " 2> " + file("err");
+    Ran wisp(const std::string &arguments) const { return run(built("wisp") + " " + arguments); }
+    // Where the process may map so many kilobytes.
+    Ran wisp_within(int kilobytes, const std::string &arguments) const {
+        return run("ulimit -v " + std::to_string(kilobytes) + "; " + built("wisp") + " " + arguments);
+    }
+    Ran run(const std::string &words) const {
+        const std::string command = "{ " + words + "; } > " + file("out") + " 2> " + file("err");
         const int status = std::system(command.c_str());
         return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(file("out")), text_of(file("err"))};
     }

@@ -33,6 +33,7 @@ class ByteReader {
     ByteReader(const std::string &name, const unsigned char *data, size_t size, Encoding encoding = Encoding::text)
         : name_(name), data_(data), size_(size), encoding_(encoding) {}
 
+    const std::string &name() const { return name_; }
     void set_encoding(Encoding encoding) { encoding_ = encoding; }
     bool is_text() const { return encoding_ == Encoding::text; }
     size_t left() const { return size_ - position_; }

@@ -1,6 +1,7 @@
 // Plain C streams: they give errno, which is the reason that the user sees.
 #include "host/base/error.h"
 #include "host/base/files.h"
+#include "host/base/memory.h"
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -8,6 +9,7 @@
 #include <fcntl.h>
 #include <filesystem>
 #include <initializer_list>
+#include <memory>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -112,14 +114,22 @@ bool remove_aside(const std::string &path, int flags) {
 Bytes read_file(const std::string &path) {
     std::FILE *file = std::fopen(path.c_str(), "rb");
     if (!file) throw InputError(path, "cannot be opened: " + reason());
+    const std::unique_ptr<std::FILE, int (*)(std::FILE *)> closed_at_end(file, std::fclose);
     Bytes bytes;
+    const auto reserve = [&](uint64_t size) {
+        require_memory(path, "the file", size);
+        bytes.reserve(size);
+    };
+    struct stat status;
+    if (fstat(fileno(file), &status) == 0 && S_ISREG(status.st_mode)) reserve(static_cast<uint64_t>(status.st_size));
     uint8_t block[65536];
     size_t count;
-    while ((count = std::fread(block, 1, sizeof block, file)) > 0) bytes.insert(bytes.end(), block, block + count);
-    const bool failed = std::ferror(file) != 0;
-    const std::string why = reason();
-    std::fclose(file);
-    if (failed) throw InputError(path, "cannot be read: " + why);
+    while ((count = std::fread(block, 1, sizeof block, file)) > 0) {
+        if (bytes.capacity() - bytes.size() < count)
+            reserve(2 * bytes.capacity() + sizeof block); // a pipe, or it grows
+        bytes.insert(bytes.end(), block, block + count);
+    }
+    if (std::ferror(file)) throw InputError(path, "cannot be read: " + reason());
     return bytes;
 }
 

@@ -8,7 +8,8 @@ namespace wisp {
 
 using Bytes = std::vector<uint8_t>;
 
-// All bytes of `path`. Throws InputError `PATH: cannot be opened: REASON` or `PATH: cannot be read: REASON`.
+// All bytes of `path`. Throws InputError `PATH: cannot be opened: REASON` or `PATH: cannot be read: REASON`, and
+// Error(exit_memory) for a file that does not fit in memory.
 Bytes read_file(const std::string &path);
 // The same for files that another file names: devices and pipes, which may never end, are refused.
 Bytes read_plain_file(const std::string &path);

@@ -1,6 +1,7 @@
 // zlib does the work; what is added is the limit on memory and errors that name the place.
 #include "host/base/error.h"
 #include "host/base/gzip.h"
+#include "host/base/memory.h"
 #include <algorithm>
 #include <new>
 #include <utility>
@@ -67,8 +68,9 @@ class Inflater {
         if (bytes_.size() >= most_)
             fail("inflates to more than " + std::to_string(most_) + " bytes, expected at most " +
                  std::to_string(gzip_largest_ratio) + " times its size");
-        const size_t first = 4 * size_ + 4096;
-        bytes_.resize(std::min(most_, bytes_.empty() ? first : 2 * bytes_.size()));
+        const size_t size = std::min(most_, bytes_.empty() ? 4 * size_ + 4096 : 2 * bytes_.size());
+        require_memory(name_, "what is in the gzip file", size);
+        bytes_.resize(size);
     }
 
     const std::string &name_;

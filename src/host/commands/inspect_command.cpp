@@ -1,6 +1,8 @@
+#include "host/base/memory.h"
 #include "host/commands/arguments.h"
 #include "host/commands/commands.h"
 #include "host/commands/inspection.h"
+#include "host/commands/memory_check.h"
 #include "host/commands/progress_meter.h"
 #include "host/commands/request.h"
 #include "host/commands/run_warnings.h"
@@ -114,6 +116,7 @@ int inspect_command(const std::vector<std::string> &arguments) {
     settings.crop.y1 = inspection.y + 1;
 
     const Plan plan = checked_plan(request, prepared.scene, settings);
+    check_memory(request, prepared, settings, plan, available_memory());
     RunWarnings(request).of_frame(frame, prepared, settings, plan);
     MapFile map;
     if (!options.map_in.empty())

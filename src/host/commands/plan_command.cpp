@@ -1,7 +1,9 @@
 #include "host/base/error.h"
 #include "host/base/json_object.h"
+#include "host/base/memory.h"
 #include "host/commands/arguments.h"
 #include "host/commands/commands.h"
+#include "host/commands/memory_check.h"
 #include "host/commands/request.h"
 #include "host/commands/run_warnings.h"
 #include "host/prepare/particle_report.h"
@@ -177,7 +179,7 @@ int plan_command(const std::vector<std::string> &arguments) {
     prepare_scene(request.name, request.file, options, request.frames.first, prepared);
     const Settings settings = settings_of(options, prepared);
     const Plan plan = checked_plan(request, prepared.scene, settings);
-    check_picture(request, settings, plan);
+    check_memory(request, prepared, settings, plan, available_memory());
     RunWarnings(request).of_frame(request.frames.first, prepared, settings, plan);
     const std::string arithmetic = renderer_of(options.arithmetic).name;
     if (!options.map_in.empty())

@@ -1,8 +1,10 @@
 #include "host/base/files.h"
 #include "host/base/interrupt.h"
+#include "host/base/memory.h"
 #include "host/base/sha256.h"
 #include "host/base/version.h"
 #include "host/commands/commands.h"
+#include "host/commands/memory_check.h"
 #include "host/commands/output.h"
 #include "host/commands/progress_meter.h"
 #include "host/commands/request.h"
@@ -114,6 +116,20 @@ bool keep_frame(const Options &options, const PictureRecord &record, int64_t fra
     return true;
 }
 
+// Makes the block at least as large as the plan needs. Throws Error(exit_memory).
+void fit_block(const Request &request, const Settings &settings, const Plan &plan, Sequence &sequence) {
+    const bool is_small = sequence.bytes < plan.arena_bytes;
+    if (is_small) {
+        sequence.block.reset();
+        sequence.bytes = 0;
+        sequence.cache = {};
+    }
+    check_memory(request, sequence.prepared, settings, plan, available_memory() + sequence.bytes);
+    if (!is_small) return;
+    sequence.block = make_block(request.name, plan.arena_bytes);
+    sequence.bytes = plan.arena_bytes;
+}
+
 FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequence) {
     FrameReport report = {};
     report.frame = frame;
@@ -129,15 +145,10 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     report.kept = can_keep(options) && keep_frame(options, *record, frame, sequence);
     if (report.kept) return report;
     const Plan plan = checked_plan(request, prepared.scene, settings);
-    check_picture(request, settings, plan);
+    fit_block(request, settings, plan, sequence);
     sequence.warnings.of_frame(frame, prepared, settings, plan);
     const bool mapped = uses_map(settings);
     const bool traced = mapped && load_or_reset_map(request, frame, prepared, settings, plan, map);
-    if (sequence.bytes < plan.arena_bytes) {
-        sequence.block = make_block(request.name, plan.arena_bytes);
-        sequence.bytes = plan.arena_bytes;
-        sequence.cache = {};
-    }
     report.seconds.read = now() - start;
 
     Picture picture;

@@ -3,11 +3,8 @@
 #include "host/commands/defaults.h"
 #include "host/commands/request.h"
 #include "wisp/photon_sums.h"
-#include "wisp/pixel_sums.h"
 #include "wisp/settings.h"
 #include <algorithm>
-#include <new>
-#include <unistd.h>
 
 namespace wisp {
 
@@ -60,7 +57,7 @@ Request read_request(const CommandLine &line) {
 }
 
 Settings settings_of(const Options &options, const PreparedScene &prepared) {
-    const int width = prepared.width, height = prepared.height;
+    const int width = options.width.value_or(prepared.width), height = options.height.value_or(prepared.height);
     Settings settings = {};
     settings.crop = {0, 0, width, height};
     if (options.crop) {
@@ -101,36 +98,10 @@ Plan checked_plan(const Request &request, const Scene &scene, const Settings &se
     const Plan plan = renderer_of(request.options.arithmetic).plan(scene, settings);
     if (plan.surfaces && !plan.smoke && uses_map(settings))
         throw Error(exit_usage, request.name, "found options of the particle map, expected none without smoke");
-    if (request.options.memory && plan.arena_bytes > *request.options.memory)
-        throw Error(exit_memory, request.name,
-                    "the plan needs " + std::to_string(plan.arena_bytes) + " bytes, expected at most the " +
-                        std::to_string(*request.options.memory) + " of --memory" +
-                        (plan.photons ? "; fewer --photons need less" : ""));
     if (uses_map(settings) && settings.photons > plan.max_photons)
         throw Error(exit_usage, "option 'photons': found " + std::to_string(settings.photons) + ", expected at most " +
                                     std::to_string(plan.max_photons) + " that the particle map's sums can hold");
     return plan;
-}
-
-uint64_t picture_bytes(const Options &options, const Settings &settings) {
-    if (options.batches) return 0;
-    const Crop &c = settings.crop;
-    const uint64_t pixels = static_cast<uint64_t>(c.x1 - c.x0) * static_cast<uint64_t>(c.y1 - c.y0);
-    return pixels * (2 * 3 * sizeof(float) + (settings.goal == Goal::reference ? sizeof(PixelSums) : 0));
-}
-
-void check_picture(const Request &request, const Settings &settings, const Plan &plan) {
-    const uint64_t picture = picture_bytes(request.options, settings);
-    const uint64_t machine =
-        static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
-    const bool beyond_option = request.options.memory && plan.arena_bytes + picture > *request.options.memory;
-    if (!beyond_option && picture <= machine) return;
-    const std::string limit = beyond_option ? std::to_string(*request.options.memory) + " of --memory"
-                                            : std::to_string(machine) + " of this machine";
-    throw Error(exit_memory, request.name,
-                "the picture needs " + std::to_string(picture) + " bytes beside the plan's " +
-                    std::to_string(plan.arena_bytes) + ", expected at most the " + limit +
-                    "; a smaller --size or --crop needs less");
 }
 
 MapFile saved_map(const Request &request, int64_t frame, const std::string &scene, const Plan &plan) {
@@ -226,15 +197,6 @@ void check_options(const Request &request) {
 
 bool several_frames(const Request &request) {
     return request.frames.last - request.frames.first >= request.frames.step;
-}
-
-std::unique_ptr<unsigned char[]> make_block(const std::string &name, uint64_t bytes) {
-    std::unique_ptr<unsigned char[]> block(new (std::nothrow) unsigned char[bytes]);
-    if (!block)
-        throw Error(exit_memory, name,
-                    "the plan needs " + std::to_string(bytes) +
-                        " bytes, more than the system gives; fewer --photons need less");
-    return block;
 }
 
 } // namespace wisp

@@ -34,15 +34,8 @@ inline bool uses_map(const Settings &settings) {
     return settings.goal != Goal::reference && settings.method == Method::map;
 }
 
-// The core's plan. Throws Error for a plan that cannot be followed, or that needs more than --memory.
+// The core's plan. Throws Error for a plan that cannot be followed.
 Plan checked_plan(const Request &request, const Scene &scene, const Settings &settings);
-
-// Bytes of the picture, which is held twice, as numbers and as its file, and of the sums of --reference.
-uint64_t picture_bytes(const Options &options, const Settings &settings);
-// Throws Error for a picture that needs more than --memory together with the plan, or more than the machine's memory
-// alone. All of a picture is written, and a system that has promised more memory than it has ends the process without
-// an error.
-void check_picture(const Request &request, const Settings &settings, const Plan &plan);
 
 // The particle map of --map-in; `scene`: fingerprint_of_map(). Throws InputError.
 MapFile saved_map(const Request &request, int64_t frame, const std::string &scene, const Plan &plan);
@@ -50,8 +43,5 @@ MapFile saved_map(const Request &request, int64_t frame, const std::string &scen
 // Throws the Error of a core that did not finish.
 [[noreturn]] void fail(const Request &request, const Plan &plan, int64_t frame, Status status);
 [[noreturn]] void stop(const Request &request, int64_t frame); // after a signal
-
-// The arena's memory, not initialised: pages that the core never writes cost nothing.
-std::unique_ptr<unsigned char[]> make_block(const std::string &name, uint64_t bytes);
 
 } // namespace wisp

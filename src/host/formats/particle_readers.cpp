@@ -1,6 +1,7 @@
 // Recognises the formats, and has the rules that they share.
 #include "host/base/files.h"
 #include "host/base/gzip.h"
+#include "host/base/memory.h"
 #include "host/formats/particle_readers.h"
 #include "host/formats/particles.h"
 #include <cmath>
@@ -31,6 +32,9 @@ constexpr Stranger strangers[] = {
     {"<?xml", "an XML file, expected legacy VTK: save as .vtk"},
     {"<VTKFile", "an XML VTK file, expected legacy VTK: save as .vtk"},
 };
+
+// In the table, with every attribute.
+constexpr uint64_t bytes_of_point = sizeof(Particles::position[0]) + 3 * sizeof(double);
 
 std::string name_of(Column column) {
     constexpr const char *names[] = {"x", "y", "z", "density", "mass", "smoothing length"};
@@ -77,6 +81,7 @@ std::vector<double> &ParticleBuilder::values(Column column) {
 }
 
 void ParticleBuilder::set_count(size_t count) {
+    require_memory(reader_.name(), std::to_string(count) + " points", count * bytes_of_point);
     particles_.position.resize(count);
     for (Column column : {Column::density, Column::mass, Column::smoothing_length})
         if (is_claimed(column)) values(column).resize(count);

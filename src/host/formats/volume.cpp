@@ -7,6 +7,7 @@
 //     f32 x y z of the lower corner, x y z of the upper corner
 //     per sample  f32, x fastest, then y
 #include "host/base/byte_reader.h"
+#include "host/base/memory.h"
 #include "host/formats/volume.h"
 #include <cmath>
 
@@ -58,6 +59,7 @@ void read_samples(ByteReader &in, Volume &volume) {
     if (in.left() % layer != 0 || in.left() / layer != volume.nz)
         in.fail(std::to_string(in.left()) + " bytes of samples, expected " + std::to_string(volume.nx) + " x " +
                 std::to_string(volume.ny) + " x " + std::to_string(volume.nz) + " samples of 4 bytes");
+    require_memory(in.name(), "the grid", in.left());
     volume.density.resize(in.left() / size_of(Scalar::f32));
     for (size_t i = 0; i < volume.density.size(); ++i) {
         const double density = in.number(Scalar::f32);

@@ -1,5 +1,6 @@
 #include "host/base/double3_algebra.h"
 #include "host/base/error.h"
+#include "host/base/memory.h"
 #include "host/prepare/motion.h"
 #include "host/prepare/pose.h"
 #include <limits>
@@ -141,6 +142,7 @@ Shapes make_shapes(const std::string &name, const SceneGraph &graph) {
         throw InputError(name + ":1",
                          "there are " + std::to_string(all) + " triangles, expected fewer than 4294967296");
 
+    require_memory(name, std::to_string(all) + " triangles", all * sizeof(Triangle));
     Shapes shapes = {};
     shapes.triangles.resize(all);
     shapes.static_count = static_cast<uint32_t>(begin[1]);

@@ -4,6 +4,7 @@
 #include "host/base/double3_algebra.h"
 #include "host/base/error.h"
 #include "host/base/files.h"
+#include "host/base/memory.h"
 #include "host/formats/particles.h"
 #include "host/formats/volume.h"
 #include "host/prepare/decimate.h"
@@ -48,6 +49,7 @@ std::vector<Particle> load_particles(const std::vector<Node> &nodes, const Scene
         throw InputError(smoke.where, "no mass, expected a line 'mass M' or an attribute 'mass' in " + path);
 
     const double scale = scale_in_world(nodes, smoke.node);
+    require_memory(smoke.where, "the smoke", table.position.size() * sizeof(Particle));
     std::vector<Particle> particles(table.position.size());
     double farthest = 0, smallest_h = 1e300;
     for (size_t i = 0; i < particles.size(); ++i) {

@@ -1,0 +1,92 @@
+#include "host/base/error.h"
+#include "host/base/text.h"
+#include "host/commands/memory_check.h"
+#include "wisp/pixel_sums.h"
+#include <algorithm>
+#include <new>
+
+namespace wisp {
+
+namespace {
+
+struct Change {
+    const char *option;
+    std::string value;
+};
+
+// Options that may make a plan smaller: first those that change the picture least.
+std::vector<Change> changes_of(const PreparedScene &prepared, const Settings &settings, const Plan &plan) {
+    std::vector<Change> changes = {{"shadows", "trace"}};
+    for (double coarser : {1.25, 1.5, 2.0, 3.0})
+        if (settings.density_step > 0) changes.push_back({"density-step", two_digits(settings.density_step * coarser)});
+    for (double coarser : {1.5, 2.0, 4.0})
+        changes.push_back({"irradiance-step", two_digits(settings.irradiance_step * coarser)});
+    for (uint64_t fewer = 2; plan.photons && fewer <= 1024; fewer *= 2)
+        changes.push_back({"photons", std::to_string(settings.photons / fewer)});
+    changes.insert(changes.end(), {{"light-step", "0"}, {"irradiance", "none"}, {"smoke", "direct"}});
+    for (int smaller : {2, 4, 8, 16})
+        changes.push_back({"size", std::to_string(std::max(prepared.width / smaller, 1)) + "x" +
+                                       std::to_string(std::max(prepared.height / smaller, 1))});
+    return changes;
+}
+
+// The bytes that the request needs with that change; none where it is refused.
+std::optional<uint64_t> bytes_with(const Change &change, const Request &request, const PreparedScene &prepared,
+                                   const Settings &settings) {
+    Request changed = {request.name, {}, request.options, request.frames, request.given}; // its file is not read again
+    try {
+        set_option(changed.options, change.option, change.value);
+        check_options(changed);
+        Settings with_change = settings_of(changed.options, prepared);
+        if (change.option != std::string("size")) with_change.crop = settings.crop; // of inspect, one pixel
+        return checked_plan(changed, prepared.scene, with_change).arena_bytes +
+               picture_bytes(changed.options, with_change);
+    } catch (const Error &) {
+        return std::nullopt;
+    }
+}
+
+std::string advice(const Request &request, const PreparedScene &prepared, const Settings &settings, const Plan &plan,
+                   uint64_t most) {
+    for (const Change &change : changes_of(prepared, settings, plan)) {
+        const auto bytes = bytes_with(change, request, prepared, settings);
+        if (bytes && *bytes <= most)
+            return std::string("; --") + change.option + " " + change.value + " needs " + std::to_string(*bytes);
+    }
+    return "";
+}
+
+} // namespace
+
+uint64_t picture_bytes(const Options &options, const Settings &settings) {
+    if (options.batches) return 0;
+    const Crop &c = settings.crop;
+    const uint64_t pixels = static_cast<uint64_t>(c.x1 - c.x0) * static_cast<uint64_t>(c.y1 - c.y0);
+    return pixels * (2 * 3 * sizeof(float) + (settings.goal == Goal::reference ? sizeof(PixelSums) : 0));
+}
+
+void check_memory(const Request &request, const PreparedScene &prepared, const Settings &settings, const Plan &plan,
+                  uint64_t available) {
+    const uint64_t picture = picture_bytes(request.options, settings), needed = plan.arena_bytes + picture;
+    const bool optional = request.options.memory && *request.options.memory <= available;
+    const uint64_t most = optional ? *request.options.memory : available;
+    if (needed <= most) return;
+    const PlanRow &largest = *std::max_element(std::begin(plan.rows), std::end(plan.rows),
+                                               [](const PlanRow &a, const PlanRow &b) { return a.bytes < b.bytes; });
+    const bool rows = largest.bytes >= picture;
+    throw Error(
+        exit_memory, request.name,
+        "the plan needs " + std::to_string(needed) + " bytes, " + std::to_string(rows ? largest.bytes : picture) +
+            " of them for '" + (rows ? largest.name : "picture") + "', expected at most the " + std::to_string(most) +
+            (optional ? " of --memory" : " that are available here") + advice(request, prepared, settings, plan, most));
+}
+
+std::unique_ptr<unsigned char[]> make_block(const std::string &name, uint64_t bytes) {
+    std::unique_ptr<unsigned char[]> block(new (std::nothrow) unsigned char[bytes]);
+    if (!block)
+        throw Error(exit_memory, name,
+                    "the plan needs " + std::to_string(bytes) + " bytes, more than the system gives in one piece");
+    return block;
+}
+
+} // namespace wisp

@@ -1,0 +1,18 @@
+// Whether a plan fits in memory, and if not, which option makes it fit.
+#pragma once
+#include "host/commands/request.h"
+
+namespace wisp {
+
+// Bytes of the picture, which is held twice, as numbers and as its file, and of the sums of --reference.
+uint64_t picture_bytes(const Options &options, const Settings &settings);
+
+// Throws Error(exit_memory) for a plan and a picture that need more than --memory together, or more than the
+// `available` bytes. The error names the largest part, and an option with which a new plan fits, if there is one.
+void check_memory(const Request &request, const PreparedScene &prepared, const Settings &settings, const Plan &plan,
+                  uint64_t available);
+
+// The arena's memory, not initialised: pages that the core never writes cost nothing.
+std::unique_ptr<unsigned char[]> make_block(const std::string &name, uint64_t bytes);
+
+} // namespace wisp

@@ -1,0 +1,132 @@
+// What does not fit in memory is refused before any work, with what takes most of it and what would fit. A limit on the
+// process's addresses (ulimit -v) stands for a small machine.
+#include "host/base/error.h"
+#include "host/base/text.h"
+#include "host/commands/memory_check.h"
+#include "support/command_line.h"
+
+using namespace wisp;
+
+namespace {
+
+// The sum of a plan's rows and its picture.
+uint64_t needed(const Request &request, const PreparedScene &prepared) {
+    const Settings settings = settings_of(request.options, prepared);
+    return checked_plan(request, prepared.scene, settings).arena_bytes + picture_bytes(request.options, settings);
+}
+
+struct Planned {
+    explicit Planned(const CommandLine &line) : request(read_request(line)) {
+        prepare_scene(request.name, request.file, request.options, request.frames.first, prepared);
+    }
+    // The error where so many bytes are available; "" where they suffice.
+    std::string refusal(uint64_t available) const {
+        const Settings settings = settings_of(request.options, prepared);
+        try {
+            check_memory(request, prepared, settings, checked_plan(request, prepared.scene, settings), available);
+        } catch (const Error &error) {
+            CHECK(error.status == exit_memory);
+            return error.text;
+        }
+        return "";
+    }
+    Request request;
+    PreparedScene prepared;
+};
+
+std::string between(const std::string &text, const std::string &before, const std::string &after) {
+    const size_t start = text.find(before);
+    if (start == std::string::npos) return "";
+    const size_t first = start + before.size();
+    return text.substr(first, text.find(after, first) - first);
+}
+
+} // namespace
+
+TEST_CASE("memory: a refusal names the largest stage, and an option that makes the plan fit") {
+    CommandLineTest test;
+    test.write("box.aff", CommandLineTest::lit("box -1 -1 -1 1 1 1 0.5 {\n}"));
+    test.write("triangle.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 35 hither 0.1 resolution 640 480\nl 1 1 4\n"
+                               "p 3\n-1 -1 0\n1 -1 0\n0 1 0\n");
+    const struct {
+        const char *scene;
+        std::vector<std::pair<std::string, std::string>> options;
+    } cases[] = {{"s.aff", {}},
+                 {"s.aff", {{"photons", "1000000"}, {"smoke", "direct"}}},
+                 {"s.aff", {{"photons", "1000000"}, {"smoke", "volume"}, {"arith", "fixed"}}},
+                 {"s.aff", {{"size", "4000x3000"}}},
+                 {"box.aff", {{"arith", "f64"}}},
+                 {"triangle.aff", {}},
+                 {"triangle.aff", {{"size", "4000x3000"}, {"reference", "1"}}}};
+    int advised = 0;
+    for (const auto &one : cases) {
+        CAPTURE(one.scene);
+        const Planned planned({{test.file(one.scene)}, one.options});
+        const Settings settings = settings_of(planned.request.options, planned.prepared);
+        const Plan plan = checked_plan(planned.request, planned.prepared.scene, settings);
+        const uint64_t picture = picture_bytes(planned.request.options, settings), all = plan.arena_bytes + picture;
+        uint64_t largest = picture;
+        std::string name = "picture";
+        for (const PlanRow &row : plan.rows) {
+            if (row.bytes >= largest) name = row.name;
+            largest = std::max(largest, row.bytes);
+        }
+        CHECK(planned.refusal(all) == "");
+        for (uint64_t available : {all - 1, all / 2, all / 10, uint64_t{1}}) {
+            const std::string text = planned.refusal(available);
+            CAPTURE(text);
+            const std::string start = "the plan needs " + std::to_string(all) + " bytes, " + std::to_string(largest) +
+                                      " of them for '" + name + "', expected at most the " + std::to_string(available) +
+                                      " that are available here";
+            CHECK(text.substr(0, start.size()) == start);
+            if (text.size() == start.size()) continue;
+            // What it advises has been planned: it fits, and needs as much as it says.
+            ++advised;
+            auto options = one.options;
+            const std::string option = between(text, "; --", " ");
+            options.emplace_back(option, between(text, "--" + option + " ", " "));
+            const Planned changed({{test.file(one.scene)}, options});
+            const uint64_t less = needed(changed.request, changed.prepared);
+            CHECK(less <= available);
+            CHECK(text == start + "; --" + option + " " + options.back().second + " needs " + std::to_string(less));
+        }
+        CHECK(planned.refusal(1).find(" needs ", 15) == std::string::npos); // nothing fits in one byte
+    }
+    CHECK(advised > 10);
+}
+
+TEST_CASE("memory: --memory counts where it is less than what is available") {
+    CommandLineTest test;
+    const Planned planned({{test.s()}, {{"memory", "20k"}}});
+    CHECK(planned.refusal(1 << 30).find("expected at most the 20480 of --memory") != std::string::npos);
+    CHECK(planned.refusal(20479).find("expected at most the 20479 that are available here") != std::string::npos);
+}
+
+TEST_CASE("memory: a plan beyond the memory of the machine is refused before any work") {
+    CommandLineTest test;
+    const std::string scene = test.s() + " --smoke direct --photons 4000000";
+    for (const std::string &command : {"plan " + scene, "render " + scene + " --digest", "inspect " + scene + " 3 4"}) {
+        CAPTURE(command);
+        const Ran ran = test.wisp_within(400000, command);
+        test.refuses(ran, 4);
+        CHECK(ran.err.find("for 'photons', expected at most the ") != std::string::npos);
+        CHECK(ran.err.find(" that are available here; --photons ") != std::string::npos);
+    }
+}
+
+TEST_CASE("memory: a file that is larger than the memory of the machine is refused by its name") {
+    CommandLineTest test;
+    for (const char *name : {"huge.vtk", "huge.vol", "huge.aff"}) {
+        test.write(name, name == std::string("huge.vol") ? "VOL\3" : "# vtk DataFile Version 3.0\n");
+        std::filesystem::resize_file(test.file(name), uint64_t{1} << 32);
+    }
+    test.write("points.aff", CommandLineTest::scene("huge.vtk", ""));
+    test.write("grid.aff", CommandLineTest::lit("huge.vol {\n}"));
+    for (const auto &[scene, file] :
+         {std::pair("points.aff", "huge.vtk"), std::pair("grid.aff", "huge.vol"), std::pair("huge.aff", "huge.aff")}) {
+        const Ran ran = test.wisp_within(400000, "plan " + test.file(scene));
+        test.refuses(ran, 4);
+        CHECK(ran.err.rfind(test.file(file) + ": error: the file needs 4294967296 bytes, expected at most the ", 0) ==
+              0);
+    }
+}
