@@ -59,11 +59,42 @@ TEST_CASE("dense smoke: light that is scattered once is found in steps that are 
     }
 }
 
+TEST_CASE("dense smoke: light that grazes a hard face, or stands close to it") {
+    DenseSmokeTest test;
+    for (const char *light :
+         {"ld -1 0 -.1 4 4 4\n", "ld -1 0 -.01 4 4 4\n", "l 1.01 .3 .2 4 4 4\n", "lp 1.2 1.3 1.1 1 1 1\n"}) {
+        CAPTURE(light);
+        test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 30 hither 0.01 resolution 8 8\n" +
+                                std::string(light) + "smoke box -1 -1 -1 1 1 1 8 { albedo .9 .9 .9 }\n");
+        const double fine = test.mean("--photons 0 --smoke direct --step 0.004 --light-step 0");
+        for (const char *arithmetic : {"f32", "f64", "fixed"}) {
+            CAPTURE(arithmetic);
+            CHECK(test.mean("--photons 0 --arith " + std::string(arithmetic)) == doctest::Approx(fine).epsilon(0.01));
+        }
+        const double reference = test.mean("--spp 4 --reference --passes 0:64");
+        CHECK(std::fabs(test.mean("--spp 4 --photons 40000") / reference - 1) < 0.09);
+    }
+}
+
 TEST_CASE("dense smoke: backward scattering does not brighten it") {
     DenseSmokeTest test;
     test.write("s.aff", test.box(1, 0.99, "phase -0.95\n"));
     const double reference = test.mean("--spp 4 --reference --passes 0:64");
     CHECK(std::fabs(test.mean("--spp 4 --photons 20000") / reference - 1) < 0.06);
+}
+
+TEST_CASE("dense smoke: a light in the smoke is seen through a peaked phase function") {
+    // The light stands near the rays, nearer than a step is long. The phase function is 1,500 times higher forward than
+    // aside.
+    DenseSmokeTest test;
+    for (const char *light : {"lp 0.02 0.03 0.1 1 1 1\n", "l 0.02 0.03 0.1 1 1 1\n"}) {
+        CAPTURE(light);
+        test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 4 hither 0.01 resolution 8 8\n" + std::string(light) +
+                                "smoke box -1 -1 -1 1 1 1 0.1 { albedo .9 .9 .9 phase 0.95 }\n");
+        const double fine = test.mean("--photons 0 --smoke direct --step 0.002 --light-step 0");
+        CHECK(test.mean("--photons 0") == doctest::Approx(fine).epsilon(0.02));
+        CHECK(test.mean("--photons 0 --smoke direct") == doctest::Approx(fine).epsilon(0.02));
+    }
 }
 
 TEST_CASE("dense smoke: many collisions of few photons lose no light") {

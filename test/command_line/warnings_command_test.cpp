@@ -132,3 +132,24 @@ TEST_CASE("warnings: plan and inspect warn as render does") {
     CHECK(test.wisp("plan " + test.s() + " --gather 9 -q").err.empty());
     CHECK(test.wisp("plan " + test.file("s.aff") + " --smoke direct").out.find("gather") != std::string::npos);
 }
+
+TEST_CASE("warnings: options that leave light in places of many mean free paths, or of backward phases") {
+    WarningCommandTest test;
+    const auto warned = [&](const std::string &density, const std::string &phase, const std::string &options) {
+        test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 30 hither 0.01 resolution 4 4\nlp 3 4 3 40 40 40\n"
+                            "smoke box -1 -1 -1 1 1 1 " +
+                                density + " { albedo .9 .9 .9 phase " + phase + " }\n");
+        return test.warned("--photons 2000 " + options);
+    };
+    // Against --reference light of more than one scattering is 0.22 of what it is for the first of these.
+    CHECK(warned("8", "0", "--irradiance none") ==
+          "wisp: warning: light that is scattered more than once is likely 10 % wrong here, or more: photons leave it in "
+          "places that are up to 16 mean free paths wide; without --irradiance it is not\n");
+    CHECK(warned("8", "0", "--density-step 3").find("likely 3 % wrong here, or more") != std::string::npos);
+    CHECK(warned("8", "0", "--irradiance-step 6").find("; without --irradiance-step it is not\n") != std::string::npos);
+    CHECK(warned("1", "-0.9", "--irradiance-step 1").find("50 % too bright") != std::string::npos);
+    for (const char *density : {"0.1", "8", "500"})
+        for (const char *phase : {"0", "-0.9", "0.9"}) CHECK(warned(density, phase, "") == "");
+    CHECK(warned("0.1", "0", "--irradiance none") == "");
+    CHECK(warned("1", "0", "--irradiance-step 1") == "");
+}

@@ -40,8 +40,8 @@ def instructions():
                 most[stage] = max(most[stage], count)
     failed.extend(f"instructions: there is no {STAGES[stage]}()" for stage, count in most.items() if count == 0)
     most["all else"] = everything - sum(most.values())
-    table("instructions", f"Instructions by stage: {smoke.SHORTCUTS} at 64 x 64, {n}", ["stage", "million", "part"],
-          [[stage, count / 1e6, count / everything] for stage, count in most.items()])
+    table("instructions", f"Instructions by stage: {smoke.SHORTCUTS} at 64 x 64, {n}", ["stage", "million", "% of all"],
+          [[stage, count / 1e6, 100 * count / everything] for stage, count in most.items()])
 
 
 # ------------------------------------------------------------------------------------------------- what small scenes need

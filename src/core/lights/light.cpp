@@ -22,6 +22,33 @@ Color mean_irradiance(const Color &intensity, const Vec3 &a, const Vec3 &b) {
     return intensity / area * angle_between(area, cosine);
 }
 
+// How far apart two unit vectors may be for the phase function to be sampled once between them: its peak has a
+// half-width of about 1 - |g| (N-E1).
+bool turns_little(const Phase &phase, const Vec3 &from, const Vec3 &to) {
+    const Real widest = Real(1) - abs(phase.asymmetry());
+    return dot(to - from, to - from) <= widest * widest;
+}
+
+// `halvings` more of the angle are allowed. Points are relative to the light. By Simpson's rule in each part: light
+// with falloff is spread evenly over the angle, light without over the length.
+Real mean_phase_between(const Light &light, const Phase &phase, const Vec3 &a, const Vec3 &b, const Vec3 &out,
+                        int32_t halvings) {
+    const Real far_a = max(length(a), min_distance), far_b = max(length(b), min_distance);
+    // The bisector of the angle at the light meets the segment where its parts are as a : b.
+    const bool constant = light.kind == LightKind::constant;
+    const Real of_b = far_a / (far_a + far_b);
+    const Vec3 bisected = a + (b - a) * of_b, from = a / far_a, to = b / far_b;
+    if (halvings == 0 || turns_little(phase, from, to)) {
+        const Vec3 middle = constant ? (a + b) * Real(0.5) : bisected;
+        const Real distance = length(middle);
+        const Vec3 between = distance > Real(0) ? middle / distance : from;
+        return Real(1.0 / 6) * (phase(from, out) + Real(4) * phase(between, out) + phase(to, out));
+    }
+    const Real first = mean_phase_between(light, phase, a, bisected, out, halvings - 1);
+    const Real second = mean_phase_between(light, phase, bisected, b, out, halvings - 1);
+    return first + (second - first) * (constant ? Real(1) - of_b : Real(0.5));
+}
+
 } // namespace
 
 Light make_light(const LightSource &source) {
@@ -45,6 +72,16 @@ Illumination illuminate(const Light &light, const Vec3 &x, const Vec3 &a, const 
     if (light.kind == LightKind::spot && !in_cone(direction, light.direction, light.one_minus_cosine))
         return {direction, distance, Color(Real(0))};
     return {direction, distance, mean_irradiance(light.color, a - light.position, b - light.position)};
+}
+
+Real mean_phase(const Light &light, const Phase &phase, const Vec3 &in, const Vec3 &a, const Vec3 &b, const Vec3 &out) {
+    constexpr int32_t halvings = 8; // of an angle of at most half a turn
+    if (phase.isotropic()) return inv_four_pi<Real>;
+    if (light.kind == LightKind::parallel) return phase(in, out);
+    const Vec3 from = a - light.position, to = b - light.position;
+    const Real near = max(length(from), min_distance), far = max(length(to), min_distance);
+    if (turns_little(phase, from / near, to / far)) return phase(in, out);
+    return mean_phase_between(light, phase, from, to, out, halvings);
 }
 
 } // namespace wisp::WISP_ARITH

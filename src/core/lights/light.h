@@ -1,6 +1,7 @@
 // Lights, and the irradiance that a point receives from each of them. README.md has the units of each kind.
 #pragma once
 #include "core/numbers/vec.h"
+#include "core/smoke/phase.h"
 #include "wisp/arena.h"
 #include "wisp/scene.h"
 
@@ -27,6 +28,11 @@ struct Illumination {
 // is replaced by its mean over the segment of a ray from `a` to `b` around x: a ray march that passes close to a light
 // then has no spike. a = b = x gives the plain 1/r^2. Distances to the light are limited to at least 2^-10.
 Illumination illuminate(const Light &light, const Vec3 &x, const Vec3 &a, const Vec3 &b);
+
+// The mean of the phase function towards `out` over the light that reaches the segment of a ray from `a` to `b`,
+// through the same integral as `illuminate` (README, Mean phase). `in` is the light's direction in the middle of the
+// segment: where that turns by less than the phase function's peak is wide, the mean is the value for `in`.
+Real mean_phase(const Light &light, const Phase &phase, const Vec3 &in, const Vec3 &a, const Vec3 &b, const Vec3 &out);
 
 // Whether the unit vector `direction` lies in the cone about the unit vector `axis`: |direction - axis|^2 is
 // 2 (1 - cosine), which keeps its digits for narrow cones.

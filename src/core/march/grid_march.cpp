@@ -31,9 +31,11 @@ WISP_INLINE void add(LaneColor &color, const Lanes &amount, const Color &value) 
 struct LaneLight {
     Lanes irradiance; // of the light's brightest channel
     Lanes x, y, z;    // the direction in which the light travels
+    bool is_near;     // its direction may turn within a step
 };
 
 WISP_INLINE void illuminate_each(const Light &light, const Ray &ray, const Group &group, LaneLight &lit) {
+    lit.is_near = light.kind != LightKind::parallel;
     Light unit = light;
     unit.color = Color(largest(light.color));
     for (uint32_t l = 0; l < lanes; ++l) {
@@ -63,7 +65,20 @@ WISP_INLINE void illuminate_group(const Light &light, const Ray &ray, const Grou
         lit.z[l] = z * inverse;
         nearest = min(nearest, distance);
     }
+    lit.is_near = false;
     if (nearest < near) illuminate_each(light, ray, group, lit);
+}
+
+// The phase function towards the eye in each step: its mean over the step where the light is near.
+WISP_INLINE void find_phases(const Light &light, const Phase &phase, const Ray &ray, const Group &group,
+                             const LaneLight &lit, Lanes &p) {
+    const Vec3 out = -ray.direction;
+    for (uint32_t l = 0; l < lanes; ++l) p[l] = phase(Vec3(lit.x[l], lit.y[l], lit.z[l]), out);
+    if (!lit.is_near) return;
+    for (uint32_t l = 0; l < lanes; ++l) {
+        const Step step = make_step(ray, group.step[l], group.t[l] - Real(0.5) * group.dx[l], group.dx[l]);
+        p[l] = mean_phase(light, phase, Vec3(lit.x[l], lit.y[l], lit.z[l]), step.begin, step.end, out);
+    }
 }
 
 // Sets the scattered radiance of a light to 0 in each step where a surface shadows the light.
@@ -77,16 +92,19 @@ void shade(const GridMarcher &marcher, const Light &light, uint32_t number, cons
     }
 }
 
+// The depth from the point at distance t of the ray to the light, by a ray.
+Real depth_at(const GridMarcher &marcher, const Light &light, const Ray &ray, Real t) {
+    const Vec3 x = ray.origin + ray.direction * t;
+    const Illumination from = illuminate(light, x, x, x);
+    ++marcher.statistics->rays.shadow;
+    return optical_depth(*marcher.medium, {x, -from.direction}, from.distance);
+}
+
 // Replaces the interpolated depths of the steps that lie in dense cells. `sigma` is that of all smoke.
 WISP_INLINE void find_depths_in_dense_cells(const GridMarcher &marcher, const Light &light, const Ray &ray,
                                             const Group &group, const Lanes &sigma, Lanes &tau) {
-    for (uint32_t l = 0; l < lanes; ++l) {
-        if (!is_dense(*marcher.depths, sigma[l])) continue;
-        const Vec3 x = ray.origin + ray.direction * group.t[l];
-        const Illumination from = illuminate(light, x, x, x);
-        tau[l] = optical_depth(*marcher.medium, {x, -from.direction}, from.distance);
-        ++marcher.statistics->rays.shadow;
-    }
+    for (uint32_t l = 0; l < lanes; ++l)
+        if (is_dense(*marcher.depths, sigma[l])) tau[l] = depth_at(marcher, light, ray, group.t[l]);
 }
 
 // Within a step of depth s the depth to a light changes by c, which is taken to be linear. The light that leaves the
@@ -107,6 +125,52 @@ WISP_INLINE void vary_in_steps(const LaneCells &at, const OpticalDepthGrid &dept
     }
 }
 
+// A stretch of a ray through smoke of one sigma, and the depths to a light where it begins and ends.
+struct Stretch {
+    Real begin, end, first, last;
+};
+
+// The mean over a stretch of e^-(sigma (t - begin) + depth to the light at t). The stretch is halved, at most so many
+// times, until the depth in its middle is what it would be if the depth were linear.
+Real mean_arriving(const GridMarcher &marcher, const Light &light, const Ray &ray, Real sigma, const Stretch &part,
+                   int32_t halvings) {
+    const Real middle = Real(0.5) * (part.begin + part.end), linear = Real(0.5) * (part.first + part.last);
+    const Real s = sigma * (part.end - part.begin);
+    if (halvings > 0 && min(part.first, part.last) < opaque_depth) {
+        const Real depth = depth_at(marcher, light, ray, middle);
+        if (abs(depth - linear) > Real(1.0 / 32)) {
+            const Stretch near = {part.begin, middle, part.first, depth}, far = {middle, part.end, depth, part.last};
+            return Real(0.5) * (mean_arriving(marcher, light, ray, sigma, near, halvings - 1) +
+                                exp(Real(-0.5) * s) * mean_arriving(marcher, light, ray, sigma, far, halvings - 1));
+        }
+    }
+    const Real more = s + (part.last - part.first); // of depth, on both ways, where the stretch ends
+    return more < Real(0) ? exp(-(part.last + s)) * mean_transmittance(-more)
+                          : exp(-part.first) * mean_transmittance(more);
+}
+
+// Where the depth to a light differs by more than 1 between the corners of a cell, as where light grazes a hard face,
+// it is not interpolated: rays find it within the step (README). `lit` is the scattered light without what smoke takes
+// from it.
+WISP_INLINE void vary_in_steep_cells(const GridMarcher &marcher, const Light &light, const Ray &ray,
+                                     const LaneCells &at, const Group &group, const Lanes &sigma, const Lanes &lit,
+                                     Lanes &tau, Lanes &scattered) {
+    constexpr int32_t halvings = 8;
+    Real end = Real(-1), depth_of_end = Real(0); // of the last step whose depths were found
+    for (uint32_t l = 0; l < lanes; ++l) {
+        Real least, greatest;
+        range_of_corners(at, marcher.depths->depth, l, least, greatest);
+        if (!(greatest - least > Real(1)) || !(least < opaque_depth) || !(sigma[l] > Real(0))) continue;
+        const Real half = Real(0.5) * group.dx[l], from = group.t[l] - half, to = group.t[l] + half;
+        const Real first = abs(from - end) < half * Real(0x1p-8) ? depth_of_end : depth_at(marcher, light, ray, from);
+        end = to;
+        depth_of_end = depth_at(marcher, light, ray, to);
+        const Real arriving = mean_arriving(marcher, light, ray, sigma[l], {from, to, first, depth_of_end}, halvings);
+        tau[l] = Real(0.5) * (first + depth_of_end);
+        scattered[l] = lit[l] * arriving / mean_transmittance(sigma[l] * group.dx[l]);
+    }
+}
+
 // Adds the single scattering of one smoke in each step: irradiance of each light, attenuated by all smoke between light
 // and step, times the phase function. Albedo and extinction are left to the caller. `sigma` is the extinction of all
 // smoke; that of this one, `extinction`, is recorded only.
@@ -124,15 +188,19 @@ WISP_INLINE void gather_lights(const GridMarcher &marcher, const SmokeVolume &sm
         const Light &from = depths.lights[light];
         const Real brightest = largest(from.color);
         illuminate_group(from, ray, group, marcher.step, lit);
-        Lanes tau, p;
+        Lanes tau, p, unattenuated;
         interpolate(at, depths.depth, tau);
         find_depths_in_dense_cells(marcher, from, ray, group, sigma, tau);
         if (smoke.phase.isotropic())
             for (uint32_t l = 0; l < lanes; ++l) p[l] = inv_four_pi<Real>;
         else
-            for (uint32_t l = 0; l < lanes; ++l) p[l] = smoke.phase(Vec3(lit.x[l], lit.y[l], lit.z[l]), out);
+            find_phases(from, smoke.phase, ray, group, lit, p);
+        for (uint32_t l = 0; l < lanes; ++l) unattenuated[l] = p[l] * lit.irradiance[l];
         for (uint32_t l = 0; l < lanes; ++l) p[l] *= lit.irradiance[l] * exp(-max(Real(0), tau[l]));
-        if (depths.cut_off) vary_in_steps(at, depths, in_bricks, group, sigma, p);
+        if (depths.cut_off) {
+            vary_in_steps(at, depths, in_bricks, group, sigma, p);
+            vary_in_steep_cells(marcher, from, ray, at, group, sigma, unattenuated, tau, p);
+        }
         if (marcher.shadows) shade(marcher, from, light, ray, group, p, recorder);
         if (brightest > Real(0)) add(scattered, p, from.color / brightest);
         if (is_recording(recorder) && brightest > Real(0)) {

@@ -42,7 +42,9 @@ Color single_scattering(const Medium &medium, const SingleScatterer &lights, con
         Color scattered(Real(0)); // sum of sigma_s p
         for (uint32_t i = 0; i < medium.count; ++i)
             if (extinctions[i] > Real(0))
-                scattered += medium.smokes[i].albedo * (extinctions[i] * medium.smokes[i].phase(light.direction, out));
+                scattered +=
+                    medium.smokes[i].albedo * (extinctions[i] * mean_phase(lights.lights[l], medium.smokes[i].phase,
+                                                                           light.direction, step.begin, step.end, out));
         const auto query = [&] { return is_shadowed(lights.shadows, l, step.middle, light); };
         if (!(largest(scattered) > Real(0)) || (lights.shadows && record_shadow(recorder, 0, statistics, query))) {
             if (is_recording(recorder)) recorder->light(*recorder, {step.number, l, true, light});

@@ -97,14 +97,20 @@ Real brightness_at(const Sources &in, const PhotonSource &source, uint32_t brick
            exp(-depth_at(in, node, depth));
 }
 
+Real depth_by_ray(const Sources &in, const PhotonSource &source, const Vec3 &x) {
+    const Illumination from = illuminate(in.depths.lights[source.light], x, x, x);
+    return optical_depth(in.medium, {x, -from.direction}, from.distance);
+}
+
 // A photon's power at its start is at most so much of those that start at a node.
 constexpr double most_power_between_nodes = 1.25;
 
 // Between nodes the power that starts falls exponentially with the depth to the light, while photons are drawn by
-// linear interpolation. The quotient of the two at x (README). The depth is interpolated linearly: where it is nearly
-// the same at all corners of the cell, the quotient counts as 1.
+// linear interpolation. The quotient of the two at x (README). The depth is interpolated linearly; where it is nearly
+// the same at all corners of the cell, the quotient counts as 1. In cells at hard faces where it differs much a ray
+// finds it.
 Real power_between_nodes(const Sources &in, const PhotonSource &source, const Vec3 &x) {
-    constexpr Real even = Real(0.125), most = Real(most_power_between_nodes);
+    constexpr Real even = Real(0.125), steep = Real(1), most = Real(most_power_between_nodes);
     const uint32_t brick = brick_at(in.bricks, cell_at(in.bricks.lattice, x));
     if (brick == no_brick) return Real(0);
     const Real *depth = depths_of(in, source, brick);
@@ -123,7 +129,8 @@ Real power_between_nodes(const Sources &in, const PhotonSource &source, const Ve
         greatest = i == 0 ? tau[0] : max(greatest, tau[i]);
     }
     if (greatest - least < even) return Real(1);
-    const Real here = trilinear(at.t, of_corner(tau));
+    const Real here =
+        in.depths.cut_off && greatest - least > steep ? depth_by_ray(in, source, x) : trilinear(at.t, of_corner(tau));
     for (int32_t i = 0; i < 8; ++i)
         power[i] = scale_pow2(extinction_at(in, brick, index_of(count, node[i])), in.distribution.shift) *
                    irradiance_at(in.depths.lights[source.light], source.max_channel, node_of(in.bricks, brick, node[i]),

@@ -100,6 +100,17 @@ WISP_INLINE void interpolate(const LaneCells &at, const Real *values, Lanes &res
         at, [values](int32_t node) { return values[node]; }, result);
 }
 
+// The least and the greatest of the values between which lane l interpolates.
+inline void range_of_corners(const LaneCells &at, const Real *values, uint32_t l, Real &least, Real &greatest) {
+    least = greatest = values[at.node[l]];
+    for (int32_t corner = 1; corner < 8; ++corner) {
+        const Real value =
+            values[at.node[l] + (corner & 1) + (corner >> 1 & 1) * at.row[l] + (corner >> 2) * at.layer[l]];
+        least = min(least, value);
+        greatest = max(greatest, value);
+    }
+}
+
 // How the interpolated value changes along `direction`, in cells of the field, per unit of length.
 WISP_INLINE void change_along(const LaneCells &at, const Real *values, const Vec3 &direction, Lanes &result) {
     for (uint32_t l = 0; l < lanes; ++l) {

@@ -35,6 +35,8 @@ bool are_bricks_too_large(const Scene &scene, const Settings &settings) {
 constexpr double max_depth_of_photon_cell = 0.7;
 // Particles fade: there smaller cells would show more noise of photons than they take away of the error.
 constexpr double max_depth_of_soft_photon_cell = 2;
+// The same of particles and samples that keep their power themselves.
+constexpr double max_depth_of_element = 0.4;
 
 // Below this phase the flux of photons gives too much light: 1.5 times as much that is scattered more than once at
 // -0.8, 5 times at -0.95.
@@ -71,25 +73,33 @@ void shrink_bricks(const Options &options, const Scene &scene, Settings &setting
 }
 
 // Makes the cells of photons as fine as those of the bricks where they are too deep. Returns whether that suffices.
-bool fit_photon_cells(const Options &options, const Scene &scene, double depth_of_length, Settings &settings) {
-    bool hard = false;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) hard |= scene.smokes[i].is_grid();
-    const double most = hard ? max_depth_of_photon_cell : max_depth_of_soft_photon_cell;
-    const auto fits = [&](double length) { return depth_of_length * length <= most; };
-    if (!(settings.density_step > 0 && can_resample(scene))) return fits(1);
-    if (!options.irradiance_step && !fits(settings.irradiance_step) && fits(settings.density_step))
-        settings.irradiance_step = settings.density_step;
-    return fits(settings.irradiance_step);
+bool fit_photon_cells(const Options &options, const Scene &scene, Settings &settings) {
+    if (photon_cells(scene, settings).fit()) return true;
+    if (options.irradiance_step || !(settings.density_step > 0 && can_resample(scene))) return false;
+    Settings finer = settings;
+    finer.irradiance_step = settings.density_step;
+    if (!photon_cells(scene, finer).fit()) return false;
+    settings = finer;
+    return true;
 }
 
-// Whether the phase is so far backward that the flux does not tell whence light comes: it flows both ways.
+} // namespace
+
 bool scatters_far_backward(const Scene &scene) {
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
         if (scene.smokes[i].asymmetry < least_asymmetry_of_photons) return true;
     return false;
 }
 
-} // namespace
+PhotonCells photon_cells(const Scene &scene, const Settings &settings) {
+    const SmokeDensity density = density_of(scene);
+    if (settings.irradiance == IrradianceMap::none) return {density.deepest_element, max_depth_of_element};
+    bool hard = false;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) hard |= scene.smokes[i].is_grid();
+    const bool kept = settings.density_step > 0 && can_resample(scene);
+    return {density.greatest_depth * (kept ? settings.irradiance_step : 1),
+            hard ? max_depth_of_photon_cell : max_depth_of_soft_photon_cell};
+}
 
 // On the smoke of fixtures/table2.aff these are the fastest steps whose pictures err by no more than the photons'
 // noise.
@@ -130,7 +140,7 @@ void choose_defaults(const Options &options, const Scene &scene, uint32_t paths,
     if (settings.method != Method::map || on_particles || maps || settings.goal != Goal::picture ||
         settings.photons == 0)
         return;
-    const bool fits = fit_photon_cells(options, scene, density.greatest_depth, settings);
+    const bool fits = fit_photon_cells(options, scene, settings);
     const bool lacks_directions = needs_directions && in_bricks && settings.density_step == 0;
     if (free && (lacks_directions || (!options.irradiance_step && (!fits || scatters_far_backward(scene)))))
         settings.paths = paths;

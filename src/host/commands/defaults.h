@@ -11,4 +11,15 @@ namespace wisp {
 // each other.
 void choose_defaults(const Options &options, const Scene &scene, uint32_t paths, Settings &settings);
 
+// The places where photons leave the light that is scattered more than once: the deepest one, as an optical depth, and
+// how deep it may be for that light to err by 3 % at most (on particles and samples: 10 %).
+struct PhotonCells {
+    double depth, most;
+    bool fit() const { return depth <= most; }
+};
+PhotonCells photon_cells(const Scene &scene, const Settings &settings);
+
+// Whether the phase is so far backward that the flux does not tell whence light comes: it flows both ways.
+bool scatters_far_backward(const Scene &scene);
+
 } // namespace wisp

@@ -1,4 +1,5 @@
 #include "host/base/text.h"
+#include "host/commands/defaults.h"
 #include "host/commands/run_warnings.h"
 #include "host/prepare/extinction.h"
 #include "host/prepare/scene_warnings.h"
@@ -53,9 +54,9 @@ class Idle {
     }
 
   private:
-    // What is given so that a stage is not needed does something.
+    // What is given so that a stage is not needed does something, as do photons whose place paths take.
     bool switches_off(const std::string &option) const {
-        return (option == "photons" && settings_.photons == 0) ||
+        return (option == "photons" && settings_.photons == 0) || (option == "photons" && settings_.paths > 0) ||
                (option == "irradiance" && settings_.irradiance == IrradianceMap::none) ||
                (option == "light-step" && settings_.light_step == 0) ||
                (option == "density-step" && settings_.density_step == 0) ||
@@ -134,14 +135,45 @@ bool scatters_much(const Scene &scene) {
     });
 }
 
+// Of the options that were given, those that keep wisp from choosing finer cells, or paths in place of photons.
+std::string options_of_cells(const Request &request) {
+    std::string list;
+    for (const char *option : {"density-step", "irradiance-step", "irradiance", "deposit", "direction", "estimate",
+                               "map-in", "map-out", "batches", "remap"})
+        if (std::find(request.given.begin(), request.given.end(), option) != request.given.end())
+            list += (list.empty() ? "--" : ", --") + std::string(option);
+    return list;
+}
+
 } // namespace
+
+// The limits hold for the random smokes of tools/measure/random_smoke.py.
+void RunWarnings::of_cells(const Scene &scene, const Settings &settings) {
+    const PhotonCells cells = photon_cells(scene, settings);
+    const std::string options = options_of_cells(request_);
+    const std::string hint = options.empty() ? "" : "; without " + options + " it is not";
+    if (scatters_far_backward(scene))
+        print(
+            {"backward", "",
+             "light that is scattered more than once is likely 50 % too bright here, or more: where the phase is below "
+             "-0.6 photons do not tell whence it comes" +
+                 hint});
+    else if (!cells.fit())
+        print({"photon cells", "",
+               "light that is scattered more than once is likely " +
+                   std::string(settings.irradiance == IrradianceMap::none ? "10" : "3") +
+                   " % wrong here, or more: photons leave it in places that are up to " + two_digits(cells.depth) +
+                   " mean free paths wide" + hint});
+}
 
 // Measured against --reference on 34 cases (a ball of 500 particles of extinction 0.3 to 1000, three fixtures;
 // 20,000 to 1,000,000 photons, the nearest 50 or 500): where both limits are exceeded pictures are 10 to 43 % too
 // bright, elsewhere at most 9 %. An albedo of 0.5 halves that of 0.7, and of 0.2 nothing is left.
 void RunWarnings::of_photons(const Scene &scene, const Settings &settings, const Plan &plan,
                              const Statistics &statistics) {
-    if (!plan.photons || !plan[Stage::gather].needed || settings.method == Method::map || !scatters_much(scene)) return;
+    if (!plan.photons || !scatters_much(scene)) return;
+    if (settings.method == Method::map && settings.paths == 0) of_cells(scene, settings);
+    if (!plan[Stage::gather].needed || settings.method == Method::map) return;
     const Gather gather = gather_of(scene, settings, statistics.photons.stored);
     if (!(gather.radius > 0.3 && gather.radius > 0.55 * gather.free_path)) return;
     print({"nearest photons", "",

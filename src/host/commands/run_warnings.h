@@ -11,11 +11,14 @@ class RunWarnings {
 
     // Of a frame that is to be rendered. An option is warned of in the last frame, if no frame before needed it.
     void of_frame(int64_t frame, const PreparedScene &prepared, const Settings &settings, const Plan &plan);
-    // Of the estimate from the nearest photons, when a frame is done: it is too bright where they are far.
+    // Of the light that is scattered more than once, when a frame is done: the nearest photons may be far, the places
+    // where photons leave it deep.
     void of_photons(const Scene &scene, const Settings &settings, const Plan &plan, const Statistics &statistics);
     void print(const Warning &warning) { warnings_.print(warning); }
 
   private:
+    void of_cells(const Scene &scene, const Settings &settings);
+
     const Request &request_;
     Warnings warnings_;
     std::optional<std::vector<Warning>> idle_; // options, in all frames so far

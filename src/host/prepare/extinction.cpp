@@ -33,6 +33,12 @@ Extinction extinction_of(const SmokeDescription &smoke) {
     return {8 * grid.half.x * grid.half.y * grid.half.z, densest * grid.extinction};
 }
 
+double longest_element(const SmokeDescription &smoke) {
+    if (!smoke.is_grid()) return smoke.largest_h;
+    const GridDescription &grid = smoke.grid;
+    return 2 * std::max({grid.half.x / grid.nx, grid.half.y / grid.ny, grid.half.z / grid.nz});
+}
+
 } // namespace
 
 std::vector<double> areas_in_cells(const SmokeDescription &smoke, double edge, int along) {
@@ -67,6 +73,7 @@ SmokeDensity density_of(const Scene &scene) {
         density.volume += extinction.volume;
         density.mean_depth = std::max(density.mean_depth, smoke.total_area / extinction.volume * density.length);
         density.greatest_depth = std::max(density.greatest_depth, extinction.greatest * density.length);
+        density.deepest_element = std::max(density.deepest_element, extinction.greatest * longest_element(smoke));
     }
     return density;
 }

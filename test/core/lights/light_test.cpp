@@ -65,6 +65,34 @@ TEST_CASE(WISP_ARITH_NAME ": over a step the inverse square is its exact mean") 
         }
 }
 
+TEST_CASE(WISP_ARITH_NAME ": over a step the phase function is its mean over the light that the step receives") {
+    for (const LightKind kind : {LightKind::point, LightKind::constant})
+        for (const double g : {0.5, -0.5, 0.95, -0.95})
+            for (const double closest : {0.01, 0.1, 1.0, 30.0})
+                for (const double from : {-1.0, -0.5, -0.1, 0.0, 0.7}) {
+                    // A step of length 1 along y, from the light on, by quadrature.
+                    double expected = 0, weights = 0;
+                    const int n = 20000;
+                    for (int i = 0; i < n; ++i) {
+                        const double y = from + (i + 0.5) / n, d2 = closest * closest + y * y;
+                        const double weight = kind == LightKind::point ? 1 / d2 : 1, cosine = y / std::sqrt(d2);
+                        expected += weight * (1 - g * g) / (4 * pi_ * std::pow(1 + g * g - 2 * g * cosine, 1.5));
+                        weights += weight;
+                    }
+                    LightSource source = lamp;
+                    source.kind = kind;
+                    source.position = {0, 0, 0};
+                    const Light light = make_light(source);
+                    const Vec3 a = vec(closest, from, 0), b = vec(closest, from + 1, 0), x = (a + b) * Real(0.5);
+                    const double found =
+                        at(mean_phase(light, Phase(real(g)), illuminate(light, x, a, b).direction, a, b, vec(0, 1, 0)));
+                    CAPTURE(g);
+                    CAPTURE(closest);
+                    CAPTURE(from);
+                    CHECK(found == doctest::Approx(expected / weights).epsilon(0.04));
+                }
+}
+
 TEST_CASE(WISP_ARITH_NAME ": narrow spots keep their cone") {
     for (double degrees : {0.02, 0.05, 0.2, 1.0}) {
         const double half = degrees / 2 * pi_ / 180, sine = std::sin(half / 2);

@@ -30,7 +30,7 @@ for (const [name, width, colorScheme] of [['wide', 1280, 'light'], ['dark', 1280
     expect((await page.$$('section h2')).length >= 12, `${name}: all sections are there`);
     const broken = await page.$$eval('img', (images) => images.filter((i) => !i.complete || !i.naturalWidth).length);
     expect(broken === 0, `${name}: every picture is drawn`);
-    const odd = await page.$$eval('.lead, .headline td, .number, li, figure text', (all) =>
+    const odd = await page.$$eval('.lead, .headline td, .number, li, .plot text, .plot dd', (all) =>
         all.map((element) => element.textContent).find((text) => /\b(nan|inf|None|undefined)\b/.test(text)));
     expect(odd === undefined, `${name}: every figure is a number ${odd ?? ''}`);
     // Folded tables, too.
@@ -45,7 +45,7 @@ for (const [name, width, colorScheme] of [['wide', 1280, 'light'], ['dark', 1280
     await page.$$eval('details', (all) => all.forEach((details) => { details.open = false; }));
 
     // Small text is text that a scaled plot has made small.
-    const smallest = await page.$$eval('figure > svg text', (texts) => Math.min(...texts.map((text) => {
+    const smallest = await page.$$eval('.plot text', (texts) => Math.min(...texts.map((text) => {
         const { a, b } = text.getScreenCTM();
         return text.getClientRects().length ? Math.hypot(a, b) * parseFloat(getComputedStyle(text).fontSize) : Infinity;
     })));

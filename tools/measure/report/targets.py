@@ -3,166 +3,115 @@ import math
 from collections import namedtuple
 from contextlib import suppress
 
-from tables import OUT, NotMeasured, compare, number
+import tables  # noqa: F401: it says where harness is
+from harness import OUT, compare, plain
 
-Judged = namedtuple("Judged", "what against target figure error met source")  # met is None where it is not known
-
-
-def percent(value):
-    return f"{100 * value:.2g}\u00a0%" if math.isfinite(value) else "not known"
+Judged = namedtuple("Judged", "what against target figure error met")  # met: None, not known; "quick", not judged
 
 
-def times(value):
-    return f"{value:.3g}x" if math.isfinite(value) else "not known"
+def percent(error):
+    return f"{100 * error:.2g}\u00a0%" if math.isfinite(error) else "not known"
 
 
-def at_least(value, bound):
-    return value >= bound if math.isfinite(value) else None
+def times(ratio):
+    return f"{ratio:.3g}x" if math.isfinite(ratio) else "not known"
 
 
-def at_most(value, bound):
-    return value <= bound if math.isfinite(value) else None
+def met(*margins):
+    """Each margin is to be 0 at least, and is NaN where it is not known. One that is missed decides."""
+    return False if any(margin < 0 for margin in margins) else None if any(map(math.isnan, margins)) else True
 
 
-def both(*conditions):
-    """One that is not met decides; else one that is not known."""
-    return False if False in conditions else None if None in conditions else True
+def soonest(points, most):
+    """The soonest of the points (seconds, error, what) that err by `most` at most; where none does, the nearest."""
+    return min((point for point in points if math.isfinite(point[0] + point[1])),
+               key=lambda point: (0, point[0]) if point[1] <= most else (1, point[1]))
 
 
-def known(records):
-    """(seconds, error, what) of rows that have both."""
-    points = [(number(row["s"]), number(row["RMSE"]), row["what"]) for row in records]
-    return [point for point in points if math.isfinite(point[0] + point[1])]
+def sooner(table, most, gain, **rival):
+    """The soonest of our settings that err by `most` at most, against the seconds of a rival's row."""
+    seconds = table.row(**rival)["s"]
+    own, error, what = soonest([(row["s"], row["RMSE"], row["what"]) for row in table.records
+                                if not row["what"].startswith(("pbrt", "0 photons"))], most)
+    if error > most:
+        return f"not reached in {own:.3g} s", f"{percent(error)} at best", False
+    return f"{times(seconds / own)} ({what}, {own:.3g} s)", percent(error), met(seconds / own - gain)
 
 
-def soonest(points, most, seconds, bound):
-    """The soonest of the points that err by `most` at most, against another's seconds."""
-    if not points:
-        raise NotMeasured("RMSE")
-    good = [point for point in points if point[1] <= most]
-    if not good:
-        nearest = min(points, key=lambda point: point[1])
-        return f"not reached in {nearest[0]:.3g} s", f"{percent(nearest[1])} at best", False
-    own, error, what = min(good)
-    return f"{times(seconds / own)} ({what}, {own:.3g} s)", percent(error), at_least(seconds / own, bound)
+def single_scattering(grid, povray):
+    row = grid.row(what="0 photons, to single scattering")
+    points = [tuple(other.values())[2:] for other in povray.records if other["program"] == "wisp"] if povray else []
+    seconds, error = soonest([(row["s"], row["RMSE"]), *points], 0.001)
+    return f"{seconds:.3g} s", percent(error), met(0.1 - seconds, 0.001 - error)
 
 
-# Each takes the tables and gives figure, error, and whether the target is met.
-def smoke_default(tables):
-    row = tables["table_2"].row(way="default")
-    gain, error = number(row["gain"]), number(row["RMSE"])
-    return times(gain), percent(error), both(at_least(gain, 25), at_most(error, 0.01))
+def worst(rows, what, error="same results"):
+    """The least ratio of rows, which are all to be 1 at least; WHAT names a row."""
+    ratios = [(row["ratio"], what.format(**row)) for row in rows if math.isfinite(row["ratio"])]
+    ratio, row = min(ratios)
+    good = sum(ratio >= 1 for ratio, _ in ratios)
+    return f"{times(ratio)} in the worst row ({row}), 1 at least in {good} of {len(ratios)}", error, met(ratio - 1)
 
 
-def smoke_at_one_percent(tables):
-    direct = tables["front"].row(family="method", what="direct, 4100000 photons")
-    return soonest(known(tables["front"].records), 0.01, number(direct["s"]), 25)
-
-
-def equal_error(level):
-    def measure(tables):
-        grid = tables["grid"]
-        ours = known(row for row in grid.records if row["what"].endswith(" photons"))
-        return soonest(ours, level, number(grid.row(what="pbrt", RMSE=f"{level:g}")["s"]), 50)
-    return measure
-
-
-def irradiance_bytes(tables):
-    size = number(tables["table_2"].row(way="map + irradiance")["irradiance map"])
-    error = compare(OUT / "table2_map_irr.pfm", OUT / "table2_map.pfm")
-    return f"{size / 2**20:.2f} MB", percent(error), both(at_most(size, 4 * 2**20), at_most(error, 0.005))
-
-
-def single_scattering(tables):
-    """The soonest setting that is near enough; else the nearest."""
-    row = tables["grid"].row(what="0 photons, to single scattering")
-    points = [(number(row["s"]), number(row["RMSE"]))]
-    if "povray" in tables:  # program, setting, seconds, error
-        points += [(number(row[2]), number(row[3])) for row in tables["povray"].rows if row[0] == "wisp"]
-    seconds, error = min(points, key=lambda point: (point[0], 0) if point[1] <= 0.001 else (math.inf, point[1]))
-    return f"{seconds:.3g} s", percent(error), both(at_most(seconds, 0.1), at_most(error, 0.001))
-
-
-def worst(rows, error="same results"):
-    """The least of ratios that are all to be 1 at least: (ratio, what)."""
-    rows = [row for row in rows if math.isfinite(row[0])]
-    if not rows:
-        raise NotMeasured("ratio")
-    ratio, what = min(rows)
-    good = sum(ratio >= 1 for ratio, _ in rows)
-    return f"{times(ratio)} in the worst row ({what}), 1 at least in {good} of {len(rows)}", error, ratio >= 1
-
-
-def place(name):
-    return name.rsplit("/", 1)[-1].removesuffix(".aff")
-
-
-def point_tree(rival):
-    def measure(tables):
-        rows = [row for row in tables["point_tree"].records if row["way"].startswith(rival)]
-        return worst([(number(row["ratio"]), f"{row['what'].rsplit(' ', 1)[0]}, {row['queries']} order") for row in rows
-                      if rival == "cell list" or not row["what"].startswith("SPH")])
-    return measure
-
-
-def rays(tables):
-    rows = [row for row in tables["rays"].records if row["who"] == "Embree sse2" and row["arithmetic"] == "f32"]
+def rays(table):
+    rows = [row for row in table.records if row["who"] == "Embree sse2" and row["arithmetic"] == "f32"]
     differ = max((int(row["visits"].split()[0]) for row in rows), default=0)  # that column has, for Embree, "N differ"
-    return worst([(number(row["ratio"]), f"{place(row['scene'])}, {row['rays']}") for row in rows],
-                 f"{differ} hits differ at most")
+    return worst(rows, "{scene}, {rays}", f"{differ} hits differ at most")
 
 
-def kitchen_shadow_rays(column, bound):
-    def measure(tables):
-        ratio = number(tables["shadow_rays"].row(arithmetic="f32", scene="kitchen.aff", way="exact")[column])
-        return times(ratio), "same bits", at_least(ratio, bound)
-    return measure
+def saved(row, least_visits, least_tests):
+    visits, tests, wrong = row["visits saved %"], row["tests saved %"], row["wrong pixels"]
+    return (f"{visits:.3g} % / {tests:.3g} %", f"{plain(wrong)} wrong pixels",
+            met(visits - least_visits, tests - least_tests, -wrong))
 
 
-def culling(name, visits, tests):
-    def measure(tables):
-        row = tables[name].row(method="exact")
-        saved = [number(row[f"{what} saved %"]) for what in ("visits", "tests")]
-        return f"{saved[0]:.3g} % / {saved[1]:.3g} %", f"{row['wrong pixels']} wrong pixels", \
-            both(at_least(saved[0], visits), at_least(saved[1], tests), at_most(number(row["wrong pixels"]), 0))
-    return measure
+def irradiance_map(row):
+    size, error = row["irradiance map"], compare(OUT / "table2_map_irr.pfm", OUT / "table2_map.pfm")
+    return f"{size / 2**20:.2f} MB", percent(error), met(4 * 2**20 - size, 0.005 - error)
 
 
-def fixed_time(tables):
-    row = tables["arithmetics"].row(arithmetic="fixed")
-    ratio = number(row["ratio to f32"])
-    return times(ratio), f"{percent(number(row['relative RMSE']))} to f64", at_most(ratio, 3)
-
-
+# What, against what, the target, the tables that it needs or may have, of the first the cells of a row if it is of one,
+# and what makes of those tables, or of that row, the figure, its error, and whether the target is met.
 TARGETS = [
     ("Smoke, the paper's Table 2", "our own direct without irradiance map; the paper gains 4.9x",
-     "25x at relative RMSE of 1 % at most", "table_2", smoke_default),
-    ("... the soonest setting that errs by 1 % at most", "the same direct", "25x", "front", smoke_at_one_percent),
-    ("Its irradiance map (map + irradiance)", "the paper's 48.2 MB; the same without one",
-     "4 MB and 0.5 % at most", "table_2", irradiance_bytes),
-    ("Smoke at equal error, 3 %", "pbrt-v4 volpath on the same grid, one thread", "50x sooner", "grid", equal_error(0.03)),
-    ("Smoke at equal error, 1 %", "pbrt-v4 volpath on the same grid, one thread", "50x sooner", "grid", equal_error(0.01)),
+     "25x at relative RMSE of 1 % at most", "table_2", {"way": "default"},
+     lambda row: (times(row["gain"]), percent(row["RMSE"]), met(row["gain"] - 25, 0.01 - row["RMSE"]))),
+    ("... the soonest setting that errs by 1 % at most", "the same direct", "25x", "front", {},
+     lambda table: sooner(table, 0.01, 25, what="direct, 4100000 photons")),
+    ("Its irradiance map (map + irradiance)", "the paper's 48.2 MB; the same without one", "4 MB and 0.5 % at most",
+     "table_2", {"way": "map + irradiance"}, irradiance_map),
+    ("Smoke at equal error, 3 %", "pbrt-v4 volpath on the same grid, one thread", "50x sooner", "grid", {},
+     lambda table: sooner(table, 0.03, 50, what="pbrt", RMSE=0.03)),
+    ("Smoke at equal error, 1 %", "pbrt-v4 volpath on the same grid, one thread", "50x sooner", "grid", {},
+     lambda table: sooner(table, 0.01, 50, what="pbrt", RMSE=0.01)),
     ("Single scattering", "POV-Ray 32 s for 4.1 %, pbrt 3.7 s for 20 %, a plain marcher 0.25 s for 0.1 %",
-     "0.1 % within 0.1 s", "grid", single_scattering),
-    ("Point tree: build, nearest, radius", "nanoflann, same points", "faster in each row", "point_tree", point_tree("nanoflann")),
-    ("SPH sums of 64 neighbours", "a plain cell list", "1x at least", "point_tree", point_tree("cell list")),
-    ("Rays: closest hit, any hit", "Embree 3 ROBUST with sse2, one ray at a time", "1x at least", "rays", rays),
-    ("Shadow rays resolved a second, Kitchen", "Embree 3 with its widest vectors, tracing all", "1x at least", "shadow_rays",
-     kitchen_shadow_rays("over Embree", 1)),
-    ("Shadow time, Kitchen", "our own tracing of every shadow ray", "halved: 2x at least", "shadow_rays",
-     kitchen_shadow_rays("over trace", 2)),
+     "0.1 % within 0.1 s", "grid povray", {}, single_scattering),
+    ("Point tree: build, nearest, radius", "nanoflann, same points", "faster in each row", "point_tree", {},
+     lambda table: worst([row for row in table.records if row["way"].startswith("nanoflann")
+                          and not row["what"].startswith("SPH")], "{what}, {queries} order")),
+    ("SPH sums of 64 neighbours", "a plain cell list", "1x at least", "point_tree", {},
+     lambda table: worst([row for row in table.records if row["way"] == "cell list"], "{what}, {queries} order")),
+    ("Rays: closest hit, any hit", "Embree 3 ROBUST with sse2, one ray at a time", "1x at least", "rays", {}, rays),
+    ("Shadow rays resolved a second, Kitchen", "Embree 3 with its widest vectors, tracing all", "1x at least",
+     "shadow_rays", {"arithmetic": "f32", "scene": "kitchen.aff", "way": "exact"},
+     lambda row: (times(row["over Embree"]), "same bits", met(row["over Embree"] - 1))),
+    ("Shadow time, Kitchen", "our own tracing of every shadow ray", "halved: 2x at least",
+     "shadow_rays", {"arithmetic": "f32", "scene": "kitchen.aff", "way": "exact"},
+     lambda row: (times(row["over trace"]), "same bits", met(row["over trace"] - 2))),
     ("Culling, Kitchen: visits / tests saved", "tracing; the paper 19.8 % / 24.5 %", "80 % / 68 %, no wrong pixel",
-     "shadows_kitchen", culling("shadows_kitchen", 80, 68)),
+     "shadows_kitchen", {"method": "exact"}, lambda row: saved(row, 80, 68)),
     ("Culling, Robots: visits / tests saved", "tracing; the paper 7.4 % / 9.5 %", "78 % / 68 %, no wrong pixel",
-     "shadows_robots", culling("shadows_robots", 78, 68)),
-    ("Fixed point", "f32, the same picture", "3x the time at most", "arithmetics", fixed_time),
-]
+     "shadows_robots", {"method": "exact"}, lambda row: saved(row, 78, 68)),
+    ("Fixed point", "f32, the same picture", "3x the time at most", "arithmetics", {"arithmetic": "fixed"},
+     lambda row: (times(row["ratio to f32"]), f"{percent(row['relative RMSE'])} to f64", met(3 - row["ratio to f32"])))]
 
 
 def judge(tables):
-    for what, against, target, source, measure in TARGETS:
+    for what, against, target, sources, where, measure in TARGETS:
         figure, error, met = "not measured", "–", None
-        if source in tables:
-            with suppress(NotMeasured):
-                figure, error, met = measure(tables)
-        yield Judged(what, against, target, figure, error, met, source)
+        table, *others = map(tables.get, sources.split())
+        if table:
+            with suppress(StopIteration, ValueError, FileNotFoundError):  # no such row, none to choose from, no wisp
+                figure, error, met = measure(table.row(**where) if where else table, *others)
+                met = "quick" if table.machine.get("quick") else met
+        yield Judged(what, against, target, figure, error, met)
