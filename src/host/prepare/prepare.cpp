@@ -10,6 +10,7 @@
 #include "host/prepare/decimate.h"
 #include "host/prepare/motion.h"
 #include "host/prepare/prepare.h"
+#include "host/prepare/unit.h"
 #include "host/scene/placement.h"
 #include "wisp/settings.h"
 #include <algorithm>
@@ -151,29 +152,13 @@ Double3 aligned_half(const GridDescription &grid) {
             std::fabs(a[0].z) * h.x + std::fabs(a[1].z) * h.y + std::fabs(a[2].z) * h.z};
 }
 
-struct Extent {
-    Double3 low = {0, 0, 0}, high = {0, 0, 0};
-    double smallest_h = 0, largest_h = 0;
-    bool any = false;
-};
-
-Extent extent_of(const PreparedScene &prepared) {
-    Extent e;
-    const auto add = [&e](const Double3 &x, double h) {
-        e.low = e.any ? Double3{std::min(e.low.x, x.x), std::min(e.low.y, x.y), std::min(e.low.z, x.z)} : x;
-        e.high = e.any ? Double3{std::max(e.high.x, x.x), std::max(e.high.y, x.y), std::max(e.high.z, x.z)} : x;
-        e.smallest_h = e.any ? std::min(e.smallest_h, h) : h;
-        e.largest_h = std::max(e.largest_h, h);
-        e.any = true;
-    };
-    for (const auto &particles : prepared.particles)
-        for (const Particle &p : particles) add(p.position, p.h);
-    for (const SmokeDescription &smoke : prepared.smokes) {
-        if (!smoke.is_grid()) continue;
-        add(smoke.grid.center - aligned_half(smoke.grid), step_length(smoke.grid));
-        add(smoke.grid.center + aligned_half(smoke.grid), step_length(smoke.grid));
-    }
-    return e;
+SmokeExtent extent_of(const SmokeDescription &smoke, const std::vector<Particle> &particles) {
+    SmokeExtent extent;
+    for (const Particle &p : particles) extent.add(p.position, p.h);
+    if (!smoke.is_grid()) return extent;
+    extent.add(smoke.grid.center - aligned_half(smoke.grid), step_length(smoke.grid));
+    extent.add(smoke.grid.center + aligned_half(smoke.grid), step_length(smoke.grid));
+    return extent;
 }
 
 // Scales one smoke to normalised lengths, and sums up its area and range of smoothing lengths. A grid's largest density
@@ -271,22 +256,11 @@ void check_surface_range(const std::string &name, const PreparedScene &prepared,
     }
 }
 
-// With surfaces the unit of length follows from them, and is the same in every frame. In fixed point the smoothing
-// lengths must lie in a range of that unit.
-void check_beside_surfaces(const std::string &name, const Extent &extent, double scale, const Options &options) {
-    if (options.arithmetic != Arithmetic::fixed) return;
-    if (!(extent.smallest_h * scale >= 0x1p-4 && extent.largest_h * scale <= 0x1p7))
-        throw InputError(name + ":1",
-                         std::string("beside these surfaces the smoke is too ") +
-                             (extent.smallest_h * scale < 0x1p-4 ? "fine" : "coarse") +
-                             " for fixed point, expected smoothing lengths of 1/10000 to 1/10 of their size");
-}
-
 // Refuses a scene with a number beyond the range of the arithmetic: that of float, or of fixed point, which ends at
 // 2^31.
-void check_range(const std::string &name, const SceneFile &file, const PreparedScene &prepared, const Extent &extent,
-                 const Options &options) {
-    if (!extent.any) return;
+void check_range(const std::string &name, const SceneFile &file, const PreparedScene &prepared,
+                 const SmokeExtent &extent, const Options &options) {
+    if (!extent.any()) return;
     const auto refuse = [](const std::string &where, const std::string &what) {
         throw InputError(where, what + ", expected a scene that fits");
     };
@@ -297,10 +271,6 @@ void check_range(const std::string &name, const SceneFile &file, const PreparedS
     for (size_t i = 0; i < prepared.smokes.size(); ++i) {
         const std::string &where = file.smokes[i].where;
         for (const Particle &p : prepared.particles[i]) {
-            for (double x : {p.position.x, p.position.y, p.position.z})
-                if (!(std::fabs(x) <= coordinate_limit))
-                    refuse(where, "the smoke is more than " + std::to_string(static_cast<int>(2 * coordinate_limit)) +
-                                      " smoothing lengths wide");
             radius = std::max(radius, distance(p.position) + 2 * p.h);
             if (!(p.area <= (fixed ? 0x1p20 : 1e30) * p.h * p.h))
                 refuse(where, "a particle's optical depth is too large for this arithmetic");
@@ -308,10 +278,6 @@ void check_range(const std::string &name, const SceneFile &file, const PreparedS
         const SmokeDescription &smoke = prepared.smokes[i];
         const GridDescription &grid = smoke.grid;
         if (smoke.is_grid()) {
-            const Double3 half = aligned_half(grid);
-            for (double x : {std::fabs(grid.center.x) + half.x, std::fabs(grid.center.y) + half.y,
-                             std::fabs(grid.center.z) + half.z})
-                if (!(x <= coordinate_limit)) refuse(where, "the grid is too wide for its smallest edge");
             radius = std::max(radius, distance(grid.center) + distance(grid.half));
             double densest = grid.density ? 0 : 1;
             for (float density : prepared.densities[i]) densest = std::max(densest, static_cast<double>(density));
@@ -384,22 +350,24 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
         if (!prepared.densities[i].empty()) prepared.smokes[i].grid.density = prepared.densities[i].data();
     }
     if (options.decimate > 0) decimate(file, options.decimate, prepared);
-    const Extent extent = extent_of(prepared);
-    Double3 center = extent.any ? (extent.low + extent.high) * 0.5 : view.from;
-    double scale = extent.any ? std::ldexp(1.0, -exponent_of(extent.smallest_h)) : 1;
-    double radius = (0.5 * length(extent.high - extent.low) + 2 * extent.largest_h) * scale;
-    if (file.graph.has_surfaces()) {
-        if (!prepared.surfaces) prepared.surfaces.emplace(name, file, file.animation ? file.animation->start : 0);
-        prepared.surfaces->pose(name, file, time);
-        center = prepared.surfaces->center;
-        scale = prepared.surfaces->scale;
-        if (extent.any) { // around both
-            const Double3 low = (extent.low - center) * scale, high = (extent.high - center) * scale;
-            radius = std::max({prepared.surfaces->radius, length(low), length(high)});
-            check_beside_surfaces(name, extent, scale, options);
-        } else {
-            radius = prepared.surfaces->radius;
-        }
+    std::vector<SmokeExtent> extents;
+    for (size_t i = 0; i < smokes; ++i) extents.push_back(extent_of(prepared.smokes[i], prepared.particles[i]));
+    const SmokeExtent extent = extent_of_all(extents);
+    if (file.graph.has_surfaces() && !prepared.surfaces)
+        prepared.surfaces.emplace(name, file, file.animation ? file.animation->start : 0);
+    PreparedSurfaces *surfaces = prepared.surfaces ? &*prepared.surfaces : nullptr;
+    const auto [center, scale] = extent.any() ? find_unit(file, extents, surfaces, options.arithmetic)
+                                 : surfaces   ? surfaces->own_unit()
+                                              : Unit{view.from, 1};
+    double radius = 0; // around everything
+    if (surfaces) {
+        surfaces->change_unit({center, scale});
+        surfaces->pose(name, file, time);
+        radius = surfaces->radius();
+        if (extent.any())
+            radius = std::max({radius, length(extent.low - center) * scale, length(extent.high - center) * scale});
+    } else if (extent.any()) {
+        radius = (0.5 * length(extent.high - extent.low) + 2 * extent.largest_h) * scale;
     }
 
     prepared.center = center;
