@@ -389,12 +389,15 @@ void for_each_cell_of(const BufferLight &light, const LatticePoint (&corner)[3],
     }
 }
 
+constexpr uint32_t units_of_lists = 1 << 14; // of work, beside that of their triangles
+
 void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &shadows) {
     const Scene &scene = *shadows.scene;
     const TriangleTree &tree = shadows.surfaces->static_tree;
     light.lattice = make_shaft_lattice(*shadows.surfaces, light_exponent(tree, light.light));
     light.state = BufferLight::unlisted;
-    if (!make_view(light.view, light.light, light.lattice, tree, buffer.edge)) return;
+    if (!shadows.watch.go_on(units_of_lists) || !make_view(light.view, light.light, light.lattice, tree, buffer.edge))
+        return;
     light.state = BufferLight::listed;
     uint64_t &tests = shadows.statistics->shadow.proofs.triangle_tests;
     const auto for_each_entry = [&](auto &&visit) {
