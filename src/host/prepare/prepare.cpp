@@ -5,11 +5,13 @@
 #include "host/base/error.h"
 #include "host/base/files.h"
 #include "host/base/memory.h"
+#include "host/base/text.h"
 #include "host/formats/particles.h"
 #include "host/formats/volume.h"
 #include "host/prepare/decimate.h"
 #include "host/prepare/motion.h"
 #include "host/prepare/prepare.h"
+#include "host/prepare/strays.h"
 #include "host/prepare/unit.h"
 #include "host/scene/placement.h"
 #include "wisp/settings.h"
@@ -38,7 +40,7 @@ template <class Read> auto named_at(const std::string &where, Read read) {
     }
 }
 
-// The particles of one smoke in the units of the scene, in canonical order.
+// The particles of one smoke in the units of the scene, in the order of the file.
 std::vector<Particle> load_particles(const std::vector<Node> &nodes, const SceneFile::SmokeVolume &smoke,
                                      const std::string &path, const Bytes &bytes, std::vector<std::string> &notes) {
     const Particles table = named_at(smoke.where, [&] { return parse_particles(path, bytes.data(), bytes.size()); });
@@ -68,7 +70,6 @@ std::vector<Particle> load_particles(const std::vector<Node> &nodes, const Scene
     if (!particles.empty() && farthest * scale * 0x1p-24 > 0.01 * smallest_h)
         notes.push_back(path +
                         ": as 32-bit numbers its positions are coarser than a hundredth of the smoothing length");
-    sort_canonically(particles);
     return particles;
 }
 
@@ -152,13 +153,16 @@ Double3 aligned_half(const GridDescription &grid) {
             std::fabs(a[0].z) * h.x + std::fabs(a[1].z) * h.y + std::fabs(a[2].z) * h.z};
 }
 
-SmokeExtent extent_of(const SmokeDescription &smoke, const std::vector<Particle> &particles) {
-    SmokeExtent extent;
-    for (const Particle &p : particles) extent.add(p.position, p.h);
-    if (!smoke.is_grid()) return extent;
-    extent.add(smoke.grid.center - aligned_half(smoke.grid), step_length(smoke.grid));
-    extent.add(smoke.grid.center + aligned_half(smoke.grid), step_length(smoke.grid));
-    return extent;
+std::vector<SmokeExtent> extents_of(const PreparedScene &prepared) {
+    std::vector<SmokeExtent> extents(prepared.smokes.size());
+    for (size_t i = 0; i < extents.size(); ++i) {
+        for (const Particle &p : prepared.particles[i]) extents[i].add(p.position, p.h);
+        const GridDescription &grid = prepared.smokes[i].grid;
+        if (!prepared.smokes[i].is_grid()) continue;
+        extents[i].add(grid.center - aligned_half(grid), step_length(grid));
+        extents[i].add(grid.center + aligned_half(grid), step_length(grid));
+    }
+    return extents;
 }
 
 // Scales one smoke to normalised lengths, and sums up its area and range of smoothing lengths. A grid's largest density
@@ -208,6 +212,45 @@ Camera make_camera(const SceneFile::View &view, int width, int height, const Dou
     camera.down = up * -pixel;
     camera.corner = forward - camera.right * (0.5 * width) - camera.down * (0.5 * height);
     return camera;
+}
+
+// Removes strays (strays.h), and warns of them.
+void leave_out_strays(const SceneFile &file, const SceneFile::View &view, double time, int64_t frame,
+                      PreparedScene &prepared) {
+    Surroundings around = {};
+    around.width = prepared.width;
+    around.height = prepared.height;
+    around.camera = make_camera(view, around.width, around.height, {0, 0, 0}, 1);
+    around.points.push_back(view.from);
+    for (const SceneFile::Light &light : file.lights)
+        if (light.kind == LightKind::parallel)
+            around.beams.push_back(light.direction);
+        else
+            around.points.push_back(light_position_at(light.position, light.name, file.graph, time));
+    if (prepared.surfaces) {
+        const Double3 &middle = prepared.surfaces->own_unit().center;
+        const double reach = prepared.surfaces->reach();
+        for (const double side : {-reach, reach}) around.points.push_back(middle + Double3{side, side, side});
+        for (const FileMaterial &m : file.graph.materials)
+            around.mirrors |= largest(m.specular) > 0 || m.transmission > 0;
+    }
+    for (const SmokeDescription &smoke : prepared.smokes)
+        if (smoke.is_grid())
+            for (const double side : {-1.0, 1.0})
+                around.points.push_back(smoke.grid.center + aligned_half(smoke.grid) * side);
+    const std::vector<Stray> strays = remove_strays(prepared.particles, around);
+    if (strays.empty()) return;
+    const Stray &stray = *std::max_element(strays.begin(), strays.end(),
+                                           [](const Stray &a, const Stray &b) { return a.distance < b.distance; });
+    const SceneFile::SmokeVolume &smoke = file.smokes[stray.smoke];
+    const Double3 &p = stray.position;
+    prepared.warnings.push_back(
+        {"strays", smoke.where,
+         std::to_string(strays.size()) + (strays.size() == 1 ? " particle is" : " particles are") +
+             " left out, too far from everything else for a picture to show: point " + std::to_string(stray.index) +
+             " of " + numbered(smoke.file, smoke.first_frame + frame * smoke.frame_step) + " is at " + two_digits(p.x) +
+             " " + two_digits(p.y) + " " + two_digits(p.z) + ", " + two_digits(stray.distance) +
+             " smoothing lengths away"});
 }
 
 // The largest irradiance of the light in the ball of `radius` around `middle`. Distances below half the radius count as
@@ -336,6 +379,7 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
     prepared.smokes.clear();
     prepared.lights.clear();
     prepared.notes.clear();
+    prepared.warnings.clear();
     prepared.scene = {};
     prepared.width = options.width.value_or(file.view->width);
     prepared.height = options.height.value_or(file.view->height);
@@ -349,16 +393,28 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
              prepared.notes);
         if (!prepared.densities[i].empty()) prepared.smokes[i].grid.density = prepared.densities[i].data();
     }
-    if (options.decimate > 0) decimate(file, options.decimate, prepared);
-    std::vector<SmokeExtent> extents;
-    for (size_t i = 0; i < smokes; ++i) extents.push_back(extent_of(prepared.smokes[i], prepared.particles[i]));
-    const SmokeExtent extent = extent_of_all(extents);
+    // Until the unit is found particles are in the order of their files, so that errors can name them.
+    const auto sort_all = [&] {
+        for (std::vector<Particle> &particles : prepared.particles) sort_canonically(particles);
+    };
+    if (options.decimate > 0) {
+        sort_all();
+        decimate(file, options.decimate, prepared);
+    }
     if (file.graph.has_surfaces() && !prepared.surfaces)
         prepared.surfaces.emplace(name, file, file.animation ? file.animation->start : 0);
     PreparedSurfaces *surfaces = prepared.surfaces ? &*prepared.surfaces : nullptr;
-    const auto [center, scale] = extent.any() ? find_unit(file, extents, surfaces, options.arithmetic)
-                                 : surfaces   ? surfaces->own_unit()
-                                              : Unit{view.from, 1};
+    std::vector<SmokeExtent> extents = extents_of(prepared);
+    if (is_wide(extent_of_all(extents), surfaces)) {
+        leave_out_strays(file, view, time, frame, prepared);
+        extents = extents_of(prepared);
+    }
+    const SmokeExtent extent = extent_of_all(extents);
+    const auto [center, scale] = extent.any()
+                                     ? find_unit(file, extents, prepared.particles, surfaces, options.arithmetic)
+                                 : surfaces ? surfaces->own_unit()
+                                            : Unit{view.from, 1};
+    sort_all();
     double radius = 0; // around everything
     if (surfaces) {
         surfaces->change_unit({center, scale});

@@ -1,6 +1,7 @@
 #include "host/base/double3_algebra.h"
 #include "host/base/error.h"
 #include "host/base/text.h"
+#include "host/prepare/strays.h"
 #include "host/prepare/unit.h"
 
 namespace wisp {
@@ -11,11 +12,23 @@ namespace {
 // surfaces; the least surfaces. Without surfaces the least smoothing length holds in every arithmetic, because a light
 // comes no nearer than 2^-10.
 constexpr double least_h = 0x1p-4, most_h = 0x1p7, least_size = 0x1p-4;
-// How far smoke reaches that would reach beyond coordinate_limit: lights in fixed point have room for their power.
-constexpr double most_reach = coordinate_limit / 2;
 
 double reach_of(const SmokeExtent &extent, const Double3 &center) {
     return std::max(largest_component(extent.low - center), largest_component(extent.high - center));
+}
+
+Unit preferred_unit(const SmokeExtent &all, const PreparedSurfaces *surfaces) {
+    if (surfaces) return surfaces->own_unit();
+    return {(all.low + all.high) * 0.5, std::ldexp(1.0, -exponent_of(all.smallest_h))};
+}
+
+// The smoke as far as its farthest element.
+std::string farthest_of(const std::vector<Particle> &particles, const Double3 &center, double reach) {
+    for (size_t i = 0; i < particles.size(); ++i)
+        if (const Double3 &p = particles[i].position; largest_component(p - center) == reach)
+            return "point " + std::to_string(i) + " is at " + two_digits(p.x) + " " + two_digits(p.y) + " " +
+                   two_digits(p.z) + ", " + two_digits(reach);
+    return "the smoke reaches " + two_digits(reach);
 }
 
 } // namespace
@@ -41,15 +54,23 @@ SmokeExtent extent_of_all(const std::vector<SmokeExtent> &smokes) {
     return all;
 }
 
-Unit find_unit(const SceneFile &file, const std::vector<SmokeExtent> &smokes, const PreparedSurfaces *surfaces,
+bool is_wide(const SmokeExtent &all, const PreparedSurfaces *surfaces) {
+    if (!all.any()) return false;
+    const Unit unit = preferred_unit(all, surfaces);
+    return reach_of(all, unit.center) * unit.scale > coordinate_limit;
+}
+
+Unit find_unit(const SceneFile &file, const std::vector<SmokeExtent> &smokes,
+               const std::vector<std::vector<Particle>> &particles, const PreparedSurfaces *surfaces,
                Arithmetic arithmetic) {
     const SmokeExtent all = extent_of_all(smokes);
-    const Unit own = surfaces ? surfaces->own_unit()
-                              : Unit{(all.low + all.high) * 0.5, std::ldexp(1.0, -exponent_of(all.smallest_h))};
+    Unit own = preferred_unit(all, surfaces);
+    const bool wide = is_wide(all, surfaces);
+    // In wide smoke f32 is fine where most of it is.
+    if (wide && !surfaces) own.center = middle_of_most(particles).value_or(own.center);
     const double reach = reach_of(all, own.center);
     double scale = own.scale;
-    if (reach * scale > coordinate_limit)
-        while (reach * scale > most_reach) scale *= 0.5;
+    while (wide && reach * scale > coordinate_limit) scale *= 0.5;
     const auto keeps_surfaces = [&](double of) {
         return !surfaces || surfaces->reach() == 0 || surfaces->reach() * of >= least_size;
     };
@@ -64,9 +85,11 @@ Unit find_unit(const SceneFile &file, const std::vector<SmokeExtent> &smokes, co
     const auto refuse_reach = [&](const std::string &beside, auto &&keeps, const char *otherwise = "") {
         double least = scale;
         while (!keeps(least)) least *= 2;
-        refuse([&](const SmokeExtent &smoke) { return reach_of(smoke, own.center) == reach; },
-               "the smoke reaches " + two_digits(reach) + " from the middle, too far beside " + beside +
-                   ", expected at most " + two_digits(most_reach / least) + otherwise);
+        for (size_t i = 0; i < smokes.size(); ++i)
+            if (smokes[i].any() && reach_of(smokes[i], own.center) == reach)
+                throw InputError(file.smokes[i].where,
+                                 farthest_of(particles[i], own.center, reach) + " from the middle, too far beside " +
+                                     beside + ", expected at most " + two_digits(coordinate_limit / least) + otherwise);
     };
     const bool fixed = arithmetic == Arithmetic::fixed;
     const std::string finest = "a smoothing length of " + two_digits(all.smallest_h);
