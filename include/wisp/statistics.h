@@ -11,7 +11,7 @@ struct TreeCounts {
 
 struct Statistics {
     struct {
-        uint64_t primary, reflected, refracted;
+        uint64_t primary, reflected, refracted, saturated; // saturated: brighter than Fixed holds
         uint64_t shadow;        // one for each light that a step through smoke, or a point of a surface, may be lit by
         uint64_t shadow_culled; // of these, known without asking any triangle
         uint64_t shadow_dynamic_only; // of these, asked of moving triangles alone

@@ -142,9 +142,10 @@ TEST_CASE("warnings: options that leave light in places of many mean free paths,
         return test.warned("--photons 2000 " + options);
     };
     // Against --reference light of more than one scattering is 0.22 of what it is for the first of these.
-    CHECK(warned("8", "0", "--irradiance none") ==
-          "wisp: warning: light that is scattered more than once is likely 10 % wrong here, or more: photons leave it in "
-          "places that are up to 16 mean free paths wide; without --irradiance it is not\n");
+    CHECK(
+        warned("8", "0", "--irradiance none") ==
+        "wisp: warning: light that is scattered more than once is likely 10 % wrong here, or more: photons leave it in "
+        "places that are up to 16 mean free paths wide; without --irradiance it is not\n");
     CHECK(warned("8", "0", "--density-step 3").find("likely 3 % wrong here, or more") != std::string::npos);
     CHECK(warned("8", "0", "--irradiance-step 6").find("; without --irradiance-step it is not\n") != std::string::npos);
     CHECK(warned("1", "-0.9", "--irradiance-step 1").find("50 % too bright") != std::string::npos);
@@ -152,4 +153,26 @@ TEST_CASE("warnings: options that leave light in places of many mean free paths,
         for (const char *phase : {"0", "-0.9", "0.9"}) CHECK(warned(density, phase, "") == "");
     CHECK(warned("0.1", "0", "--irradiance none") == "");
     CHECK(warned("1", "0", "--irradiance-step 1") == "");
+}
+
+TEST_CASE("warnings: radiance that fixed point cuts off is warned of once") {
+    CommandLineTest test;
+    const auto warnings = [&](const std::string &mirror, const std::string &options) {
+        test.write("mirrors.aff", "v from 0.1 0.05 0 at 0 0 -2 up 0 1 0 angle 5 hither 0.1 resolution 8 8\n"
+                                  "a 0 1 2\nlp 1 1 0 4 3 3\nfm 0.1 0.1 0.1 0.5 0.5 0.5 " +
+                                      mirror + " " + mirror + " " + mirror +
+                                      " 8 0 1\np 4\n-2 -2 -2 2 -2 -2 2 2 -2 -2 2 -2\n"
+                                      "p 4\n-2 -2 2 -2 2 2 2 2 2 2 -2 2\n");
+        const Ran ran = test.wisp("render " + test.file("mirrors.aff") + " --digest --spp 1 " + options);
+        CHECK(ran.status == 0);
+        return ran.err;
+    };
+    const std::string warning = warnings("2", "--depth 64 --arith fixed");
+    CHECK(lines(warning) == 1);
+    CHECK(warning.rfind(test.file("mirrors.aff") + ": warning: fixed point has cut off the radiance of ", 0) == 0);
+    CHECK(warnings("2", "--depth 64 --arith fixed --quiet").empty());
+    CHECK(warnings("2", "--depth 10 --arith fixed").empty());
+    CHECK(warnings("0.9", "--depth 64 --arith fixed").empty());
+    for (const char *arithmetic : {"f32", "f64"})
+        CHECK(warnings("2", std::string("--depth 64 --arith ") + arithmetic).empty());
 }

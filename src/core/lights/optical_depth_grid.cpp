@@ -43,11 +43,11 @@ struct Finder {
         return cut_off ? min(max(x, bricks().bounds.low), bricks().bounds.high) : x;
     }
     // The depths of neighbouring lines of a deep shadow map bend where they enter smoke that is cut off: they cannot be
-    // interpolated near the faces through which light enters.
+    // interpolated near the faces through which light enters: at the face's own nodes and two behind it.
     bool is_near_lit_face(const Vec3 &x) const {
         if (!cut_off) return false;
         const Box &box = bricks().bounds;
-        const Vec3 direction = illuminate(light, x, x, x).direction, reach = bricks().cell * Real(3);
+        const Vec3 direction = illuminate(light, x, x, x).direction, reach = bricks().cell * Real(2.75);
         for (int axis = 0; axis < 3; ++axis)
             if ((direction[axis] > Real(0) && x[axis] - box.low[axis] < reach[axis]) ||
                 (direction[axis] < Real(0) && box.high[axis] - x[axis] < reach[axis]))

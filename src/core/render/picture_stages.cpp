@@ -47,6 +47,7 @@ template <class AnyMarcher> Status trace_smoke(Frame &frame, AnyMarcher &marcher
         if (is_recording(recorder)) recorder->ray(*recorder, RayKind::camera, 0, ray, Color(Real(1)), Real(1));
         const Segment smoke = march(marcher, ray, infinite_distance, recorder);
         const Color radiance = smoke.radiance + background * smoke.transmittance;
+        frame.statistics.rays.saturated += is_saturated(radiance);
         if (is_recording(recorder))
             recorder->ray_end(*recorder, false, smoke.radiance, smoke.transmittance, background, radiance);
         return radiance;

@@ -254,6 +254,7 @@ Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth,
         smoke = tracer.march(tracer.marcher, beam.ray, hit.found ? hit.distance : infinite_distance, tracer.recorder);
     const Color behind = shade(tracer, beam, hit, depth, weight * smoke.transmittance);
     const Color radiance = tracer.medium ? smoke.radiance + behind * smoke.transmittance : behind;
+    tracer.statistics->rays.saturated += is_saturated(radiance);
     if (is_recording(tracer.recorder))
         tracer.recorder->ray_end(*tracer.recorder, hit.found, smoke.radiance, smoke.transmittance, behind, radiance);
     return radiance;

@@ -41,6 +41,11 @@ struct Whitted {
                        TreeCounts &) = wisp::WISP_ARITH::nearest_hit;
 };
 
+// Whether a radiance may have left the range of Fixed, which would have cut it off.
+inline bool is_saturated(const Color &radiance) {
+    return std::is_same_v<Real, Fixed> && !(largest(radiance) < Real(0x1p30));
+}
+
 // Radiance along a camera ray.
 Color trace(const Whitted &tracer, const Ray &ray);
 

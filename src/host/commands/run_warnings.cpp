@@ -185,6 +185,15 @@ void RunWarnings::of_photons(const Scene &scene, const Settings &settings, const
                "map"});
 }
 
+void RunWarnings::of_radiances(const Statistics &statistics) {
+    if (statistics.rays.saturated == 0) return;
+    print(
+        {"saturated", request_.name,
+         "fixed point has cut off the radiance of " + std::to_string(statistics.rays.saturated) +
+             " rays, as between mirrors that send more light than they receive: the picture is too dark there; --arith "
+             "f32 or f64 hold it, or a smaller --depth"});
+}
+
 void RunWarnings::of_frame(int64_t frame, const PreparedScene &prepared, const Settings &settings, const Plan &plan) {
     for (const Warning &warning : scene_warnings(request_.name, request_.file, request_.options, frame, prepared))
         print(warning);

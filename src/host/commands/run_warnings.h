@@ -14,6 +14,8 @@ class RunWarnings {
     // Of the light that is scattered more than once, when a frame is done: the nearest photons may be far, the places
     // where photons leave it deep.
     void of_photons(const Scene &scene, const Settings &settings, const Plan &plan, const Statistics &statistics);
+    // Of radiances that fixed point has cut off, when a frame is done.
+    void of_radiances(const Statistics &statistics);
     void print(const Warning &warning) { warnings_.print(warning); }
 
   private:

@@ -12,6 +12,8 @@ namespace {
 // surfaces; the least surfaces. Without surfaces the least smoothing length holds in every arithmetic, because a light
 // comes no nearer than 2^-10.
 constexpr double least_h = 0x1p-4, most_h = 0x1p7, least_size = 0x1p-4;
+// As far as surfaces make room for a unit in which thin smoke keeps its digits in fixed point.
+constexpr double room_size = 0x1p4;
 
 double reach_of(const SmokeExtent &extent, const Double3 &center) {
     return std::max(largest_component(extent.low - center), largest_component(extent.high - center));
@@ -75,6 +77,7 @@ Unit find_unit(const SceneFile &file, const std::vector<SmokeExtent> &smokes,
         return !surfaces || surfaces->reach() == 0 || surfaces->reach() * of >= least_size;
     };
     const auto keeps_smoke = [&](double of) { return all.smallest_h * of >= least_h; };
+    while (surfaces && all.smallest_h * scale >= 2 && surfaces->reach() * 0.5 * scale >= room_size) scale *= 0.5;
     const auto keeps_all = [&](double of) { return keeps_surfaces(of) && keeps_smoke(of); };
     while (surfaces && all.largest_h * scale > most_h && keeps_all(0.5 * scale)) scale *= 0.5;
 

@@ -146,7 +146,7 @@ TEST_CASE("prepared surfaces: smoke beside them is in their units, in fixed poin
     REQUIRE(prepared.scene.smoke_count == 1);
     REQUIRE(prepared.scene.static_count == 2);
     const SmokeDescription &smoke = prepared.scene.smokes[0];
-    constexpr double scale = 512; // as without smoke
+    constexpr double scale = 32; // the smoothing length is 1.6
     CHECK(prepared.scene.camera.origin.z == 9 * scale);
     CHECK(smoke.grid.half.x == 0.5 * scale);
     CHECK(smoke.grid.half.z == scale);
