@@ -58,19 +58,7 @@ bool make_points(const SparseGrid &bricks, int32_t spacing, bool flux, Arena &ar
 
 // Trilinear interpolation blurs the nodes by a variance of cell^2 / 6 along every axis. A blur of variance v adds v / 2
 // times the second derivative to a value. So 1/12 of the second difference, taken from the nodes, restores the mean.
-// The trilinear deposits of photons blur by as much again.
-constexpr double interpolation_blur = 1.0 / 12, deposit_and_interpolation_blur = 1.0 / 6;
-
-// Whether photons sample the light at a node: at least 1/16 of the half-width of its tent lies in the bounds of the
-// smoke.
-bool is_sampled(const SparseGrid &bricks, uint32_t brick, const Cell &node, int32_t spacing) {
-    const Vec3 x = node_of(bricks, brick, {node.x * spacing, node.y * spacing, node.z * spacing});
-    const Vec3 reach = bricks.cell * (Real(spacing) * Real(15.0 / 16));
-    const Vec3 low = x - reach, high = x + reach;
-    const Box &box = bricks.bounds;
-    return high.x > box.low.x && high.y > box.low.y && high.z > box.low.z && low.x < box.high.x && low.y < box.high.y &&
-           low.z < box.high.z;
-}
+constexpr Real interpolation_blur = Real(1.0 / 12);
 
 // Calls visit(point) for both neighbours of a node along each axis on which both are known. On other axes the second
 // difference counts as 0.
@@ -96,12 +84,11 @@ template <class Visit> void for_each_neighbour(const Points &points, uint64_t i,
     }
 }
 
-// Subtracts `blur` times its second differences from each known node. This is an exchange between neighbours: the
-// darker of two passes `blur` times their difference to the brighter one. A node that should pass more than it has
+// Subtracts 1/12 of its second differences from each known node. This is an exchange between neighbours: the darker of
+// two passes 1/12 of their difference to the brighter one. A node that should pass more than it has
 // passes less, the same fraction to each neighbour. So no light is lost inside, and no value falls below 0. False: the
 // arena was too small.
-bool sharpen(Points &points, double blur_, Arena &arena) {
-    const Real blur = Real(blur_);
+bool sharpen(Points &points, Arena &arena) {
     Color *sharp = arena.make<Color>(points.count), *fraction = arena.make<Color>(points.count);
     if (!sharp || !fraction) return false;
     for (uint64_t i = 0; i < points.count; ++i) { // fraction[i]: what the node can pass, of what it should
@@ -109,8 +96,9 @@ bool sharpen(Points &points, double blur_, Arena &arena) {
         if (!points.known[i]) continue;
         const Color &here = points.radiance[i];
         Color wanted(Real(0));
-        for_each_neighbour(
-            points, i, [&](uint64_t other) { wanted += max(points.radiance[other] - here, Color(Real(0))) * blur; });
+        for_each_neighbour(points, i, [&](uint64_t other) {
+            wanted += max(points.radiance[other] - here, Color(Real(0))) * interpolation_blur;
+        });
         for (int32_t c = 0; c < 3; ++c)
             if (wanted[c] > here[c]) fraction[i][c] = here[c] / wanted[c];
     }
@@ -118,7 +106,7 @@ bool sharpen(Points &points, double blur_, Arena &arena) {
         sharp[i] = points.radiance[i];
         if (!points.known[i]) continue;
         for_each_neighbour(points, i, [&](uint64_t other) {
-            const Color loss = (points.radiance[other] - points.radiance[i]) * blur;
+            const Color loss = (points.radiance[other] - points.radiance[i]) * interpolation_blur;
             for (int32_t c = 0; c < 3; ++c)
                 sharp[i][c] -= loss[c] * (loss[c] > Real(0) ? fraction[i][c] : fraction[other][c]);
         });
@@ -193,9 +181,8 @@ void fill_unknown(Points &points, uint32_t brick) {
     }
 }
 
-// Makes the map of the known points; it is not ready if the arena was too small.
-void finish(const Medium &medium, Points &points, double blur, Real tolerance, Arena &arena, Irradiance &map) {
-    if (!sharpen(points, blur, arena)) return;
+// Makes the map of the known points.
+void finish(const Medium &medium, Points &points, Real tolerance, Irradiance &map) {
     for (uint32_t b = 0; b < points.bricks->count; ++b) fill_unknown(points, b);
     pack_points(medium, points, tolerance, map);
 }
@@ -256,17 +243,19 @@ Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Es
             if (points.flux) points.flux[here] = pack_flux(light.flux);
         }
     }
-    finish(*request.medium, points, interpolation_blur, request.tolerance, arena, map);
+    if (sharpen(points, arena)) finish(*request.medium, points, request.tolerance, map);
     return map;
 }
 
 } // namespace
 
-uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, bool flux, bool harmonics) {
+uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, bool flux, bool of_fluence,
+                          bool harmonics) {
     const uint64_t points = bricks * nodes_of(spacing);
     uint64_t bytes = 3 * Arena::bytes<int32_t>(bricks) + (flux ? 2 : 1) * Arena::bytes<uint32_t>(points) +
-                     Arena::bytes<bool>(points) + 3 * Arena::bytes<Color>(points);
+                     Arena::bytes<bool>(points) + (of_fluence ? 1 : 3) * Arena::bytes<Color>(points);
     if (harmonics) bytes += Arena::bytes<uint32_t>(bricks * nodes_of(harmonic_spacing(spacing)) * harmonic_words);
+    if (of_fluence) return bytes;
     bytes += Arena::bytes<FluenceAndFlux *>(scene.smoke_count);
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
         bytes += Arena::bytes<FluenceAndFlux>(elements_of(scene.smokes[i]));
@@ -283,13 +272,13 @@ Irradiance make_irradiance(const Medium &medium, const FluenceSums &fluence, Rea
     if (!make_points(*fluence.bricks, fluence.spacing, fluence.flux != nullptr, arena, points)) return map;
     for (uint64_t i = 0; i < points.count; ++i) {
         const Cell node = cell_of_index(points.along, static_cast<uint32_t>(i % points.nodes));
-        const FluenceAndFlux light = light_at_node(fluence, static_cast<uint32_t>(i / points.nodes), node);
+        FluenceAndFlux light;
+        points.known[i] = light_at_node(fluence, static_cast<uint32_t>(i / points.nodes), node, light);
         points.radiance[i] = light.radiance;
         if (points.flux) points.flux[i] = pack_flux(light.flux);
-        points.known[i] = is_sampled(*fluence.bricks, static_cast<uint32_t>(i / points.nodes), node, fluence.spacing);
     }
     if (fluence.harmonics && !pack_harmonics(fluence, arena, map)) return map;
-    finish(medium, points, deposit_and_interpolation_blur, tolerance, arena, map);
+    finish(medium, points, tolerance, map);
     return map;
 }
 

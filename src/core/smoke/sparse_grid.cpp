@@ -183,7 +183,7 @@ SparseGrid make_sparse_grid(const Scene &scene, double lengths, Arena &arena) {
 }
 
 SparseGridPlan plan_sparse_grid(const Scene &scene, double lengths) {
-    if (!has_smoke(scene)) return {0, 0, Real(0)};
+    if (!has_smoke(scene)) return {0, 0};
     const Layout layout = layout_of(scene, lengths);
     const uint64_t all = number_of(layout.bricks.count);
     uint64_t count = all;
@@ -198,7 +198,7 @@ SparseGridPlan plan_sparse_grid(const Scene &scene, double lengths) {
             byte |= bit;
         });
     }
-    return {count, bytes_of(all, count), length(layout.bounds.high - layout.bounds.low)};
+    return {count, bytes_of(all, count)};
 }
 
 } // namespace wisp::WISP_ARITH
