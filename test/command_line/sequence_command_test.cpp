@@ -5,8 +5,10 @@
 #include "support/command_line.h"
 #include <csignal>
 #include <cstdio>
+#include <fcntl.h>
 #include <map>
 #include <set>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <zlib.h>
 
@@ -86,16 +88,35 @@ class Process {
         signal(number);
         return wait();
     }
+    // What it has used so far.
+    double processor_seconds() const {
+        clockid_t clock;
+        timespec time = {};
+        REQUIRE(clock_getcpuclockid(id_, &clock) == 0);
+        REQUIRE(clock_gettime(clock, &time) == 0);
+        return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+    }
+    // Ended by the signal: the seconds that it has used since. A busy machine does not change them.
+    double seconds_to_end(int number) {
+        const double before = processor_seconds();
+        signal(number);
+        siginfo_t ended;
+        REQUIRE(waitid(P_PID, static_cast<id_t>(id_), &ended, WEXITED | WNOWAIT) == 0);
+        const double after = processor_seconds();
+        CHECK(wait() == 128 + number);
+        return after - before;
+    }
 
   private:
     pid_t id_;
 };
 
 // Waits until a file holds something.
-void await(const std::string &path) {
-    for (int i = 0; i < 20000; ++i) {
+void await(const std::string &path, const std::string &text = "") {
+    for (int i = 0; i < 60000; ++i) {
         std::error_code error;
-        if (std::filesystem::file_size(path, error) > 0 && !error) return;
+        if (std::filesystem::file_size(path, error) > 0 && !error && text_of(path).find(text) != std::string::npos)
+            return;
         usleep(500);
     }
     FAIL("nothing came");
@@ -336,7 +357,7 @@ TEST_CASE("sequence command: after a signal it stops at a row, says so in one li
         CHECK(test.tidy());
         CHECK(!test.has("f_00.pfm"));
     }
-    // Photons stop between their batches.
+    // Photons stop at once.
     test.write("b.aff", CommandLineTest::lit("box -1 -1 -1 1 1 1 1.5 { }"));
     test.write("err", "");
     Process process(test, "render " + test.file("b.aff") +
@@ -347,4 +368,40 @@ TEST_CASE("sequence command: after a signal it stops at a row, says so in one li
     CHECK(process.end(SIGTERM) == 128 + SIGTERM);
     CHECK(test.tidy());
     CHECK(!test.has("b.map"));
+}
+
+TEST_CASE("sequence command: a signal ends it soon in stages that would work for minutes") {
+    SequenceCommandTest test;
+    test.write("dense.aff", CommandLineTest::lit("box -1 -1 -1 1 1 1 500 { albedo 1 1 1 }"));
+    test.write("thin.aff", CommandLineTest::lit("box -1 -1 -1 1 1 1 1 { albedo 1 1 1 }"));
+    for (const auto &[options, stage] :
+         {std::pair<std::string, std::string>{"dense.aff --spp 65536 --size 99x99", "camera rays"}, // random paths
+          {"dense.aff --reference --spp 65536 --size 99x99", "camera rays"},
+          {"thin.aff --smoke direct --irradiance uniform --irradiance-step 0.05 --photons 20000", "irradiance"},
+          {"thin.aff --photons 400000000", "photons"},
+          {"thin.aff --smoke direct --irradiance none --spp 65536 --size 99x99", "camera rays"}}) {
+        CAPTURE(options);
+        test.write("err", "");
+        Process process(test, "render " + test.file(options) + " --progress always -o " + test.file("o.pfm"));
+        await(test.file("err"), "frame 0: " + stage);
+        CHECK(process.seconds_to_end(SIGTERM) < 5); // 0.02 are usual
+        CHECK(text_of(test.file("err")).find(": stopped by SIGTERM in frame 0\n") != std::string::npos);
+        CHECK(test.tidy());
+        CHECK(!test.has("o.pfm"));
+    }
+}
+
+TEST_CASE("sequence command: a signal ends it while it reads, with the same line") {
+    SequenceCommandTest test;
+    test.write("r.aff", CommandLineTest::lit(test.file("smoke.ply") + " { }"));
+    REQUIRE(mkfifo(test.file("smoke.ply").c_str(), 0600) == 0);
+    for (const auto &[signal, name] : {std::pair<int, std::string>{SIGINT, "SIGINT"}, {SIGTERM, "SIGTERM"}}) {
+        Process process(test, "render " + test.file("r.aff") + " -o " + test.file("r.pfm"));
+        const int pipe = open(test.file("smoke.ply").c_str(), O_WRONLY | O_CLOEXEC); // when it reads; nothing comes
+        CHECK(process.end(signal) == 128 + signal);
+        close(pipe);
+        CHECK(text_of(test.file("err")) ==
+              "wisp: error: " + test.file("r.aff") + ": stopped by " + name + " in frame 0\n");
+        CHECK(!test.has("r.pfm"));
+    }
 }

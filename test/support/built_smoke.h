@@ -185,7 +185,8 @@ struct BuiltPhotons {
         : memory(medium_bytes(scene, 0) + plan.bytes), arena(memory.data(), memory.size()),
           medium(make_medium(scene, 0, arena)) {
         for (uint32_t i = 0; i < scene.light_count; ++i) lights.push_back(make_light(scene.lights[i]));
-        maps = trace_photons({medium, nullptr, settings, plan, all_batches(settings), observer, arena, statistics},
+        Work work = {observer};
+        maps = trace_photons({medium, nullptr, settings, plan, all_batches(settings), Watch(work), arena, statistics},
                              lights.data(), scene.light_count, plan.capacity);
     }
     std::vector<unsigned char> memory;

@@ -8,7 +8,7 @@ namespace wisp::WISP_ARITH {
 struct ProvedMemory {
     explicit ProvedMemory(const Scene &scene) : kept(exact_technique.bytes(scene, {})), frame(kept.size()) {
         Arena arena(kept.data(), kept.size());
-        proved = static_cast<ProvedShadows *>(exact_technique.make(scene, arena));
+        proved = static_cast<ProvedShadows *>(exact_technique.make(scene, arena, {}));
         REQUIRE(proved);
     }
     // The room's shadows ask it from now on, in a new frame.

@@ -200,10 +200,11 @@ void cut_few(const Record *from, Record *to, uint32_t count, uint32_t wanted, in
 // Copies the records to `to` so that the first `wanted` by (coordinate, id) come first; `from` is overwritten.
 // 0 < wanted < count. This is quickselect. The first step copies without branches. In later steps the cut is near an
 // end, so few records are swapped. After max_steps std::nth_element takes over, which bounds the time for any input.
-void cut(Record *from, Record *to, uint32_t count, uint32_t wanted, int axis) {
+void cut(Record *from, Record *to, uint32_t count, uint32_t wanted, int axis, Watch watch) {
     constexpr uint32_t max_steps = 64;
     for (uint32_t step = 0; count > few; ++step) {
         const bool copied = step > 0;
+        if (!watch.go_on(count / 8)) return;
         if (step == max_steps) return std::nth_element(to, to + wanted, to + count, Before{axis});
         const Key pivot = sampled_pivot(copied ? to : from, count, wanted, axis);
         const auto below = [=](const Record &r) { return r.value[axis] < pivot; };
@@ -241,10 +242,12 @@ WISP_MULTIVERSIONED void find_id_ranks(const uint32_t *id, uint32_t *rank) {
     }
 }
 
+constexpr uint32_t units_per_point = 2; // of work
+
 class Builder {
   public:
-    Builder(Real *x, Real *y, Real *z, uint32_t *id, BoxBlock *leaf_boxes)
-        : x_(x), y_(y), z_(z), id_(id), leaf_boxes_(leaf_boxes) {}
+    Builder(Real *x, Real *y, Real *z, uint32_t *id, BoxBlock *leaf_boxes, Watch watch)
+        : x_(x), y_(y), z_(z), id_(id), leaf_boxes_(leaf_boxes), watch_(watch) {}
 
     // Makes the leaves of the slots first ... first + count - 1 from the records, divided into children of a block of
     // height h.
@@ -253,13 +256,15 @@ class Builder {
         while (h > 0 && count <= child) child = leaves_of_child(--h) * leaf_points;
         if (count <= child) {
             make_leaf(records, first, count);
+            watch_.done(count * uint64_t{units_per_point});
             return;
         }
         const uint32_t child_count = static_cast<uint32_t>((count + child - 1) / child);
         const uint32_t wanted = static_cast<uint32_t>((child_count + 1) / 2 * child);
         Bounds bounds;
         find_bounds(records, count, bounds);
-        cut(records, spare, count, wanted, widest_axis(bounds));
+        cut(records, spare, count, wanted, widest_axis(bounds), watch_);
+        if (watch_.stopped()) return;
         build(spare, records, first, wanted, h);
         build(spare + wanted, records + wanted, first + wanted, count - wanted, h);
     }
@@ -293,6 +298,7 @@ class Builder {
     Real *x_, *y_, *z_;
     uint32_t *id_;
     BoxBlock *leaf_boxes_;
+    Watch watch_;
 };
 
 void set_no_box(BoxBlock &block, uint32_t lane) {
@@ -333,9 +339,10 @@ uint64_t point_tree_bytes(uint32_t count) {
            2 * Arena::bytes<Record>(count);
 }
 
-PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena) {
+PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena, Watch watch) {
     const size_t start = arena.mark();
     PointTree tree = {};
+    watch.expect(count * uint64_t{units_per_point});
     const uint32_t slots = point_tree_slots(count);
     tree.count = count;
     tree.leaf_count = slots / leaf_points;
@@ -361,7 +368,8 @@ PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena) {
         Bounds b;
         find_bounds(records, count, b);
         tree.bounds = {b.low_corner(), b.high_corner()};
-        Builder(x, y, z, id, blocks + tree.first_block[0]).build(records, spare, 0, count, tree.height);
+        Builder(x, y, z, id, blocks + tree.first_block[0], watch).build(records, spare, 0, count, tree.height);
+        if (watch.stopped()) return {};
         box_blocks(tree, blocks);
     }
     for (uint32_t slot = count; slot < slots; ++slot) {

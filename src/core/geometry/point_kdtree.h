@@ -73,7 +73,7 @@ struct PointTree {
 // Builds the tree of `count` <= 2^31 - 1 points. Its arrays are made from the arena; scratch memory is given back
 // before the function returns. If the arena is too small, the tree has no points and ready == false, and the arena is
 // unchanged.
-PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena);
+PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena, Watch watch = {});
 
 // An upper bound of the bytes that build_point_tree takes from the arena, scratch included.
 uint64_t point_tree_bytes(uint32_t count);

@@ -1,6 +1,7 @@
 // Rays, axis-aligned boxes, and where a ray crosses a box.
 #pragma once
 #include "core/numbers/vec.h"
+#include "core/numbers/watch.h"
 
 namespace wisp::WISP_ARITH {
 

@@ -1,6 +1,7 @@
 // Lights, and the irradiance that a point receives from each of them. README.md has the units of each kind.
 #pragma once
 #include "core/numbers/vec.h"
+#include "core/numbers/watch.h"
 #include "core/smoke/phase.h"
 #include "wisp/arena.h"
 #include "wisp/scene.h"

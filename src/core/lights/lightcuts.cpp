@@ -47,6 +47,8 @@ struct Cluster {
     Real weight;
 };
 
+constexpr uint32_t units_of_light = 8; // of work, along an axis
+
 // Splits lights into clusters. Its numbers are relative to those of all lights, so that squares stay in range.
 struct Splitter {
     const Light *lights;
@@ -86,13 +88,13 @@ struct Splitter {
     }
     // Sorts the lights into two clusters of the least total cost, along one axis, and returns where the second begins.
     // Neither has less than 1/16 of the lights, so that trees are not deep.
-    uint32_t split(uint32_t begin, uint32_t end) const {
+    uint32_t split(uint32_t begin, uint32_t end, Watch watch) const {
         const uint32_t min_count = std::max((end - begin) / 16, uint32_t{1});
         const int axes = lights[order[begin]].kind == LightKind::spot ? 6 : 3;
         uint32_t middle = begin + min_count;
         int best_axis = 0;
         Real best = no_bound;
-        for (int axis = 0; axis < axes; ++axis) {
+        for (int axis = 0; axis < axes && watch.go_on((end - begin) * units_of_light); ++axis) {
             sort(begin, end, axis);
             Cluster rest = cluster_of(order[end - 1]), first = cluster_of(order[begin]);
             cost[end - 1] = cost_of(rest);
@@ -169,7 +171,7 @@ uint64_t light_cut_bytes(const Scene &scene) {
            Arena::bytes<uint32_t>(count) + Arena::bytes<Real>(count);
 }
 
-bool make_light_cuts(const Light *lights, uint32_t count, Arena &arena, LightCuts &cuts) {
+bool make_light_cuts(const Light *lights, uint32_t count, Arena &arena, LightCuts &cuts, Watch watch) {
     LightNode *nodes = arena.make<LightNode>(2 * size_t{count});
     cuts = {lights, nodes, 0, 0, {}, arena.make<CutNode>(count), Real(0.02), 1000}; // the values of the paper
     const size_t mark = arena.mark();
@@ -177,6 +179,7 @@ bool make_light_cuts(const Light *lights, uint32_t count, Arena &arena, LightCut
     Splitter splitter = {lights, arena.make<uint32_t>(count), arena.make<Real>(count), Real(1), Real(1)};
     if (!nodes || !cuts.heap || !range || !splitter.order || !splitter.cost) return false;
     uint32_t sorted = 0, made = 0; // numbers of lights sorted, and of nodes made
+    watch.expect(uint64_t{count} * units_of_light);
     for (const LightKind kind : {LightKind::point, LightKind::spot, LightKind::parallel, LightKind::constant}) {
         const uint32_t begin = sorted, root = made;
         for (uint32_t i = 0; i < count; ++i)
@@ -187,8 +190,11 @@ bool make_light_cuts(const Light *lights, uint32_t count, Arena &arena, LightCut
         range[made++] = {begin, sorted};
         for (uint32_t n = root; n < made; ++n) {
             nodes[n].children = 0;
-            if (range[n].end - range[n].first == 1) continue;
-            const uint32_t middle = splitter.split(range[n].first, range[n].end);
+            const uint32_t lights_below = range[n].end - range[n].first;
+            if (!(lights_below == 1 ? watch.done(units_of_light) : watch.go_on(lights_below * units_of_light)))
+                return false;
+            if (lights_below == 1) continue;
+            const uint32_t middle = splitter.split(range[n].first, range[n].end, watch);
             nodes[n].children = made;
             range[made++] = {range[n].first, middle};
             range[made++] = {middle, range[n].end};

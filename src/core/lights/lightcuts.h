@@ -60,8 +60,9 @@ struct LightCuts {
 
 uint64_t light_cut_bytes(const Scene &scene);
 
-// False: the arena was too small. In fixed point the sum of the lights' colours must stay below 2^30.
-bool make_light_cuts(const Light *lights, uint32_t count, Arena &arena, LightCuts &cuts);
+// False: the arena was too small, or the work is stopped. In fixed point the sum of the lights' colours must stay below
+// 2^30.
+bool make_light_cuts(const Light *lights, uint32_t count, Arena &arena, LightCuts &cuts, Watch watch = {});
 
 // An upper bound of the largest channel of the reflected radiance from the node's lights, or from its representative in
 // their place; `no_bound` where the point is too near to the node's box. The derivation is in the source file.

@@ -12,6 +12,9 @@ namespace {
 constexpr Real unknown = Real(-1);
 constexpr Real waiting(uint32_t face) { return Real(-2 - static_cast<int32_t>(face)); }
 
+// Units of work: to mark the nodes of a brick, or to look for marks; to find the depth of a ray.
+constexpr uint32_t units_of_marks = 32, units_of_scan = 2, units_of_ray = 256;
+
 // Upper bounds of the rows of a deep shadow map, and of the values that it caches.
 constexpr uint32_t max_rows = 1 << 14;
 constexpr uint64_t max_cache_size(uint64_t bricks) { return bricks * 4 * nodes_of(2); }
@@ -25,6 +28,7 @@ struct Finder {
     const Cell *place;   // of each node in its brick, in nodes
     bool cut_off;        // is_cut_off() of the medium
     bool nodes_on_faces; // ... and nodes lie on its faces
+    Watch watch;
 
     const SparseGrid &bricks() const { return *depths.bricks; }
     uint32_t nodes() const { return nodes_of(depths.spacing); }
@@ -58,15 +62,17 @@ struct Finder {
         return nodes_on_faces && min(min(low.x, min(low.y, low.z)), min(high.x, min(high.y, high.z))) < Real(0);
     }
     template <class Visit> void for_each_waiting(uint32_t face, Visit &&visit) const {
-        for (uint32_t brick = 0; brick < bricks().count; ++brick)
-            for (uint32_t k = 0; k < nodes(); ++k)
-                if (of_brick(brick)[k] == waiting(face)) visit(brick, k);
+        const uint32_t count = bricks().count, all = nodes();
+        const Real mark = waiting(face), *depth = found;
+        for (uint32_t brick = 0; brick < count && (brick % 16 != 0 || watch.go_on(16 * units_of_scan)); ++brick)
+            for (uint32_t k = 0; k < all; ++k)
+                if (*depth++ == mark) visit(brick, k);
     }
 };
 
 // Marks the nodes that have no smoke around them. They are the same for every light.
 void mark_nodes_in_smoke(const Finder &finder) {
-    for (uint32_t brick = 0; brick < finder.bricks().count; ++brick)
+    for (uint32_t brick = 0; brick < finder.bricks().count && finder.watch.done(units_of_marks); ++brick)
         for (uint32_t k = 0; k < finder.nodes(); ++k) {
             const bool in_smoke =
                 !finder.is_behind_face(brick, k) && meets_smoke(*finder.depths.medium, finder.bricks(), brick,
@@ -77,7 +83,7 @@ void mark_nodes_in_smoke(const Finder &finder) {
 
 // Marks all other nodes as waiting for a depth of this light.
 void begin_light(const Finder &finder) {
-    for (uint32_t brick = 0; brick < finder.bricks().count; ++brick)
+    for (uint32_t brick = 0; brick < finder.bricks().count && finder.watch.done(units_of_marks); ++brick)
         for (uint32_t k = 0; k < finder.nodes(); ++k) {
             Real &depth = finder.of_brick(brick)[k];
             if (!(depth < Real(0))) depth = waiting(light_face(finder.light, finder.point_of(brick, k)));
@@ -100,6 +106,7 @@ void find_by_rays(const Finder &finder, uint32_t brick) {
             depth = *known;
             continue;
         }
+        if (!finder.watch.go_on(units_of_ray)) return;
         const Vec3 p = finder.point_of(brick, k);
         const Illumination from = illuminate(finder.light, p, p, p);
         depth = max(Real(0), optical_depth(*finder.depths.medium, {p, -from.direction}, from.distance));
@@ -108,7 +115,7 @@ void find_by_rays(const Finder &finder, uint32_t brick) {
 }
 
 // Finds the depths of the nodes on a face by a deep shadow map, if it has no more lines than there are such nodes.
-// Nodes for which the map has no depth keep waiting. False: the arena was too small.
+// Nodes for which the map has no depth keep waiting. False: the arena was too small, or the work is stopped.
 bool find_by_deep_shadow_map(const Finder &finder, uint32_t face, Arena &arena) {
     const SparseGrid &bricks = finder.bricks();
     const uint32_t nodes = finder.nodes();
@@ -135,16 +142,24 @@ bool find_by_deep_shadow_map(const Finder &finder, uint32_t face, Arena &arena) 
     finder.for_each_waiting(face,
                             [&](uint32_t brick, uint32_t k) { order[begin[row_of(brick, k)]++] = brick * nodes + k; });
     uint32_t rows_begun = 0, next = 0;
+    finder.watch.expect(count);
     for (uint32_t row = 1; row < map.rows(); ++row) {
         if (next == begin[row]) continue; // begin[row] is now the end of the row: filling `order` moved it
         for (rows_begun = max(rows_begun, row - 1); rows_begun <= row + 2; ++rows_begun)
             map.begin_row(rows_begun, cache);
-        for (; next < begin[row]; ++next) {
-            const uint32_t brick = order[next] / nodes, k = order[next] % nodes;
-            const Vec3 x = finder.point_of(brick, k);
-            if (finder.is_near_lit_face(x)) continue;
-            const Real depth = map.depth(x, cache, finder.shadow_rays);
-            if (!(depth < Real(0))) finder.of_brick(brick)[k] = depth;
+        while (next < begin[row]) {
+            const uint32_t first = next, end = min(begin[row], next + 256);
+            const uint64_t lines = finder.shadow_rays;
+            for (; next < end; ++next) {
+                const uint32_t brick = order[next] / nodes, k = order[next] % nodes;
+                const Vec3 x = finder.point_of(brick, k);
+                if (finder.is_near_lit_face(x)) continue;
+                const Real depth = map.depth(x, cache, finder.shadow_rays);
+                if (!(depth < Real(0))) finder.of_brick(brick)[k] = depth;
+            }
+            if (!finder.watch.done(end - first) ||
+                !finder.watch.go_on(static_cast<uint32_t>(finder.shadow_rays - lines) * units_of_ray))
+                return false;
         }
     }
     arena.rewind(mark);
@@ -185,7 +200,8 @@ Real corrected(const Finder &finder, uint32_t brick, uint32_t k) {
 } // namespace
 
 bool make_optical_depth_grid(const Medium &medium, const Light *lights, uint32_t light_count, const SparseGrid &bricks,
-                             int32_t spacing, Arena &arena, uint64_t *shadow_rays, OpticalDepthGrid &depths) {
+                             int32_t spacing, Arena &arena, uint64_t *shadow_rays, OpticalDepthGrid &depths,
+                             Watch watch) {
     depths = {&medium, lights, light_count, &bricks, spacing, nullptr, is_cut_off(medium)};
     const size_t nodes = nodes_of(spacing), all = bricks.count * nodes;
     Real *depth = arena.make<Real>(all * light_count);
@@ -199,20 +215,21 @@ bool make_optical_depth_grid(const Medium &medium, const Light *lights, uint32_t
     bool samples = false;
     for (uint32_t i = 0; i < medium.count; ++i) samples = samples || medium.smokes[i].source->grid.density;
     const bool nodes_on_faces = depths.cut_off && (!samples || bricks.subdivision > 1);
+    watch.expect((bricks.count + light_count * uint64_t{bricks.count} * 3) * units_of_marks);
     for (uint32_t l = 0; l < light_count; ++l) {
-        const Finder finder = {depths, lights[l], found, *shadow_rays, place, depths.cut_off, nodes_on_faces};
+        const Finder finder = {depths, lights[l], found, *shadow_rays, place, depths.cut_off, nodes_on_faces, watch};
         if (l == 0) mark_nodes_in_smoke(finder);
         begin_light(finder);
         if (medium.bricks && all <= UINT32_MAX)
             for (uint32_t face = 0; face < light_faces; ++face)
                 if (!find_by_deep_shadow_map(finder, face, arena)) return false;
-        for (uint32_t b = 0; b < bricks.count; ++b) find_by_rays(finder, b);
-        for (uint32_t b = 0; b < bricks.count; ++b)
+        for (uint32_t b = 0; b < bricks.count && watch.done(units_of_marks); ++b) find_by_rays(finder, b);
+        for (uint32_t b = 0; b < bricks.count && watch.done(units_of_marks); ++b)
             for (uint32_t k = 0; k < nodes; ++k)
                 depth[(size_t{b} * light_count + l) * nodes + k] = corrected(finder, b, k);
     }
     arena.rewind(mark);
-    return true;
+    return !watch.stopped();
 }
 
 uint64_t optical_depth_grid_bytes(uint64_t bricks, uint32_t light_count, int32_t spacing) {

@@ -26,7 +26,8 @@ inline bool is_dense(const OpticalDepthGrid &depths, Real sigma) {
 // Finds the depths of all nodes that have smoke around them: along the lines of a deep shadow map where that is
 // cheaper, by a ray per node elsewhere. Adds the lines and rays to `shadow_rays`. False: the arena was too small.
 bool make_optical_depth_grid(const Medium &medium, const Light *lights, uint32_t light_count, const SparseGrid &bricks,
-                             int32_t spacing, Arena &arena, uint64_t *shadow_rays, OpticalDepthGrid &depths);
+                             int32_t spacing, Arena &arena, uint64_t *shadow_rays, OpticalDepthGrid &depths,
+                             Watch watch = {});
 // The bytes that make_optical_depth_grid takes at most, for `bricks` bricks.
 uint64_t optical_depth_grid_bytes(uint64_t bricks, uint32_t light_count, int32_t spacing);
 

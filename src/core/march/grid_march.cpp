@@ -305,6 +305,8 @@ inline Real mean_transmittance_of(Real s, Real e) {
     return s < Real(0.125) ? series : quotient;
 }
 
+constexpr uint32_t units_of_brick = 8; // of work
+
 // The length of step i of a march of this length. 0: the step begins behind the end.
 Real length_of_step(int32_t i, Real step, Real length) { return max(Real(0), min(step, length - Real(i) * step)); }
 
@@ -413,7 +415,7 @@ void march_divided(const GridMarcher &marcher, const Ray &ray, const GridRay &in
         marcher.statistics->smoke.march_samples += waiting;
         march_group(marcher, ray, in_bricks, parts, so_far, recorder);
         waiting = 0;
-        return !so_far.opaque();
+        return !so_far.opaque() && marcher.watch.go_on(units_of_brick * (1 + marcher.depths->light_count));
     };
     for (uint32_t l = 0; l < lanes; ++l) {
         const int32_t count = group.dx[l] > Real(0) ? parts_of_step(sigma[l] * group.dx[l], max_step_depth) : 0;
@@ -466,7 +468,7 @@ Segment march(GridMarcher &marcher, const Ray &ray, Real end, PixelRecorder *rec
         }
         marcher.statistics->smoke.march_samples += static_cast<uint64_t>(max(0, last - first));
         next = max(next, last);
-        return true;
+        return marcher.watch.go_on(units_of_brick * (1 + marcher.depths->light_count));
     });
     if (waiting > 0 && !so_far.opaque()) {
         while (waiting < lanes) add_step(steps); // of no length

@@ -12,6 +12,7 @@ struct GridMarcher {
     Shadows *shadows;               // of surfaces; nullptr: there are none
     Real step;
     Statistics *statistics;
+    Watch watch = {};
 };
 
 // As `march` of ray_march.h, with steps at the same places along the ray. Steps outside of bricks are skipped. Optical

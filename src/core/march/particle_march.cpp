@@ -96,6 +96,8 @@ bool make_window(const Scene &scene, Arena &arena, ParticleMarcher &marcher) {
 
 namespace {
 
+constexpr uint32_t units_of_window = 1 << 12; // of work
+
 // Steps of the same length, or equal parts of one step.
 struct Stretch {
     Real begin;        // where the ray starts, for the record
@@ -160,11 +162,12 @@ void add_step(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretch, 
 // window is gathered anew.
 void add_stretch(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretch, MarchProgress &so_far,
                  PixelRecorder *recorder) {
-    for (int32_t first = 0; first < stretch.steps && !so_far.opaque();) {
+    for (int32_t first = 0; first < stretch.steps && !so_far.opaque() && marcher.watch.go_on(units_of_window);) {
         const int32_t count = min(static_cast<int32_t>(window_steps), stretch.steps - first);
         gather_window(marcher, ray, stretch, first, count);
         int32_t next = first + count;
         for (int32_t i = 0; first + i < next && !so_far.opaque(); ++i) {
+            if (!marcher.watch.go_on(1 + 128 * marcher.lights.light_count)) return;
             const size_t at = static_cast<size_t>(i);
             Real sigma = Real(0);
             for (uint32_t s = 0; s < marcher.medium->count; ++s) {

@@ -18,6 +18,7 @@ struct ParticleMarcher {
     Real *middle, *sigma, *red, *green, *blue;
     Real *extinctions; // of one step, one a smoke
     Statistics *statistics;
+    Watch watch = {};
 };
 
 // As `march`, with the elements' source functions in place of photons: each particle is visited once a window, not once

@@ -85,6 +85,8 @@ Real next_face(const Medium &medium, const Ray &ray, Real from, Real end) {
 
 namespace {
 
+constexpr uint32_t units_of_step = 128; // of work, and for each light as much
+
 // Adds the step of length dx at distance `from` of the ray. `begin` is where that ray starts, for the record. A step
 // that is deeper than `most` is added in equal parts.
 void add_step(Marcher &marcher, const Ray &ray, Real begin, Real from, Real dx, Real most, MarchProgress &so_far,
@@ -94,6 +96,7 @@ void add_step(Marcher &marcher, const Ray &ray, Real begin, Real from, Real dx, 
     const int32_t number = so_far.number++;
     const Step step = make_step(ray, number, from, dx);
     ++marcher.statistics->smoke.march_samples;
+    if (!marcher.watch.go_on(units_of_step * (1 + marcher.lights.light_count))) return;
 
     Real sigma = Real(0), *extinctions = marcher.extinctions;
     for (uint32_t s = 0; s < medium.count; ++s) {

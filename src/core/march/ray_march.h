@@ -33,6 +33,7 @@ struct Marcher {
     Real *extinctions;            // workspace, one a smoke
     Gather gather;
     Statistics *statistics;
+    Watch watch = {};
 };
 
 // A march ends at this optical depth: less than 1.2e-7 of what lies behind comes through.

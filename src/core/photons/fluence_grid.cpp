@@ -9,6 +9,8 @@ namespace {
 
 constexpr int32_t weight_bits = 30; // of a node's weight: 2^30 for the brightest node
 constexpr int32_t brick_nodes = nodes_along(1);
+constexpr uint32_t asked_after = 1 << 12;       // tentative collisions of a flight
+constexpr uint32_t units_of_source_brick = 128; // of work
 // The least number of tentative collisions along a brick's edge: they sample the fluence in thin smoke too.
 constexpr Real min_collisions_per_brick = Real(0.5);
 
@@ -65,6 +67,7 @@ struct Sources {
 struct Tracer : Sources {
     const Surfaces *surfaces; // nullptr: there are none
     Statistics &statistics;
+    Watch watch;
 };
 
 // sigma_t of all smokes at a node of a brick, index_of() its cell.
@@ -262,7 +265,8 @@ template <class Visit> FlightEnd fly(const Tracer &tracer, const Ray &ray, Pcg32
                 rest -= depth;
                 return true;
             }
-            if (++tentative == max_tentative) {
+            if (++tentative % asked_after == 0 && !tracer.watch.go_on(asked_after)) return false;
+            if (tentative == max_tentative) {
                 ++tracer.statistics.photons.capped;
                 return false;
             }
@@ -393,7 +397,7 @@ void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t tar
             deposit(fluence, brick_there, p, power * scale_pow2(probability, tracer.distribution.deposit_shift),
                     ray.direction, halves);
         });
-        if (counts.capped != capped) return;
+        if (counts.capped != capped || !tracer.watch.go_on(units_of_flight)) return;
         if (!at.collides) {
             ++(at.stopped ? counts.blocked : counts.escaped);
             return;
@@ -427,7 +431,7 @@ FluencePlan plan_fluence(const Scene &scene, const Settings &settings, uint64_t 
 }
 
 bool make_emission_distribution(const Scene &scene, const Medium &medium, const OpticalDepthGrid &depths, Arena &arena,
-                                EmissionDistribution &distribution) {
+                                EmissionDistribution &distribution, Watch watch) {
     const SparseGrid &bricks = *medium.bricks;
     distribution = {};
     PhotonSource *sources = arena.make<PhotonSource>(source_limit(scene));
@@ -461,19 +465,20 @@ bool make_emission_distribution(const Scene &scene, const Medium &medium, const 
     if (densest > Real(0))
         while (scale_pow2(densest, distribution.shift) < Real(0x1p11) && distribution.shift < 31) ++distribution.shift;
     const Sources in = {medium, bricks, depths, distribution};
+    watch.expect(uint64_t{count} * bricks.count * units_of_source_brick * 2);
     for (uint32_t s = 0; s < count; ++s)
-        for (uint32_t b = 0; b < bricks.count; ++b)
+        for (uint32_t b = 0; b < bricks.count && watch.done(units_of_source_brick); ++b)
             for_each_source_node(in, s, b, [&](const Cell &, Real brightness) {
                 distribution.max_brightness = max(distribution.max_brightness, brightness);
             });
     uint64_t total = 0;
     for (uint32_t s = 0; s < count; ++s)
-        for (uint32_t b = 0; b < bricks.count; ++b) {
+        for (uint32_t b = 0; b < bricks.count && watch.done(units_of_source_brick); ++b) {
             cumulative_weight[uint64_t{s} * bricks.count + b] = total;
             for_each_source_node(in, s, b, [&](const Cell &, Real brightness) { total += weight_of(in, brightness); });
         }
     cumulative_weight[uint64_t{count} * bricks.count] = total;
-    return true;
+    return !watch.stopped();
 }
 
 Status trace_fluence(const PhotonTracing &tracing, const OpticalDepthGrid &depths,
@@ -494,7 +499,7 @@ Status trace_fluence(const PhotonTracing &tracing, const OpticalDepthGrid &depth
     if (needs.harmonics) fluence.harmonics = sums.values + with_flux;
     if (sums.count != 0 && sums.count != numbers) return Status::size_mismatch;
     if (numbers > sums.capacity) return Status::out_of_memory;
-    for (uint64_t i = 0; sums.count == 0 && i < numbers; ++i) sums.values[i] = 0;
+    if (sums.count == 0 && !fill(sums.values, numbers, int64_t{0}, tracing.watch)) return Status::stopped;
     sums.count = numbers;
     statistics.bytes.particle_map = numbers * sizeof(int64_t);
 
@@ -510,7 +515,7 @@ Status trace_fluence(const PhotonTracing &tracing, const OpticalDepthGrid &depth
     const size_t mark = arena.mark();
     Cursor *cursor = arena.make<Cursor>(1);
     if (!cursor) return Status::out_of_memory;
-    const Tracer tracer = {{tracing.medium, bricks, depths, distribution}, tracing.surfaces, statistics};
+    const Tracer tracer = {{tracing.medium, bricks, depths, distribution}, tracing.surfaces, statistics, tracing.watch};
     cursor->entry = UINT64_MAX;
     const auto first_weight = [&](uint64_t photon) {
         return detail::divide(whole_product(photon, total), settings.photons).quotient;
@@ -519,7 +524,7 @@ Status trace_fluence(const PhotonTracing &tracing, const OpticalDepthGrid &depth
     bool fits = true;
     const Status status = for_each_batch(tracing, [&](uint64_t batch, uint64_t photons) {
         uint64_t photon = batch * batch_photons;
-        return for_each_photon(settings.seed, batch, photons, [&](uint64_t key) {
+        return for_each_photon(tracing, batch, photons, [&](uint64_t key) {
             // Stratification: photon i takes the i-th of `settings.photons` equal intervals of all weights, and a
             // random place in that interval.
             Pcg32 generator(key);

@@ -68,7 +68,7 @@ struct EmissionDistribution {
 };
 // `depths` are the optical depths to all lights over the medium's bricks. False: the arena was too small.
 bool make_emission_distribution(const Scene &scene, const Medium &medium, const OpticalDepthGrid &depths, Arena &arena,
-                                EmissionDistribution &distribution);
+                                EmissionDistribution &distribution, Watch watch = {});
 
 // Adds the deposits of photons to `sums`, and makes `fluence` of the sums as if they held all batches.
 // Status::overflow: see max_fluence_flights.

@@ -5,6 +5,8 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
+constexpr uint32_t units_of_point = 4, units_of_estimate = 256; // of work
+
 // Whether a brick's nodes at every `coarse` cells suffice: interpolated, they are within `tolerance` of its nodes at
 // every `fine` cells.
 bool suffices(const Color *light, int32_t fine, int32_t coarse, Real tolerance) {
@@ -37,9 +39,12 @@ struct Points {
     uint32_t *value, *flux;               // of the map; flux may be nullptr
     bool *known;
     Color *radiance;
+    Watch watch;
 };
-bool make_points(const SparseGrid &bricks, int32_t spacing, bool flux, Arena &arena, Points &points) {
+bool make_points(const SparseGrid &bricks, int32_t spacing, bool flux, Arena &arena, Watch watch, Points &points) {
     points = {};
+    points.watch = watch;
+    watch.expect(uint64_t{bricks.count} * nodes_of(spacing) * 3 * units_of_point);
     points.bricks = &bricks;
     points.spacing = spacing;
     points.along = nodes_along(spacing);
@@ -56,21 +61,35 @@ bool make_points(const SparseGrid &bricks, int32_t spacing, bool flux, Arena &ar
            points.known && points.radiance;
 }
 
+// Calls visit(brick, node of it, point) for all points. False: the work is stopped.
+template <class Visit> bool for_each_point(const Points &points, Visit &&visit) {
+    for (uint32_t brick = 0; brick < points.bricks->count; ++brick) {
+        if (!points.watch.done(points.nodes * units_of_point)) return false;
+        for (uint32_t k = 0; k < points.nodes; ++k) visit(brick, k, uint64_t{brick} * points.nodes + k);
+    }
+    return true;
+}
+
 // Trilinear interpolation blurs the nodes by a variance of cell^2 / 6 along every axis. A blur of variance v adds v / 2
 // times the second derivative to a value. So 1/12 of the second difference, taken from the nodes, restores the mean.
 constexpr Real interpolation_blur = Real(1.0 / 12);
 
 // Calls visit(point) for both neighbours of a node along each axis on which both are known. On other axes the second
 // difference counts as 0.
-template <class Visit> void for_each_neighbour(const Points &points, uint64_t i, Visit &&visit) {
+template <class Visit> void for_each_neighbour(const Points &points, uint32_t brick, uint32_t k, Visit &&visit) {
     const SparseGrid &bricks = *points.bricks;
-    const Cell &place = bricks.position[i / points.nodes];
-    const Cell node = cell_of_index(points.along, static_cast<uint32_t>(i % points.nodes));
+    const Cell &place = bricks.position[brick];
+    const int32_t n = points.along;
+    const Cell node = cell_of_index(n, k);
     const auto neighbour = [&](int32_t axis, int32_t step) {
         const Cell at = {node.x + (axis == 0 ? step : 0), node.y + (axis == 1 ? step : 0),
                          node.z + (axis == 2 ? step : 0)};
+        if (min(at.x, min(at.y, at.z)) > 0 && max(at.x, max(at.y, at.z)) < n - 1) { // no other brick holds it
+            const uint64_t point = uint64_t{brick} * points.nodes + static_cast<uint32_t>((at.z * n + at.y) * n + at.x);
+            return points.known[point] ? point : points.count;
+        }
         uint64_t found = points.count;
-        for_each_holder(bricks, place, at, points.along, [&](uint32_t other, uint32_t there) {
+        for_each_holder(bricks, place, at, n, [&](uint32_t other, uint32_t there) {
             const uint64_t point = uint64_t{other} * points.nodes + there;
             if (points.known[point]) found = point;
         });
@@ -91,29 +110,30 @@ template <class Visit> void for_each_neighbour(const Points &points, uint64_t i,
 bool sharpen(Points &points, Arena &arena) {
     Color *sharp = arena.make<Color>(points.count), *fraction = arena.make<Color>(points.count);
     if (!sharp || !fraction) return false;
-    for (uint64_t i = 0; i < points.count; ++i) { // fraction[i]: what the node can pass, of what it should
-        fraction[i] = Color(Real(1));
-        if (!points.known[i]) continue;
+    const bool found = for_each_point(points, [&](uint32_t brick, uint32_t k, uint64_t i) {
+        fraction[i] = Color(Real(1)); // what the node can pass, of what it should
+        if (!points.known[i]) return;
         const Color &here = points.radiance[i];
         Color wanted(Real(0));
-        for_each_neighbour(points, i, [&](uint64_t other) {
+        for_each_neighbour(points, brick, k, [&](uint64_t other) {
             wanted += max(points.radiance[other] - here, Color(Real(0))) * interpolation_blur;
         });
         for (int32_t c = 0; c < 3; ++c)
             if (wanted[c] > here[c]) fraction[i][c] = here[c] / wanted[c];
-    }
-    for (uint64_t i = 0; i < points.count; ++i) {
+    });
+    if (!found) return false;
+    const bool sharpened = for_each_point(points, [&](uint32_t brick, uint32_t k, uint64_t i) {
         sharp[i] = points.radiance[i];
-        if (!points.known[i]) continue;
-        for_each_neighbour(points, i, [&](uint64_t other) {
+        if (!points.known[i]) return;
+        for_each_neighbour(points, brick, k, [&](uint64_t other) {
             const Color loss = (points.radiance[other] - points.radiance[i]) * interpolation_blur;
             for (int32_t c = 0; c < 3; ++c)
                 sharp[i][c] -= loss[c] * (loss[c] > Real(0) ? fraction[i][c] : fraction[other][c]);
         });
         sharp[i] = max(sharp[i], Color(Real(0))); // rounding may leave less than 0
-    }
+    });
     points.radiance = sharp;
-    return true;
+    return sharpened;
 }
 
 // Packs the points of each brick, as few as the tolerance allows. The thinner the smoke of a brick, the less its light
@@ -122,6 +142,7 @@ void pack_points(const Medium &medium, Points &points, Real tolerance, Irradianc
     const int32_t n = points.along;
     const SparseGrid &bricks = *points.bricks;
     for (uint32_t b = 0; b < bricks.count; ++b) {
+        if (!points.watch.go_on(points.nodes * units_of_point)) return;
         const Color *light = points.radiance + uint64_t{b} * points.nodes;
         Real greatest = Real(0);
         for (uint32_t i = 0; i < points.nodes; ++i) greatest = max(greatest, largest(light[i]));
@@ -181,25 +202,27 @@ void fill_unknown(Points &points, uint32_t brick) {
     }
 }
 
-// Makes the map of the known points.
+// Makes the map of the known points; it is not ready if the work is stopped.
 void finish(const Medium &medium, Points &points, Real tolerance, Irradiance &map) {
-    for (uint32_t b = 0; b < points.bricks->count; ++b) fill_unknown(points, b);
+    for (uint32_t b = 0; b < points.bricks->count && points.watch.go_on(points.nodes); ++b) fill_unknown(points, b);
     pack_points(medium, points, tolerance, map);
 }
 
 // False: the arena was too small.
-bool pack_harmonics(const FluenceSums &fluence, Arena &arena, Irradiance &map) {
+bool pack_harmonics(const FluenceSums &fluence, Arena &arena, Watch watch, Irradiance &map) {
     map.harmonic_spacing = harmonic_spacing(fluence.spacing);
     const uint32_t nodes = nodes_of(map.harmonic_spacing);
-    const uint64_t count = uint64_t{fluence.bricks->count} * nodes;
-    uint32_t *packed = arena.make<uint32_t>(count * harmonic_words);
+    uint32_t *packed = arena.make<uint32_t>(uint64_t{fluence.bricks->count} * nodes * harmonic_words);
     if (!packed) return false;
     map.harmonics = packed;
-    for (uint64_t i = 0; i < count; ++i) {
-        const Cell node = cell_of_index(nodes_along(map.harmonic_spacing), static_cast<uint32_t>(i % nodes));
-        const SphericalHarmonics harmonics = harmonics_at_node(fluence, static_cast<uint32_t>(i / nodes), node);
-        for (const Real *m = harmonics.value; m < harmonics.value + harmonic_count; m += 3)
-            *packed++ = pack_flux(Vec3(m[0], m[1], m[2]));
+    for (uint32_t brick = 0; brick < fluence.bricks->count; ++brick) {
+        if (!watch.go_on(nodes * 4 * units_of_point)) return false;
+        for (uint32_t k = 0; k < nodes; ++k) {
+            const SphericalHarmonics harmonics =
+                harmonics_at_node(fluence, brick, cell_of_index(nodes_along(map.harmonic_spacing), k));
+            for (const Real *m = harmonics.value; m < harmonics.value + harmonic_count; m += 3)
+                *packed++ = pack_flux(Vec3(m[0], m[1], m[2]));
+        }
     }
     return true;
 }
@@ -207,19 +230,20 @@ bool pack_harmonics(const FluenceSums &fluence, Arena &arena, Irradiance &map) {
 // Makes a map of estimate(x, light), which adds to a light of 0 and returns whether the light is known at x. It is
 // called only for nodes around smoke and in view, and once for a node that several bricks hold.
 template <class Estimate>
-Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Estimate &&estimate) {
+Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Watch watch, Estimate &&estimate) {
     const SparseGrid &bricks = *request.bricks;
     const int32_t spacing = request.spacing;
     Irradiance map = {};
     map.bricks = &bricks;
     Points points;
-    if (!make_points(bricks, spacing, request.flux, arena, points)) return map;
+    if (!make_points(bricks, spacing, request.flux, arena, watch, points)) return map;
     for (uint64_t i = 0; i < points.count; ++i) points.known[i] = false;
     // Sharpening reads two nodes beyond the view. Whether these are known must not depend on the crop.
     const Vec3 reach = bricks.cell * Real(3 * spacing);
     for (uint32_t b = 0; b < bricks.count; ++b) {
         const Vec3 low = low_of(bricks, b);
         const bool in_view = request.view.may_see({low - reach, low + bricks.lattice.edge + reach});
+        if (!watch.done(points.nodes * units_of_point)) return map;
         for (uint32_t k = 0; k < points.nodes; ++k) {
             const Cell at = cell_of_index(points.along, k), node = {at.x * spacing, at.y * spacing, at.z * spacing};
             const uint64_t here = uint64_t{b} * points.nodes + k;
@@ -238,6 +262,7 @@ Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Es
                 continue;
             }
             FluenceAndFlux light = {Color(Real(0)), Vec3(Real(0))};
+            if (!watch.go_on(units_of_estimate)) return map;
             points.known[here] = estimate(node_of(bricks, b, node), light);
             points.radiance[here] = light.radiance;
             if (points.flux) points.flux[here] = pack_flux(light.flux);
@@ -262,30 +287,32 @@ uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, 
     return bytes;
 }
 
-Irradiance make_irradiance(const Medium &medium, const FluenceSums &fluence, Real tolerance, Arena &arena) {
+Irradiance make_irradiance(const Medium &medium, const FluenceSums &fluence, Real tolerance, Arena &arena,
+                           Watch watch) {
     Irradiance map = {};
     map.bricks = fluence.bricks;
     map.incident = true;
     map.single_channel = fluence.channels == 1;
     map.color = fluence.photon_color;
     Points points;
-    if (!make_points(*fluence.bricks, fluence.spacing, fluence.flux != nullptr, arena, points)) return map;
-    for (uint64_t i = 0; i < points.count; ++i) {
-        const Cell node = cell_of_index(points.along, static_cast<uint32_t>(i % points.nodes));
+    if (!make_points(*fluence.bricks, fluence.spacing, fluence.flux != nullptr, arena, watch, points)) return map;
+    const bool read = for_each_point(points, [&](uint32_t brick, uint32_t k, uint64_t i) {
+        const Cell node = cell_of_index(points.along, k);
         FluenceAndFlux light;
-        points.known[i] = light_at_node(fluence, static_cast<uint32_t>(i / points.nodes), node, light);
+        points.known[i] = light_at_node(fluence, brick, node, light);
         points.radiance[i] = light.radiance;
         if (points.flux) points.flux[i] = pack_flux(light.flux);
-    }
-    if (fluence.harmonics && !pack_harmonics(fluence, arena, map)) return map;
+    });
+    if (!read) return map;
+    if (fluence.harmonics && !pack_harmonics(fluence, arena, watch, map)) return map;
     finish(medium, points, tolerance, map);
     return map;
 }
 
 Irradiance make_irradiance(const IrradianceRequest &request, const PhotonMap *maps, const Real *radius, Gather &gather,
-                           Arena &arena, Statistics &statistics) {
+                           Arena &arena, Statistics &statistics, Watch watch) {
     const Medium &medium = *request.medium;
-    return make_irradiance_of(request, arena, [&](const Vec3 &x, FluenceAndFlux &light) {
+    return make_irradiance_of(request, arena, watch, [&](const Vec3 &x, FluenceAndFlux &light) {
         Vec3 flux(Real(0));
         for (uint32_t s = 0; s < medium.count; ++s) {
             const FluenceAndFlux of_smoke = estimate_fluence(maps[s], x, radius[s], gather, statistics);
@@ -299,7 +326,7 @@ Irradiance make_irradiance(const IrradianceRequest &request, const PhotonMap *ma
     });
 }
 
-Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &packed, Arena &arena) {
+Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &packed, Arena &arena, Watch watch) {
     const Medium &medium = *request.medium;
     FluenceAndFlux **lights = arena.make<FluenceAndFlux *>(medium.count);
     if (!lights) return {};
@@ -307,9 +334,10 @@ Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &pa
         const uint32_t count = packed.per_smoke[s].count;
         lights[s] = arena.make<FluenceAndFlux>(count);
         if (!lights[s]) return {};
-        for (uint32_t i = 0; i < count; ++i) lights[s][i] = light_of_element(packed, medium.smokes[s], s, i);
+        for (uint32_t i = 0; i < count && (i % 1024 != 0 || watch.go_on(2048)); ++i)
+            lights[s][i] = light_of_element(packed, medium.smokes[s], s, i);
     }
-    Irradiance map = make_irradiance_of(request, arena, [&](const Vec3 &x, FluenceAndFlux &light) {
+    Irradiance map = make_irradiance_of(request, arena, watch, [&](const Vec3 &x, FluenceAndFlux &light) {
         Real sigma = Real(0);
         Vec3 flux(Real(0));
         for (uint32_t s = 0; s < medium.count; ++s)

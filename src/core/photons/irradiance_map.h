@@ -48,7 +48,8 @@ uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, 
 
 // The map of the fluence at the nodes. With `tolerance` > 0 the map is adaptive: each brick has as few points as keep
 // all others within that fraction of the brick's largest value.
-Irradiance make_irradiance(const Medium &medium, const FluenceSums &fluence, Real tolerance, Arena &arena);
+Irradiance make_irradiance(const Medium &medium, const FluenceSums &fluence, Real tolerance, Arena &arena,
+                           Watch watch = {});
 
 struct IrradianceRequest {
     const Medium *medium;
@@ -60,9 +61,9 @@ struct IrradianceRequest {
 };
 // The map of estimates from photon maps (S4-2), one map and one largest radius per smoke.
 Irradiance make_irradiance(const IrradianceRequest &request, const PhotonMap *maps, const Real *radius, Gather &gather,
-                           Arena &arena, Statistics &statistics);
+                           Arena &arena, Statistics &statistics, Watch watch = {});
 // The map of a particle map (S4-3): the light of the particles around, weighted by their contributions to the density.
-Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &map, Arena &arena);
+Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &map, Arena &arena, Watch watch = {});
 
 // The fluence and flux at p, in cells from the beginning of a brick.
 FluenceAndFlux light_at(const Irradiance &irradiance, uint32_t brick, const Vec3 &p);

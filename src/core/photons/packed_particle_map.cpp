@@ -33,9 +33,10 @@ uint32_t direction_of(const Deposits &deposits, const Color &photon_color, uint3
     return pack_flux(sum_of_directions / all);
 }
 
-void pack_entries(const Deposits &deposits, const Color &photon_color, MapEntries &entries) {
+bool pack_entries(const Deposits &deposits, const Color &photon_color, MapEntries &entries, Watch watch) {
     int64_t largest_sum = 0;
-    for (uint64_t i = 0; i < uint64_t{deposits.count} * deposits.channels; ++i)
+    watch.expect(deposits.count);
+    for (uint64_t i = 0; i < uint64_t{deposits.count} * deposits.channels && (i % 1024 != 0 || watch.go_on(16)); ++i)
         largest_sum = max(largest_sum, deposits.power[i]);
     const bool one_channel = deposits.channels == 1;
     const int32_t length = length_of(largest_sum);
@@ -46,7 +47,9 @@ void pack_entries(const Deposits &deposits, const Color &photon_color, MapEntrie
                                        : pack_color(Color(photons_of(sum[0]), photons_of(sum[1]), photons_of(sum[2])),
                                                     entries.exponent);
         if (entries.direction) entries.direction[i] = direction_of(deposits, photon_color, i);
+        if (!watch.done_round(i, 1024)) return false;
     }
+    return true;
 }
 
 // The power of an element, in 2^exponent photons.
@@ -102,7 +105,7 @@ Color multiple_scattering(const PackedMap &map, const SmokeVolume &smoke, uint32
 
 // Makes a photon map of the elements of one smoke that carry power. False: the arena was too small.
 bool make_element_map(const PackedMap &map, const SmokeVolume &smoke, const MapEntries &entries, Arena &arena,
-                      PhotonMap &elements) {
+                      Watch watch, PhotonMap &elements) {
     uint32_t count = 0;
     for (uint32_t i = 0; i < entries.count; ++i) count += entries.power[i] != 0 ? 1 : 0;
     const uint32_t slots = point_tree_slots(count);
@@ -113,14 +116,16 @@ bool make_element_map(const PackedMap &map, const SmokeVolume &smoke, const MapE
     if (!power || (entries.direction && !flux) || !points || !origin) return false;
     uint32_t next = 0;
     for (uint32_t i = 0; i < entries.count; ++i) {
+        if (i % 1024 == 0 && !watch.go_on(64)) return false;
         if (entries.power[i] == 0) continue;
         origin[next] = i;
         points[next++] = element_of(smoke, i).position;
     }
     elements = {};
-    elements.tree = build_point_tree(points, count, arena);
+    elements.tree = build_point_tree(points, count, arena, watch);
     if (!elements.tree.ready) return false;
     for (uint32_t slot = 0; slot < count; ++slot) {
+        if (slot % 1024 == 0 && !watch.go_on(256)) return false;
         const uint32_t i = origin[elements.tree.id[slot]];
         power[slot] = power_of(map, entries, i, entries.exponent);
         if (flux) flux[slot] = flux_of(map, entries, i);
@@ -180,16 +185,17 @@ uint64_t bytes_of(const PackedMap &map) {
     return bytes;
 }
 
-void pack_map(const ParticleMap &map, PackedMap &packed) {
+bool pack_map(const ParticleMap &map, PackedMap &packed, Watch watch) {
     packed.photon_color = map.photon_color;
     packed.unit = map.unit;
     if (!map.per_smoke) packed.per_smoke = nullptr;
     for (uint32_t i = 0; packed.per_smoke && i < packed.count; ++i)
-        pack_entries(map.per_smoke[i], map.photon_color, packed.per_smoke[i]);
+        if (!pack_entries(map.per_smoke[i], map.photon_color, packed.per_smoke[i], watch)) return false;
+    return true;
 }
 
 const Color *const *make_sources(const Scene &scene, const Medium &medium, const PackedMap &map, const Vec3 &eye,
-                                 Arena &arena) {
+                                 Arena &arena, Watch watch) {
     const Color **sources = arena.make<const Color *>(medium.count);
     if (!sources) return nullptr;
     for (uint32_t s = 0; s < medium.count; ++s) {
@@ -199,7 +205,9 @@ const Color *const *make_sources(const Scene &scene, const Medium &medium, const
         if (!source) return nullptr;
         sources[s] = source;
         const Color emission = (Color(Real(1)) - smoke.albedo) * smoke.emission;
+        watch.expect(uint64_t{count} * 2);
         for (uint32_t i = 0; i < count; ++i) {
+            if (i % 64 == 63 && !watch.done(128)) return nullptr;
             const Element element = element_of(smoke, i);
             source[i] = Color(Real(0));
             if (element.cross_section > Real(0))
@@ -209,13 +217,13 @@ const Color *const *make_sources(const Scene &scene, const Medium &medium, const
     return sources;
 }
 
-bool make_element_maps(const Medium &medium, const PackedMap &map, Arena &arena, const PhotonMap *&maps) {
+bool make_element_maps(const Medium &medium, const PackedMap &map, Arena &arena, const PhotonMap *&maps, Watch watch) {
     maps = nullptr;
     if (!map.per_smoke) return true;
     PhotonMap *per_smoke = arena.make<PhotonMap>(medium.count);
     if (!per_smoke) return false;
     for (uint32_t i = 0; i < medium.count; ++i)
-        if (!make_element_map(map, medium.smokes[i], map.per_smoke[i], arena, per_smoke[i])) return false;
+        if (!make_element_map(map, medium.smokes[i], map.per_smoke[i], arena, watch, per_smoke[i])) return false;
     maps = per_smoke;
     return true;
 }

@@ -35,7 +35,8 @@ uint64_t packed_map_bytes(const Scene &scene, const PhotonNeeds &needs);
 uint64_t bytes_of(const PackedMap &map); // of the entries
 // Packs the sums. The power errs by less than 2^-9 of its largest channel, or 2^-32 of the largest power of the smoke
 // where there is one channel; each component of a flux by at most 1/1022.
-void pack_map(const ParticleMap &map, PackedMap &packed);
+// False: the work is stopped.
+bool pack_map(const ParticleMap &map, PackedMap &packed, Watch watch = {});
 
 // The fluence and flux at an element.
 FluenceAndFlux light_of_element(const PackedMap &map, const SmokeVolume &smoke, uint32_t index, uint32_t element);
@@ -43,12 +44,13 @@ FluenceAndFlux light_of_element(const PackedMap &map, const SmokeVolume &smoke, 
 // The source function of every element towards the eye, per unit of sigma_t: multiple scattering and emission. One
 // array per smoke; nullptr: the arena was too small.
 const Color *const *make_sources(const Scene &scene, const Medium &medium, const PackedMap &map, const Vec3 &eye,
-                                 Arena &arena);
+                                 Arena &arena, Watch watch = {});
 uint64_t source_bytes(const Scene &scene);
 
 // For the paper's own gather: makes a photon map per smoke of the elements that carry power, from which an estimate
 // takes the nearest. `maps` is nullptr where nothing scatters twice. False: the arena was too small.
-bool make_element_maps(const Medium &medium, const PackedMap &map, Arena &arena, const PhotonMap *&maps);
+bool make_element_maps(const Medium &medium, const PackedMap &map, Arena &arena, const PhotonMap *&maps,
+                       Watch watch = {});
 uint64_t element_map_bytes(const Scene &scene);
 
 } // namespace wisp::WISP_ARITH

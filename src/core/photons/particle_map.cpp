@@ -39,7 +39,7 @@ void deposit(const Deposits &deposits, uint32_t element, const Color &photon, co
 
 // Divides the sums among the smokes: for each smoke its powers, then its fluxes. Clears them if they are unused.
 Status make_deposits(const Scene &scene, const PhotonNeeds &needs, Direction direction_kind, PhotonSums &sums,
-                     Deposits *deposits) {
+                     Deposits *deposits, Watch watch) {
     uint64_t count = 0;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         Deposits &d = deposits[i];
@@ -57,8 +57,7 @@ Status make_deposits(const Scene &scene, const PhotonNeeds &needs, Direction dir
     if (sums.count != 0) return sums.count == count ? Status::done : Status::size_mismatch;
     if (count > sums.capacity) return Status::out_of_memory;
     sums.count = count;
-    for (uint64_t k = 0; k < count; ++k) sums.values[k] = 0;
-    return Status::done;
+    return fill(sums.values, count, int64_t{0}, watch) ? Status::done : Status::stopped;
 }
 
 } // namespace
@@ -114,7 +113,7 @@ Status trace_particle_map(const PhotonTracing &tracing, const Scene &scene, cons
     if (!tracing.needs.traced) return sums.count == 0 ? Status::done : Status::size_mismatch;
     Deposits *deposits = tracing.arena.make<Deposits>(medium.count);
     if (!deposits) return Status::out_of_memory;
-    const Status made = make_deposits(scene, tracing.needs, settings.direction, sums, deposits);
+    const Status made = make_deposits(scene, tracing.needs, settings.direction, sums, deposits, tracing.watch);
     if (made != Status::done) return made;
     const Emitters emitters = find_emitters(medium, lights, scene.light_count, tracing.arena);
     if (!emitters.list) return Status::out_of_memory;
@@ -123,7 +122,7 @@ Status trace_particle_map(const PhotonTracing &tracing, const Scene &scene, cons
     const uint64_t limit = max_deposits(settings);
     bool fits = true;
     const Status status = for_each_batch(tracing, [&](uint64_t batch, uint64_t photons) {
-        return for_each_photon(settings.seed, batch, photons, [&](uint64_t key) {
+        return for_each_photon(tracing, batch, photons, [&](uint64_t key) {
             trace_photon(
                 tracing, emitters, key,
                 [&](const MediumCollision &at, const Photon &arrived, const Color &power) {

@@ -58,9 +58,9 @@ bool make_store(const PhotonTracing &tracing, uint64_t capacity, Store &store) {
 }
 
 // Traces one batch. Where the store is full, it is thinned out.
-void trace_batch(const PhotonTracing &tracing, const Emitters &emitters, uint64_t batch, uint64_t photons,
+bool trace_batch(const PhotonTracing &tracing, const Emitters &emitters, uint64_t batch, uint64_t photons,
                  Store &store) {
-    for_each_photon(tracing.settings.seed, batch, photons, [&](uint64_t key) {
+    return for_each_photon(tracing, batch, photons, [&](uint64_t key) {
         uint64_t collision = 0;
         trace_photon(tracing, emitters, key, [&](const MediumCollision &at, const Photon &arrived, const Color &power) {
             const uint8_t rank = rank_of(key, collision++);
@@ -77,10 +77,10 @@ void trace_batch(const PhotonTracing &tracing, const Emitters &emitters, uint64_
 }
 
 // The map of the photons that collided with smoke `index`.
-bool make_map(const Store &store, uint32_t index, Arena &arena, PhotonMap &map) {
+bool make_map(const Store &store, uint32_t index, Arena &arena, Watch watch, PhotonMap &map) {
     const auto belongs = [&](uint64_t i) { return !store.smoke || store.smoke[i] == index; };
     uint32_t count = 0;
-    for (uint64_t i = 0; i < store.count; ++i) count += belongs(i) ? 1 : 0;
+    for (uint64_t i = 0; i < store.count && watch.go_on(i % 1024 ? 0 : 16); ++i) count += belongs(i) ? 1 : 0;
 
     const uint32_t slots = point_tree_slots(count);
     Vec3 *direction = store.direction ? arena.make<Vec3>(slots) : nullptr;
@@ -93,15 +93,17 @@ bool make_map(const Store &store, uint32_t index, Arena &arena, PhotonMap &map) 
         if (!points || !origin) return false;
         uint32_t next = 0;
         for (uint64_t i = 0; i < store.count; ++i) {
+            if (i % 1024 == 0 && !watch.go_on(32)) return false;
             if (!belongs(i)) continue;
             origin[next] = static_cast<uint32_t>(i);
             points[next++] = store.position[i];
         }
     }
     if ((store.direction && !direction) || (store.power && !power)) return false;
-    map.tree = build_point_tree(points, count, arena);
+    map.tree = build_point_tree(points, count, arena, watch);
     if (!map.tree.ready) return false;
     for (uint32_t slot = 0; slot < count; ++slot) {
+        if (slot % 1024 == 0 && !watch.go_on(256)) return false;
         const uint32_t photon = origin ? origin[map.tree.id[slot]] : map.tree.id[slot];
         if (direction) direction[slot] = store.direction[photon];
         if (power) power[slot] = store.power[photon];
@@ -147,8 +149,7 @@ PhotonMaps trace_photons(const PhotonTracing &tracing, const Light *lights, uint
     if (emitters.count == 0) return {nullptr, Status::done};
 
     const Status status = for_each_batch(tracing, [&](uint64_t batch, uint64_t photons) {
-        trace_batch(tracing, emitters, batch, photons, store);
-        return true;
+        return trace_batch(tracing, emitters, batch, photons, store);
     });
     if (status != Status::done) return {nullptr, status};
     tracing.statistics.photons.stored = store.count;
@@ -160,7 +161,7 @@ PhotonMaps trace_photons(const PhotonTracing &tracing, const Light *lights, uint
         maps[i].uniform_power = emitters.list[0].photon_color;
         maps[i].unit = photon_unit(emitters.power, tracing.statistics.photons.emitted);
         maps[i].unit.exponent += static_cast<int32_t>(store.thinning);
-        if (!make_map(store, i, arena, maps[i])) return {nullptr, Status::out_of_memory};
+        if (!make_map(store, i, arena, tracing.watch, maps[i])) return {nullptr, Status::out_of_memory};
     }
     tracing.statistics.bytes.photon_map = arena.mark() - before;
     return {maps, Status::done};

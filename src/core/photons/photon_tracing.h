@@ -3,7 +3,6 @@
 #include "core/photons/photon_walk.h"
 #include "core/surfaces/surfaces.h"
 #include "wisp/photon_sums.h"
-#include "wisp/progress.h"
 #include "wisp/settings.h"
 #include "wisp/statistics.h"
 
@@ -43,10 +42,12 @@ struct PhotonTracing {
     const Settings &settings;
     const PhotonNeeds &needs;
     Batches batches; // may be empty
-    Observer observer;
+    Watch watch;
     Arena &arena;
     Statistics &statistics;
 };
+
+constexpr uint32_t units_of_photon = 32, units_of_flight = 256; // of work
 
 // Traces one photon.
 //   on_collision(collision, photon as it arrives, power)  for every collision that the map stores
@@ -88,6 +89,7 @@ void trace_photon(const PhotonTracing &tracing, const Emitters &emitters, uint64
             if (number >= first_stored) on_flight(photon, end, photon.power * weight);
         },
         [&](const Ray &ray, uint32_t number) {
+            if (!tracing.watch.go_on(units_of_flight)) return Real(0); // stopped: the walk ends here
             // A light may stand on a surface: the first flight of its photons begins beyond that surface.
             const bool from_lamp = number == 0 && emitter.light && emitter.light->kind != LightKind::parallel;
             const Real begin = from_lamp && surfaces ? surfaces->ray_epsilon : Real(0);
@@ -116,17 +118,29 @@ template <class Trace> bool for_each_photon(uint64_t seed, uint64_t batch, uint6
     }
     return true;
 }
+// The same, until the work is stopped.
+template <class Trace>
+bool for_each_photon(const PhotonTracing &tracing, uint64_t batch, uint64_t photons, Trace &&trace) {
+    constexpr uint32_t at_once = 64;
+    uint32_t traced = 0;
+    return for_each_photon(tracing.settings.seed, batch, photons, [&](uint64_t key) {
+        return trace(key) && (++traced % at_once != 0 || tracing.watch.done(at_once * units_of_photon));
+    });
+}
 
 // Calls trace_batch(number, photons) for the batches to be traced, until it returns false.
 template <class TraceBatch> Status for_each_batch(const PhotonTracing &tracing, TraceBatch &&trace_batch) {
     const Batches &batches = tracing.batches;
-    for (uint64_t batch = batches.first; batch < batches.last; ++batch) {
-        if (!tracing.observer(Stage::photons, batch - batches.first, batches.last - batches.first))
-            return Status::stopped;
+    const auto photons_of_batch = [&](uint64_t batch) {
         const uint64_t left = tracing.settings.photons - batch * batch_photons;
-        if (!trace_batch(batch, left < batch_photons ? left : batch_photons)) break;
-    }
-    return Status::done;
+        return left < batch_photons ? left : batch_photons;
+    };
+    if (batches.first < batches.last)
+        tracing.watch.expect(((batches.last - 1 - batches.first) * batch_photons + photons_of_batch(batches.last - 1)) *
+                             units_of_photon);
+    for (uint64_t batch = batches.first; batch < batches.last; ++batch)
+        if (!trace_batch(batch, photons_of_batch(batch))) break;
+    return tracing.watch.stopped() ? Status::stopped : Status::done;
 }
 
 } // namespace wisp::WISP_ARITH

@@ -6,6 +6,15 @@
 
 namespace wisp::WISP_ARITH {
 
+constexpr uint32_t units_of_sample = 16; // of work
+
+// All samples of the film, so many times.
+inline void expect_samples(const Frame &frame, uint64_t times) {
+    const Crop &crop = frame.settings.crop;
+    const uint64_t pixels = static_cast<uint64_t>(crop.x1 - crop.x0) * static_cast<uint64_t>(crop.y1 - crop.y0);
+    frame.watch.expect(pixels * frame.settings.samples * times * units_of_sample);
+}
+
 // Fills job.rgb with the means of radiance(ray, x, y, sample, recorder): x and y are the pixel's column and row. The
 // recorder is nullptr for all pixels but the one that is recorded.
 template <class Radiance> Status expose_film(const Frame &frame, Radiance &&radiance) {
@@ -15,10 +24,8 @@ template <class Radiance> Status expose_film(const Frame &frame, Radiance &&radi
     const View view(scene.camera);
     const SamplePattern pattern(samples);
     float *rgb = frame.job.rgb;
+    expect_samples(frame, 1);
     for (int32_t y = crop.y0; y < crop.y1; ++y) {
-        const uint64_t row = static_cast<uint64_t>(y - crop.y0);
-        if (!frame.job.observer(Stage::camera_rays, row, static_cast<uint64_t>(crop.y1 - crop.y0)))
-            return Status::stopped;
         for (int32_t x = crop.x0; x < crop.x1; ++x) {
             Color sum(Real(0));
             const bool recorded = frame.recorder && frame.recorder->trace.x == x && frame.recorder->trace.y == y;
@@ -32,6 +39,7 @@ template <class Radiance> Status expose_film(const Frame &frame, Radiance &&radi
                 if (is_recording(recorder)) recorder->sample_end(*recorder, i, sample);
                 sum += sample;
             }
+            if (!frame.watch.done(uint64_t{samples} * units_of_sample)) return Status::stopped;
             const Color mean = sum / Real(static_cast<int32_t>(samples));
             *rgb++ = to_float_scaled(mean.x, scene.radiance_exponent);
             *rgb++ = to_float_scaled(mean.y, scene.radiance_exponent);

@@ -51,6 +51,8 @@ struct Frame {
     const Settings &settings = job.settings;
     Arena &arena = job.arena;
     Statistics &statistics = job.statistics;
+    Work work = {job.observer};
+    const Watch watch = Watch(work);
 
     // Surfaces
     Shadows shadows = {};          // of points of triangles

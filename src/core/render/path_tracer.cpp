@@ -9,6 +9,8 @@ namespace {
 constexpr uint64_t max_majorants = uint64_t{1} << 22;
 // Collisions of a path: where there are more it ends, and is counted as capped.
 constexpr uint32_t longest_path = 1u << 20;
+// Tentative collisions of a flight, after which the observer may be asked; units of work.
+constexpr uint32_t asked_after = 1 << 10, units_of_collision = 16, units_of_light = 256, units_of_majorant = 128;
 
 Real uniform(Pcg32 &generator) { return unit_half_open<Real>(generator()); }
 Real exponential(Pcg32 &generator) { return -log(unit_open<Real>(generator())); }
@@ -33,6 +35,7 @@ Source scattered_once(const PathTracer &tracer, uint32_t number, const Ray &ray,
     }
     source.radiance = source.radiance * arriving.irradiance;
     tracer.statistics->smoke.density_evaluations += medium.count;
+    tracer.watch.go_on(units_of_light);
     if (!(largest(source.radiance) > Real(0))) return source;
     if (tracer.shadows && is_shadowed(tracer.shadows, number, x, arriving)) {
         source.radiance = Color(Real(0));
@@ -112,7 +115,7 @@ void scatter(const SmokeVolume &smoke, Real distance, Ray &ray, Pcg32 &generator
 
 // Each bound holds in a slightly larger box than its cell, because rounding may move a point of a flight out of the
 // cell.
-Majorants make_majorants(const Medium &medium, Real edge, Arena &arena) {
+Majorants make_majorants(const Medium &medium, Real edge, Arena &arena, Watch watch) {
     Majorants majorants = {};
     const Vec3 size = medium.bounds.high - medium.bounds.low;
     const auto cells = [&] {
@@ -126,9 +129,11 @@ Majorants make_majorants(const Medium &medium, Real edge, Arena &arena) {
 
     const Vec3 margin = Vec3(edge * Real(0x1p-7));
     Real *next = sigma;
+    watch.expect(number_of(count) * units_of_majorant);
     for (int32_t z = 0; z < count.z; ++z)
         for (int32_t y = 0; y < count.y; ++y)
             for (int32_t x = 0; x < count.x; ++x) {
+                if (x % 64 == 0 && !watch.done(min(count.x - x, 64) * units_of_majorant)) return majorants;
                 const Vec3 low = majorants.lattice.low + Vec3(Real(x), Real(y), Real(z)) * edge;
                 Real bound = Real(0);
                 for (uint32_t i = 0; i < medium.count; ++i)
@@ -153,7 +158,8 @@ MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 
                 rest -= depth;
                 return true;
             }
-            if (++tentative == max_tentative) {
+            if (++tentative % asked_after == 0 && !tracer.watch.go_on(asked_after * units_of_collision)) return false;
+            if (tentative == max_tentative) {
                 ++tracer.statistics->photons.capped;
                 return false;
             }
@@ -181,6 +187,7 @@ Color sample_radiance(const PathTracer &tracer, Ray ray, Real end, Color radianc
     const Surfaces *surfaces = tracer.shadows ? tracer.shadows->surfaces : nullptr;
     Color throughput(Real(1));
     for (uint32_t number = 0; number < longest_path; ++number) {
+        if (!tracer.watch.go_on(units_of_collision)) return radiance;
         if (number > 0) end = distance_to_surface(surfaces, ray, Real(0));
         Real begin = Real(0);
         if (!clip(medium.bounds, ray, begin, end)) return radiance;
@@ -220,10 +227,10 @@ Color sample_multiple_scattering(const PathTracer &tracer, Ray ray, Real end, Pc
 uint64_t majorant_bytes() { return Arena::bytes<Real>(max_majorants); }
 
 bool make_path_tracer(const Scene &scene, const Medium &medium, const Light *lights, Shadows *shadows, Arena &arena,
-                      Statistics &statistics, PathTracer &tracer) {
-    tracer = {&medium, lights, scene.light_count, {}, &statistics, shadows};
+                      Statistics &statistics, PathTracer &tracer, Watch watch) {
+    tracer = {&medium, lights, scene.light_count, {}, &statistics, shadows, watch};
     if (medium.empty()) return true;
-    tracer.majorants = make_majorants(medium, smallest_smoothing_length(scene), arena);
+    tracer.majorants = make_majorants(medium, smallest_smoothing_length(scene), arena, watch);
     return tracer.majorants.sigma != nullptr;
 }
 

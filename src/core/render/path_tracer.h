@@ -22,7 +22,7 @@ struct Majorants {
     const Real *sigma; // of each cell, x fastest; nullptr: the arena was too small
 };
 // Cells of about the length `edge`, larger where there would be too many.
-Majorants make_majorants(const Medium &medium, Real edge, Arena &arena);
+Majorants make_majorants(const Medium &medium, Real edge, Arena &arena, Watch watch = {});
 
 // The scene, as paths need it.
 struct PathTracer {
@@ -32,6 +32,7 @@ struct PathTracer {
     Majorants majorants;
     Statistics *statistics;
     Shadows *shadows; // of surfaces; nullptr: there are none
+    Watch watch = {};
 };
 
 // Draws the first collision along the ray before `end`, by delta tracking: its distance, and which smoke is hit.
@@ -48,7 +49,7 @@ Color sample_multiple_scattering(const PathTracer &tracer, Ray ray, Real end, Pc
 
 uint64_t majorant_bytes(); // of the arena, at most
 bool make_path_tracer(const Scene &scene, const Medium &medium, const Light *lights, Shadows *shadows, Arena &arena,
-                      Statistics &statistics, PathTracer &tracer); // false: the arena was too small
+                      Statistics &statistics, PathTracer &tracer, Watch watch = {}); // false: the arena was too small
 
 // Each pass of each pixel has its own random numbers: a crop, or some of the passes, has the samples of the whole.
 Pcg32 pass_generator(const Settings &settings, uint32_t pass, int32_t x, int32_t y);

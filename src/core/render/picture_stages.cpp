@@ -26,7 +26,8 @@ template <class AnyMarcher>
 Segment march(MarchAndPaths<AnyMarcher> &both, const Ray &ray, Real end, PixelRecorder *recorder) {
     Segment seen = march(both.marcher, ray, end, recorder);
     Color sum(Real(0));
-    for (uint32_t i = 0; i < both.count; ++i) sum += sample_multiple_scattering(both.paths, ray, end, both.generator);
+    for (uint32_t i = 0; i < both.count && both.paths.watch.go_on(1); ++i)
+        sum += sample_multiple_scattering(both.paths, ray, end, both.generator);
     seen.radiance += sum / Real(static_cast<int32_t>(both.count));
     return seen;
 }
@@ -109,13 +110,11 @@ Status trace_paths(Frame &frame) {
     const View view(scene.camera);
     const SamplePattern pattern(settings.samples);
     const Crop &crop = settings.crop;
-    const uint64_t rows = static_cast<uint64_t>(crop.y1 - crop.y0);
     const uint32_t passes = settings.last_pass - settings.first_pass;
+    expect_samples(frame, passes);
     for (uint32_t pass = 0; pass < passes; ++pass) {
         PixelSums *pixel = frame.job.pixels;
         for (int32_t y = crop.y0; y < crop.y1; ++y) {
-            const uint64_t row = static_cast<uint64_t>(y - crop.y0);
-            if (!frame.job.observer(Stage::camera_rays, pass * rows + row, passes * rows)) return Status::stopped;
             for (int32_t x = crop.x0; x < crop.x1; ++x, ++pixel) {
                 sampler.generator = pass_generator(settings, settings.first_pass + pass, x, y);
                 for (uint32_t i = 0; i < settings.samples; ++i) {
@@ -125,6 +124,7 @@ Status trace_paths(Frame &frame) {
                     add_sample(pixel->channels[2], color.z);
                     ++frame.statistics.rays.primary;
                 }
+                if (!frame.watch.done(uint64_t{settings.samples} * units_of_sample)) return Status::stopped;
             }
         }
     }
@@ -136,7 +136,7 @@ Status trace_paths(Frame &frame) {
 Status find_majorants(Frame &frame) {
     return make_path_tracer(frame.scene, frame.medium(), frame.state.lights,
                             frame.decisions.surfaces ? &frame.shadows_in_space : nullptr, frame.arena, frame.statistics,
-                            frame.paths)
+                            frame.paths, frame.watch)
                ? Status::done
                : Status::out_of_memory;
 }
@@ -153,9 +153,9 @@ Status make_march(Frame &frame) {
     const Irradiance *irradiance = frame.has_irradiance ? &frame.irradiance : nullptr;
     const Real step = smallest_smoothing_length(frame.scene) * to_real<Real>(frame.settings.step);
     if (decisions.march == MarchKind::grid) {
-        frame.grid_marcher = {&medium,    &frame.state.smoke.depths,
-                              irradiance, decisions.surfaces ? &frame.shadows_in_space : nullptr,
-                              step,       &frame.statistics};
+        frame.grid_marcher = {
+            &medium, &frame.state.smoke.depths, irradiance, decisions.surfaces ? &frame.shadows_in_space : nullptr,
+            step,    &frame.statistics,         frame.watch};
     } else if (decisions.march == MarchKind::particles) {
         ParticleMarcher &marcher = frame.particle_marcher;
         if (!make_window(frame.scene, frame.arena, marcher)) return Status::out_of_memory;
@@ -165,11 +165,12 @@ Status make_march(Frame &frame) {
         marcher.medium = &medium;
         marcher.step = step;
         marcher.statistics = &frame.statistics;
+        marcher.watch = frame.watch;
     } else {
         Real *extinctions = frame.arena.make<Real>(frame.scene.smoke_count);
         if (!extinctions) return Status::out_of_memory;
         frame.marcher = {&medium,     lights_of_march(frame), frame.photon_maps, irradiance, step, frame.gather_radius,
-                         extinctions, frame.gather,           &frame.statistics};
+                         extinctions, frame.gather,           &frame.statistics, frame.watch};
     }
     return Status::done;
 }

@@ -35,8 +35,8 @@ Batches batches_to_trace(const Frame &frame, const PhotonSums &sums) {
 }
 
 PhotonTracing tracing_of(Frame &frame, const Batches &batches) {
-    return {frame.medium(), frame.surfaces(),   frame.settings, frame.decisions.photon_needs,
-            batches,        frame.job.observer, frame.arena,    frame.statistics};
+    return {frame.medium(), frame.surfaces(), frame.settings, frame.decisions.photon_needs,
+            batches,        frame.watch,      frame.arena,    frame.statistics};
 }
 
 Status trace_to_photon_map(Frame &frame) {
@@ -62,7 +62,7 @@ Status trace_to_particle_map(Frame &frame) {
     status = trace_particle_map(tracing_of(frame, batches_to_trace(frame, *sums)), frame.scene, frame.state.lights,
                                 *sums, map);
     if (status != Status::done || !picture) return status;
-    pack_map(map, frame.particle_map);
+    if (!pack_map(map, frame.particle_map, frame.watch)) return Status::stopped;
     frame.arena.rewind(after);
     return Status::done;
 }
@@ -81,20 +81,20 @@ Status trace_to_fluence_grid(Frame &frame) {
 } // namespace
 
 Status build_exact_density(Frame &frame) {
-    frame.state.smoke.medium = make_medium(frame.scene, 0, frame.arena);
+    frame.state.smoke.medium = make_medium(frame.scene, 0, frame.arena, frame.watch);
     return frame.medium().ready ? Status::done : Status::out_of_memory;
 }
 
 Status build_sparse_grid(Frame &frame) {
     SmokeStructures &smoke = frame.state.smoke;
     if (frame.decisions.resampled) {
-        smoke.medium = make_medium(frame.scene, frame.settings.density_step, frame.arena);
+        smoke.medium = make_medium(frame.scene, frame.settings.density_step, frame.arena, frame.watch);
         smoke.bricks = smoke.medium.bricks;
         smoke.depths = {&smoke.medium, frame.state.lights, 0, smoke.bricks, frame.decisions.spacing.light, nullptr,
                         false};
         return smoke.medium.ready ? Status::done : Status::out_of_memory;
     }
-    smoke.march_grid = make_sparse_grid(frame.scene, frame.decisions.spacing.cell, frame.arena);
+    smoke.march_grid = make_sparse_grid(frame.scene, frame.decisions.spacing.cell, frame.arena, frame.watch);
     smoke.bricks = &smoke.march_grid;
     return smoke.march_grid.ready ? Status::done : Status::out_of_memory;
 }
@@ -103,7 +103,7 @@ Status find_light_depths(Frame &frame) {
     SmokeStructures &smoke = frame.state.smoke;
     return make_optical_depth_grid(smoke.medium, frame.state.lights, frame.decisions.lights_in_smoke, *smoke.bricks,
                                    frame.decisions.spacing.light, frame.arena, &frame.statistics.rays.shadow,
-                                   smoke.depths)
+                                   smoke.depths, frame.watch)
                ? Status::done
                : Status::out_of_memory;
 }
@@ -111,7 +111,7 @@ Status find_light_depths(Frame &frame) {
 Status distribute_emission(Frame &frame) {
     SmokeStructures &smoke = frame.state.smoke;
     if (frame.decisions.photons != PhotonStore::fluence_grid) return Status::done;
-    return make_emission_distribution(frame.scene, smoke.medium, smoke.depths, frame.arena, smoke.emission)
+    return make_emission_distribution(frame.scene, smoke.medium, smoke.depths, frame.arena, smoke.emission, frame.watch)
                ? Status::done
                : Status::out_of_memory;
 }
@@ -151,7 +151,7 @@ Status make_gather(Frame &frame) {
         radius[i] = to_real<Real>(frame.scene.smokes[i].largest_h) * to_real<Real>(frame.settings.gather_radius);
     frame.gather_radius = radius;
     if (frame.decisions.photons != PhotonStore::particle_map) return Status::done;
-    return make_element_maps(frame.medium(), frame.particle_map, frame.arena, frame.photon_maps)
+    return make_element_maps(frame.medium(), frame.particle_map, frame.arena, frame.photon_maps, frame.watch)
                ? Status::done
                : Status::out_of_memory;
 }
@@ -160,15 +160,16 @@ Status make_gather(Frame &frame) {
 Status make_irradiance(Frame &frame) {
     if (frame.decisions.photons == PhotonStore::fluence_grid) {
         frame.irradiance = WISP_ARITH::make_irradiance(frame.medium(), frame.fluence,
-                                                       irradiance_tolerance(frame.settings), frame.arena);
+                                                       irradiance_tolerance(frame.settings), frame.arena, frame.watch);
     } else if (frame.decisions.photons == PhotonStore::photon_map) {
         if (!frame.photon_maps) return Status::done;
         frame.irradiance =
             WISP_ARITH::make_irradiance(irradiance_request(frame), frame.photon_maps, frame.gather_radius, frame.gather,
-                                        frame.arena, frame.statistics);
+                                        frame.arena, frame.statistics, frame.watch);
     } else {
         if (!frame.particle_map.per_smoke) return Status::done;
-        frame.irradiance = WISP_ARITH::make_irradiance(irradiance_request(frame), frame.particle_map, frame.arena);
+        frame.irradiance =
+            WISP_ARITH::make_irradiance(irradiance_request(frame), frame.particle_map, frame.arena, frame.watch);
         frame.particle_map.per_smoke = nullptr; // the sources hold emission alone
     }
     if (!frame.irradiance.ready) return Status::out_of_memory;
@@ -179,7 +180,7 @@ Status make_irradiance(Frame &frame) {
 
 Status make_sources(Frame &frame) {
     frame.sources = WISP_ARITH::make_sources(frame.scene, frame.medium(), frame.particle_map,
-                                             vec_of(frame.scene.camera.origin), frame.arena);
+                                             vec_of(frame.scene.camera.origin), frame.arena, frame.watch);
     return frame.sources ? Status::done : Status::out_of_memory;
 }
 

@@ -164,8 +164,7 @@ Need need_camera_rays(const Scene &, const Settings &, const Decisions &d) {
 } // namespace
 
 // Each row: the stage and its name; the room of its method; its seconds; whether and why it is needed; its bytes; what
-// it makes for the whole animation, while the smoke is the same, and for one frame; whether it reports its progress
-// itself.
+// it makes for the whole animation, while the smoke is the same, and for one frame.
 // clang-format off
 const StageRow stage_rows[stage_count] = {
     // What lives from frame to frame
@@ -194,7 +193,7 @@ const StageRow stage_rows[stage_count] = {
 
     // Photons (S2), and how they are read (S4-2, S4-3, S4-4)
     {Stage::photons, "photons", "photons", StageGroup::photons, need_photons, photon_bytes,
-        {nullptr, distribute_emission, trace_photons}, true},
+        {nullptr, distribute_emission, trace_photons}},
     {Stage::gather, "gather", "photons", StageGroup::render, need_gather, stages::gather_bytes,
         {nullptr, nullptr, stages::make_gather}},
     {Stage::irradiance, "irradiance", "photons", StageGroup::irradiance, need_irradiance, irradiance_map_bytes,
@@ -208,7 +207,7 @@ const StageRow stage_rows[stage_count] = {
     {Stage::march, "march", "march", StageGroup::render, need_march, march_bytes,
         {nullptr, nullptr, make_march}},
     {Stage::camera_rays, "camera rays", "render", StageGroup::render, need_camera_rays, nullptr,
-        {nullptr, nullptr, trace_camera_rays}, true},
+        {nullptr, nullptr, trace_camera_rays}},
 };
 // clang-format on
 
@@ -275,12 +274,13 @@ class Runner {
             uint64_t &bytes = used(lifetime, row.stage);
             bytes = 0;
             if (!needed_[static_cast<uint32_t>(row.stage)]) continue;
-            if (!row.own_progress && !frame_.job.observer(row.stage, 0, 1)) return Status::stopped;
+            if (!frame_.watch.begin(row.stage)) return Status::stopped;
             Arena &arena = frame_.arena;
             const size_t before = arena.mark();
             arena.begin_stage();
             const Status status = work(frame_);
             bytes = arena.stage_peak() - before;
+            if (frame_.watch.stopped()) return Status::stopped; // what it has made is of no use
             if (status != Status::done) return status;
         }
         return Status::done;
@@ -353,7 +353,7 @@ Status run_frame(Frame &frame, FrameCache &cache, bool made, Runner &runner) {
         frame.job.photons->count != 0)
         return Status::size_mismatch;
     status = runner.run(Lifetime::frame);
-    if (frame.shadows.scene) end_frame(frame.shadows);
+    if (status == Status::done && frame.shadows.scene) end_frame(frame.shadows);
     return status;
 }
 
@@ -382,6 +382,7 @@ Status run_stages(const Job &job, PixelRecorder *recorder) {
     const Decisions decisions = decide(job.scene, job.settings);
     FrameCache none = {}, &cache = job.cache ? *job.cache : none;
     job.statistics.bytes.arena_size = job.arena.size();
+    const size_t before = job.arena.mark();
     bool made;
     FrameState *state = find_state(job, cache, made);
     if (!state) return Status::out_of_memory;
@@ -391,6 +392,10 @@ Status run_stages(const Job &job, PixelRecorder *recorder) {
     Runner runner(frame);
     const Status status = run_frame(frame, cache, made, runner);
     count_bytes(frame, runner);
+    if (status != Status::done) { // something may be half made
+        cache.frame = nullptr;
+        job.arena.rewind(before);
+    }
 #ifdef WISP_TRAP
     check_rows(job, runner);
 #endif

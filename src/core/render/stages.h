@@ -25,7 +25,6 @@ struct StageRow {
     struct {
         Status (*sequence)(Frame &), (*smoke)(Frame &), (*frame)(Frame &);
     } run;
-    bool own_progress = false; // the stage calls the observer itself
 };
 
 // One row for each Stage, in that order.

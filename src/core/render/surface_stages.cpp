@@ -4,12 +4,12 @@
 namespace wisp::WISP_ARITH::stages {
 
 Status build_triangle_trees(Frame &frame) {
-    frame.state.surfaces = make_surfaces(frame.scene, frame.arena);
+    frame.state.surfaces = make_surfaces(frame.scene, frame.arena, frame.watch);
     return frame.state.surfaces.ready ? Status::done : Status::out_of_memory;
 }
 
 Status place_triangle_trees(Frame &frame) {
-    place_surfaces(frame.scene, frame.arena, frame.state.surfaces);
+    place_surfaces(frame.scene, frame.arena, frame.state.surfaces, frame.watch);
     return frame.state.surfaces.ready ? Status::done : Status::out_of_memory;
 }
 
@@ -19,7 +19,8 @@ Status make_lights(Frame &frame) {
 }
 
 Status make_shadow_memory(Frame &frame) {
-    return WISP_ARITH::make_shadow_memory(frame.scene, frame.settings, frame.arena, frame.state.shadow_memory)
+    return WISP_ARITH::make_shadow_memory(frame.scene, frame.settings, frame.arena, frame.state.shadow_memory,
+                                          frame.watch)
                ? Status::done
                : Status::out_of_memory;
 }
@@ -30,14 +31,15 @@ Status begin_shadows(Frame &frame) {
                      frame.state.lights,
                      &frame.statistics,
                      shadow_technique(frame.scene, frame.settings),
-                     frame.state.shadow_memory};
+                     frame.state.shadow_memory,
+                     frame.watch};
     if (!begin_frame(frame.shadows, frame.settings, frame.arena)) return Status::out_of_memory;
     frame.shadows_in_space = WISP_ARITH::shadows_in_space(frame.shadows);
     return Status::done;
 }
 
 Status build_light_cuts(Frame &frame) {
-    return make_light_cuts(frame.state.lights, frame.scene.light_count, frame.arena, frame.light_cuts)
+    return make_light_cuts(frame.state.lights, frame.scene.light_count, frame.arena, frame.light_cuts, frame.watch)
                ? Status::done
                : Status::out_of_memory;
 }
@@ -56,6 +58,7 @@ Status make_shading(Frame &frame) {
                      length(vec_of(scene.camera.down)),
                      &frame.statistics,
                      frame.decisions.light_cuts ? &frame.light_cuts : nullptr};
+    frame.whitted.watch = frame.watch;
     return Status::done;
 }
 

@@ -9,6 +9,8 @@ namespace {
 
 constexpr Real min_ray_weight = Real(0.01); // in its pixel: a ray of less weight is not traced
 
+constexpr uint32_t units_of_ray = 256, units_of_light = 16; // of work
+
 // A ray and the cone of what its pixel sees by it.
 struct Beam {
     Ray ray;
@@ -151,6 +153,7 @@ Color direct_light(const Whitted &tracer, const Point &point, const Vec3 &direct
     Color sum(Real(0)), factor;
     if (!tracer.cuts) {
         for (uint32_t i = 0; i < tracer.scene->light_count; ++i) {
+            if (i % 64 == 63 && !tracer.watch.go_on(64 * units_of_light)) return sum;
             const Illumination from = illuminate(tracer.lights[i], point.position, point.position, point.position);
             if (shade_light(tracer, point, direction, i, from, factor)) sum += from.irradiance * factor;
         }
@@ -241,6 +244,7 @@ Color shade(const Whitted &tracer, const Beam &beam, const Hit &hit, uint32_t de
 }
 
 Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight) {
+    if (!tracer.watch.go_on(units_of_ray)) return Color(Real(0));
     TreeCounts unused = {};
     const Hit hit =
         tracer.nearest_hit(*tracer.surfaces, beam.ray, begin, infinite_distance, beam.ignore_triangle, unused);

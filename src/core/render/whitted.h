@@ -34,6 +34,7 @@ struct Whitted {
     const Medium *medium = nullptr;
     void *marcher = nullptr;
     Segment (*march)(void *marcher, const Ray &ray, Real end, PixelRecorder *recorder) = nullptr;
+    Watch watch = {};
     PixelRecorder *recorder = nullptr; // of the pixel that is traced, or nullptr
     // What finds the surface that a ray hits.
     Hit (*nearest_hit)(const Surfaces &, const Ray &, Real begin, Real end, uint32_t ignore_triangle,

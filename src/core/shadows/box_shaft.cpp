@@ -223,6 +223,7 @@ bool find_blockers(const Shadows &shadows, const ShaftLattice &lattice, const Bo
     for (uint32_t stack_size = 1; stack_size > 0;) {
         const Entry now = stack[--stack_size];
         ++counts.node_visits;
+        if (!shadows.watch.go_on(1)) return false;
         LatticeBounds cell;
         for (int a = 0; a < 3; ++a) {
             cell.low.x[a] = down(now.cell.low.x[a]);

@@ -226,7 +226,7 @@ InstanceShadows make_instance_shadows(const Shadows &shadows, Arena &arena) {
     if (!instances.ready) return instances;
     for (size_t i = 0; i < rasters; ++i) instances.rasters[i].starts = starts + i * starts_of_raster;
     uint32_t used = 0;
-    for (uint32_t l = 0; l < instances.raster_lights; ++l)
+    for (uint32_t l = 0; l < instances.raster_lights && shadows.watch.go_on(scene.instance_count); ++l)
         used += make_rasters(*shadows.surfaces, shadows.lights[l], instances.rasters + size_t{l} * sides,
                              instances.groups, used, room);
     for (size_t i = 0; i < entries; ++i) {

@@ -11,7 +11,7 @@ uint64_t culling_bytes(const Scene &scene, const Settings &settings) {
            Arena::bytes<uint32_t>(static_cast<uint64_t>(settings.crop.x1 - settings.crop.x0));
 }
 
-void *make_culling(const Scene &scene, Arena &arena) {
+void *make_culling(const Scene &scene, Arena &arena, Watch) {
     NahCulling *culling = arena.make<NahCulling>(1);
     CulledTriangle *triangles = arena.make<CulledTriangle>(scene.triangle_count());
     if (!culling || !triangles) return nullptr;
@@ -37,6 +37,7 @@ bool begin_culling_frame(Shadows &shadows, const Settings &settings, Arena &aren
             triangle.mode.set_occlusion(OcclusionMode::init);
     }
     for (uint32_t l = 0; l < lights; ++l) {
+        if (!shadows.watch.go_on(culling.triangle_count)) return false;
         if (culling.any_frame && !same_shadows(culling.lights[l], shadows.lights[l]))
             for (uint32_t i = 0; i < culling.triangle_count; ++i) {
                 ModeWord &mode = culling.triangles[i].mode;

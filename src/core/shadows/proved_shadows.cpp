@@ -22,7 +22,9 @@ void prove_visibility(const Shadows &shadows, const ShadowQuery &query, const Ce
     TreeCounts &proofs = shadows.statistics->shadow.proofs;
     cell.set_state(CellState::mixed);
     if (!cell.has_shadowed_ray()) {
+        const uint64_t visits = proofs.node_visits;
         if (is_shaft_lit(tree, shaft, query.triangle, proofs)) cell.set_state(CellState::lit);
+        shadows.watch.go_on(static_cast<uint32_t>(proofs.node_visits - visits));
     } else {
         load(shadows.scene->triangles[cell.occluder], occluder);
         ++proofs.triangle_tests;
@@ -54,10 +56,10 @@ uint64_t proved_bytes(const Scene &scene, const Settings &) {
     return Arena::bytes<ProvedShadows>(1) + shadow_cell_bytes(scene) + instance_shadow_bytes(scene);
 }
 
-void *make_proved(const Scene &scene, Arena &arena) {
+void *make_proved(const Scene &scene, Arena &arena, Watch watch) {
     ProvedShadows *proved = arena.make<ProvedShadows>(1);
     if (!proved) return nullptr;
-    proved->cells = make_shadow_cells(scene, arena);
+    proved->cells = make_shadow_cells(scene, arena, watch);
     return proved->cells.ready ? proved : nullptr;
 }
 

@@ -45,7 +45,7 @@ struct ShadowTechnique {
     // `bytes` bounds that together with what it takes in each frame; `make` returns nullptr when the arena is too
     // small.
     uint64_t (*bytes)(const Scene &scene, const Settings &settings) = nullptr;
-    void *(*make)(const Scene &scene, Arena &arena) = nullptr;
+    void *(*make)(const Scene &scene, Arena &arena, Watch watch) = nullptr;
 
     // Before the first query of a frame, false: the arena was too small; after the last one.
     bool (*begin_frame)(Shadows &shadows, const Settings &settings, Arena &arena) = nullptr;
@@ -72,6 +72,7 @@ struct Shadows {
     Statistics *statistics;
     const ShadowTechnique *technique = &trace_technique;
     void *memory = nullptr; // what the technique's `make` returned
+    Watch watch = {};
 };
 template <class Memory> Memory &memory_of(const Shadows &shadows) { return *static_cast<Memory *>(shadows.memory); }
 

@@ -14,9 +14,10 @@ inline const ShadowTechnique *shadow_technique(const Scene &scene, const Setting
 
 // What the technique keeps from frame to frame (nullptr: nothing), and the bytes of that and of a frame, at most.
 // False: the arena was too small.
-inline bool make_shadow_memory(const Scene &scene, const Settings &settings, Arena &arena, void *&memory) {
+inline bool make_shadow_memory(const Scene &scene, const Settings &settings, Arena &arena, void *&memory,
+                               Watch watch = {}) {
     const ShadowTechnique &technique = *shadow_technique(scene, settings);
-    memory = technique.make ? technique.make(scene, arena) : nullptr;
+    memory = technique.make ? technique.make(scene, arena, watch) : nullptr;
     return memory || !technique.make;
 }
 inline uint64_t shadow_bytes(const Scene &scene, const Settings &settings) {

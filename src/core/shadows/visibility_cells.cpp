@@ -51,7 +51,7 @@ uint64_t shadow_cell_bytes(const Scene &scene) {
            Arena::bytes<uint32_t>(uint64_t{scene.light_count} * roots_for(scene));
 }
 
-ShadowCells make_shadow_cells(const Scene &scene, Arena &arena) {
+ShadowCells make_shadow_cells(const Scene &scene, Arena &arena, Watch watch) {
     ShadowCells cells = {};
     cells.block_count = static_cast<uint32_t>(blocks_for(scene));
     cells.roots_per_light = roots_for(scene);
@@ -59,9 +59,8 @@ ShadowCells make_shadow_cells(const Scene &scene, Arena &arena) {
     cells.roots = arena.make<uint32_t>(roots);
     cells.lights = make_lights(scene, arena);
     cells.blocks = arena.make<ShadowCell[4]>(cells.block_count);
-    cells.ready = cells.roots && cells.lights && cells.blocks;
+    cells.ready = cells.roots && cells.lights && cells.blocks && fill(cells.roots, roots, 0u, watch);
     if (!cells.ready) return cells;
-    for (size_t i = 0; i < roots; ++i) cells.roots[i] = 0;
     cells.light_count = scene.light_count;
     cells.used = 1; // block 0 means none
     return cells;

@@ -56,7 +56,7 @@ struct ShadowCells {
 
 // An upper bound of what make_shadow_cells takes from the arena.
 uint64_t shadow_cell_bytes(const Scene &scene);
-ShadowCells make_shadow_cells(const Scene &scene, Arena &arena);
+ShadowCells make_shadow_cells(const Scene &scene, Arena &arena, Watch watch = {});
 
 // Returns the cells of lights that have moved.
 void update_shadow_cells(ShadowCells &cells, const Light *lights, uint32_t light_count);

@@ -24,17 +24,17 @@ inline uint64_t density_field_bytes(const SmokeDescription &source) {
 // `bricks` is the sparse grid to resample to, or nullptr. The field takes dimensions_of(source) dimensions of a
 // photon's draws (random.h), from `first_dimension` on.
 inline DensityField make_density_field(const SmokeDescription &source, const SparseGrid *bricks,
-                                       uint32_t first_dimension, Arena &arena) {
+                                       uint32_t first_dimension, Arena &arena, Watch watch = {}) {
     DensityField field = {};
     field.is_resampled = bricks && !source.empty();
     field.is_grid = source.is_grid() && !field.is_resampled;
     if (source.is_grid()) field.grid = grid_frame(source.grid);
     if (field.is_resampled)
-        field.resampled = resample(source, *bricks, first_dimension, arena);
+        field.resampled = resample(source, *bricks, first_dimension, arena, watch);
     else if (field.is_grid)
-        field.grid = make_grid_field(source.grid, first_dimension, arena);
+        field.grid = make_grid_field(source.grid, first_dimension, arena, watch);
     else
-        field.particles = make_particle_field(source, first_dimension, arena);
+        field.particles = make_particle_field(source, first_dimension, arena, watch);
     return field;
 }
 inline uint32_t dimensions_of(const SmokeDescription &source) { return source.is_grid() ? 2 : source.count; }

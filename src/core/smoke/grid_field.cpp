@@ -205,14 +205,17 @@ GridField grid_frame(const GridDescription &source) {
     return field;
 }
 
-GridField make_grid_field(const GridDescription &source, uint32_t dimension, Arena &arena) {
+GridField make_grid_field(const GridDescription &source, uint32_t dimension, Arena &arena, Watch watch) {
     GridField field = grid_frame(source);
     field.dimension = dimension;
     Real *values = arena.make<Real>(source.count());
     if (!values) return field;
     const Real sigma = to_real<Real>(source.extinction);
-    for (uint64_t i = 0; i < source.count(); ++i)
+    watch.expect(source.count() / 64);
+    for (uint64_t i = 0; i < source.count(); ++i) {
         values[i] = source.density ? sigma * to_real<Real>(source.density[i]) : sigma;
+        if (!watch.done_round(i, 16)) return field;
+    }
     field.extinction = values;
     field.ready = true;
     return field;

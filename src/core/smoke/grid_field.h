@@ -29,7 +29,7 @@ struct GridField {
 // The field without its samples: not ready.
 GridField grid_frame(const GridDescription &source);
 // The field with its samples, which are made from the arena.
-GridField make_grid_field(const GridDescription &source, uint32_t dimension, Arena &arena);
+GridField make_grid_field(const GridDescription &source, uint32_t dimension, Arena &arena, Watch watch = {});
 uint64_t grid_field_bytes(const GridDescription &source);
 
 // sigma_t at x, per unit of length.

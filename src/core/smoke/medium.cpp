@@ -12,7 +12,7 @@ bool any(const Color &c) { return largest(c) > Real(0); }
 // For each particle, the fraction of the whole cross-section that lies before it, in units of 2^-32. The samples of a
 // grid have tents of equal volume: for these it is the fraction of the density. The sums are integers, so the choice of
 // a particle is the same in every arithmetic.
-const uint32_t *area_fractions_before(const SmokeDescription &source, Arena &arena) {
+const uint32_t *area_fractions_before(const SmokeDescription &source, Arena &arena, Watch watch) {
     const uint32_t count = elements_of(source);
     uint32_t *before = arena.make<uint32_t>(count);
     if (!before) return nullptr;
@@ -23,16 +23,18 @@ const uint32_t *area_fractions_before(const SmokeDescription &source, Arena &are
                                  : Real(1);
     };
     Real largest_area = Real(0);
-    for (uint32_t i = 0; i < count; ++i) largest_area = max(largest_area, area(i));
+    watch.expect(uint64_t{count} / 4);
+    for (uint32_t i = 0; i < count && watch.done_round(i, 16); ++i) largest_area = max(largest_area, area(i));
     uint64_t total = 0;
     const auto units = [&](uint32_t i) { // an area, in units of 2^-16 of the largest
         return static_cast<uint64_t>(floor_to_int(scale_pow2(area(i) / largest_area, 16)));
     };
-    for (uint32_t i = 0; i < count; ++i) total += units(i);
+    for (uint32_t i = 0; i < count && watch.done_round(i, 48); ++i) total += units(i);
     // sum / total as a fraction of 2^32, by long division in two halves of 16 bits: total < 2^47.
     uint64_t sum = 0;
     if (total == 0) total = 1; // all areas are too small for the arithmetic: all fractions are 0
     for (uint32_t i = 0; i < count; ++i) {
+        if (!watch.done_round(i, 192)) return nullptr;
         const uint64_t high = (sum << 16) / total, rest = (sum << 16) % total;
         before[i] = static_cast<uint32_t>(high << 16 | (rest << 16) / total);
         sum += units(i);
@@ -57,12 +59,12 @@ uint64_t medium_bytes(const Scene &scene, double density_step) {
     return bytes;
 }
 
-Medium make_medium(const Scene &scene, double density_step, Arena &arena) {
+Medium make_medium(const Scene &scene, double density_step, Arena &arena, Watch watch) {
     Medium medium = {};
     if (total_order_key(density_step) > 0 && can_resample(scene)) {
         SparseGrid *bricks = arena.make<SparseGrid>(1);
         if (!bricks) return medium;
-        *bricks = make_sparse_grid(scene, density_step, arena);
+        *bricks = make_sparse_grid(scene, density_step, arena, watch);
         if (!bricks->ready) return medium;
         medium.bricks = bricks;
     }
@@ -78,13 +80,13 @@ Medium make_medium(const Scene &scene, double density_step, Arena &arena) {
         smoke.albedo = vec_of(source.albedo);
         smoke.phase = Phase(to_real<Real>(source.asymmetry));
         smoke.emission = vec_of(source.emission);
-        smoke.field = make_density_field(source, medium.bricks, dimensions, arena);
+        smoke.field = make_density_field(source, medium.bricks, dimensions, arena, watch);
         if (!smoke.field.ready()) return medium;
         if (!source.empty() && any(smoke.emission * (Color(Real(1)) - smoke.albedo))) {
             smoke.emitted_power =
                 smoke.emission * (Color(Real(1)) - smoke.albedo) * (four_pi<Real> * to_real<Real>(source.total_area));
             if (any(smoke.emitted_power)) {
-                smoke.area_fraction_before = area_fractions_before(source, arena);
+                smoke.area_fraction_before = area_fractions_before(source, arena, watch);
                 if (!smoke.area_fraction_before) return medium;
             }
         }
@@ -103,6 +105,7 @@ Medium make_medium(const Scene &scene, double density_step, Arena &arena) {
         for (uint32_t i = 0; i < medium.count; ++i) {
             const SmokeDescription &source = scene.smokes[i];
             for (uint32_t k = 0; k < source.count; ++k) {
+                if (!watch.done_round(k, 32)) return medium;
                 const Vec3 d = vec_of(source.particles[k].position) - medium.sphere.center;
                 radius_squared = max(radius_squared, dot(d, d));
             }

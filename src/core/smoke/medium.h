@@ -33,7 +33,7 @@ struct Medium {
 
 // `density_step` is the edge of the sparse grid's cells in units of the smallest smoothing length; 0 means exact
 // densities. Smoke that cannot be resampled has exact densities in any case.
-Medium make_medium(const Scene &scene, double density_step, Arena &arena);
+Medium make_medium(const Scene &scene, double density_step, Arena &arena, Watch watch = {});
 uint64_t medium_bytes(const Scene &scene, double density_step);
 
 // The integral of sigma_t of all smokes over the ray's distances 0 to `end`.

@@ -195,7 +195,7 @@ uint64_t particle_field_bytes(uint32_t particles) {
            Arena::bytes<uint32_t>(slots);
 }
 
-ParticleField make_particle_field(const SmokeDescription &source, uint32_t first_dimension, Arena &arena) {
+ParticleField make_particle_field(const SmokeDescription &source, uint32_t first_dimension, Arena &arena, Watch watch) {
     ParticleField field = {};
     field.first_dimension = first_dimension;
     field.kernel = source.kernel;
@@ -210,17 +210,20 @@ ParticleField make_particle_field(const SmokeDescription &source, uint32_t first
     Vec3 *points = arena.make<Vec3>(source.count);
     if (!inverse_h || !scale || !max_draw || !points) return field;
 
+    watch.expect(uint64_t{source.count} / 2);
     for (uint32_t i = 0; i < source.count; ++i) {
+        if (!watch.done_round(i, 256)) return field;
         points[i] = vec_of(source.particles[i].position);
         field.bounds.low = i == 0 ? points[i] : min(field.bounds.low, points[i]);
         field.bounds.high = i == 0 ? points[i] : max(field.bounds.high, points[i]);
     }
     field.bounds.low -= Vec3(field.support);
     field.bounds.high += Vec3(field.support);
-    field.tree = build_point_tree(points, source.count, arena);
+    field.tree = build_point_tree(points, source.count, arena, watch);
     if (!field.tree.ready) return field;
 
     for (uint32_t slot = 0; slot < slots; ++slot) {
+        if (!watch.done_round(slot, 256)) return field;
         if (slot >= source.count) { // an empty slot
             inverse_h[slot] = scale[slot] = Real(0);
             max_draw[slot] = 0;

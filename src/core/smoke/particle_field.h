@@ -39,7 +39,8 @@ WISP_INLINE Passage passage(const ParticleField &field, uint32_t slot, const Ray
 }
 
 // The field of `source`. All arrays are made from the arena.
-ParticleField make_particle_field(const SmokeDescription &source, uint32_t first_dimension, Arena &arena);
+ParticleField make_particle_field(const SmokeDescription &source, uint32_t first_dimension, Arena &arena,
+                                  Watch watch = {});
 uint64_t particle_field_bytes(uint32_t particles);
 
 // sigma_t at x, per unit of length.

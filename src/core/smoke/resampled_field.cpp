@@ -86,8 +86,12 @@ void resample_brick(const GridField &grid, const SparseGrid &bricks, uint32_t br
 }
 
 template <class Field>
-void resample_all(const Field &field, const SparseGrid &bricks, Real *nodes, Real *minorants, Real *majorants) {
+bool resample_all(const Field &field, const SparseGrid &bricks, Real *nodes, Real *minorants, Real *majorants,
+                  Watch watch) {
+    constexpr uint32_t units_per_brick = 1 << 13;
+    watch.expect(uint64_t{bricks.count} * units_per_brick);
     for (uint32_t brick = 0; brick < bricks.count; ++brick, nodes += nodes_of(1)) {
+        if (!watch.done(units_per_brick)) return false;
         resample_brick(field, bricks, brick, nodes);
         minorants[brick] = majorants[brick] = nodes[0];
         for (uint32_t i = 1; i < nodes_of(1); ++i) {
@@ -95,6 +99,7 @@ void resample_all(const Field &field, const SparseGrid &bricks, Real *nodes, Rea
             majorants[brick] = max(majorants[brick], nodes[i]);
         }
     }
+    return true;
 }
 
 // Moves the ray's origin to its entry into the smoke's bounds. `entry` is the distance skipped, `end` becomes the
@@ -114,7 +119,8 @@ uint64_t resampled_field_bytes(const SmokeDescription &source, uint64_t bricks) 
            (source.is_grid() ? grid_field_bytes(source.grid) : particle_field_bytes(source.count));
 }
 
-ResampledField resample(const SmokeDescription &source, const SparseGrid &bricks, uint32_t dimension, Arena &arena) {
+ResampledField resample(const SmokeDescription &source, const SparseGrid &bricks, uint32_t dimension, Arena &arena,
+                        Watch watch) {
     ResampledField field = {&bricks, nullptr, nullptr, nullptr, dimension, false};
     Real *nodes = arena.make<Real>(size_t{bricks.count} * nodes_of(1));
     Real *minorants = arena.make<Real>(bricks.count);
@@ -122,13 +128,11 @@ ResampledField resample(const SmokeDescription &source, const SparseGrid &bricks
     if (!nodes || !minorants || !majorants) return field;
     const size_t mark = arena.mark();
     if (source.is_grid()) {
-        const GridField grid = make_grid_field(source.grid, dimension, arena);
-        if (!grid.ready) return field;
-        resample_all(grid, bricks, nodes, minorants, majorants);
+        const GridField grid = make_grid_field(source.grid, dimension, arena, watch);
+        if (!grid.ready || !resample_all(grid, bricks, nodes, minorants, majorants, watch)) return field;
     } else {
-        const ParticleField particles = make_particle_field(source, dimension, arena);
-        if (!particles.ready) return field;
-        resample_all(particles, bricks, nodes, minorants, majorants);
+        const ParticleField particles = make_particle_field(source, dimension, arena, watch);
+        if (!particles.ready || !resample_all(particles, bricks, nodes, minorants, majorants, watch)) return field;
     }
     arena.rewind(mark);
     field.extinction = nodes;

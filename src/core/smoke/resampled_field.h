@@ -22,7 +22,8 @@ struct ResampledField {
 };
 
 // Computes sigma_t of `source` at the nodes: a sum over its particles, or an interpolation of its grid's samples.
-ResampledField resample(const SmokeDescription &source, const SparseGrid &bricks, uint32_t dimension, Arena &arena);
+ResampledField resample(const SmokeDescription &source, const SparseGrid &bricks, uint32_t dimension, Arena &arena,
+                        Watch watch = {});
 // The bytes that resample() takes from the arena for `bricks` bricks, scratch included.
 uint64_t resampled_field_bytes(const SmokeDescription &source, uint64_t bricks);
 

@@ -81,10 +81,11 @@ Real gap(Real x, Real low, Real edge) { return max(max(low - x, x - (low + edge)
 
 // Calls visit(cell index in the lattice) for each brick that may hold smoke, perhaps more than once.
 template <class Visit>
-void for_each_touched(const Scene &scene, const Layout &layout, int32_t subdivision, Visit &&visit) {
+void for_each_touched(const Scene &scene, const Layout &layout, int32_t subdivision, Watch watch, Visit &&visit) {
     const Lattice &lattice = layout.bricks;
     const auto visit_range = [&](const Cell &first, const Cell &last, auto &&touched) {
-        for (int32_t z = first.z; z <= last.z; ++z)
+        const uint32_t units = static_cast<uint32_t>((last.x - first.x + 1) * (last.y - first.y + 1)) / 16;
+        for (int32_t z = first.z; z <= last.z && (units == 0 || watch.go_on(units)); ++z)
             for (int32_t y = first.y; y <= last.y; ++y)
                 for (int32_t x = first.x; x <= last.x; ++x)
                     if (touched(Vec3(Real(x), Real(y), Real(z)) * lattice.edge + lattice.low))
@@ -92,7 +93,7 @@ void for_each_touched(const Scene &scene, const Layout &layout, int32_t subdivis
     };
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const SmokeDescription &smoke = scene.smokes[i];
-        for (uint32_t k = 0; k < smoke.count; ++k) {
+        for (uint32_t k = 0; k < smoke.count && watch.done_round(k, 1024); ++k) {
             const Vec3 x = vec_of(smoke.particles[k].position);
             const Real reach = Real(2) * to_real<Real>(smoke.particles[k].h), reach_squared = reach * reach;
             visit_range(cell_at(lattice, x - Vec3(reach)), cell_at(lattice, x + Vec3(reach)), [&](const Vec3 &low) {
@@ -115,7 +116,7 @@ void for_each_touched(const Scene &scene, const Layout &layout, int32_t subdivis
         }
         const float *density = grid.density;
         for (int32_t z = 0; z < grid.nz; ++z)
-            for (int32_t y = 0; y < grid.ny; ++y)
+            for (int32_t y = 0; y < grid.ny && watch.go_on(8); ++y)
                 for (int32_t x = 0; x < grid.nx; ++x)
                     // A sample's tent covers the cells x and x + 1, at the border one more.
                     if (total_order_key(*density++) > 0) {
@@ -147,7 +148,7 @@ Real smallest_smoothing_length(const Scene &scene) {
     return finest;
 }
 
-SparseGrid make_sparse_grid(const Scene &scene, double lengths, Arena &arena) {
+SparseGrid make_sparse_grid(const Scene &scene, double lengths, Arena &arena, Watch watch) {
     SparseGrid bricks = {};
     if (!has_smoke(scene)) {
         bricks.ready = true;
@@ -163,19 +164,23 @@ SparseGrid make_sparse_grid(const Scene &scene, double lengths, Arena &arena) {
     const uint64_t all = number_of(layout.bricks.count);
     uint32_t *index = arena.make<uint32_t>(all);
     if (!index) return bricks;
-    for (uint64_t i = 0; i < all; ++i) index[i] = no_brick;
-    for_each_touched(scene, layout, bricks.subdivision, [index](int64_t i) { index[i] = 0; });
+    if (!fill(index, all, no_brick, watch)) return bricks;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) watch.expect(scene.smokes[i].count);
+    for_each_touched(scene, layout, bricks.subdivision, watch, [index](int64_t i) { index[i] = 0; });
+    if (watch.stopped()) return bricks;
     for (uint64_t i = 0; i < all; ++i)
         if (index[i] != no_brick) index[i] = bricks.count++;
     Cell *position = arena.make<Cell>(bricks.count);
     if (!position) return bricks;
     const Cell &n = layout.bricks.count;
     for (int32_t z = 0; z < n.z; ++z)
-        for (int32_t y = 0; y < n.y; ++y)
+        for (int32_t y = 0; y < n.y; ++y) {
+            if (!watch.go_on(8)) return bricks;
             for (int32_t x = 0; x < n.x; ++x) {
                 const uint32_t brick = index[index_of(n, {x, y, z})];
                 if (brick != no_brick) position[brick] = {x, y, z};
             }
+        }
     bricks.index = index;
     bricks.position = position;
     bricks.ready = true;
@@ -191,7 +196,7 @@ SparseGridPlan plan_sparse_grid(const Scene &scene, double lengths) {
         uint8_t touched[max_counted / 8];
         for (uint64_t i = 0; i < (all + 7) / 8; ++i) touched[i] = 0;
         count = 0;
-        for_each_touched(scene, layout, subdivision_for(lengths), [&](int64_t i) {
+        for_each_touched(scene, layout, subdivision_for(lengths), {}, [&](int64_t i) {
             uint8_t &byte = touched[i / 8];
             const uint8_t bit = static_cast<uint8_t>(1u << (i % 8));
             count += byte & bit ? 0 : 1;

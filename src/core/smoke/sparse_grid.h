@@ -45,7 +45,7 @@ Real smallest_smoothing_length(const Scene &scene);
 // The bricks around the smoke of `scene`. The edge of a cell is `lengths` times the smallest smoothing length. There
 // are two exceptions. If all smoke is one density grid that is not rotated, the cells are those between its samples, or
 // halves of them. If it is one box of constant density, the cells are shrunk until a whole number fits the box.
-SparseGrid make_sparse_grid(const Scene &scene, double lengths, Arena &arena);
+SparseGrid make_sparse_grid(const Scene &scene, double lengths, Arena &arena, Watch watch = {});
 
 // SparseGrid::subdivision. A trilinear field that is resampled at whole fractions of its own cells loses nothing.
 constexpr int32_t subdivision_for(double lengths) { return total_order_key(lengths) > total_order_key(0.75) ? 1 : 2; }

@@ -120,14 +120,14 @@ uint64_t placement_bytes(const Scene &scene) {
            Arena::bytes<Box>(scene.instance_count) + Arena::bytes<uint32_t>(scene.instance_count);
 }
 
-Surfaces make_surfaces(const Scene &scene, Arena &arena) {
+Surfaces make_surfaces(const Scene &scene, Arena &arena, Watch watch) {
     Surfaces surfaces = {};
     surfaces.instance_count = scene.instance_count;
     surfaces.static_count = scene.static_count;
     surfaces.deforming_first = scene.static_count + scene.instance_triangle_count;
     surfaces.deforming_count = scene.deforming_count;
     surfaces.ray_epsilon = to_real<Real>(scene.ray_epsilon);
-    surfaces.static_tree = make_triangle_tree(scene.triangles, scene.static_count, scene.materials, arena);
+    surfaces.static_tree = make_triangle_tree(scene.triangles, scene.static_count, scene.materials, arena, watch);
     surfaces.instances = arena.make<PlacedInstance>(scene.instance_count);
     surfaces.ready = surfaces.static_tree.ready && surfaces.instances;
     for (uint32_t i = 0; surfaces.ready && i < scene.instance_count; ++i) {
@@ -137,15 +137,15 @@ Surfaces make_surfaces(const Scene &scene, Arena &arena) {
         instance.first = source.first;
         instance.count = source.count;
         instance.bounds = box_of(scene.triangles + source.first, source.count);
-        instance.tree = make_triangle_tree(scene.triangles + source.first, source.count, scene.materials, arena);
+        instance.tree = make_triangle_tree(scene.triangles + source.first, source.count, scene.materials, arena, watch);
         surfaces.ready = instance.tree.ready;
     }
     return surfaces;
 }
 
-void place_surfaces(const Scene &scene, Arena &arena, Surfaces &surfaces) {
-    surfaces.deforming_tree =
-        make_triangle_tree(scene.triangles + surfaces.deforming_first, scene.deforming_count, scene.materials, arena);
+void place_surfaces(const Scene &scene, Arena &arena, Surfaces &surfaces, Watch watch) {
+    surfaces.deforming_tree = make_triangle_tree(scene.triangles + surfaces.deforming_first, scene.deforming_count,
+                                                 scene.materials, arena, watch);
     surfaces.groups = arena.make<InstanceNode>(2 * size_t{scene.instance_count});
     surfaces.group_count = 0;
     surfaces.boxes = arena.make<Box>(scene.instance_count);

@@ -44,10 +44,10 @@ uint64_t surface_bytes(const Scene &scene);
 uint64_t placement_bytes(const Scene &scene);
 
 // The trees of static triangles and of instances. They are valid as long as the scene has the same triangles.
-Surfaces make_surfaces(const Scene &scene, Arena &arena);
+Surfaces make_surfaces(const Scene &scene, Arena &arena, Watch watch = {});
 
 // Moves the instances to where they are in this frame, and builds the tree of deforming triangles.
-void place_surfaces(const Scene &scene, Arena &arena, Surfaces &surfaces);
+void place_surfaces(const Scene &scene, Arena &arena, Surfaces &surfaces, Watch watch = {});
 
 // How much farther than the nearest hit one of a triangle in the same plane may seem to be: each of the two distances
 // is off by at most 16 e M |n| / |n d|, of a plane with normal n (triangle.h, and the rounding of corners), in Fixed by

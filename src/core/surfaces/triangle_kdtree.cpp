@@ -144,10 +144,12 @@ uint32_t plane_value(int32_t plane, int exponent) {
 
 Vec3 corner_of(const Triangle &triangle, uint32_t i) { return vec_of(triangle.corner[i]); }
 
+constexpr uint32_t units_per_triangle = 64; // of work
+
 class TriangleTreeBuilder {
   public:
-    TriangleTreeBuilder(const Triangle *triangles, uint32_t count, const Material *materials, Arena &arena)
-        : triangles_(triangles), materials_(materials), capacities_(capacities_for(count)) {
+    TriangleTreeBuilder(const Triangle *triangles, uint32_t count, const Material *materials, Arena &arena, Watch watch)
+        : triangles_(triangles), materials_(materials), capacities_(capacities_for(count)), watch_(watch) {
         const size_t start = arena.mark();
         groups_ = arena.make<TriangleGroup>(static_cast<size_t>(capacities_.groups));
         nodes_ = arena.make<TriangleNode>(static_cast<size_t>(capacities_.nodes));
@@ -157,8 +159,13 @@ class TriangleTreeBuilder {
             arena.rewind(start);
             return;
         }
+        watch_.expect(uint64_t{count} * units_per_triangle);
         find_items(count);
         grow();
+        if (watch_.stopped()) {
+            arena.rewind(start);
+            return;
+        }
         // Memory that was not needed is returned: nodes move down to follow the last group.
         arena.rewind(start);
         tree_.groups = arena.make<TriangleGroup>(tree_.group_count);
@@ -181,7 +188,7 @@ class TriangleTreeBuilder {
     void find_items(uint32_t count) {
         Real &largest = tree_.largest;
         largest = Real(0);
-        for (uint32_t i = 0; i < count; ++i) {
+        for (uint32_t i = 0; i < count && (i % 1024 != 0 || watch_.go_on(1024)); ++i) {
             const Vec3 a = corner_of(triangles_[i], 0), b = corner_of(triangles_[i], 1),
                        c = corner_of(triangles_[i], 2);
             if (!has_area(a, b, c)) continue;
@@ -282,7 +289,7 @@ class TriangleTreeBuilder {
 
     Split find_split(const Task &task) {
         Split best;
-        for (uint32_t axis = 0; axis < 3; ++axis)
+        for (uint32_t axis = 0; axis < 3 && watch_.go_on(2 * task.count); ++axis)
             if (task.count <= few)
                 sweep(task, axis, task.cell.low[axis], task.cell.high[axis], 0, task.count, best);
             else
@@ -293,6 +300,7 @@ class TriangleTreeBuilder {
     // ---- the tree ----
 
     void make_leaf(const Task &task) {
+        watch_.done(uint64_t{task.count} * units_per_triangle);
         nodes_[task.node] = {task.count, tree_.group_count << 2 | leaf_axis};
         for (uint32_t first = 0; first < task.count; first += group_triangles) {
             TriangleGroup &group = groups_[tree_.group_count++];
@@ -376,6 +384,7 @@ class TriangleTreeBuilder {
     Item *items_;
     uint32_t *events_;
     TriangleTree tree_ = {};
+    Watch watch_;
 };
 
 } // namespace
@@ -386,9 +395,10 @@ uint64_t triangle_tree_bytes(uint32_t count) {
            Arena::bytes<Item>(capacities.items) + Arena::bytes<uint32_t>(uint64_t{2} * count);
 }
 
-TriangleTree make_triangle_tree(const Triangle *triangles, uint32_t count, const Material *materials, Arena &arena) {
+TriangleTree make_triangle_tree(const Triangle *triangles, uint32_t count, const Material *materials, Arena &arena,
+                                Watch watch) {
     if (count > max_triangles) return {};
-    return TriangleTreeBuilder(triangles, count, materials, arena).tree();
+    return TriangleTreeBuilder(triangles, count, materials, arena, watch).tree();
 }
 
 // ---- rays ----

@@ -87,7 +87,8 @@ struct SurfaceHit {
 
 // The tree of `count` triangles, made from the arena; Triangle::material is an index into `materials`. If the arena is
 // too small, or there are more than max_triangles, the tree is not ready and the arena is as before.
-TriangleTree make_triangle_tree(const Triangle *triangles, uint32_t count, const Material *materials, Arena &arena);
+TriangleTree make_triangle_tree(const Triangle *triangles, uint32_t count, const Material *materials, Arena &arena,
+                                Watch watch = {});
 
 // An upper bound of the bytes that making the tree takes from the arena, scratch included. The tree keeps less.
 uint64_t triangle_tree_bytes(uint32_t count);

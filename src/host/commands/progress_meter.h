@@ -36,12 +36,14 @@ class ProgressMeter {
   private:
     void update(Stage stage, uint64_t done, uint64_t total) {
         const double time = now();
-        if (done == 0) {
+        const bool begins = group_ < 0 || stage != stage_;
+        if (begins) {
             close(time);
+            stage_ = stage;
             group_ = static_cast<int>(plan_[stage].group);
             began_ = time;
         }
-        if (!shown_ || (done > 0 && time < next_)) return;
+        if (!shown_ || (!begins && time < next_)) return;
         next_ = time + 0.2;
         std::fprintf(stderr, "\rframe %lld: %s %3d %%", static_cast<long long>(frame_), plan_[stage].name,
                      static_cast<int>(total ? 100 * done / total : 0));
@@ -56,6 +58,7 @@ class ProgressMeter {
     bool shown_;
     const Plan &plan_;
     int group_ = -1;
+    Stage stage_ = Stage::frame_cache;
     double began_ = 0, next_ = 0, seconds_[4] = {};
 };
 

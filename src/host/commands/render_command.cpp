@@ -1,5 +1,4 @@
 #include "host/base/files.h"
-#include "host/base/interrupt.h"
 #include "host/base/memory.h"
 #include "host/base/sha256.h"
 #include "host/base/version.h"
@@ -137,13 +136,17 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     const Options &options = request.options;
     PreparedScene &prepared = sequence.prepared;
     MapFile &map = sequence.map;
+    std::optional<EndAtOnce> at_once;
+    end_at_once(request, frame, at_once);
     prepare_scene(request.name, request.file, options, frame, prepared);
     if (options.verbose)
         for (const std::string &note : prepared.notes) print_note(note);
     const Settings settings = settings_of(options, prepared);
     const std::optional<PictureRecord> record = find_record(options, settings, sequence);
+    at_once.reset(); // what is kept is printed
     report.kept = can_keep(options) && keep_frame(options, *record, frame, sequence);
     if (report.kept) return report;
+    end_at_once(request, frame, at_once);
     const Plan plan = checked_plan(request, prepared.scene, settings);
     fit_block(request, settings, plan, sequence);
     sequence.warnings.of_frame(frame, prepared, settings, plan);
@@ -177,6 +180,7 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
             sequence.smoke = smoke;
         }
     }
+    at_once.reset();
     // Batches of photons that a map has already are not traced again.
     if (settings.goal != Goal::photons || traced) status = renderer_of(options.arithmetic).render(job);
     if (settings.goal == Goal::reference) picture = mean_picture(passes);
@@ -202,7 +206,7 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
         sequence.digest.update(pfm.data(), pfm.size());
     }
     report.seconds.trees = progress.seconds(StageGroup::trees);
-    report.seconds.photons = progress.seconds(StageGroup::photons);
+    report.seconds.photons = mapped && !traced ? 0 : progress.seconds(StageGroup::photons);
     report.seconds.irradiance = progress.seconds(StageGroup::irradiance);
     report.seconds.render = progress.seconds(StageGroup::render);
     report.plan = plan;

@@ -1,5 +1,5 @@
 #include "host/base/files.h"
-#include "host/base/interrupt.h"
+#include "host/base/text.h"
 #include "host/commands/defaults.h"
 #include "host/commands/request.h"
 #include "wisp/photon_sums.h"
@@ -124,6 +124,10 @@ void stop(const Request &request, int64_t frame) {
     const int signal = received_signal();
     throw Error(static_cast<Exit>(exit_signal + signal),
                 request.name + ": stopped by " + signal_name(signal) + " in frame " + std::to_string(frame));
+}
+
+void end_at_once(const Request &request, int64_t frame, std::optional<EndAtOnce> &life) {
+    life.emplace(printable("wisp: error: " + request.name + ": stopped by "), " in frame " + std::to_string(frame));
 }
 
 namespace {

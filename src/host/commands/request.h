@@ -2,11 +2,13 @@
 // both.
 #pragma once
 #include "host/commands/arguments.h"
+#include "host/base/interrupt.h"
 #include "host/base/renderers.h"
 #include "host/prepare/prepare.h"
 #include "host/results/map_file.h"
 #include "wisp/settings.h"
 #include <memory>
+#include <optional>
 
 namespace wisp {
 
@@ -43,5 +45,7 @@ MapFile saved_map(const Request &request, int64_t frame, const std::string &scen
 // Throws the Error of a core that did not finish.
 [[noreturn]] void fail(const Request &request, const Plan &plan, int64_t frame, Status status);
 [[noreturn]] void stop(const Request &request, int64_t frame); // after a signal
+// A signal ends the process at once, with the line that stop() leads to.
+void end_at_once(const Request &request, int64_t frame, std::optional<EndAtOnce> &life);
 
 } // namespace wisp

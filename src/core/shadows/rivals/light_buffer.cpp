@@ -389,15 +389,24 @@ void for_each_cell_of(const BufferLight &light, const LatticePoint (&corner)[3],
     }
 }
 
+constexpr uint32_t units_of_lists = 1 << 14; // of work, beside that of their triangles
+
 void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &shadows) {
     const Scene &scene = *shadows.scene;
     const TriangleTree &tree = shadows.surfaces->static_tree;
     light.lattice = make_shaft_lattice(*shadows.surfaces, light_exponent(tree, light.light));
     light.state = BufferLight::unlisted;
-    if (!make_view(light.view, light.light, light.lattice, tree, buffer.edge)) return;
+    if (!shadows.watch.go_on(units_of_lists) || !make_view(light.view, light.light, light.lattice, tree, buffer.edge))
+        return;
     light.state = BufferLight::listed;
+    uint64_t &tests = shadows.statistics->shadow.proofs.triangle_tests;
     const auto for_each_entry = [&](auto &&visit) {
+        uint64_t asked = tests;
         for (uint32_t i = 0; i < scene.static_count; ++i) {
+            if (i % 16 == 15) {
+                if (!shadows.watch.go_on(static_cast<uint32_t>(tests - asked))) return;
+                asked = tests;
+            }
             const Triangle &triangle = scene.triangles[i];
             const Vec3 corner[3] = {vec_of(triangle.corner[0]), vec_of(triangle.corner[1]), vec_of(triangle.corner[2])};
             if (total_order_key(scene.materials[triangle.material].transmission) > 0 ||
@@ -406,7 +415,7 @@ void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &sh
             const LatticePoint points[3] = {lattice_point(corner[0], light.lattice.exponent),
                                             lattice_point(corner[1], light.lattice.exponent),
                                             lattice_point(corner[2], light.lattice.exponent)};
-            for_each_cell_of(light, points, shadows.statistics->shadow.proofs.triangle_tests,
+            for_each_cell_of(light, points, tests,
                              [&](uint32_t index, const Outline::Cells &cells, const Outline &outline) {
                                  BufferEntry entry = {i, 0};
                                  BufferCell &cell = light.cells[index];
@@ -421,6 +430,7 @@ void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &sh
         ++cell.count;
         cell.covered = std::min(cell.covered, outline.covered_beyond(cells));
     });
+    if (shadows.watch.stopped()) light.state = BufferLight::unlisted;
     uint32_t used = 0;
     for (BufferCell *cell = light.cells; cell != end; ++cell) {
         cell->first = used;
@@ -436,7 +446,7 @@ void make_lists(const LightBuffer &buffer, BufferLight &light, const Shadows &sh
         if (cell.count != BufferCell::traced) light.entries[cell.first + cell.count++] = entry;
     });
     for (BufferCell *cell = light.cells; cell != end; ++cell)
-        if (cell->count != BufferCell::traced)
+        if (cell->count > 1 && cell->count != BufferCell::traced && shadows.watch.go_on(cell->count))
             std::sort(light.entries + cell->first, light.entries + cell->first + cell->count,
                       [](const BufferEntry &a, const BufferEntry &b) {
                           return a.depth < b.depth || (a.depth == b.depth && a.triangle < b.triangle);
@@ -480,7 +490,7 @@ uint64_t buffer_bytes(const Scene &scene, const Settings &) {
                                 Arena::bytes<BufferEntry>(entries_for(scene)));
 }
 
-void *make_buffer(const Scene &scene, Arena &arena) {
+void *make_buffer(const Scene &scene, Arena &arena, Watch) {
     LightBuffer *buffer = arena.make<LightBuffer>(1);
     BufferLight *lights = arena.make<BufferLight>(scene.light_count);
     if (!buffer || !lights) return nullptr;

@@ -16,7 +16,8 @@ namespace wisp::WISP_ARITH {
 namespace {
 
 constexpr uint64_t max_voxels = 1u << 18;
-constexpr int64_t rim = 1 << 9; // lattice steps around the bounds, for points that are rounded
+constexpr uint32_t units_of_light = 1 << 12; // of work
+constexpr int64_t rim = 1 << 9;              // lattice steps around the bounds, for points that are rounded
 // States that are not the number of a triangle. They differ from no_triangle, the triangle of a point of space.
 enum : uint32_t { unresolved = 0xfffffffe, mixed = 0xfffffffd, shadowed = 0xfffffffc, lit = 0xfffffffb };
 
@@ -59,7 +60,7 @@ uint64_t voxel_bytes(const Scene &scene, const Settings &) {
            scene.light_count * Arena::bytes<uint32_t>(max_voxels);
 }
 
-void *make_voxels(const Scene &scene, Arena &arena) {
+void *make_voxels(const Scene &scene, Arena &arena, Watch) {
     VoxelGrid *grid = arena.make<VoxelGrid>(1);
     VoxelLight *lights = arena.make<VoxelLight>(scene.light_count);
     if (!grid || !lights) return nullptr;
@@ -79,9 +80,13 @@ bool begin_voxel_frame(Shadows &shadows, const Settings &, Arena &) {
     const bool first = grid.edge == 0;
     if (tree.triangle_count == 0) return true;
     if (first) lay_out(grid, tree);
+    shadows.watch.expect(uint64_t{grid.light_count} * units_of_light);
     for (uint32_t l = 0; l < grid.light_count; ++l) {
+        if (!shadows.watch.done(units_of_light)) return false;
         VoxelLight &light = grid.lights[l];
-        if (update_light(light, shadows, l, first)) std::fill(light.state, light.state + voxel_count(grid), unresolved);
+        if (update_light(light, shadows, l, first) &&
+            !fill(light.state, voxel_count(grid), uint32_t{unresolved}, shadows.watch))
+            return false;
     }
     return true;
 }
