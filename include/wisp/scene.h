@@ -1,8 +1,8 @@
 // What the core renders: plain data that the caller owns, the same for every arithmetic.
 //
 // The caller has prepared it (the host does so in src/host/prepare.cpp):
-// - Lengths are in units of a power of two of the scene's own, so that the smallest smoothing length is in [1, 2), and
-//   positions are relative to the middle of the smoke: neither range nor resolution runs out in any arithmetic.
+// - Lengths are in units of a power of two of the scene's own, so that the smallest smoothing length is in [1, 2), less
+//   in wide smoke, and positions are relative to its middle: neither range nor resolution runs out in any arithmetic.
 // - Radiances (background, emission, light) are scaled by 2^-radiance_exponent, so that the brightest is about 1; the
 //   film multiplies the power back.
 // - Directions are unit vectors. Particles are in canonical order (ascending x, y, z, h, area), so that a permuted

@@ -1,6 +1,7 @@
 // build/wisp on scenes of smoke and surfaces: pictures, maps that walls are a part of, what is refused.
 #include "host/images/picture.h"
 #include "support/command_line.h"
+#include <cmath>
 
 namespace wisp {
 
@@ -98,6 +99,64 @@ TEST_CASE("command line: a particle map is that of its walls; views and colours 
     CHECK(frames.substr(0, 64) != frames.substr(frames.size() / 2, 64));
 }
 
+TEST_CASE("command line: smoke may be far larger and coarser than the surfaces beside it, in every arithmetic") {
+    CommandLineTest test;
+    const std::string view = "v from 0 1 8 at 0 0 0 up 0 1 0 angle 40 hither 0.1 resolution 12 9\nb 0.1 0.1 0.2\n"
+                             "lp 6 8 5 400 380 340\nrender spp 1\nrender photons 0\n";
+    const std::string smokes[] = {"smoke box -2 -2 -2 2 2 2 0.3 {\n}\n",
+                                  "smoke puff.vtk {\n radius 0.25\n mass 1\n extinction 0.02\n}\n"};
+    for (const std::string &smoke : smokes)
+        for (const char *radius : {"1", "0.01", "0.0005"})
+            for (const char *arithmetic : {"f32", "f64", "fixed"}) {
+                CAPTURE(radius);
+                CAPTURE(arithmetic);
+                const std::string sphere = std::string("s 0 1 20 ") + radius + "\n"; // behind the camera
+                test.write("beside.aff", view + smoke + sphere);
+                test.write("alone.aff", view + smoke);
+                for (const std::string name : {"beside", "alone"})
+                    REQUIRE(test.wisp("render " + test.file(name + ".aff") + " -q --arith " +
+                                      (name == "alone" ? "f64" : arithmetic) + " -o " + test.file(name + ".pfm"))
+                                .err == "");
+                const Picture beside = read_pfm(test.file("beside.pfm")), alone = read_pfm(test.file("alone.pfm"));
+                double squares = 0, sum = 0;
+                for (size_t i = 0; i < alone.rgb.size(); ++i) {
+                    const double difference = static_cast<double>(beside.rgb[i]) - static_cast<double>(alone.rgb[i]);
+                    squares += difference * difference;
+                    sum += static_cast<double>(alone.rgb[i]);
+                }
+                const double count = static_cast<double>(alone.rgb.size());
+                CHECK(sum / count > 0.1);
+                CHECK(std::sqrt(squares / count) < 1e-3 * sum / count);
+            }
+}
+
+TEST_CASE(
+    "command line: where smoke changes the unit of length from frame to frame, frames are those of runs of their own") {
+    CommandLineTest test;
+    test.write("far_0.vtk", CommandLineTest::puff(40));
+    test.write("far_1.vtk", "# vtk DataFile Version 3.0\np\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n"
+                            "0 0 0 0.1 0 0 40 0 -40\n");
+    test.write("far_2.vtk", CommandLineTest::puff(30));
+    test.write("far.aff", "v from 0 1 8 at 0 0 0 up 0 1 0 angle 40 hither 0.1 resolution 12 9\nam 0.1 0.1 0.1\n"
+                          "lp 6 8 5 400 380 340\ns 0.6 0 0 0.5\ns 0.2 0.9 0.6 0.2\n"
+                          "x ball { s -0.7 0 0 0.3 }\nk ball { transl 4 0 0 0 0 0 0 0 0 0 0 0 0 0 0 1 0 0.5 0 0 0 0 "
+                          "1 0 0.5 0 0 0 0 }\na 0 1 3\n"
+                          "smoke far_%d.vtk {\n radius 0.2\n mass 1\n extinction 0.02\n}\n"
+                          "render spp 1\nrender photons 500\n");
+    const auto digests = [&](const std::string &options) {
+        const Ran ran = test.wisp("render " + test.file("far.aff") + " -q --digest " + options);
+        CHECK(ran.status == 0);
+        CHECK(ran.err == "");
+        return ran.out;
+    };
+    for (const std::string arithmetic : {" --arith f32", " --arith f64", " --arith fixed"}) {
+        const std::string all = digests("--frames 0:2" + arithmetic);
+        CHECK(lines(all) == 3);
+        CHECK(all == digests("--frames 0" + arithmetic) + digests("--frames 1" + arithmetic) +
+                         digests("--frames 2" + arithmetic));
+    }
+}
+
 TEST_CASE("command line: smoke and surfaces that do not go together are refused with a line") {
     Cave cave;
     cave.write_scene("1.2", "", "phase 0.3\n");
@@ -110,7 +169,7 @@ TEST_CASE("command line: smoke and surfaces that do not go together are refused 
     cave.write_scene("9000"); // the surfaces are large, the smoke is fine
     const Ran fine = cave.draw("--digest --arith fixed");
     cave.refuses(fine, 3);
-    CHECK(fine.err.find("the smoke is too fine for fixed point") != std::string::npos);
+    CHECK(fine.err.find("is too fine for fixed point beside surfaces that reach ") != std::string::npos);
     CHECK(cave.digest("--arith f32") != "");
 }
 

@@ -9,6 +9,8 @@ namespace {
 
 // Up to so large a lattice a plan counts the bricks one by one, with a bit each; above it the plan assumes all of them.
 constexpr uint64_t max_counted = uint64_t{1} << 19;
+// More bricks than any memory holds, so few that their bytes do not overflow.
+constexpr uint64_t most_planned = uint64_t{1} << 40;
 
 // The lattice before any brick exists.
 struct Layout {
@@ -190,7 +192,9 @@ SparseGrid make_sparse_grid(const Scene &scene, double lengths, Arena &arena, Wa
 SparseGridPlan plan_sparse_grid(const Scene &scene, double lengths) {
     if (!has_smoke(scene)) return {0, 0};
     const Layout layout = layout_of(scene, lengths);
-    const uint64_t all = number_of(layout.bricks.count);
+    const Cell &n = layout.bricks.count;
+    const uint64_t layer = static_cast<uint64_t>(n.x) * static_cast<uint64_t>(n.y), layers = static_cast<uint64_t>(n.z);
+    const uint64_t all = layer > most_planned / layers ? most_planned : layer * layers;
     uint64_t count = all;
     if (all <= max_counted) {
         uint8_t touched[max_counted / 8];

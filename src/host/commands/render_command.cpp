@@ -138,7 +138,12 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     MapFile &map = sequence.map;
     std::optional<EndAtOnce> at_once;
     end_at_once(request, frame, at_once);
+    const double scale = prepared.scale;
     prepare_scene(request.name, request.file, options, frame, prepared);
+    if (prepared.surfaces && prepared.scale != scale) { // what is known of triangles is in another unit
+        sequence.shapes.clear();
+        sequence.cache = {};
+    }
     if (options.verbose)
         for (const std::string &note : prepared.notes) print_note(note);
     const Settings settings = settings_of(options, prepared);

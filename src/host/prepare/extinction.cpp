@@ -44,8 +44,9 @@ double longest_element(const SmokeDescription &smoke) {
 std::vector<double> areas_in_cells(const SmokeDescription &smoke, double edge, int along) {
     std::vector<std::pair<uint64_t, double>> areas; // by cell
     areas.reserve(smoke.count);
-    const auto index = [&](double x, int axis) { // coordinates are within coordinate_limit, cells at least 2 wide
-        return axis == along ? 0 : static_cast<uint64_t>(x / edge + (1 << 20));
+    const auto index = [&](double x, int axis) {
+        constexpr double most = 1 << 20;
+        return axis == along ? 0 : static_cast<uint64_t>(std::clamp(x / edge + most, 0.0, 2 * most - 1));
     };
     for (uint32_t i = 0; i < smoke.count; ++i) {
         const Double3 &p = smoke.particles[i].position;

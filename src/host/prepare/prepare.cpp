@@ -5,11 +5,14 @@
 #include "host/base/error.h"
 #include "host/base/files.h"
 #include "host/base/memory.h"
+#include "host/base/text.h"
 #include "host/formats/particles.h"
 #include "host/formats/volume.h"
 #include "host/prepare/decimate.h"
 #include "host/prepare/motion.h"
 #include "host/prepare/prepare.h"
+#include "host/prepare/strays.h"
+#include "host/prepare/unit.h"
 #include "host/scene/placement.h"
 #include "wisp/settings.h"
 #include <algorithm>
@@ -37,7 +40,7 @@ template <class Read> auto named_at(const std::string &where, Read read) {
     }
 }
 
-// The particles of one smoke in the units of the scene, in canonical order.
+// The particles of one smoke in the units of the scene, in the order of the file.
 std::vector<Particle> load_particles(const std::vector<Node> &nodes, const SceneFile::SmokeVolume &smoke,
                                      const std::string &path, const Bytes &bytes, std::vector<std::string> &notes) {
     const Particles table = named_at(smoke.where, [&] { return parse_particles(path, bytes.data(), bytes.size()); });
@@ -67,7 +70,6 @@ std::vector<Particle> load_particles(const std::vector<Node> &nodes, const Scene
     if (!particles.empty() && farthest * scale * 0x1p-24 > 0.01 * smallest_h)
         notes.push_back(path +
                         ": as 32-bit numbers its positions are coarser than a hundredth of the smoothing length");
-    sort_canonically(particles);
     return particles;
 }
 
@@ -151,29 +153,16 @@ Double3 aligned_half(const GridDescription &grid) {
             std::fabs(a[0].z) * h.x + std::fabs(a[1].z) * h.y + std::fabs(a[2].z) * h.z};
 }
 
-struct Extent {
-    Double3 low = {0, 0, 0}, high = {0, 0, 0};
-    double smallest_h = 0, largest_h = 0;
-    bool any = false;
-};
-
-Extent extent_of(const PreparedScene &prepared) {
-    Extent e;
-    const auto add = [&e](const Double3 &x, double h) {
-        e.low = e.any ? Double3{std::min(e.low.x, x.x), std::min(e.low.y, x.y), std::min(e.low.z, x.z)} : x;
-        e.high = e.any ? Double3{std::max(e.high.x, x.x), std::max(e.high.y, x.y), std::max(e.high.z, x.z)} : x;
-        e.smallest_h = e.any ? std::min(e.smallest_h, h) : h;
-        e.largest_h = std::max(e.largest_h, h);
-        e.any = true;
-    };
-    for (const auto &particles : prepared.particles)
-        for (const Particle &p : particles) add(p.position, p.h);
-    for (const SmokeDescription &smoke : prepared.smokes) {
-        if (!smoke.is_grid()) continue;
-        add(smoke.grid.center - aligned_half(smoke.grid), step_length(smoke.grid));
-        add(smoke.grid.center + aligned_half(smoke.grid), step_length(smoke.grid));
+std::vector<SmokeExtent> extents_of(const PreparedScene &prepared) {
+    std::vector<SmokeExtent> extents(prepared.smokes.size());
+    for (size_t i = 0; i < extents.size(); ++i) {
+        for (const Particle &p : prepared.particles[i]) extents[i].add(p.position, p.h);
+        const GridDescription &grid = prepared.smokes[i].grid;
+        if (!prepared.smokes[i].is_grid()) continue;
+        extents[i].add(grid.center - aligned_half(grid), step_length(grid));
+        extents[i].add(grid.center + aligned_half(grid), step_length(grid));
     }
-    return e;
+    return extents;
 }
 
 // Scales one smoke to normalised lengths, and sums up its area and range of smoothing lengths. A grid's largest density
@@ -225,6 +214,45 @@ Camera make_camera(const SceneFile::View &view, int width, int height, const Dou
     return camera;
 }
 
+// Removes strays (strays.h), and warns of them.
+void leave_out_strays(const SceneFile &file, const SceneFile::View &view, double time, int64_t frame,
+                      PreparedScene &prepared) {
+    Surroundings around = {};
+    around.width = prepared.width;
+    around.height = prepared.height;
+    around.camera = make_camera(view, around.width, around.height, {0, 0, 0}, 1);
+    around.points.push_back(view.from);
+    for (const SceneFile::Light &light : file.lights)
+        if (light.kind == LightKind::parallel)
+            around.beams.push_back(light.direction);
+        else
+            around.points.push_back(light_position_at(light.position, light.name, file.graph, time));
+    if (prepared.surfaces) {
+        const Double3 &middle = prepared.surfaces->own_unit().center;
+        const double reach = prepared.surfaces->reach();
+        for (const double side : {-reach, reach}) around.points.push_back(middle + Double3{side, side, side});
+        for (const FileMaterial &m : file.graph.materials)
+            around.mirrors |= largest(m.specular) > 0 || m.transmission > 0;
+    }
+    for (const SmokeDescription &smoke : prepared.smokes)
+        if (smoke.is_grid())
+            for (const double side : {-1.0, 1.0})
+                around.points.push_back(smoke.grid.center + aligned_half(smoke.grid) * side);
+    const std::vector<Stray> strays = remove_strays(prepared.particles, around);
+    if (strays.empty()) return;
+    const Stray &stray = *std::max_element(strays.begin(), strays.end(),
+                                           [](const Stray &a, const Stray &b) { return a.distance < b.distance; });
+    const SceneFile::SmokeVolume &smoke = file.smokes[stray.smoke];
+    const Double3 &p = stray.position;
+    prepared.warnings.push_back(
+        {"strays", smoke.where,
+         std::to_string(strays.size()) + (strays.size() == 1 ? " particle is" : " particles are") +
+             " left out, too far from everything else for a picture to show: point " + std::to_string(stray.index) +
+             " of " + numbered(smoke.file, smoke.first_frame + frame * smoke.frame_step) + " is at " + two_digits(p.x) +
+             " " + two_digits(p.y) + " " + two_digits(p.z) + ", " + two_digits(stray.distance) +
+             " smoothing lengths away"});
+}
+
 // The largest irradiance of the light in the ball of `radius` around `middle`. Distances below half the radius count as
 // that.
 double brightness(const LightSource &light, const Double3 &middle, double radius) {
@@ -271,22 +299,11 @@ void check_surface_range(const std::string &name, const PreparedScene &prepared,
     }
 }
 
-// With surfaces the unit of length follows from them, and is the same in every frame. In fixed point the smoothing
-// lengths must lie in a range of that unit.
-void check_beside_surfaces(const std::string &name, const Extent &extent, double scale, const Options &options) {
-    if (options.arithmetic != Arithmetic::fixed) return;
-    if (!(extent.smallest_h * scale >= 0x1p-4 && extent.largest_h * scale <= 0x1p7))
-        throw InputError(name + ":1",
-                         std::string("beside these surfaces the smoke is too ") +
-                             (extent.smallest_h * scale < 0x1p-4 ? "fine" : "coarse") +
-                             " for fixed point, expected smoothing lengths of 1/10000 to 1/10 of their size");
-}
-
 // Refuses a scene with a number beyond the range of the arithmetic: that of float, or of fixed point, which ends at
 // 2^31.
-void check_range(const std::string &name, const SceneFile &file, const PreparedScene &prepared, const Extent &extent,
-                 const Options &options) {
-    if (!extent.any) return;
+void check_range(const std::string &name, const SceneFile &file, const PreparedScene &prepared,
+                 const SmokeExtent &extent, const Options &options) {
+    if (!extent.any()) return;
     const auto refuse = [](const std::string &where, const std::string &what) {
         throw InputError(where, what + ", expected a scene that fits");
     };
@@ -297,10 +314,6 @@ void check_range(const std::string &name, const SceneFile &file, const PreparedS
     for (size_t i = 0; i < prepared.smokes.size(); ++i) {
         const std::string &where = file.smokes[i].where;
         for (const Particle &p : prepared.particles[i]) {
-            for (double x : {p.position.x, p.position.y, p.position.z})
-                if (!(std::fabs(x) <= coordinate_limit))
-                    refuse(where, "the smoke is more than " + std::to_string(static_cast<int>(2 * coordinate_limit)) +
-                                      " smoothing lengths wide");
             radius = std::max(radius, distance(p.position) + 2 * p.h);
             if (!(p.area <= (fixed ? 0x1p20 : 1e30) * p.h * p.h))
                 refuse(where, "a particle's optical depth is too large for this arithmetic");
@@ -308,10 +321,6 @@ void check_range(const std::string &name, const SceneFile &file, const PreparedS
         const SmokeDescription &smoke = prepared.smokes[i];
         const GridDescription &grid = smoke.grid;
         if (smoke.is_grid()) {
-            const Double3 half = aligned_half(grid);
-            for (double x : {std::fabs(grid.center.x) + half.x, std::fabs(grid.center.y) + half.y,
-                             std::fabs(grid.center.z) + half.z})
-                if (!(x <= coordinate_limit)) refuse(where, "the grid is too wide for its smallest edge");
             radius = std::max(radius, distance(grid.center) + distance(grid.half));
             double densest = grid.density ? 0 : 1;
             for (float density : prepared.densities[i]) densest = std::max(densest, static_cast<double>(density));
@@ -370,6 +379,7 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
     prepared.smokes.clear();
     prepared.lights.clear();
     prepared.notes.clear();
+    prepared.warnings.clear();
     prepared.scene = {};
     prepared.width = options.width.value_or(file.view->width);
     prepared.height = options.height.value_or(file.view->height);
@@ -383,23 +393,37 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
              prepared.notes);
         if (!prepared.densities[i].empty()) prepared.smokes[i].grid.density = prepared.densities[i].data();
     }
-    if (options.decimate > 0) decimate(file, options.decimate, prepared);
-    const Extent extent = extent_of(prepared);
-    Double3 center = extent.any ? (extent.low + extent.high) * 0.5 : view.from;
-    double scale = extent.any ? std::ldexp(1.0, -exponent_of(extent.smallest_h)) : 1;
-    double radius = (0.5 * length(extent.high - extent.low) + 2 * extent.largest_h) * scale;
-    if (file.graph.has_surfaces()) {
-        if (!prepared.surfaces) prepared.surfaces.emplace(name, file, file.animation ? file.animation->start : 0);
-        prepared.surfaces->pose(name, file, time);
-        center = prepared.surfaces->center;
-        scale = prepared.surfaces->scale;
-        if (extent.any) { // around both
-            const Double3 low = (extent.low - center) * scale, high = (extent.high - center) * scale;
-            radius = std::max({prepared.surfaces->radius, length(low), length(high)});
-            check_beside_surfaces(name, extent, scale, options);
-        } else {
-            radius = prepared.surfaces->radius;
-        }
+    // Until the unit is found particles are in the order of their files, so that errors can name them.
+    const auto sort_all = [&] {
+        for (std::vector<Particle> &particles : prepared.particles) sort_canonically(particles);
+    };
+    if (options.decimate > 0) {
+        sort_all();
+        decimate(file, options.decimate, prepared);
+    }
+    if (file.graph.has_surfaces() && !prepared.surfaces)
+        prepared.surfaces.emplace(name, file, file.animation ? file.animation->start : 0);
+    PreparedSurfaces *surfaces = prepared.surfaces ? &*prepared.surfaces : nullptr;
+    std::vector<SmokeExtent> extents = extents_of(prepared);
+    if (is_wide(extent_of_all(extents), surfaces)) {
+        leave_out_strays(file, view, time, frame, prepared);
+        extents = extents_of(prepared);
+    }
+    const SmokeExtent extent = extent_of_all(extents);
+    const auto [center, scale] = extent.any()
+                                     ? find_unit(file, extents, prepared.particles, surfaces, options.arithmetic)
+                                 : surfaces ? surfaces->own_unit()
+                                            : Unit{view.from, 1};
+    sort_all();
+    double radius = 0; // around everything
+    if (surfaces) {
+        surfaces->change_unit({center, scale});
+        surfaces->pose(name, file, time);
+        radius = surfaces->radius();
+        if (extent.any())
+            radius = std::max({radius, length(extent.low - center) * scale, length(extent.high - center) * scale});
+    } else if (extent.any()) {
+        radius = (0.5 * length(extent.high - extent.low) + 2 * extent.largest_h) * scale;
     }
 
     prepared.center = center;

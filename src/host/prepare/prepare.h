@@ -1,6 +1,7 @@
 // From a scene file to the core's Scene: one frame's particles, grids, surfaces, lights and camera, in the core's units
 // and order.
 #pragma once
+#include "host/base/messages.h"
 #include "host/prepare/prepare_surfaces.h"
 #include "host/scene/options.h"
 #include "host/scene/scene_file.h"
@@ -20,6 +21,7 @@ struct PreparedScene {
     std::vector<std::vector<Particle>> particles;
     std::vector<std::vector<float>> densities; // of grids
     std::vector<std::string> notes;            // for --verbose
+    std::vector<Warning> warnings;             // of what was left out
     std::optional<PreparedSurfaces> surfaces;  // made by the first frame, used by all
     int width = 0, height = 0;
     Double3 center = {0, 0, 0}; // p' = (p - center) * scale: from the units of the scene's file to the core's

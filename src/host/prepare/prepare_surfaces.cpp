@@ -66,23 +66,23 @@ PreparedSurfaces::PreparedSurfaces(const std::string &name, const SceneFile &fil
                    shapes_.deforming_count);
     }
     const Double3 half = (extent.high - extent.low) * 0.5;
-    center = extent.middle();
-    scale = 1;
-    if (largest(half) > 0) {
-        const int size = exponent_of(largest(half)),
-                  reach = exponent_of(std::max(farthest_from(center, file), largest(half)));
-        scale =
+    reach_ = largest(half);
+    radius_ = length(half);
+    own_ = {extent.middle(), 1};
+    if (reach_ > 0) {
+        const int size = exponent_of(reach_), reach = exponent_of(std::max(farthest_from(own_.center, file), reach_));
+        own_.scale =
             std::ldexp(1.0, std::max(std::min(size_exponent, reach_exponent - reach + size), least_exponent) - size);
     }
-    radius = length(half) * scale;
+    unit_ = own_;
 
-    for (uint32_t i = 0; i < shapes_.static_count; ++i) normalize(shapes_.triangles[i], {center, scale});
+    for (uint32_t i = 0; i < shapes_.static_count; ++i) normalize(shapes_.triangles[i], unit_);
     for (const Instance &instance : shapes_.instances) {
         Extent own;
         own.add(shapes_.triangles.data() + instance.first, instance.count);
         double size = 0; // of the instance's unit of length, in the world
         for (const Double3 &axis : instance.axis) size = std::max(size, length(axis));
-        Space space = {own.middle(), size > 0 ? scale * std::ldexp(1.0, exponent_of(size)) : scale};
+        Unit space = {own.middle(), size > 0 ? unit_.scale * std::ldexp(1.0, exponent_of(size)) : unit_.scale};
         // An instance that is flattened may be far larger in its own space than in the world.
         const double reach = largest_component(own.high - space.center);
         if (reach * space.scale > coordinate_limit)
@@ -95,8 +95,17 @@ PreparedSurfaces::PreparedSurfaces(const std::string &name, const SceneFile &fil
     for (const TexturePyramid &image : images_) textures_.push_back(image.view());
 }
 
-void PreparedSurfaces::normalize(Triangle &triangle, const Space &space) const {
+void PreparedSurfaces::normalize(Triangle &triangle, const Unit &space) const {
     for (Double3 &corner : triangle.corner) corner = (corner - space.center) * space.scale;
+}
+
+void PreparedSurfaces::change_unit(const Unit &unit) {
+    const double factor = unit.scale / unit_.scale; // a power of two: nothing is rounded
+    if (factor == 1) return;
+    unit_.scale = unit.scale;
+    for (Unit &space : spaces_) space.scale *= factor;
+    for (uint32_t i = 0; i < shapes_.static_count + shapes_.instance_triangle_count; ++i)
+        for (Double3 &corner : shapes_.triangles[i].corner) corner = corner * factor;
 }
 
 void PreparedSurfaces::pose(const std::string &name, const SceneFile &file, double time) {
@@ -108,16 +117,16 @@ void PreparedSurfaces::pose(const std::string &name, const SceneFile &file, doub
     };
     pose_shapes(name, file.graph, time, shapes_);
     for (uint32_t i = shapes_.static_count + shapes_.instance_triangle_count; i < shapes_.triangles.size(); ++i) {
-        normalize(shapes_.triangles[i], {center, scale});
+        normalize(shapes_.triangles[i], unit_);
         for (const Double3 &corner : shapes_.triangles[i].corner) check(largest_component(corner));
     }
     instances_ = shapes_.instances;
     for (size_t b = 0; b < instances_.size(); ++b) {
         Instance &instance = instances_[b];
-        const Space &space = spaces_[b];
+        const Unit &space = spaces_[b];
         if (!instance.visible) continue;
-        instance.origin = (transform_point(matrix_of(instance), space.center) - center) * scale;
-        for (Double3 &axis : instance.axis) axis = axis * (scale / space.scale);
+        instance.origin = (transform_point(matrix_of(instance), space.center) - unit_.center) * unit_.scale;
+        for (Double3 &axis : instance.axis) axis = axis * (unit_.scale / space.scale);
         const Double3 *a = instance.axis, yz = cross(a[1], a[2]), zx = cross(a[2], a[0]), xy = cross(a[0], a[1]);
         const double volume = dot(a[0], yz);
         // The rows of the inverse are x, y and z; Instance has its columns.
@@ -148,7 +157,7 @@ void PreparedSurfaces::show(Scene &scene, const SceneFile &file, double dim) {
     scene.material_count = static_cast<uint32_t>(materials_.size());
     scene.textures = textures_.data();
     scene.texture_count = static_cast<uint32_t>(textures_.size());
-    scene.ray_epsilon = 2 * radius * 1e-6;
+    scene.ray_epsilon = 2 * radius() * 1e-6;
 }
 
 } // namespace wisp

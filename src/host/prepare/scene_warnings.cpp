@@ -2,6 +2,7 @@
 #include "host/base/double3_algebra.h"
 #include "host/base/text.h"
 #include "host/prepare/extinction.h"
+#include "host/prepare/frustum.h"
 #include "host/prepare/scene_warnings.h"
 #include <algorithm>
 #include <cmath>
@@ -19,52 +20,23 @@ bool shines(const Double3 &color) { return color.x > 0 || color.y > 0 || color.z
 
 // --- what the camera sees -------------------------------------------------------------------------------------------
 
-// The four planes through the eye and the edges of the picture.
-class Frustum {
-  public:
-    Frustum(const Camera &camera, int width, int height) : eye_(camera.origin) {
-        const Double3 across = camera.right * width, down = camera.down * height,
-                      corners[] = {camera.corner, camera.corner + across, camera.corner + across + down,
-                                   camera.corner + down};
-        const Double3 middle = camera.corner + across * 0.5 + down * 0.5;
-        for (int i = 0; i < 4; ++i) {
-            const Double3 normal = unit(cross(corners[i], corners[(i + 1) % 4]));
-            inward_[i] = dot(normal, middle) < 0 ? normal * -1.0 : normal;
-        }
-    }
-
-    // Whether all balls about the points are outside one of the planes: then they are not in view.
-    bool misses(std::initializer_list<Double3> points, double radius = 0) const {
-        return std::any_of(std::begin(inward_), std::end(inward_), [&](const Double3 &normal) {
-            return std::all_of(points.begin(), points.end(),
-                               [&](const Double3 &point) { return dot(normal, point - eye_) < -radius; });
-        });
-    }
-    bool misses(const GridDescription &grid) const {
-        const Double3 x = grid.axis[0] * grid.half.x, y = grid.axis[1] * grid.half.y, z = grid.axis[2] * grid.half.z,
-                      &c = grid.center;
-        return misses({c - x - y - z, c - x - y + z, c - x + y - z, c - x + y + z, c + x - y - z, c + x - y + z,
-                       c + x + y - z, c + x + y + z});
-    }
-    bool misses(const SmokeDescription &smoke) const {
-        if (smoke.is_grid()) return misses(smoke.grid);
+bool misses(const Frustum &view, const SmokeDescription &smoke) {
+    if (!smoke.is_grid())
         return std::all_of(smoke.particles, smoke.particles + smoke.count,
-                           [this](const Particle &p) { return misses({p.position}, 2 * p.h); });
-    }
-    bool misses(const Triangle &triangle) const {
-        return misses({triangle.corner[0], triangle.corner[1], triangle.corner[2]});
-    }
-
-  private:
-    Double3 eye_, inward_[4];
-};
+                           [&view](const Particle &p) { return view.misses({p.position}, 2 * p.h); });
+    const GridDescription &grid = smoke.grid;
+    const Double3 x = grid.axis[0] * grid.half.x, y = grid.axis[1] * grid.half.y, z = grid.axis[2] * grid.half.z,
+                  &c = grid.center;
+    return view.misses({c - x - y - z, c - x - y + z, c - x + y - z, c - x + y + z, c + x - y - z, c + x - y + z,
+                        c + x + y - z, c + x + y + z});
+}
 
 Double3 placed(const Instance &instance, const Double3 &p) {
     return instance.axis[0] * p.x + instance.axis[1] * p.y + instance.axis[2] * p.z + instance.origin;
 }
 
 bool sees_surfaces(const Frustum &view, const Scene &scene) {
-    const auto seen = [&view](const Triangle &triangle) { return !view.misses(triangle); };
+    const auto seen = [&view](const Triangle &t) { return !view.misses({t.corner[0], t.corner[1], t.corner[2]}); };
     const Triangle *moving = scene.triangles + scene.static_count, *deforming = moving + scene.instance_triangle_count;
     if (std::any_of(scene.triangles, moving, seen) || std::any_of(deforming, deforming + scene.deforming_count, seen))
         return true;
@@ -138,6 +110,7 @@ class Doubts {
         : name_(name), file_(file), options_(options), frame_(frame), prepared_(prepared), scene_(prepared.scene) {}
 
     std::vector<Warning> find() {
+        warnings_ = prepared_.warnings;
         for (size_t i = 0; i < file_.smokes.size(); ++i) look_at(file_.smokes[i], scene_.smokes[i]);
         look_at_view();
         look_at_lights();
@@ -181,7 +154,7 @@ class Doubts {
         if (!has_smoke(scene_) && scene_.triangle_count() == 0) return; // warned of
         const Frustum view(scene_.camera, prepared_.width, prepared_.height);
         const bool smoke = std::any_of(scene_.smokes, scene_.smokes + scene_.smoke_count,
-                                       [&view](const SmokeDescription &s) { return !s.empty() && !view.misses(s); });
+                                       [&view](const SmokeDescription &s) { return !s.empty() && !misses(view, s); });
         if (!smoke && !sees_surfaces(view, scene_))
             warn("view", name_,
                  "nothing is in view in frame " + std::to_string(frame_) +

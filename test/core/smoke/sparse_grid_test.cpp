@@ -126,6 +126,21 @@ TEST_CASE(WISP_ARITH_NAME ": of a lattice too large to count, a plan takes all b
     CHECK(built.bricks.count <= 16);
 }
 
+TEST_CASE(WISP_ARITH_NAME ": the bytes of a lattice that no memory holds do not wrap") {
+    const std::vector<Particle> apart = {{{-8000, -8000, -8000}, 0.0625, 1}, {{8000, 8000, 8000}, 0.0625, 1}};
+    const std::vector<SmokeDescription> smokes = {smoke_of(apart)};
+    Scene scene = scene_of(smokes[0], {});
+    for (const double lengths : {0.55, 0.01}) {
+        const SparseGridPlan plan = plan_sparse_grid(scene, lengths);
+        CHECK(plan.count >= uint64_t{1} << 40);
+        CHECK(plan.count <= uint64_t{1} << 47);
+        Settings settings = small_settings(4);
+        settings.method = Method::map;
+        settings.density_step = lengths;
+        CHECK(renderer.plan(scene, settings).arena_bytes > plan.count);
+    }
+}
+
 TEST_CASE(WISP_ARITH_NAME ": every brick that holds a node has the same point there, and the same density") {
     const SmokeLists all;
     for (size_t i = 0; i < resampled_lists; ++i) {

@@ -159,13 +159,21 @@ TEST_CASE("prepared surfaces: smoke beside them is in their units, in fixed poin
         const std::string far = std::to_string(edge);
         return "smoke box 0 0 0 " + far + " " + far + " " + far + " 1 {}\n";
     };
-    const std::string too = "s.aff:1: beside these surfaces the smoke is too ",
-                      end = " for fixed point, expected smoothing lengths of 1/10000 to 1/10 of their size";
-    // A twentieth of the edge, times 512: from 1/16 to 128.
-    for (const char *edge : {"0.00245", "1", "4.99"})
+    // A twentieth of the edge, times 512, is from 1/16 on. Above 128 the unit is smaller.
+    for (const char *edge : {"0.00245", "1", "4.99", "5.01", "500"})
         CHECK(refused(cube(std::stod(edge)) + floor_of_six, fixed) == "no error");
-    CHECK(refused(cube(0.00243) + floor_of_six, fixed) == too + "fine" + end);
-    CHECK(refused(cube(5.01) + floor_of_six, fixed) == too + "coarse" + end);
-    CHECK(refused(cube(0.02) + cube(5.01) + floor_of_six, fixed) == too + "coarse" + end); // h of 0.512 and 128.3
-    for (const double edge : {0.00243, 5.01}) CHECK(refused(cube(edge) + floor_of_six) == "no error");
+    CHECK(
+        refused(cube(0.00243) + floor_of_six, fixed) ==
+        "s.aff:2: a smoothing length of 0.00012 is too fine for fixed point beside surfaces that reach 3, expected at "
+        "least 0.00012, or --arith f32");
+    CHECK(refused(cube(0.02) + cube(40) + floor_of_six, fixed) == "no error"); // smoothing lengths of 1/16 and 128
+    CHECK(refused(cube(0.02) + cube(50) + floor_of_six, fixed) ==
+          "s.aff:3: a smoothing length of 2.5 is too coarse for fixed point beside surfaces that reach 3, expected at "
+          "most 2, or --arith f32");
+    CHECK(refused(cube(0.02) + cube(2000) + floor_of_six, fixed) ==
+          "s.aff:3: the smoke reaches 2e+03 from the middle, too far beside a smoothing length of 0.001, expected at "
+          "most 1.3e+02, or --arith f32");
+    for (const double edge : {0.00243, 5.01, 50000.0}) CHECK(refused(cube(edge) + floor_of_six) == "no error");
+    CHECK(refused(cube(1e6) + floor_of_six) == "s.aff:2: the smoke reaches 1e+06 from the middle, too far beside "
+                                               "surfaces of 3, expected at most 2.6e+05");
 }
