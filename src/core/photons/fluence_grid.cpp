@@ -544,7 +544,7 @@ Status trace_fluence(const PhotonTracing &tracing, const OpticalDepthGrid &depth
 namespace {
 
 // What the nodes of a brick along one axis give to the integral of sigma_t times the tent of a node: weights of nodes
-// `first` to `last`, in cells.
+// `first` to `last`, in sixths of a cell. In whole cells these are exact.
 struct AxisWeights {
     int32_t first, last;
     Real weight[brick_nodes];
@@ -560,14 +560,15 @@ AxisWeights weights_along(int32_t at, int32_t spacing, Real low, Real high) {
         if (!(a < b)) continue;
         // Between nodes c and c + 1, at u from a to b, the tent is p + q u and sigma_t is linear.
         const Real p = tent(c), q = tent(c + 1) - p;
-        const Real one = b - a, two = Real(0.5) * (b * b - a * a), three = Real(1.0 / 3) * (b * b * b - a * a * a);
-        axis.weight[c + 1] += p * two + q * three;
-        axis.weight[c] += p * one + q * two - (p * two + q * three);
+        const Real one = Real(6) * (b - a), two = Real(3) * (b * b - a * a), three = Real(2) * (b * b * b - a * a * a);
+        const Real above = p * two + q * three;
+        axis.weight[c + 1] += above;
+        axis.weight[c] += p * one + q * two - above;
     }
     return axis;
 }
 
-// The integral of sigma_t 2^sigma_shift times the tent of a node over one brick that holds it, in cells.
+// 216 times the integral of sigma_t 2^sigma_shift times the tent of a node over one brick that holds it, in cells.
 Real tent_integral(const FluenceSums &fluence, uint32_t brick, const Cell &node) {
     const SparseGrid &bricks = *fluence.bricks;
     const int32_t spacing = fluence.spacing;
@@ -599,7 +600,7 @@ bool light_at_node(const FluenceSums &fluence, uint32_t brick, const Cell &node,
     const SparseGrid &bricks = *fluence.bricks;
     const int32_t spacing = fluence.spacing, n = nodes_along(spacing);
     int64_t power[3] = {0, 0, 0}, flux[3] = {0, 0, 0};
-    Real integral = Real(0), densest = Real(0);
+    Real integral = Real(0), densest = Real(0); // of sigma_t times the node's tent; of all holders
     for_each_holder(bricks, bricks.position[brick], node, n, [&](uint32_t other, uint32_t there) {
         integral += tent_integral(fluence, other, cell_of_index(n, there));
         densest = max(densest, sum_of_smokes(*fluence.medium,
@@ -608,6 +609,7 @@ bool light_at_node(const FluenceSums &fluence, uint32_t brick, const Cell &node,
         for (uint32_t c = 0; c < fluence.channels; ++c) power[c] += fluence.power[k * fluence.channels + c];
         for (uint32_t c = 0; fluence.flux && c < 3; ++c) flux[c] += fluence.flux[k * 3 + c];
     });
+    integral *= Real(1.0 / 216);
     light = {Color(Real(0)), Vec3(Real(0))};
     if (!(integral > scale_pow2(densest, fluence.sigma_shift) * (least * Real(spacing * spacing * spacing))))
         return false;

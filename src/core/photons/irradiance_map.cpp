@@ -5,7 +5,8 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr uint32_t units_of_point = 4, units_of_estimate = 256; // of work
+// Of work: a point that is sharpened or packed, one that is read from the fluence grid, one that is estimated.
+constexpr uint32_t units_of_point = 4, units_of_light = 24, units_of_estimate = 256;
 
 // Whether a brick's nodes at every `coarse` cells suffice: interpolated, they are within `tolerance` of its nodes at
 // every `fine` cells.
@@ -41,10 +42,12 @@ struct Points {
     Color *radiance;
     Watch watch;
 };
-bool make_points(const SparseGrid &bricks, int32_t spacing, bool flux, Arena &arena, Watch watch, Points &points) {
+// `units`: the work on a point.
+bool make_points(const SparseGrid &bricks, int32_t spacing, bool flux, uint32_t units, Arena &arena, Watch watch,
+                 Points &points) {
     points = {};
     points.watch = watch;
-    watch.expect(uint64_t{bricks.count} * nodes_of(spacing) * 3 * units_of_point);
+    watch.expect(uint64_t{bricks.count} * nodes_of(spacing) * units);
     points.bricks = &bricks;
     points.spacing = spacing;
     points.along = nodes_along(spacing);
@@ -61,10 +64,10 @@ bool make_points(const SparseGrid &bricks, int32_t spacing, bool flux, Arena &ar
            points.known && points.radiance;
 }
 
-// Calls visit(brick, node of it, point) for all points. False: the work is stopped.
-template <class Visit> bool for_each_point(const Points &points, Visit &&visit) {
+// Calls visit(brick, node of it, point), of so many units of work, for all points. False: the work is stopped.
+template <class Visit> bool for_each_point(const Points &points, uint32_t units, Visit &&visit) {
     for (uint32_t brick = 0; brick < points.bricks->count; ++brick) {
-        if (!points.watch.done(points.nodes * units_of_point)) return false;
+        if (!points.watch.done(points.nodes * units)) return false;
         for (uint32_t k = 0; k < points.nodes; ++k) visit(brick, k, uint64_t{brick} * points.nodes + k);
     }
     return true;
@@ -110,7 +113,7 @@ template <class Visit> void for_each_neighbour(const Points &points, uint32_t br
 bool sharpen(Points &points, Arena &arena) {
     Color *sharp = arena.make<Color>(points.count), *fraction = arena.make<Color>(points.count);
     if (!sharp || !fraction) return false;
-    const bool found = for_each_point(points, [&](uint32_t brick, uint32_t k, uint64_t i) {
+    const bool found = for_each_point(points, units_of_point, [&](uint32_t brick, uint32_t k, uint64_t i) {
         fraction[i] = Color(Real(1)); // what the node can pass, of what it should
         if (!points.known[i]) return;
         const Color &here = points.radiance[i];
@@ -122,7 +125,7 @@ bool sharpen(Points &points, Arena &arena) {
             if (wanted[c] > here[c]) fraction[i][c] = here[c] / wanted[c];
     });
     if (!found) return false;
-    const bool sharpened = for_each_point(points, [&](uint32_t brick, uint32_t k, uint64_t i) {
+    const bool sharpened = for_each_point(points, units_of_point, [&](uint32_t brick, uint32_t k, uint64_t i) {
         sharp[i] = points.radiance[i];
         if (!points.known[i]) return;
         for_each_neighbour(points, brick, k, [&](uint64_t other) {
@@ -236,7 +239,7 @@ Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Wa
     Irradiance map = {};
     map.bricks = &bricks;
     Points points;
-    if (!make_points(bricks, spacing, request.flux, arena, watch, points)) return map;
+    if (!make_points(bricks, spacing, request.flux, 3 * units_of_point, arena, watch, points)) return map;
     for (uint64_t i = 0; i < points.count; ++i) points.known[i] = false;
     // Sharpening reads two nodes beyond the view. Whether these are known must not depend on the crop.
     const Vec3 reach = bricks.cell * Real(3 * spacing);
@@ -295,8 +298,9 @@ Irradiance make_irradiance(const Medium &medium, const FluenceSums &fluence, Rea
     map.single_channel = fluence.channels == 1;
     map.color = fluence.photon_color;
     Points points;
-    if (!make_points(*fluence.bricks, fluence.spacing, fluence.flux != nullptr, arena, watch, points)) return map;
-    const bool read = for_each_point(points, [&](uint32_t brick, uint32_t k, uint64_t i) {
+    if (!make_points(*fluence.bricks, fluence.spacing, fluence.flux != nullptr, units_of_light, arena, watch, points))
+        return map;
+    const bool read = for_each_point(points, units_of_light, [&](uint32_t brick, uint32_t k, uint64_t i) {
         const Cell node = cell_of_index(points.along, k);
         FluenceAndFlux light;
         points.known[i] = light_at_node(fluence, brick, node, light);
