@@ -292,6 +292,7 @@ class Scene:
         lines = ["am 0.1 0.1 0.1", material]
         if kind in ("ball", "glass"):
             return [*lines, words("s", draw.inside(box, 1.2), reach * draw.within(0.1, 0.4))]
-        height = box[0][2] + box[1][2] * draw.pick(-1.1, -1, -0.3)
+        # A little off the face: an eye or a light in the plane itself would be on a side that rounding chooses.
+        height = box[0][2] + box[1][2] * draw.pick(-1.1, -1.003, -0.303)
         corners = [[box[0][0] + x * 3 * reach, box[0][1] + y * 3 * reach, height] for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
         return [*lines, "p 4", *map(words, corners)]

@@ -178,7 +178,6 @@ WISP_INLINE void gather_lights(const GridMarcher &marcher, const SmokeVolume &sm
                                const GridRay &in_bricks, const Group &group, const Lanes &sigma,
                                const Lanes &extinction, LaneColor &scattered, PixelRecorder *recorder) {
     const OpticalDepthGrid &depths = *marcher.depths;
-    const Vec3 out = -ray.direction;
     if (depths.light_count == 0) return;
     LaneCells at;
     find_cells(group.points, depths.spacing, static_cast<int32_t>(depths.light_count), at);

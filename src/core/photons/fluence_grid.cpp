@@ -244,7 +244,8 @@ bool is_blocked(const Surfaces *surfaces, const Vec3 &x, const Illumination &fro
     return is_blocked(*surfaces, {x, -from.direction}, ray_epsilon, from.distance - ray_epsilon, no_triangle, unused);
 }
 
-// One flight by delta tracking. Calls visit(brick, place in it, 1 / rate) at every tentative collision.
+// One flight by delta tracking. Calls visit(brick, place in it, probability that the photon collides there) at every
+// tentative collision.
 template <class Visit> FlightEnd fly(const Tracer &tracer, const Ray &ray, Pcg32 &generator, Visit &&visit) {
     FlightEnd flight = {false, false, 0, ray.origin};
     const SparseGrid &bricks = tracer.bricks;
@@ -272,9 +273,9 @@ template <class Visit> FlightEnd fly(const Tracer &tracer, const Ray &ray, Pcg32
             t += rest * inverse_rate;
             rest = exponential(generator);
             const Vec3 p = start + step * t;
-            visit(brick, p, inverse_rate);
             const auto density = [&](const ResampledField &field) { return extinction(field, brick, p); };
             const Real sigma = sum_of_smokes(medium, density);
+            visit(brick, p, min(sigma * inverse_rate, Real(1)));
             if (!(unit_half_open<Real>(generator()) * rate < sigma)) continue;
             flight = {true, false, smoke_at(medium, generator, density), ray.origin + ray.direction * t};
             return false;
@@ -296,7 +297,7 @@ void deposit_harmonics(const FluenceSums &fluence, uint32_t brick, const Vec3 &p
     const int32_t node = (nearest(q.z) * n + nearest(q.y)) * n + nearest(q.x);
     int64_t *sum =
         fluence.harmonics + (size_t{brick} * nodes_of(spacing) + static_cast<uint32_t>(node)) * harmonic_numbers;
-    const Real units = scale_pow2(power, deposit_bits); // below 2^31: 1 / rate is at most 32, power at most 3.75
+    const Real units = scale_pow2(power, deposit_bits); // below 2^27: power is at most 3.75
     sum[0] += truncate(units);
     for (uint32_t i = 0; i < harmonic_count; ++i) sum[1 + i] += truncate(halves.value[i] * units);
 }
@@ -392,8 +393,9 @@ void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t tar
         }
         const uint64_t capped = counts.capped;
         const SphericalHarmonics halves = fluence.harmonics ? halves_of(ray.direction) : SphericalHarmonics{};
-        at = fly(tracer, ray, generator, [&](uint32_t brick_there, const Vec3 &p, Real inverse_rate) {
-            deposit(fluence, brick_there, p, power * inverse_rate, ray.direction, halves);
+        at = fly(tracer, ray, generator, [&](uint32_t brick_there, const Vec3 &p, Real probability) {
+            deposit(fluence, brick_there, p, power * scale_pow2(probability, tracer.distribution.deposit_shift),
+                    ray.direction, halves);
         });
         if (counts.capped != capped || !tracer.watch.go_on(units_of_flight)) return;
         if (!at.collides) {
@@ -416,12 +418,6 @@ detail::Wide whole_product(uint64_t a, uint64_t b) { // both below 2^63
 uint32_t source_limit(const Scene &scene) { return scene.light_count + scene.smoke_count; }
 
 } // namespace
-
-uint64_t max_fluence_flights(Real longest) {
-    // The deposits of a flight in one sum come to at most its length, in units of 2^-24, times R + G + B, at most 3,
-    // and most_power_between_nodes.
-    return (uint64_t{1} << (63 - deposit_bits)) / (5 * (static_cast<uint64_t>(floor_to_int(longest)) + 1));
-}
 
 FluencePlan plan_fluence(const Scene &scene, const Settings &settings, uint64_t bricks, int32_t spacing) {
     FluencePlan plan = {photon_needs(scene, settings), 0, 0};
@@ -452,13 +448,17 @@ bool make_emission_distribution(const Scene &scene, const Medium &medium, const 
 
     const Vec3 &edge = bricks.lattice.edge;
     const Real min_rate = max(min_collisions_per_brick / largest(edge), Real(1.0 / 32));
-    Real densest = Real(0);
+    Real densest = Real(0), likeliest = Real(0); // likeliest: the greatest probability that a collision is real
     for (uint32_t b = 0; b < bricks.count; ++b) {
         const Real greatest = sum_of_smokes(medium, [b](const ResampledField &field) { return field.majorants[b]; });
         rate[b] = max(greatest, min_rate);
         densest = max(densest, greatest);
+        likeliest = max(likeliest, greatest / rate[b]);
     }
 
+    if (likeliest > Real(0))
+        while (scale_pow2(likeliest, distribution.deposit_shift) < Real(0.5) && distribution.deposit_shift < 20)
+            ++distribution.deposit_shift;
     distribution.sources = sources;
     distribution.rate = rate;
     distribution.cumulative_weight = cumulative_weight;
@@ -490,7 +490,8 @@ Status trace_fluence(const PhotonTracing &tracing, const OpticalDepthGrid &depth
     Arena &arena = tracing.arena;
     Statistics &statistics = tracing.statistics;
     const uint64_t nodes = uint64_t{bricks.count} * nodes_of(spacing);
-    fluence = {&bricks, spacing, sums.values, nullptr, nullptr, needs.powers ? 3u : 1u, Color(Real(1)), {Real(1), 0}};
+    fluence = {&tracing.medium,        &bricks,        spacing,      sums.values,       nullptr, nullptr,
+               needs.powers ? 3u : 1u, Color(Real(1)), {Real(1), 0}, distribution.shift};
     const uint64_t powers = nodes * fluence.channels, with_flux = powers + (needs.directions ? nodes * 3 : 0);
     const uint64_t harmonic_nodes = uint64_t{bricks.count} * nodes_of(harmonic_spacing(spacing));
     const uint64_t numbers = with_flux + (needs.harmonics ? harmonic_nodes * harmonic_numbers : 0);
@@ -509,6 +510,7 @@ Status trace_fluence(const PhotonTracing &tracing, const OpticalDepthGrid &depth
     const Real power = scaled_integer<Real>(static_cast<int64_t>(total), -weight_bits) *
                        scale_pow2(distribution.max_brightness * volume, -distribution.shift);
     fluence.unit = photon_unit(power, settings.photons);
+    fluence.unit.exponent -= distribution.deposit_shift;
 
     const size_t mark = arena.mark();
     Cursor *cursor = arena.make<Cursor>(1);
@@ -519,7 +521,6 @@ Status trace_fluence(const PhotonTracing &tracing, const OpticalDepthGrid &depth
         return detail::divide(whole_product(photon, total), settings.photons).quotient;
     };
     const auto &counts = statistics.photons;
-    const uint64_t limit = max_fluence_flights(length(bricks.bounds.high - bricks.bounds.low));
     bool fits = true;
     const Status status = for_each_batch(tracing, [&](uint64_t batch, uint64_t photons) {
         uint64_t photon = batch * batch_photons;
@@ -533,39 +534,96 @@ Status trace_fluence(const PhotonTracing &tracing, const OpticalDepthGrid &depth
                 static_cast<uint64_t>(detail::high_word(place)) << 32 | detail::low_word(place) >> 32;
             trace_photon(tracer, fluence, from + offset, generator, *cursor);
             ++photon;
-            return fits = counts.stored + counts.emitted <= limit;
+            return fits = counts.stored + counts.emitted <= max_fluence_flights;
         });
     });
     arena.rewind(mark);
     return fits ? status : Status::overflow;
 }
 
-FluenceAndFlux light_at_node(const FluenceSums &fluence, uint32_t brick, const Cell &node) {
+namespace {
+
+// What the nodes of a brick along one axis give to the integral of sigma_t times the tent of a node: weights of nodes
+// `first` to `last`, in sixths of a cell. In whole cells these are exact.
+struct AxisWeights {
+    int32_t first, last;
+    Real weight[brick_nodes];
+};
+
+// The tent of node `at` is `spacing` cells wide to either side; smoke lies between `low` and `high`; all in cells from
+// the low corner of the brick.
+AxisWeights weights_along(int32_t at, int32_t spacing, Real low, Real high) {
+    AxisWeights axis = {max(at - spacing, 0), min(at + spacing, brick_cells), {}};
+    const auto tent = [&](int32_t t) { return Real(1) - Real(t < at ? at - t : t - at) / Real(spacing); };
+    for (int32_t c = axis.first; c < axis.last; ++c) {
+        const Real a = min(max(low - Real(c), Real(0)), Real(1)), b = min(max(high - Real(c), Real(0)), Real(1));
+        if (!(a < b)) continue;
+        // Between nodes c and c + 1, at u from a to b, the tent is p + q u and sigma_t is linear.
+        const Real p = tent(c), q = tent(c + 1) - p;
+        const Real one = Real(6) * (b - a), two = Real(3) * (b * b - a * a), three = Real(2) * (b * b * b - a * a * a);
+        const Real above = p * two + q * three;
+        axis.weight[c + 1] += above;
+        axis.weight[c] += p * one + q * two - above;
+    }
+    return axis;
+}
+
+// 216 times the integral of sigma_t 2^sigma_shift times the tent of a node over one brick that holds it, in cells.
+Real tent_integral(const FluenceSums &fluence, uint32_t brick, const Cell &node) {
     const SparseGrid &bricks = *fluence.bricks;
     const int32_t spacing = fluence.spacing;
-    const Vec3 x = node_of(bricks, brick, {node.x * spacing, node.y * spacing, node.z * spacing});
-    const Vec3 cell = bricks.cell * Real(spacing);
+    const Vec3 low = (bricks.bounds.low - low_of(bricks, brick)) * bricks.inverse_cell,
+               high = (bricks.bounds.high - low_of(bricks, brick)) * bricks.inverse_cell;
+    const AxisWeights x = weights_along(node.x * spacing, spacing, low.x, high.x),
+                      y = weights_along(node.y * spacing, spacing, low.y, high.y),
+                      z = weights_along(node.z * spacing, spacing, low.z, high.z);
+    Real sum = Real(0);
+    for (uint32_t s = 0; s < fluence.medium->count; ++s) {
+        if (!fluence.medium->smokes[s].field.is_resampled) continue;
+        const Real *sigma = fluence.medium->smokes[s].field.resampled.nodes(brick);
+        for (int32_t k = z.first; k <= z.last; ++k)
+            for (int32_t j = y.first; j <= y.last; ++j) {
+                Real row = Real(0);
+                for (int32_t i = x.first; i <= x.last; ++i)
+                    row +=
+                        x.weight[i] * scale_pow2(sigma[(k * brick_nodes + j) * brick_nodes + i], fluence.sigma_shift);
+                sum += y.weight[j] * z.weight[k] * row;
+            }
+    }
+    return sum;
+}
+
+} // namespace
+
+bool light_at_node(const FluenceSums &fluence, uint32_t brick, const Cell &node, FluenceAndFlux &light) {
+    constexpr Real least = Real(0x1p-10);
+    const SparseGrid &bricks = *fluence.bricks;
+    const int32_t spacing = fluence.spacing, n = nodes_along(spacing);
     int64_t power[3] = {0, 0, 0}, flux[3] = {0, 0, 0};
-    Real tent = Real(0); // the fraction of the node's tent that lies in bricks
-    for_each_holder(bricks, bricks.position[brick], node, nodes_along(spacing), [&](uint32_t other, uint32_t there) {
-        const Vec3 low = low_of(bricks, other), high = low + bricks.lattice.edge;
-        tent += tent_volume({max(low, bricks.bounds.low), min(high, bricks.bounds.high)}, x, cell);
+    Real integral = Real(0), densest = Real(0); // of sigma_t times the node's tent; of all holders
+    for_each_holder(bricks, bricks.position[brick], node, n, [&](uint32_t other, uint32_t there) {
+        integral += tent_integral(fluence, other, cell_of_index(n, there));
+        densest = max(densest, sum_of_smokes(*fluence.medium,
+                                             [other](const ResampledField &field) { return field.majorants[other]; }));
         const size_t k = size_t{other} * nodes_of(spacing) + there;
         for (uint32_t c = 0; c < fluence.channels; ++c) power[c] += fluence.power[k * fluence.channels + c];
         for (uint32_t c = 0; fluence.flux && c < 3; ++c) flux[c] += fluence.flux[k * 3 + c];
     });
-    FluenceAndFlux light = {Color(Real(0)), Vec3(Real(0))};
-    if (!(tent > Real(0))) return light;
+    integral *= Real(1.0 / 216);
+    light = {Color(Real(0)), Vec3(Real(0))};
+    if (!(integral > scale_pow2(densest, fluence.sigma_shift) * (least * Real(spacing * spacing * spacing))))
+        return false;
     const Color sum = fluence.channels == 1 ? fluence.photon_color * photons_of(power[0])
                                             : Color(photons_of(power[0]), photons_of(power[1]), photons_of(power[2]));
     const Real all = sum.x + sum.y + sum.z;
     if (fluence.flux && all > Real(0))
         light.flux = Vec3(photons_of(flux[0]), photons_of(flux[1]), photons_of(flux[2])) / all;
-    // sum / volume * unit * 2^exponent; half of the scaling comes before the division.
-    const int32_t half = fluence.unit.exponent / 2;
+    // sum / integral * unit * 2^exponent; half of the scaling comes before the division.
+    const Vec3 &cell = bricks.cell;
+    const int32_t exponent = fluence.unit.exponent + fluence.sigma_shift, half = exponent / 2;
     const Color scaled = scale_pow2(sum * (inv_four_pi<Real> * fluence.unit.unit), half);
-    light.radiance = scale_pow2(scaled / (cell.x * cell.y * cell.z * tent), fluence.unit.exponent - half);
-    return light;
+    light.radiance = scale_pow2(scaled / (cell.x * cell.y * cell.z * integral), exponent - half);
+    return true;
 }
 
 SphericalHarmonics harmonics_at_node(const FluenceSums &fluence, uint32_t brick, const Cell &node) {

@@ -4,8 +4,9 @@
 // Photons start where light first collides with smoke. The resampled densities and the optical depth grid give the
 // density of these collisions at every node, so no photon misses the smoke, and photons are spread evenly over the
 // light. They fly by delta tracking against the largest density of each brick (Woodcock 1965). At every tentative
-// collision, real or not, a photon deposits power / rate at the corners of the cell around it (trilinear). That is an
-// estimate of the length that it flies there, so the sums are the fluence.
+// collision, real or not, a photon deposits its power times the probability that the collision is real at the corners
+// of the cell around it (trilinear). So the sums are the power that collides around each node. Divided by the integral
+// of sigma_t times the node's tent, that is the fluence: interpolated, it gives back all collisions (README).
 #pragma once
 #include "core/lights/optical_depth_grid.h"
 #include "core/photons/particle_map.h"
@@ -16,16 +17,19 @@ namespace wisp::WISP_ARITH {
 // The sums of deposits at the nodes of each brick. They are integers, so the order of the deposits does not change
 // them.
 struct FluenceSums {
+    const Medium *medium;
     const SparseGrid *bricks;
     int32_t spacing; // cells between nodes
-    int64_t *power;  // `channels` numbers per node, in units of deposits times a unit of length
+    int64_t *power;  // `channels` numbers per node, in units of deposits
     int64_t *flux;   // three per node: the sum of direction * (R + G + B); nullptr where all smoke is isotropic
     // harmonic_numbers per node of harmonic_spacing(spacing): the sum of R + G + B, and for each harmonic m of the
     // direction the sum of (1 + m) / 2 * (R + G + B); nullptr where no smoke uses harmonics.
     int64_t *harmonics;
     uint32_t channels;  // one where all photons carry the same power
     Color photon_color; // of all photons, where they carry the same power
-    PhotonUnit unit;
+    PhotonUnit unit;    // of a deposit
+    int32_t
+        sigma_shift; // integrals of sigma_t are scaled by 2^sigma_shift: in fixed point, thin smoke keeps its digits
 };
 
 // How many sums photons leave at most, and the bytes for them and for tracing.
@@ -38,8 +42,9 @@ constexpr int32_t harmonic_spacing(int32_t spacing) { return min(2 * spacing, br
 constexpr uint32_t harmonic_numbers = 1 + harmonic_count;
 FluencePlan plan_fluence(const Scene &scene, const Settings &settings, uint64_t bricks, int32_t spacing);
 
-// The number of flights, each no longer than `longest`, that cannot overflow a sum.
-uint64_t max_fluence_flights(Real longest);
+// The number of flights that cannot overflow a sum. A flight deposits R + G + B, at most 3.75 photons, times the depth
+// that it passes. That depth is 1 in the mean, and less than twice that over many flights.
+constexpr uint64_t max_fluence_flights = (uint64_t{1} << (63 - deposit_bits)) / 8;
 
 // A source of photons: the first collisions of a light, or the emission of a smoke.
 struct PhotonSource {
@@ -53,9 +58,10 @@ struct PhotonSource {
 struct EmissionDistribution {
     const PhotonSource *sources;
     uint32_t source_count;
-    const Real *rate;    // of tentative collisions per unit of length, by brick
-    int32_t shift;       // brightness is scaled by 2^shift: in fixed point, that of thin smoke keeps its digits
-    Real max_brightness; // of all nodes
+    const Real *rate;      // of tentative collisions per unit of length, by brick
+    int32_t deposit_shift; // deposits are scaled by 2^deposit_shift: in thin smoke few collisions are real
+    int32_t shift;         // brightness is scaled by 2^shift: in fixed point, that of thin smoke keeps its digits
+    Real max_brightness;   // of all nodes
     // Entry source * bricks + brick: the sum of the weights of all nodes before that source and brick. The last entry
     // is the sum of all weights.
     const uint64_t *cumulative_weight;
@@ -69,8 +75,9 @@ bool make_emission_distribution(const Scene &scene, const Medium &medium, const 
 Status trace_fluence(const PhotonTracing &tracing, const OpticalDepthGrid &depths,
                      const EmissionDistribution &distribution, int32_t spacing, PhotonSums &sums, FluenceSums &fluence);
 
-// The fluence and flux at a node, from the sums of all bricks that hold it.
-FluenceAndFlux light_at_node(const FluenceSums &fluence, uint32_t brick, const Cell &node);
+// The fluence and flux at a node, from the sums of all bricks that hold it. False: there is hardly any smoke around the
+// node, less than 2^-10 of the densest in those bricks, and its light is unknown.
+bool light_at_node(const FluenceSums &fluence, uint32_t brick, const Cell &node, FluenceAndFlux &light);
 // The coefficients of the spherical harmonics, relative to the power, at a node of harmonic_spacing().
 SphericalHarmonics harmonics_at_node(const FluenceSums &fluence, uint32_t brick, const Cell &node);
 

@@ -5,7 +5,8 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr uint32_t units_of_point = 4, units_of_estimate = 256; // of work
+// Of work: a point that is sharpened or packed, one that is read from the fluence grid, one that is estimated.
+constexpr uint32_t units_of_point = 4, units_of_light = 24, units_of_estimate = 256;
 
 // Whether a brick's nodes at every `coarse` cells suffice: interpolated, they are within `tolerance` of its nodes at
 // every `fine` cells.
@@ -41,10 +42,12 @@ struct Points {
     Color *radiance;
     Watch watch;
 };
-bool make_points(const SparseGrid &bricks, int32_t spacing, bool flux, Arena &arena, Watch watch, Points &points) {
+// `units`: the work on a point.
+bool make_points(const SparseGrid &bricks, int32_t spacing, bool flux, uint32_t units, Arena &arena, Watch watch,
+                 Points &points) {
     points = {};
     points.watch = watch;
-    watch.expect(uint64_t{bricks.count} * nodes_of(spacing) * 3 * units_of_point);
+    watch.expect(uint64_t{bricks.count} * nodes_of(spacing) * units);
     points.bricks = &bricks;
     points.spacing = spacing;
     points.along = nodes_along(spacing);
@@ -61,10 +64,10 @@ bool make_points(const SparseGrid &bricks, int32_t spacing, bool flux, Arena &ar
            points.known && points.radiance;
 }
 
-// Calls visit(brick, node of it, point) for all points. False: the work is stopped.
-template <class Visit> bool for_each_point(const Points &points, Visit &&visit) {
+// Calls visit(brick, node of it, point), of so many units of work, for all points. False: the work is stopped.
+template <class Visit> bool for_each_point(const Points &points, uint32_t units, Visit &&visit) {
     for (uint32_t brick = 0; brick < points.bricks->count; ++brick) {
-        if (!points.watch.done(points.nodes * units_of_point)) return false;
+        if (!points.watch.done(points.nodes * units)) return false;
         for (uint32_t k = 0; k < points.nodes; ++k) visit(brick, k, uint64_t{brick} * points.nodes + k);
     }
     return true;
@@ -72,19 +75,7 @@ template <class Visit> bool for_each_point(const Points &points, Visit &&visit) 
 
 // Trilinear interpolation blurs the nodes by a variance of cell^2 / 6 along every axis. A blur of variance v adds v / 2
 // times the second derivative to a value. So 1/12 of the second difference, taken from the nodes, restores the mean.
-// The trilinear deposits of photons blur by as much again.
-constexpr double interpolation_blur = 1.0 / 12, deposit_and_interpolation_blur = 1.0 / 6;
-
-// Whether photons sample the light at a node: at least 1/16 of the half-width of its tent lies in the bounds of the
-// smoke.
-bool is_sampled(const SparseGrid &bricks, uint32_t brick, const Cell &node, int32_t spacing) {
-    const Vec3 x = node_of(bricks, brick, {node.x * spacing, node.y * spacing, node.z * spacing});
-    const Vec3 reach = bricks.cell * (Real(spacing) * Real(15.0 / 16));
-    const Vec3 low = x - reach, high = x + reach;
-    const Box &box = bricks.bounds;
-    return high.x > box.low.x && high.y > box.low.y && high.z > box.low.z && low.x < box.high.x && low.y < box.high.y &&
-           low.z < box.high.z;
-}
+constexpr Real interpolation_blur = Real(1.0 / 12);
 
 // Calls visit(point) for both neighbours of a node along each axis on which both are known. On other axes the second
 // difference counts as 0.
@@ -115,31 +106,30 @@ template <class Visit> void for_each_neighbour(const Points &points, uint32_t br
     }
 }
 
-// Subtracts `blur` times its second differences from each known node. This is an exchange between neighbours: the
-// darker of two passes `blur` times their difference to the brighter one. A node that should pass more than it has
+// Subtracts 1/12 of its second differences from each known node. This is an exchange between neighbours: the darker of
+// two passes 1/12 of their difference to the brighter one. A node that should pass more than it has
 // passes less, the same fraction to each neighbour. So no light is lost inside, and no value falls below 0. False: the
 // arena was too small.
-bool sharpen(Points &points, double blur_, Arena &arena) {
-    const Real blur = Real(blur_);
+bool sharpen(Points &points, Arena &arena) {
     Color *sharp = arena.make<Color>(points.count), *fraction = arena.make<Color>(points.count);
     if (!sharp || !fraction) return false;
-    const bool found = for_each_point(points, [&](uint32_t brick, uint32_t k, uint64_t i) {
+    const bool found = for_each_point(points, units_of_point, [&](uint32_t brick, uint32_t k, uint64_t i) {
         fraction[i] = Color(Real(1)); // what the node can pass, of what it should
         if (!points.known[i]) return;
         const Color &here = points.radiance[i];
         Color wanted(Real(0));
         for_each_neighbour(points, brick, k, [&](uint64_t other) {
-            wanted += max(points.radiance[other] - here, Color(Real(0))) * blur;
+            wanted += max(points.radiance[other] - here, Color(Real(0))) * interpolation_blur;
         });
         for (int32_t c = 0; c < 3; ++c)
             if (wanted[c] > here[c]) fraction[i][c] = here[c] / wanted[c];
     });
     if (!found) return false;
-    const bool sharpened = for_each_point(points, [&](uint32_t brick, uint32_t k, uint64_t i) {
+    const bool sharpened = for_each_point(points, units_of_point, [&](uint32_t brick, uint32_t k, uint64_t i) {
         sharp[i] = points.radiance[i];
         if (!points.known[i]) return;
         for_each_neighbour(points, brick, k, [&](uint64_t other) {
-            const Color loss = (points.radiance[other] - points.radiance[i]) * blur;
+            const Color loss = (points.radiance[other] - points.radiance[i]) * interpolation_blur;
             for (int32_t c = 0; c < 3; ++c)
                 sharp[i][c] -= loss[c] * (loss[c] > Real(0) ? fraction[i][c] : fraction[other][c]);
         });
@@ -215,9 +205,8 @@ void fill_unknown(Points &points, uint32_t brick) {
     }
 }
 
-// Makes the map of the known points; it is not ready if the arena was too small, or the work is stopped.
-void finish(const Medium &medium, Points &points, double blur, Real tolerance, Arena &arena, Irradiance &map) {
-    if (!sharpen(points, blur, arena)) return;
+// Makes the map of the known points; it is not ready if the work is stopped.
+void finish(const Medium &medium, Points &points, Real tolerance, Irradiance &map) {
     for (uint32_t b = 0; b < points.bricks->count && points.watch.go_on(points.nodes); ++b) fill_unknown(points, b);
     pack_points(medium, points, tolerance, map);
 }
@@ -250,7 +239,7 @@ Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Wa
     Irradiance map = {};
     map.bricks = &bricks;
     Points points;
-    if (!make_points(bricks, spacing, request.flux, arena, watch, points)) return map;
+    if (!make_points(bricks, spacing, request.flux, 3 * units_of_point, arena, watch, points)) return map;
     for (uint64_t i = 0; i < points.count; ++i) points.known[i] = false;
     // Sharpening reads two nodes beyond the view. Whether these are known must not depend on the crop.
     const Vec3 reach = bricks.cell * Real(3 * spacing);
@@ -282,17 +271,19 @@ Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Wa
             if (points.flux) points.flux[here] = pack_flux(light.flux);
         }
     }
-    finish(*request.medium, points, interpolation_blur, request.tolerance, arena, map);
+    if (sharpen(points, arena)) finish(*request.medium, points, request.tolerance, map);
     return map;
 }
 
 } // namespace
 
-uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, bool flux, bool harmonics) {
+uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, bool flux, bool of_fluence,
+                          bool harmonics) {
     const uint64_t points = bricks * nodes_of(spacing);
     uint64_t bytes = 3 * Arena::bytes<int32_t>(bricks) + (flux ? 2 : 1) * Arena::bytes<uint32_t>(points) +
-                     Arena::bytes<bool>(points) + 3 * Arena::bytes<Color>(points);
+                     Arena::bytes<bool>(points) + (of_fluence ? 1 : 3) * Arena::bytes<Color>(points);
     if (harmonics) bytes += Arena::bytes<uint32_t>(bricks * nodes_of(harmonic_spacing(spacing)) * harmonic_words);
+    if (of_fluence) return bytes;
     bytes += Arena::bytes<FluenceAndFlux *>(scene.smoke_count);
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
         bytes += Arena::bytes<FluenceAndFlux>(elements_of(scene.smokes[i]));
@@ -307,17 +298,18 @@ Irradiance make_irradiance(const Medium &medium, const FluenceSums &fluence, Rea
     map.single_channel = fluence.channels == 1;
     map.color = fluence.photon_color;
     Points points;
-    if (!make_points(*fluence.bricks, fluence.spacing, fluence.flux != nullptr, arena, watch, points)) return map;
-    const bool read = for_each_point(points, [&](uint32_t brick, uint32_t k, uint64_t i) {
+    if (!make_points(*fluence.bricks, fluence.spacing, fluence.flux != nullptr, units_of_light, arena, watch, points))
+        return map;
+    const bool read = for_each_point(points, units_of_light, [&](uint32_t brick, uint32_t k, uint64_t i) {
         const Cell node = cell_of_index(points.along, k);
-        const FluenceAndFlux light = light_at_node(fluence, brick, node);
+        FluenceAndFlux light;
+        points.known[i] = light_at_node(fluence, brick, node, light);
         points.radiance[i] = light.radiance;
         if (points.flux) points.flux[i] = pack_flux(light.flux);
-        points.known[i] = is_sampled(*fluence.bricks, brick, node, fluence.spacing);
     });
     if (!read) return map;
     if (fluence.harmonics && !pack_harmonics(fluence, arena, watch, map)) return map;
-    finish(medium, points, deposit_and_interpolation_blur, tolerance, arena, map);
+    finish(medium, points, tolerance, map);
     return map;
 }
 

@@ -42,7 +42,9 @@ inline uint64_t bytes_of(const Irradiance &map) {
         3 * sizeof(int32_t) + (map.harmonics ? nodes_of(map.harmonic_spacing) * harmonic_words * 4 : 0);
     return uint64_t{map.points} * (map.flux ? 8 : 4) + uint64_t{map.bricks->count} * per_brick;
 }
-uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, bool flux, bool harmonics);
+// What a map takes from the arena at most; `of_fluence`: one that is made of the fluence grid.
+uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, bool flux, bool of_fluence,
+                          bool harmonics);
 
 // The map of the fluence at the nodes. With `tolerance` > 0 the map is adaptive: each brick has as few points as keep
 // all others within that fraction of the brick's largest value.

@@ -130,8 +130,9 @@ Need need_irradiance(const Scene &, const Settings &, const Decisions &d) {
                        "estimates are kept at points around the smoke");
 }
 uint64_t irradiance_map_bytes(const Scene &scene, const Settings &, const Decisions &d, const Sizes &sizes) {
-    return irradiance_bytes(scene, sizes.grid.count, d.spacing.irradiance, d.photon_needs.directions,
-                            d.photons == PhotonStore::fluence_grid && d.photon_needs.harmonics);
+    const bool of_fluence = d.photons == PhotonStore::fluence_grid;
+    return irradiance_bytes(scene, sizes.grid.count, d.spacing.irradiance, d.photon_needs.directions, of_fluence,
+                            of_fluence && d.photon_needs.harmonics);
 }
 
 Need need_sources(const Scene &, const Settings &, const Decisions &d) {
@@ -245,7 +246,7 @@ Plan plan(const Scene &scene, const Settings &settings) {
     if (d.photons == PhotonStore::photon_map) plan.photon_capacity = plan_photons(scene, settings).capacity;
     if (d.particle_map && d.resampled) {
         plan.map_sums = plan_fluence(scene, settings, sizes.grid.count, d.spacing.irradiance).sums;
-        plan.max_photons = max_fluence_flights(sizes.grid.longest);
+        plan.max_photons = max_fluence_flights;
     } else if (d.particle_map) {
         plan.map_sums = plan_particle_map(scene, settings).sums;
         plan.max_photons = max_deposits(settings);

@@ -59,7 +59,7 @@ ShadowCells make_shadow_cells(const Scene &scene, Arena &arena, Watch watch) {
     cells.roots = arena.make<uint32_t>(roots);
     cells.lights = make_lights(scene, arena);
     cells.blocks = arena.make<ShadowCell[4]>(cells.block_count);
-    cells.ready = cells.roots && cells.lights && cells.blocks && fill(cells.roots, roots, 0u, watch);
+    cells.ready = cells.roots && cells.lights && cells.blocks && fill(cells.roots, roots, uint32_t{0}, watch);
     if (!cells.ready) return cells;
     cells.light_count = scene.light_count;
     cells.used = 1; // block 0 means none

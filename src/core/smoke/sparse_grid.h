@@ -53,7 +53,6 @@ constexpr int32_t subdivision_for(double lengths) { return total_order_key(lengt
 struct SparseGridPlan {
     uint64_t count; // an upper bound of the number of bricks
     uint64_t bytes; // what make_sparse_grid takes from the arena, at most
-    Real longest;   // the diagonal of the smoke's bounds
 };
 SparseGridPlan plan_sparse_grid(const Scene &scene, double lengths);
 

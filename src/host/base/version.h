@@ -2,6 +2,6 @@
 
 namespace wisp {
 
-constexpr const char *version = "0.1.0";
+constexpr const char *version = "0.2.0";
 
 } // namespace wisp

@@ -140,7 +140,7 @@ struct Smoke : LitSmoke {
 TEST_CASE(WISP_ARITH_NAME ": stopping: resampled smoke") {
     Smoke smoke(300);
     Settings settings = settings_of(Method::map);
-    settings.density_step = settings.light_step = 1;
+    settings.density_step = settings.light_step = 0.5;
     settings.irradiance = IrradianceMap::uniform;
     const std::initializer_list<Stage> working = {Stage::bricks, Stage::light_depths, Stage::photons, Stage::irradiance,
                                                   Stage::camera_rays};
