@@ -97,7 +97,7 @@ struct TracedFluence {
         : count(plan_sparse_grid(scene, settings.density_step).count),
           plan(plan_fluence(scene, settings, count, spacing)),
           memory(medium_bytes(scene, settings.density_step) + optical_depth_grid_bytes(count, scene.light_count, 1) +
-                 plan.bytes),
+                 plan.bytes + tent_bytes(count, spacing)),
           arena(memory.data(), memory.size()), medium(make_medium(scene, settings.density_step, arena)) {
         REQUIRE(medium.ready);
         for (uint32_t i = 0; i < scene.light_count; ++i) lights.push_back(make_light(scene.lights[i]));

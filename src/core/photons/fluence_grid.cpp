@@ -9,8 +9,8 @@ namespace {
 
 constexpr int32_t weight_bits = 30; // of a node's weight: 2^30 for the brightest node
 constexpr int32_t brick_nodes = nodes_along(1);
-constexpr uint32_t asked_after = 1 << 12;       // tentative collisions of a flight
-constexpr uint32_t units_of_source_brick = 128; // of work
+constexpr uint32_t asked_after = 1 << 12;                          // tentative collisions of a flight
+constexpr uint32_t units_of_source_brick = 128, units_of_tent = 2; // of work
 // The least number of tentative collisions along a brick's edge: they sample the fluence in thin smoke too.
 constexpr Real min_collisions_per_brick = Real(0.5);
 
@@ -490,8 +490,8 @@ Status trace_fluence(const PhotonTracing &tracing, const OpticalDepthGrid &depth
     Arena &arena = tracing.arena;
     Statistics &statistics = tracing.statistics;
     const uint64_t nodes = uint64_t{bricks.count} * nodes_of(spacing);
-    fluence = {&tracing.medium,        &bricks,        spacing,      sums.values,       nullptr, nullptr,
-               needs.powers ? 3u : 1u, Color(Real(1)), {Real(1), 0}, distribution.shift};
+    fluence = {&tracing.medium,        &bricks,        spacing,      sums.values,        nullptr, nullptr,
+               needs.powers ? 3u : 1u, Color(Real(1)), {Real(1), 0}, distribution.shift, nullptr};
     const uint64_t powers = nodes * fluence.channels, with_flux = powers + (needs.directions ? nodes * 3 : 0);
     const uint64_t harmonic_nodes = uint64_t{bricks.count} * nodes_of(harmonic_spacing(spacing));
     const uint64_t numbers = with_flux + (needs.harmonics ? harmonic_nodes * harmonic_numbers : 0);
@@ -568,32 +568,49 @@ AxisWeights weights_along(int32_t at, int32_t spacing, Real low, Real high) {
     return axis;
 }
 
-// 216 times the integral of sigma_t 2^sigma_shift times the tent of a node over one brick that holds it, in cells.
-Real tent_integral(const FluenceSums &fluence, uint32_t brick, const Cell &node) {
+// The integrals of sigma_t 2^sigma_shift times the tents of a brick's nodes over that brick, in units of 1/216 of a
+// cell.
+void find_tents_of_brick(const FluenceSums &fluence, uint32_t brick, Real *tents) {
     const SparseGrid &bricks = *fluence.bricks;
-    const int32_t spacing = fluence.spacing;
+    const int32_t spacing = fluence.spacing, n = nodes_along(spacing);
     const Vec3 low = (bricks.bounds.low - low_of(bricks, brick)) * bricks.inverse_cell,
                high = (bricks.bounds.high - low_of(bricks, brick)) * bricks.inverse_cell;
-    const AxisWeights x = weights_along(node.x * spacing, spacing, low.x, high.x),
-                      y = weights_along(node.y * spacing, spacing, low.y, high.y),
-                      z = weights_along(node.z * spacing, spacing, low.z, high.z);
-    Real sum = Real(0);
-    for (uint32_t s = 0; s < fluence.medium->count; ++s) {
-        if (!fluence.medium->smokes[s].field.is_resampled) continue;
-        const Real *sigma = fluence.medium->smokes[s].field.resampled.nodes(brick);
-        for (int32_t k = z.first; k <= z.last; ++k)
-            for (int32_t j = y.first; j <= y.last; ++j) {
-                Real row = Real(0);
-                for (int32_t i = x.first; i <= x.last; ++i)
-                    row +=
-                        x.weight[i] * scale_pow2(sigma[(k * brick_nodes + j) * brick_nodes + i], fluence.sigma_shift);
-                sum += y.weight[j] * z.weight[k] * row;
-            }
+    AxisWeights along[3][brick_nodes];
+    for (int axis = 0; axis < 3; ++axis)
+        for (int32_t i = 0; i < n; ++i) along[axis][i] = weights_along(i * spacing, spacing, low[axis], high[axis]);
+    for (uint32_t node = 0; node < nodes_of(spacing); ++node) {
+        const Cell at = cell_of_index(n, node);
+        const AxisWeights &x = along[0][at.x], &y = along[1][at.y], &z = along[2][at.z];
+        Real sum = Real(0);
+        for (uint32_t s = 0; s < fluence.medium->count; ++s) {
+            if (!fluence.medium->smokes[s].field.is_resampled) continue;
+            const Real *sigma = fluence.medium->smokes[s].field.resampled.nodes(brick);
+            for (int32_t k = z.first; k <= z.last; ++k)
+                for (int32_t j = y.first; j <= y.last; ++j) {
+                    Real row = Real(0);
+                    for (int32_t i = x.first; i <= x.last; ++i)
+                        row += x.weight[i] *
+                               scale_pow2(sigma[(k * brick_nodes + j) * brick_nodes + i], fluence.sigma_shift);
+                    sum += y.weight[j] * z.weight[k] * row;
+                }
+        }
+        tents[node] = sum;
     }
-    return sum;
 }
 
 } // namespace
+
+bool find_tents(FluenceSums &fluence, Arena &arena, Watch watch) {
+    const uint32_t nodes = nodes_of(fluence.spacing);
+    Real *tents = arena.make<Real>(uint64_t{fluence.bricks->count} * nodes);
+    if (!tents) return false;
+    for (uint32_t b = 0; b < fluence.bricks->count; ++b) {
+        if (!watch.go_on(nodes * units_of_tent)) return false;
+        find_tents_of_brick(fluence, b, tents + size_t{b} * nodes);
+    }
+    fluence.tents = tents;
+    return true;
+}
 
 bool light_at_node(const FluenceSums &fluence, uint32_t brick, const Cell &node, FluenceAndFlux &light) {
     constexpr Real least = Real(0x1p-10);
@@ -602,10 +619,10 @@ bool light_at_node(const FluenceSums &fluence, uint32_t brick, const Cell &node,
     int64_t power[3] = {0, 0, 0}, flux[3] = {0, 0, 0};
     Real integral = Real(0), densest = Real(0); // of sigma_t times the node's tent; of all holders
     for_each_holder(bricks, bricks.position[brick], node, n, [&](uint32_t other, uint32_t there) {
-        integral += tent_integral(fluence, other, cell_of_index(n, there));
         densest = max(densest, sum_of_smokes(*fluence.medium,
                                              [other](const ResampledField &field) { return field.majorants[other]; }));
         const size_t k = size_t{other} * nodes_of(spacing) + there;
+        integral += fluence.tents[k];
         for (uint32_t c = 0; c < fluence.channels; ++c) power[c] += fluence.power[k * fluence.channels + c];
         for (uint32_t c = 0; fluence.flux && c < 3; ++c) flux[c] += fluence.flux[k * 3 + c];
     });

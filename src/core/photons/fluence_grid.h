@@ -29,7 +29,8 @@ struct FluenceSums {
     Color photon_color; // of all photons, where they carry the same power
     PhotonUnit unit;    // of a deposit
     int32_t
-        sigma_shift; // integrals of sigma_t are scaled by 2^sigma_shift: in fixed point, thin smoke keeps its digits
+        sigma_shift;   // integrals of sigma_t are scaled by 2^sigma_shift: in fixed point, thin smoke keeps its digits
+    const Real *tents; // by brick and node, of find_tents()
 };
 
 // How many sums photons leave at most, and the bytes for them and for tracing.
@@ -74,6 +75,11 @@ bool make_emission_distribution(const Scene &scene, const Medium &medium, const 
 // Status::overflow: see max_fluence_flights.
 Status trace_fluence(const PhotonTracing &tracing, const OpticalDepthGrid &depths,
                      const EmissionDistribution &distribution, int32_t spacing, PhotonSums &sums, FluenceSums &fluence);
+
+// Finds the integrals of sigma_t times the tent of each node over each brick, before light_at_node() is asked. False:
+// the arena was too small, or the work is stopped.
+bool find_tents(FluenceSums &fluence, Arena &arena, Watch watch = {});
+inline uint64_t tent_bytes(uint64_t bricks, int32_t spacing) { return Arena::bytes<Real>(bricks * nodes_of(spacing)); }
 
 // The fluence and flux at a node, from the sums of all bricks that hold it. False: there is hardly any smoke around the
 // node, less than 2^-10 of the densest in those bricks, and its light is unknown.

@@ -6,7 +6,7 @@ namespace wisp::WISP_ARITH {
 namespace {
 
 // Of work: a point that is sharpened or packed, one that is read from the fluence grid, one that is estimated.
-constexpr uint32_t units_of_point = 4, units_of_light = 24, units_of_estimate = 256;
+constexpr uint32_t units_of_point = 4, units_of_light = 8, units_of_estimate = 256;
 
 // Whether a brick's nodes at every `coarse` cells suffice: interpolated, they are within `tolerance` of its nodes at
 // every `fine` cells.
@@ -282,6 +282,7 @@ uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, 
     const uint64_t points = bricks * nodes_of(spacing);
     uint64_t bytes = 3 * Arena::bytes<int32_t>(bricks) + (flux ? 2 : 1) * Arena::bytes<uint32_t>(points) +
                      Arena::bytes<bool>(points) + (of_fluence ? 1 : 3) * Arena::bytes<Color>(points);
+    if (of_fluence) bytes += tent_bytes(bricks, spacing);
     if (harmonics) bytes += Arena::bytes<uint32_t>(bricks * nodes_of(harmonic_spacing(spacing)) * harmonic_words);
     if (of_fluence) return bytes;
     bytes += Arena::bytes<FluenceAndFlux *>(scene.smoke_count);
@@ -290,9 +291,9 @@ uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, 
     return bytes;
 }
 
-Irradiance make_irradiance(const Medium &medium, const FluenceSums &fluence, Real tolerance, Arena &arena,
-                           Watch watch) {
+Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, Real tolerance, Arena &arena, Watch watch) {
     Irradiance map = {};
+    FluenceSums fluence = sums;
     map.bricks = fluence.bricks;
     map.incident = true;
     map.single_channel = fluence.channels == 1;
@@ -300,6 +301,7 @@ Irradiance make_irradiance(const Medium &medium, const FluenceSums &fluence, Rea
     Points points;
     if (!make_points(*fluence.bricks, fluence.spacing, fluence.flux != nullptr, units_of_light, arena, watch, points))
         return map;
+    if (!find_tents(fluence, arena, watch)) return map;
     const bool read = for_each_point(points, units_of_light, [&](uint32_t brick, uint32_t k, uint64_t i) {
         const Cell node = cell_of_index(points.along, k);
         FluenceAndFlux light;

@@ -48,7 +48,7 @@ uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, 
 
 // The map of the fluence at the nodes. With `tolerance` > 0 the map is adaptive: each brick has as few points as keep
 // all others within that fraction of the brick's largest value.
-Irradiance make_irradiance(const Medium &medium, const FluenceSums &fluence, Real tolerance, Arena &arena,
+Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, Real tolerance, Arena &arena,
                            Watch watch = {});
 
 struct IrradianceRequest {

@@ -143,7 +143,8 @@ TEST_CASE(WISP_ARITH_NAME
         const std::vector<LightSource> lights = {{LightKind::point, {5, 4, 3}, {0, 0, 1}, 2, {40, 40, 40}}};
         Settings settings = brick_settings(4, 1, 3000);
         settings.density_step = 0.5;
-        const TracedFluence traced(scene_of(smoke, lights), settings);
+        TracedFluence traced(scene_of(smoke, lights), settings);
+        REQUIRE(find_tents(traced.deposits, traced.arena));
         const auto &counts = traced.statistics.photons;
         CHECK(adds_up(counts));
         CHECK(counts.blocked == 0);
