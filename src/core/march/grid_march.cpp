@@ -310,9 +310,7 @@ constexpr uint32_t units_of_brick = 8; // of work
 // The length of step i of a march of this length. 0: the step begins behind the end.
 Real length_of_step(int32_t i, Real step, Real length) { return max(Real(0), min(step, length - Real(i) * step)); }
 
-// The number of equal parts of each step in a brick. Above 1 it is where a wall that is thinner than a step may be opaque:
-// the middle of a step would miss it. On a length p sigma_t changes by less than steep p, and what the middles of such
-// parts give errs by less than steep p^2 / 4 of depth each. The parts are so short that this is below 1/4.
+// The number of equal parts of each step in a brick. 1: no step in it can be deeper than opaque_depth.
 int32_t parts_in_brick(const GridMarcher &marcher, const GridRay &in_bricks, uint32_t brick) {
     Real least = Real(0), most = Real(0);
     for (uint32_t s = 0; s < marcher.medium->count; ++s) {
@@ -323,8 +321,8 @@ int32_t parts_in_brick(const GridMarcher &marcher, const GridRay &in_bricks, uin
     }
     if (!(most * marcher.step > opaque_depth)) return 1;
     const Vec3 &cells = in_bricks.direction; // in a unit of length
-    const Real change = min((most - least) * marcher.step, Real(1 << 16));
-    return floor_to_int(sqrt(change * (marcher.step * (abs(cells.x) + abs(cells.y) + abs(cells.z))))) + 1;
+    return parts_of_dense_step((most - least) * marcher.step,
+                               marcher.step * (abs(cells.x) + abs(cells.y) + abs(cells.z)));
 }
 
 // Lanes from `count` on have no step.
