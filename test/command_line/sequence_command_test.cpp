@@ -394,14 +394,22 @@ TEST_CASE("sequence command: a signal ends it soon in stages that would work for
 TEST_CASE("sequence command: a signal ends it while it reads, with the same line") {
     SequenceCommandTest test;
     test.write("r.aff", CommandLineTest::lit(test.file("smoke.ply") + " { }"));
-    REQUIRE(mkfifo(test.file("smoke.ply").c_str(), 0600) == 0);
+    for (const char *pipe : {"smoke.ply", "scene.aff"}) REQUIRE(mkfifo(test.file(pipe).c_str(), 0600) == 0);
     for (const auto &[signal, name] : {std::pair<int, std::string>{SIGINT, "SIGINT"}, {SIGTERM, "SIGTERM"}}) {
-        Process process(test, "render " + test.file("r.aff") + " -o " + test.file("r.pfm"));
-        const int pipe = open(test.file("smoke.ply").c_str(), O_WRONLY | O_CLOEXEC); // when it reads; nothing comes
-        CHECK(process.end(signal) == 128 + signal);
-        close(pipe);
-        CHECK(text_of(test.file("err")) ==
-              "wisp: error: " + test.file("r.aff") + ": stopped by " + name + " in frame 0\n");
-        CHECK(!test.has("r.pfm"));
+        for (const std::string reading : {"smoke.ply", "scene.aff"})
+            for (const std::string command : {"render", "plan", "inspect"}) {
+                CAPTURE(command + ": " + reading);
+                const std::string scene = test.file(reading == "scene.aff" ? reading : "r.aff");
+                Process process(test, command + " " + scene +
+                                          (command == "render"    ? " -o " + test.file("r.pfm")
+                                           : command == "inspect" ? " 1 1"
+                                                                  : ""));
+                const int pipe = open(test.file(reading).c_str(), O_WRONLY | O_CLOEXEC); // it reads; nothing comes
+                CHECK(process.end(signal) == 128 + signal);
+                close(pipe);
+                CHECK(text_of(test.file("err")) == "wisp: error: " + scene + ": stopped by " + name +
+                                                       (scene == test.file(reading) ? "\n" : " in frame 0\n"));
+                CHECK(!test.has("r.pfm"));
+            }
     }
 }

@@ -1,5 +1,6 @@
 // What rays hit and what blocks them, by tests of every triangle.
 #pragma once
+#include "core/surfaces/coplanar.h"
 #include "support/built_surfaces.h"
 
 namespace wisp::WISP_ARITH {
@@ -37,6 +38,23 @@ void for_each_hit(const BruteForce &all, const Ray &ray, uint32_t ignore_triangl
     }
 }
 
+// A triangle in the world.
+inline WorldTriangle world_triangle(const Scene &scene, uint32_t triangle, uint32_t instance) {
+    WorldTriangle corners;
+    for (int i = 0; i < 3; ++i) {
+        const Double3 &p = scene.triangles[triangle].corner[i];
+        corners.corner[i] = plane_vec_of(p);
+        if (instance == scene.instance_count) continue;
+        const Instance &placed = scene.instances[instance];
+        for (int k = 0; k < 3; ++k) {
+            double Double3::*const component = k == 0 ? &Double3::x : k == 1 ? &Double3::y : &Double3::z;
+            corners.corner[i][k] = PlaneReal{placed.axis[0].*component * p.x + placed.axis[1].*component * p.y +
+                                             placed.axis[2].*component * p.z + placed.origin.*component};
+        }
+    }
+    return corners;
+}
+
 inline Hit nearest_by_brute_force(const Surfaces &surfaces, const Ray &ray, Real begin, Real end,
                                   uint32_t ignore_triangle, TreeCounts &) {
     Hit nearest = {false, end, Real(0), Real(0), no_triangle, surfaces.instance_count};
@@ -47,7 +65,18 @@ inline Hit nearest_by_brute_force(const Surfaces &surfaces, const Ray &ray, Real
                          (hit.distance == nearest.distance && triangle < nearest.triangle))
                          nearest = {true, hit.distance, hit.u, hit.v, triangle, instance};
                  });
-    return nearest;
+    // Of the triangles in its plane, the lowest.
+    const auto &all = static_cast<const BruteForce &>(surfaces);
+    const PlaneReal rounding = corner_rounding(surfaces.largest);
+    const Real beyond = nearest.distance + coplanar_reach(surfaces, ray);
+    Hit lowest = nearest;
+    for_each_hit(all, ray, ignore_triangle, [&](uint32_t triangle, const TriangleHit &hit, uint32_t instance) {
+        if (!(hit.distance > begin && hit.distance < min(end, beyond)) || !(triangle < lowest.triangle)) return;
+        if (are_coplanar(world_triangle(*all.scene, nearest.triangle, nearest.instance),
+                         world_triangle(*all.scene, triangle, instance), rounding))
+            lowest = {true, hit.distance, hit.u, hit.v, triangle, instance};
+    });
+    return lowest;
 }
 
 inline bool is_blocked_by_brute_force(const Surfaces &surfaces, const Ray &ray, Real begin, Real end,

@@ -162,7 +162,7 @@ def main():
                 break
             if run.status == 0:  # what was made is written
                 fault = 'done'
-            elif run.status in (128 + signal.SIGTERM, -signal.SIGTERM) and not run.left:
+            elif run.status == 128 + signal.SIGTERM and not run.left:
                 fault = ''
             else:
                 fault = f'status {run.status}, {run.left} left'

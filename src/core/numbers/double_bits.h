@@ -1,5 +1,5 @@
-// Comparison and product of the doubles in scenes and settings, by integers, with the results of an FPU. So fixed-point
-// programs need no floating-point code. Arguments must not be NaN or infinite.
+// Comparison, sum and product of the doubles in scenes and settings, by integers, with the results of an FPU. So
+// fixed-point programs need no floating-point code. Arguments must not be NaN or infinite.
 #pragma once
 #include "core/numbers/fixed.h"
 #include "wisp/double3.h"
@@ -38,8 +38,43 @@ constexpr double rounded_product(double a, double b) {
     return nearest_float<double>((to_bits(a) ^ to_bits(b)) >> 63 != 0, magnitude, x.exponent + y.exponent + 64);
 }
 
+// a + b, rounded to the nearest double; a sum of 0 is +0, whatever the signs.
+constexpr double rounded_sum(double a, double b) {
+    using namespace detail;
+    if (to_bits(a) << 1 < to_bits(b) << 1) return rounded_sum(b, a);
+    const Decomposed x = decompose(a), y = decompose(b);
+    if (y.mantissa == 0) return a;
+    // Mantissas end in ten bits of 0. If y loses bits it is shifted by more than that, so the sum has 62 bits or more;
+    // its last bit is set if any bit is lost, which decides ties correctly.
+    const int down = x.exponent - y.exponent;
+    const int64_t kept = down < 63 ? y.mantissa >> down : 0, lost = down < 63 ? y.mantissa - (kept << down) : 1;
+    const uint64_t larger = static_cast<uint64_t>(x.mantissa), smaller = static_cast<uint64_t>(kept | (lost != 0));
+    const bool opposed = (to_bits(a) ^ to_bits(b)) >> 63 != 0;
+    return nearest_float<double>(to_bits(a) >> 63 != 0, opposed ? larger - smaller : larger + smaller, x.exponent);
+}
+
+// A double that is computed with by integers.
+struct DoubleByIntegers {
+    double value;
+};
+constexpr DoubleByIntegers operator-(DoubleByIntegers a) {
+    return {detail::from_bits<double>(detail::to_bits(a.value) ^ uint64_t{1} << 63)};
+}
+constexpr DoubleByIntegers operator+(DoubleByIntegers a, DoubleByIntegers b) { return {rounded_sum(a.value, b.value)}; }
+constexpr DoubleByIntegers operator-(DoubleByIntegers a, DoubleByIntegers b) { return a + -b; }
+constexpr DoubleByIntegers operator*(DoubleByIntegers a, DoubleByIntegers b) {
+    return {rounded_product(a.value, b.value)};
+}
+constexpr bool operator<=(DoubleByIntegers a, DoubleByIntegers b) {
+    return total_order_key(a.value) <= total_order_key(b.value);
+}
+constexpr DoubleByIntegers abs(DoubleByIntegers a) { return detail::to_bits(a.value) >> 63 != 0 ? -a : a; }
+
 inline bool any_above_zero(const Double3 &v) {
     return total_order_key(v.x) > 0 || total_order_key(v.y) > 0 || total_order_key(v.z) > 0;
 }
 
 } // namespace wisp
+
+// For GLM, as for Fixed.
+template <> struct std::numeric_limits<wisp::DoubleByIntegers> : std::numeric_limits<double> {};

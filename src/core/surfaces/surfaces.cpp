@@ -1,4 +1,5 @@
 // The trees of a scene's surfaces, and rays through all of them.
+#include "core/surfaces/coplanar.h"
 #include "core/surfaces/surfaces.h"
 #include <algorithm>
 
@@ -164,48 +165,116 @@ void place_surfaces(const Scene &scene, Arena &arena, Surfaces &surfaces, Watch 
         order[visible++] = i;
     }
     if (visible > 0) surfaces.group_count = make_groups(surfaces, surfaces.boxes, order, visible, 0);
+    surfaces.triangles = scene.triangles;
+    surfaces.placed = scene.instances;
+    surfaces.largest = max(surfaces.static_tree.largest, surfaces.deforming_tree.largest);
+    if (visible > 0) {
+        const Box &all = surfaces.groups[0].box;
+        surfaces.largest = max(surfaces.largest, largest(max(absolute(all.low), absolute(all.high))));
+    }
 }
 
 namespace {
 
-// The nearest hit of all trees, each found by search(tree, ray, begin, end, ignore_triangle, hit, counts).
-template <class Search>
-Hit find_nearest(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,
-                 TreeCounts &counts, Search &&search) {
-    Hit hit = {false, end, Real(0), Real(0), no_triangle, surfaces.instance_count};
-    const auto search_tree = [&](const TriangleTree &tree, const TriangleRay &local, uint32_t first, uint32_t count,
-                                 uint32_t instance) {
-        SurfaceHit found;
-        // Slightly beyond the nearest hit so far, because another tree may have a hit at the same distance.
-        const Real reach = min(end, hit.distance + (hit.distance * Real(0x1p-20) + Real(0x1p-32)));
-        if (!search(tree, local, begin, reach, within(ignore_triangle, first, count), found, counts)) return;
-        if (found.distance < hit.distance || (found.distance == hit.distance && first + found.triangle < hit.triangle))
-            hit = {true, found.distance, found.u, found.v, first + found.triangle, instance};
-    };
+// Calls visit(tree, the ray in its space, its first triangle, how many, its instance or how many there are) for each
+// tree that the ray may enter before the distance end().
+template <class End, class Visit>
+void for_each_tree(const Surfaces &surfaces, const Ray &ray, TreeCounts &counts, End &&end, Visit &&visit) {
     const TriangleRay world(ray.origin, ray.direction);
-    search_tree(surfaces.static_tree, world, 0, surfaces.static_count, surfaces.instance_count);
-    search_tree(surfaces.deforming_tree, world, surfaces.deforming_first, surfaces.deforming_count,
-                surfaces.instance_count);
-    for_each_instance(
-        surfaces, ray, counts.node_visits, [&hit] { return hit.distance; },
-        [&](const PlacedInstance &instance) {
-            search_tree(instance.tree, ray_in(instance, ray), instance.first, instance.count,
-                        static_cast<uint32_t>(&instance - surfaces.instances));
-            return true;
+    visit(surfaces.static_tree, world, uint32_t{0}, surfaces.static_count, surfaces.instance_count);
+    visit(surfaces.deforming_tree, world, surfaces.deforming_first, surfaces.deforming_count, surfaces.instance_count);
+    for_each_instance(surfaces, ray, counts.node_visits, end, [&](const PlacedInstance &instance) {
+        visit(instance.tree, ray_in(instance, ray), instance.first, instance.count,
+              static_cast<uint32_t>(&instance - surfaces.instances));
+        return true;
+    });
+}
+
+// The nearest hit of all trees, each found by search(tree, ray, begin, end, ignore_triangle, hit, counts). `lowest`: no
+// hit up to `beyond`, which is above 0, farther has a lower triangle, if the search says so of its tree.
+template <class Search>
+Hit find_nearest(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle, Real beyond,
+                 uint32_t &lowest, TreeCounts &counts, Search &&search) {
+    Hit hit = {false, end, Real(0), Real(0), no_triangle, surfaces.instance_count};
+    lowest = no_triangle;
+    const auto reach = [&] { return min(end, hit.distance + beyond); };
+    for_each_tree(
+        surfaces, ray, counts, reach,
+        [&](const TriangleTree &tree, const TriangleRay &local, uint32_t first, uint32_t count, uint32_t instance) {
+            SurfaceHit found;
+            if (!search(tree, local, begin, reach(), within(ignore_triangle, first, count), found, counts)) return;
+            const uint32_t triangle = first + found.triangle;
+            const bool is_far = hit.distance - found.distance > beyond;
+            lowest = is_far ? first + found.lowest : min(lowest, first + found.lowest);
+            if (found.distance < hit.distance || (found.distance == hit.distance && triangle < hit.triangle))
+                hit = {true, found.distance, found.u, found.v, triangle, instance};
         });
     return hit;
 }
 
+// A triangle in the world, as the scene has it.
+WorldTriangle world_triangle(const Surfaces &surfaces, uint32_t triangle, uint32_t instance) {
+    WorldTriangle corners;
+    for (int i = 0; i < 3; ++i) {
+        PlaneVec &p = corners.corner[i];
+        p = plane_vec_of(surfaces.triangles[triangle].corner[i]);
+        if (instance == surfaces.instance_count) continue;
+        const Instance &placed = surfaces.placed[instance];
+        p = plane_vec_of(placed.axis[0]) * p.x + plane_vec_of(placed.axis[1]) * p.y +
+            plane_vec_of(placed.axis[2]) * p.z + plane_vec_of(placed.origin);
+    }
+    return corners;
+}
+
+// Of the hits that are at most `beyond` farther, in the plane of the nearest one, that of the lowest triangle.
+Hit lowest_of_plane(const Surfaces &surfaces, const Ray &ray, Real end, uint32_t ignore_triangle, Real beyond,
+                    const Hit &nearest, TreeCounts &counts) {
+    const WorldTriangle plane = world_triangle(surfaces, nearest.triangle, nearest.instance);
+    const PlaneReal rounding = corner_rounding(surfaces.largest);
+    const Real to = min(end, nearest.distance + beyond);
+    for (uint32_t from = 0;;) {
+        Hit hit = nearest;
+        for_each_tree(
+            surfaces, ray, counts, [to] { return to; },
+            [&](const TriangleTree &tree, const TriangleRay &local, uint32_t first, uint32_t count, uint32_t instance) {
+                SurfaceHit found;
+                if (first >= hit.triangle || first + count <= from) return;
+                if (lowest_hit(tree, local, nearest.distance, to, within(ignore_triangle, first, count),
+                               from > first ? from - first : 0, found, counts) &&
+                    first + found.triangle < hit.triangle)
+                    hit = {true, found.distance, found.u, found.v, first + found.triangle, instance};
+            });
+        if (hit.triangle == nearest.triangle ||
+            are_coplanar(plane, world_triangle(surfaces, hit.triangle, hit.instance), rounding))
+            return hit;
+        from = hit.triangle + 1;
+    }
+}
+
 } // namespace
+
+Real coplanar_reach(const Surfaces &surfaces, const Ray &ray) {
+    const Real reach = surfaces.largest + largest(absolute(ray.origin));
+    if constexpr (std::is_same_v<Real, Fixed>) {
+        return (surfaces.group_count > 0 ? Real(1) + reach : Real(1)) * Real(0x1p-20);
+    } else {
+        constexpr Real e = sizeof(Real) == 4 ? Real(0x1p-24) : Real(0x1p-53);
+        return reach * (e * Real(0x1p14));
+    }
+}
 
 Hit nearest_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, uint32_t ignore_triangle,
                 TreeCounts &counts) {
-    return find_nearest(surfaces, ray, begin, end, ignore_triangle, counts,
-                        [](auto &&...all) { return nearest_hit(all...); });
+    const Real beyond = coplanar_reach(surfaces, ray);
+    uint32_t lowest;
+    const Hit hit = find_nearest(surfaces, ray, begin, end, ignore_triangle, beyond, lowest, counts,
+                                 [beyond](auto &&...all) { return nearest_hit(all..., beyond); });
+    return lowest < hit.triangle ? lowest_of_plane(surfaces, ray, end, ignore_triangle, beyond, hit, counts) : hit;
 }
 
 Hit nearest_opaque_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Real end, TreeCounts &counts) {
-    return find_nearest(surfaces, ray, begin, end, no_triangle, counts,
+    uint32_t unused;
+    return find_nearest(surfaces, ray, begin, end, no_triangle, coplanar_reach(surfaces, ray), unused, counts,
                         [](auto &&...all) { return nearest_opaque_hit(all...); });
 }
 

@@ -32,6 +32,9 @@ struct Surfaces {
     InstanceNode *groups; // the top-level tree, root first
     uint32_t group_count;
     uint32_t static_count, deforming_first, deforming_count; // triangles of the scene
+    const Triangle *triangles;                               // of the scene
+    const Instance *placed;                                  // of this frame
+    Real largest;                                            // of the magnitudes of all coordinates in the world
     Real ray_epsilon;
     bool ready; // false: the arena was too small
 };
@@ -46,8 +49,16 @@ Surfaces make_surfaces(const Scene &scene, Arena &arena, Watch watch = {});
 // Moves the instances to where they are in this frame, and builds the tree of deforming triangles.
 void place_surfaces(const Scene &scene, Arena &arena, Surfaces &surfaces, Watch watch = {});
 
-// The nearest triangle at a distance in (begin, end); at one distance, the first of the scene. `ignore_triangle` is
-// never hit.
+// How much farther than the nearest hit one of a triangle in the same plane may seem to be: each of the two distances
+// is off by at most 16 e M |n| / |n d|, of a plane with normal n (triangle.h, and the rounding of corners). In Fixed, 4
+// units of 2^-32 take the place of 16 e M; of an instance 6 M more, as its matrix is rounded to half a unit: each of
+// three coordinates is off by 3 M / 2, for the ray's origin and for its direction. This is enough where the ray meets
+// the plane at 0.2 degrees or more, and no instance is enlarged.
+Real coplanar_reach(const Surfaces &surfaces, const Ray &ray);
+
+// The nearest triangle at a distance in (begin, end). `ignore_triangle` is never hit. Of triangles in one plane
+// (coplanar.h) the distances differ by roundings alone: there, and at one distance, the first of the scene is hit.
+// nearest_opaque_hit() does not ask for planes, because its callers want the distance.
 struct Hit {
     bool found;
     Real distance, u, v; // of corners 1 and 2

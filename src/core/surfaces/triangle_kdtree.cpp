@@ -679,32 +679,51 @@ WISP_INLINE void search(const TriangleTree &tree, const TriangleRay &ray, Parame
 
 template <bool opaque_only>
 WISP_INLINE bool find_nearest(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end,
-                              uint32_t ignore_triangle, SurfaceHit &hit, TreeCounts &counts) {
+                              uint32_t ignore_triangle, SurfaceHit &hit, TreeCounts &counts, Real beyond) {
     const Real dominant = ray.direction[static_cast<int>(ray.z)];
     Parameter search_end = span_of(end, dominant).high;
-    hit = {end, no_triangle, Real(0), Real(0)};
+    hit = {end, no_triangle, Real(0), Real(0), no_triangle};
     search(tree, ray, span_of(begin, dominant).low, search_end, ignore_triangle, counts,
            [&](uint32_t marked, const TriangleHit &found) {
                if (opaque_only && (marked & transmissive_bit) != 0) return false;
                const uint32_t triangle = marked & ~transmissive_bit;
                if (!(found.distance > begin) || !(found.distance < end)) return false;
-               if (hit.distance < found.distance || (found.distance == hit.distance && hit.triangle < triangle))
+               if (hit.distance < found.distance || (found.distance == hit.distance && hit.triangle < triangle)) {
+                   if (found.distance - hit.distance <= beyond) hit.lowest = min(hit.lowest, triangle);
                    return false;
-               hit = {found.distance, triangle, found.u, found.v};
-               search_end = span_of(found.distance, dominant).high;
+               }
+               const bool is_close = hit.distance - found.distance <= beyond;
+               hit = {found.distance, triangle, found.u, found.v, is_close ? min(hit.lowest, triangle) : triangle};
+               search_end = span_of(found.distance + beyond, dominant).high;
                return false;
            });
     return hit.triangle != no_triangle;
 }
 
 WISP_MULTIVERSIONED bool nearest_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end,
-                                     uint32_t ignore_triangle, SurfaceHit &hit, TreeCounts &counts) {
-    return find_nearest<false>(tree, ray, begin, end, ignore_triangle, hit, counts);
+                                     uint32_t ignore_triangle, SurfaceHit &hit, TreeCounts &counts, Real beyond) {
+    return find_nearest<false>(tree, ray, begin, end, ignore_triangle, hit, counts, beyond);
 }
 
 WISP_MULTIVERSIONED bool nearest_opaque_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end,
                                             uint32_t ignore_triangle, SurfaceHit &hit, TreeCounts &counts) {
-    return find_nearest<true>(tree, ray, begin, end, ignore_triangle, hit, counts);
+    return find_nearest<true>(tree, ray, begin, end, ignore_triangle, hit, counts, Real(0));
+}
+
+WISP_MULTIVERSIONED bool lowest_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end,
+                                    uint32_t ignore_triangle, uint32_t first, SurfaceHit &hit, TreeCounts &counts) {
+    const Real dominant = ray.direction[static_cast<int>(ray.z)];
+    Parameter search_end = span_of(end, dominant).high;
+    hit = {end, no_triangle, Real(0), Real(0), no_triangle};
+    search(tree, ray, span_of(begin, dominant).low, search_end, ignore_triangle, counts,
+           [&](uint32_t marked, const TriangleHit &found) {
+               const uint32_t triangle = marked & ~transmissive_bit;
+               if (triangle < first || !(triangle < hit.triangle)) return false;
+               if (found.distance < begin || !(found.distance < end)) return false;
+               hit = {found.distance, triangle, found.u, found.v, triangle};
+               return false;
+           });
+    return hit.triangle != no_triangle;
 }
 
 WISP_MULTIVERSIONED bool any_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end,

@@ -82,6 +82,7 @@ struct SurfaceHit {
     Real distance;
     uint32_t triangle; // index in the caller's array
     Real u, v;         // the weights of its corners 1 and 2
+    uint32_t lowest;   // of nearest_hit(): no hit up to `beyond` farther has a lower triangle
 };
 
 // The tree of `count` triangles, made from the arena; Triangle::material is an index into `materials`. If the arena is
@@ -95,11 +96,15 @@ uint64_t triangle_tree_bytes(uint32_t count);
 // The nearest hit at a distance in (begin, end); at one distance, that of the lowest triangle. `ignore_triangle` is
 // never hit.
 bool nearest_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t ignore_triangle,
-                 SurfaceHit &hit, TreeCounts &counts);
+                 SurfaceHit &hit, TreeCounts &counts, Real beyond = Real(0));
 
 // The same for opaque triangles.
 bool nearest_opaque_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end,
                         uint32_t ignore_triangle, SurfaceHit &hit, TreeCounts &counts);
+
+// Of the hits at a distance in [begin, end) that of the lowest triangle from `first` on.
+bool lowest_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t ignore_triangle,
+                uint32_t first, SurfaceHit &hit, TreeCounts &counts);
 
 // Whether an opaque triangle is hit at a distance in (begin, end), and which: the first that the search finds.
 bool any_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end, uint32_t ignore_triangle,

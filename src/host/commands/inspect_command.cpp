@@ -91,6 +91,8 @@ int inspect_command(const std::vector<std::string> &arguments) {
     const Options &options = request.options;
     check(request);
     const int64_t frame = request.frames.first;
+    std::optional<EndAtOnce> at_once;
+    end_at_once(request, frame, at_once);
     PreparedScene prepared;
     prepare_scene(request.name, request.file, options, frame, prepared);
     Inspection inspection;
@@ -132,7 +134,7 @@ int inspect_command(const std::vector<std::string> &arguments) {
     std::vector<float> rgb(static_cast<size_t>(settings.crop.x1 - settings.crop.x0) *
                            static_cast<size_t>(settings.crop.y1 - settings.crop.y0) * 3);
     Statistics statistics;
-    install_signal_handlers();
+    at_once.reset();
     ProgressMeter progress(options, frame, plan);
     const PixelTrace trace = inspection.trace();
     Job job = {prepared.scene, settings, arena, statistics, progress.observer(), rgb.data()};

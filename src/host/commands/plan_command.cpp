@@ -175,6 +175,8 @@ int plan_command(const std::vector<std::string> &arguments) {
     const Request request = read_request(command);
     const Options &options = request.options;
     check_options(request);
+    std::optional<EndAtOnce> at_once;
+    end_at_once(request, request.frames.first, at_once);
     PreparedScene prepared;
     prepare_scene(request.name, request.file, options, request.frames.first, prepared);
     const Settings settings = settings_of(options, prepared);
@@ -193,6 +195,12 @@ int plan_command(const std::vector<std::string> &arguments) {
         lines.push_back({row.name, row.room, row.needed, row.bytes, numbers.empty() ? row.reason : numbers});
     }
     const uint64_t picture = picture_bytes(options, settings);
+    std::vector<std::string> remarks;
+    if (options.verbose && !how.json) {
+        for (const std::string &note : prepared.notes) remarks.push_back(printable(note));
+        for (const std::string &line : particle_report(prepared, options.arithmetic)) remarks.push_back(line);
+    }
+    at_once.reset();
     if (how.json) {
         print_json(plan, lines, arithmetic, picture);
         return exit_done;
@@ -202,9 +210,7 @@ int plan_command(const std::vector<std::string> &arguments) {
                      std::to_string(settings.crop.x1 - settings.crop.x0) + " x " +
                          std::to_string(settings.crop.y1 - settings.crop.y0) + " pixels, beside the arena"});
     print_text(lines);
-    if (!options.verbose) return exit_done;
-    for (const std::string &note : prepared.notes) std::printf("%s\n", printable(note).c_str());
-    for (const std::string &line : particle_report(prepared, options.arithmetic)) std::printf("%s\n", line.c_str());
+    for (const std::string &remark : remarks) std::printf("%s\n", remark.c_str());
     return exit_done;
 }
 

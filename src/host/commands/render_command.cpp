@@ -240,7 +240,6 @@ int render_command(const std::vector<std::string> &arguments) {
     RunReport report;
     report.version = version;
     report.arithmetic = renderer_of(options.arithmetic).name;
-    install_signal_handlers();
     size_t kept = 0;
     for (int64_t frame = request.frames.first; frame <= request.frames.last; frame += request.frames.step) {
         if (received_signal()) stop(request, frame);

@@ -29,6 +29,13 @@ Options::Frames frames_of(const Request &request) {
 
 } // namespace
 
+namespace {
+
+std::string stopped(const std::string &name) { return name + ": stopped by "; }
+std::string in_frame(int64_t frame) { return " in frame " + std::to_string(frame); }
+
+} // namespace
+
 Request read_request(const CommandLine &line) {
     if (line.files.size() != 1)
         throw Error(exit_usage,
@@ -36,6 +43,8 @@ Request read_request(const CommandLine &line) {
     Request request;
     for (const auto &[name, value] : line.options) set_option(request.options, name, value); // usage before input
     request.name = line.files[0];
+    install_signal_handlers();
+    const EndAtOnce at_once(printable("wisp: error: " + stopped(request.name)), "");
     request.file = read_scene(request.name);
     request.options = Options();
     for (const SceneFile::Default &setting : request.file.defaults) try {
@@ -123,11 +132,11 @@ void fail(const Request &request, const Plan &plan, int64_t frame, Status status
 void stop(const Request &request, int64_t frame) {
     const int signal = received_signal();
     throw Error(static_cast<Exit>(exit_signal + signal),
-                request.name + ": stopped by " + signal_name(signal) + " in frame " + std::to_string(frame));
+                stopped(request.name) + signal_name(signal) + in_frame(frame));
 }
 
 void end_at_once(const Request &request, int64_t frame, std::optional<EndAtOnce> &life) {
-    life.emplace(printable("wisp: error: " + request.name + ": stopped by "), " in frame " + std::to_string(frame));
+    life.emplace(printable("wisp: error: " + stopped(request.name)), in_frame(frame));
 }
 
 namespace {

@@ -21,7 +21,7 @@ struct Request {
     std::vector<std::string> given; // the options of the command line
 };
 
-// Throws Error(exit_usage) or InputError.
+// Throws Error(exit_usage) or InputError. A signal ends the process while the scene is read, and is noted from then on.
 Request read_request(const CommandLine &line);
 
 bool several_frames(const Request &request);

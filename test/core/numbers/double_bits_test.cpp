@@ -1,4 +1,4 @@
-// Doubles by their bits: integers order and multiply them as an FPU does.
+// Doubles by their bits: integers order, add and multiply them as an FPU does.
 #include "core/numbers/double_bits.h"
 #include "core/numbers/elementary.h"
 #include <doctest/doctest.h>
@@ -56,6 +56,18 @@ TEST_CASE("double bits: products are those of an FPU") {
         for (const double b : all) {
             const double expected = a * b, product = wisp::rounded_product(a, b);
             wrong += a == 0 || b == 0 ? to_bits(product) != 0 : to_bits(product) != to_bits(expected);
+        }
+    CHECK(wrong == 0);
+}
+
+TEST_CASE("double bits: sums are those of an FPU") {
+    int wrong = 0;
+    std::vector<double> all = numbers();
+    for (size_t i = 0; i + 1 < all.size(); i += 3) all[i + 1] = -all[i] / (1 + static_cast<double>(i) * 0x1p-40);
+    for (const double a : all)
+        for (const double b : all) {
+            const double expected = a + b, sum = wisp::rounded_sum(a, b);
+            wrong += expected == 0 ? sum != 0 : to_bits(sum) != to_bits(expected);
         }
     CHECK(wrong == 0);
 }

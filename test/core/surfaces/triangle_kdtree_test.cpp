@@ -184,7 +184,7 @@ struct Every {
             if (!(query.begin < hit.distance && hit.distance < query.end)) continue;
             hits.push_back({i, hit});
             occluded = occluded || triangles[i].material == opaque;
-            if (!found || hit.distance < nearest.distance) nearest = {hit.distance, i, hit.u, hit.v};
+            if (!found || hit.distance < nearest.distance) nearest = {hit.distance, i, hit.u, hit.v, i};
             found = true;
         }
     }
