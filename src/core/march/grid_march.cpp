@@ -310,6 +310,26 @@ constexpr uint32_t units_of_brick = 8; // of work
 // The length of step i of a march of this length. 0: the step begins behind the end.
 Real length_of_step(int32_t i, Real step, Real length) { return max(Real(0), min(step, length - Real(i) * step)); }
 
+// The number of equal parts of each step in a brick. 1: no step in it can be deeper than opaque_depth.
+int32_t parts_in_brick(const GridMarcher &marcher, const GridRay &in_bricks, uint32_t brick) {
+    Real least = Real(0), most = Real(0);
+    for (uint32_t s = 0; s < marcher.medium->count; ++s) {
+        const DensityField &field = marcher.medium->smokes[s].field;
+        if (!field.is_resampled) continue;
+        least += field.resampled.minorants[brick];
+        most += field.resampled.majorants[brick];
+    }
+    if (!(most * marcher.step > opaque_depth)) return 1;
+    const Vec3 &cells = in_bricks.direction; // in a unit of length
+    return parts_of_dense_step((most - least) * marcher.step,
+                               marcher.step * (abs(cells.x) + abs(cells.y) + abs(cells.z)));
+}
+
+// Lanes from `count` on have no step.
+void pad(Group &group, uint32_t count, Real t) {
+    for (uint32_t l = count; l < lanes; ++l) group.step[l] = group.step[0], group.t[l] = t, group.dx[l] = Real(0);
+}
+
 // sigma_t of a resampled smoke in each step.
 WISP_INLINE void find_extinctions(const SmokeVolume &smoke, const LaneCells &at, const Group &group, Lanes &sigma) {
     interpolate(at, smoke.field.resampled.extinction, sigma);
@@ -428,7 +448,7 @@ void march_divided(const GridMarcher &marcher, const Ray &ray, const GridRay &in
         }
     }
     if (waiting == 0) return;
-    for (uint32_t l = waiting; l < lanes; ++l) parts.step[l] = parts.step[0], parts.t[l] = parts.dx[l] = Real(0);
+    pad(parts, waiting, Real(0));
     march_parts();
 }
 
@@ -448,30 +468,42 @@ Segment march(GridMarcher &marcher, const Ray &ray, Real end, PixelRecorder *rec
     group.begin = begin;
     group.divided = false;
     uint32_t waiting = 0; // steps that are in `group` already
-    const auto add_step = [&](int32_t i) {
-        group.step[waiting] = so_far.number++;
-        group.dx[waiting] = length_of_step(i, marcher.step, length);
-        group.t[waiting] = Real(i) * marcher.step + Real(0.5) * group.dx[waiting];
-        ++waiting;
-    };
-    int32_t next = 0; // the first step that no brick has taken yet
-    for_each_brick(*medium.bricks, inside, Real(0), length, [&](uint32_t, Real from, Real to) {
-        // This brick takes the steps whose middles lie in it.
-        const int32_t first = max(next, floor_to_int(from * inverse_step + Real(0.5)));
-        const int32_t last = to < length ? min(floor_to_int(to * inverse_step + Real(0.5)), steps) : steps;
-        for (int32_t i = first; i < last; ++i) {
-            add_step(i);
-            if (waiting < lanes) continue;
+    // Adds step i in equal parts. Returns whether to continue.
+    const auto add_step = [&](int32_t i, int32_t parts) {
+        marcher.statistics->smoke.march_samples += static_cast<uint64_t>(parts);
+        for (int32_t part = 0; part < parts; ++part) {
+            const Real whole = length_of_step(i, marcher.step, length), dx = parts > 1 ? whole / Real(parts) : whole;
+            group.step[waiting] = so_far.number++;
+            group.dx[waiting] = dx;
+            group.t[waiting] = Real(i) * marcher.step + (Real(part) + Real(0.5)) * dx;
+            if (++waiting < lanes) continue;
             march_group(marcher, inside, in_bricks, group, so_far, recorder);
             waiting = 0;
             if (so_far.opaque()) return false;
         }
-        marcher.statistics->smoke.march_samples += static_cast<uint64_t>(max(0, last - first));
+        return true;
+    };
+    int32_t next = 0;                 // the first step that no brick has taken yet
+    int32_t held = 0, held_parts = 0; // the last one taken, which may reach into the next brick; in 0 parts: none
+    for_each_brick(*medium.bricks, inside, Real(0), length, [&](uint32_t brick, Real from, Real to) {
+        // This brick takes the steps whose middles lie in it; if it has dense walls, all that meet it.
+        const int32_t parts = parts_in_brick(marcher, in_bricks, brick);
+        const Real shift = parts > 1 ? Real(0) : Real(0.5);
+        const int32_t first = max(next, floor_to_int(from * inverse_step + shift));
+        const int32_t last = to < length ? min(floor_to_int(to * inverse_step + (Real(1) - shift)), steps) : steps;
+        if (held_parts > 0 && from < Real(held + 1) * marcher.step) held_parts = max(held_parts, parts);
+        if (first < last) {
+            if (!add_step(held, held_parts)) return false;
+            for (int32_t i = first; i < last - 1; ++i)
+                if (!add_step(i, parts)) return false;
+            held = last - 1;
+            held_parts = parts;
+        }
         next = max(next, last);
-        return marcher.watch.go_on(units_of_brick * (1 + marcher.depths->light_count));
+        return marcher.watch.go_on(units_of_brick * static_cast<uint32_t>(parts) * (1 + marcher.depths->light_count));
     });
-    if (waiting > 0 && !so_far.opaque()) {
-        while (waiting < lanes) add_step(steps); // of no length
+    if (!so_far.opaque() && add_step(held, held_parts) && waiting > 0) {
+        pad(group, waiting, Real(steps) * marcher.step);
         march_group(marcher, inside, in_bricks, group, so_far, recorder);
     }
     return so_far.finish(recorder);

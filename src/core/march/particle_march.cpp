@@ -162,8 +162,23 @@ void add_step(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretch, 
 // window is gathered anew.
 void add_stretch(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretch, MarchProgress &so_far,
                  PixelRecorder *recorder) {
+    const auto begin_of = [&](int32_t step) { return stretch.from + Real(step) * stretch.step; };
+    const auto length_of = [&](int32_t step) {
+        return min(stretch.step, stretch.length - Real(step) * stretch.step);
+    };
+    const auto dense_parts = [&](int32_t step) {
+        return stretch.most < any_depth ? parts_between_nodes(*marcher.medium, ray, begin_of(step), length_of(step)) : 1;
+    };
     for (int32_t first = 0; first < stretch.steps && !so_far.opaque() && marcher.watch.go_on(units_of_window);) {
-        const int32_t count = min(static_cast<int32_t>(window_steps), stretch.steps - first);
+        if (const int32_t parts = dense_parts(first); parts > 1) {
+            const Real from = begin_of(first), dx = length_of(first);
+            add_stretch(marcher, ray, {stretch.begin, from, dx, dx / Real(parts), parts, stretch.most}, so_far, recorder);
+            ++first;
+            continue;
+        }
+        int32_t count = 1;
+        while (count < min(static_cast<int32_t>(window_steps), stretch.steps - first) && dense_parts(first + count) == 1)
+            ++count;
         gather_window(marcher, ray, stretch, first, count);
         int32_t next = first + count;
         for (int32_t i = 0; first + i < next && !so_far.opaque(); ++i) {
@@ -174,9 +189,8 @@ void add_stretch(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretc
                 marcher.extinctions[s] = marcher.sigma[s * size_t{padded_steps} + at];
                 sigma += marcher.extinctions[s];
             }
-            const Real covered = Real(first + i) * stretch.step, dx = min(stretch.step, stretch.length - covered);
+            const Real from = begin_of(first + i), dx = length_of(first + i);
             if (!(sigma > Real(0)) || !(dx > Real(0))) continue;
-            const Real from = stretch.from + covered;
             const int32_t parts = parts_of_step(sigma * dx, stretch.most);
             if (parts == 1) {
                 add_step(marcher, ray, stretch, at, from, dx, sigma, so_far, recorder);

@@ -83,6 +83,23 @@ Real next_face(const Medium &medium, const Ray &ray, Real from, Real end) {
     return next;
 }
 
+int32_t parts_between_nodes(const Medium &medium, const Ray &ray, Real from, Real dx) {
+    int32_t parts = 1;
+    for (uint32_t i = 0; i < medium.count; ++i) {
+        const DensityField &field = medium.smokes[i].field;
+        if (!field.is_grid && !field.is_resampled) continue;
+        const Real largest = field.is_resampled ? field.resampled.largest : field.grid.largest;
+        if (!(largest * dx > opaque_depth)) continue;
+        const Vec3 a = ray.origin + ray.direction * from, b = a + ray.direction * dx;
+        const Real depth = majorant(field, {min(a, b), max(a, b)}) * dx;
+        if (!(depth > opaque_depth)) continue;
+        const Vec3 &cell = field.is_resampled ? field.resampled.bricks->cell : field.grid.between.edge;
+        const Real cells = dx / min(cell.x, min(cell.y, cell.z)) * Real(1.73205081); // along all axes together, at most
+        parts = max(parts, parts_of_dense_step(depth, cells));
+    }
+    return parts;
+}
+
 namespace {
 
 constexpr uint32_t units_of_step = 128; // of work, and for each light as much
@@ -92,6 +109,13 @@ constexpr uint32_t units_of_step = 128; // of work, and for each light as much
 void add_step(Marcher &marcher, const Ray &ray, Real begin, Real from, Real dx, Real most, MarchProgress &so_far,
               PixelRecorder *recorder) {
     const Medium &medium = *marcher.medium;
+    const auto divide = [&](int32_t parts, Real most_of_part) {
+        const Real part = dx / Real(parts);
+        for (int32_t i = 0; i < parts && !so_far.opaque(); ++i)
+            add_step(marcher, ray, begin, from + Real(i) * part, part, most_of_part, so_far, recorder);
+    };
+    if (most < any_depth)
+        if (const int32_t parts = parts_between_nodes(medium, ray, from, dx); parts > 1) return divide(parts, most);
     const Vec3 out = -ray.direction;
     const int32_t number = so_far.number++;
     const Step step = make_step(ray, number, from, dx);
@@ -105,12 +129,7 @@ void add_step(Marcher &marcher, const Ray &ray, Real begin, Real from, Real dx, 
         sigma += extinctions[s];
     }
     const Real s = sigma * dx;
-    if (const int32_t parts = parts_of_step(s, most); parts > 1) {
-        const Real part = dx / Real(parts);
-        for (int32_t i = 0; i < parts && !so_far.opaque(); ++i)
-            add_step(marcher, ray, begin, from + Real(i) * part, part, any_depth, so_far, recorder);
-        return;
-    }
+    if (const int32_t parts = parts_of_step(s, most); parts > 1) return divide(parts, any_depth);
     const Color emission = emitted_radiance(medium, extinctions);
     Color source = emission, single(Real(0)); // per unit of length
     if (sigma > Real(0))

@@ -6,7 +6,10 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr uint64_t max_majorants = uint64_t{1} << 22;
+// A cell costs a search among the elements: more cells than these do not pay (README).
+inline uint64_t most_majorants_of(uint64_t elements) {
+    return min(max(elements * 64, uint64_t{1} << 19), uint64_t{1} << 22);
+}
 // Collisions of a path: where there are more it ends, and is counted as capped.
 constexpr uint32_t longest_path = 1u << 20;
 // Tentative collisions of a flight, after which the observer may be asked; units of work.
@@ -121,7 +124,9 @@ Majorants make_majorants(const Medium &medium, Real edge, Arena &arena, Watch wa
     const auto cells = [&] {
         return Cell{floor_to_int(size.x / edge) + 1, floor_to_int(size.y / edge) + 1, floor_to_int(size.z / edge) + 1};
     };
-    while (number_of(cells()) > max_majorants) edge = edge * Real(1.25);
+    uint64_t elements = 0;
+    for (uint32_t i = 0; i < medium.count; ++i) elements += elements_of(*medium.smokes[i].source);
+    while (number_of(cells()) > most_majorants_of(elements)) edge = edge * Real(1.25);
     const Cell count = cells();
     majorants.lattice = make_lattice(medium.bounds.low, Vec3(edge), count);
     Real *sigma = arena.make<Real>(number_of(count));
@@ -224,7 +229,11 @@ Color sample_multiple_scattering(const PathTracer &tracer, Ray ray, Real end, Pc
     return smoke.albedo * sample_radiance(tracer, ray, distance_to_surface(surfaces, ray, Real(0)), none, generator);
 }
 
-uint64_t majorant_bytes() { return Arena::bytes<Real>(max_majorants); }
+uint64_t majorant_bytes(const Scene &scene) {
+    uint64_t elements = 0;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) elements += elements_of(scene.smokes[i]);
+    return Arena::bytes<Real>(most_majorants_of(elements));
+}
 
 bool make_path_tracer(const Scene &scene, const Medium &medium, const Light *lights, Shadows *shadows, Arena &arena,
                       Statistics &statistics, PathTracer &tracer, Watch watch) {

@@ -47,7 +47,7 @@ Color sample_radiance(const PathTracer &tracer, Ray ray, Real end, Color radianc
 // One sample of what the ray sees of light that was scattered more than once, or emitted and then scattered.
 Color sample_multiple_scattering(const PathTracer &tracer, Ray ray, Real end, Pcg32 &generator);
 
-uint64_t majorant_bytes(); // of the arena, at most
+uint64_t majorant_bytes(const Scene &scene); // of the arena, at most
 bool make_path_tracer(const Scene &scene, const Medium &medium, const Light *lights, Shadows *shadows, Arena &arena,
                       Statistics &statistics, PathTracer &tracer, Watch watch = {}); // false: the arena was too small
 

@@ -147,8 +147,8 @@ Need need_majorants(const Scene &, const Settings &, const Decisions &d) {
     return need_unless({{!d.smoke, no_smoke}, {d.march != MarchKind::paths && !d.paths, "no random path is followed"}},
                        "bounds of the density, for free paths");
 }
-uint64_t majorant_bytes(const Scene &, const Settings &, const Decisions &, const Sizes &) {
-    return WISP_ARITH::majorant_bytes();
+uint64_t majorant_bytes(const Scene &scene, const Settings &, const Decisions &, const Sizes &) {
+    return WISP_ARITH::majorant_bytes(scene);
 }
 
 Need need_march(const Scene &, const Settings &, const Decisions &d) {

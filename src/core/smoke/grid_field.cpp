@@ -214,6 +214,7 @@ GridField make_grid_field(const GridDescription &source, uint32_t dimension, Are
     watch.expect(source.count() / 64);
     for (uint64_t i = 0; i < source.count(); ++i) {
         values[i] = source.density ? sigma * to_real<Real>(source.density[i]) : sigma;
+        field.largest = max(field.largest, values[i]);
         if (!watch.done_round(i, 16)) return field;
     }
     field.extinction = values;

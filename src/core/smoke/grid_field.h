@@ -14,6 +14,7 @@ namespace wisp::WISP_ARITH {
 
 struct GridField {
     const Real *extinction; // sigma_t of sample (x, y, z) at [(z * samples.y + y) * samples.x + x]
+    Real largest;           // of all samples
     Cell samples;
     // The grid's frame: a point p of the scene has the coordinates dot(axis[i], p - center). Lengths are the scene's.
     Vec3 center, axis[3];

@@ -121,7 +121,7 @@ uint64_t resampled_field_bytes(const SmokeDescription &source, uint64_t bricks) 
 
 ResampledField resample(const SmokeDescription &source, const SparseGrid &bricks, uint32_t dimension, Arena &arena,
                         Watch watch) {
-    ResampledField field = {&bricks, nullptr, nullptr, nullptr, dimension, false};
+    ResampledField field = {&bricks, nullptr, nullptr, nullptr, Real(0), dimension, false};
     Real *nodes = arena.make<Real>(size_t{bricks.count} * nodes_of(1));
     Real *minorants = arena.make<Real>(bricks.count);
     Real *majorants = arena.make<Real>(bricks.count);
@@ -138,6 +138,7 @@ ResampledField resample(const SmokeDescription &source, const SparseGrid &bricks
     field.extinction = nodes;
     field.minorants = minorants;
     field.majorants = majorants;
+    for (uint32_t brick = 0; brick < bricks.count; ++brick) field.largest = max(field.largest, majorants[brick]);
     field.ready = true;
     return field;
 }

@@ -15,6 +15,7 @@ struct ResampledField {
     const Real *extinction; // nodes_of(1) values a brick
     const Real *minorants;  // by brick: the smallest of its values
     const Real *majorants;  // ... and the largest
+    Real largest;           // ... of all bricks
     uint32_t dimension;     // the dimension of a photon's draws (random.h)
     bool ready;             // false: the arena was too small
 

@@ -1,6 +1,7 @@
 // The march through resampled smoke, eight steps side by side. Whole pictures are in sparse_grid_test and render_test.
 #include "core/march/grid_march.h"
 #include "support/built_sparse_grid.h"
+#include "support/thin_wall.h"
 
 using namespace wisp;
 using namespace wisp::WISP_ARITH;
@@ -40,10 +41,19 @@ SmokeDescription glowing(SmokeDescription smoke) {
 TEST_CASE(WISP_ARITH_NAME ": eight steps at a time see what single steps see, and opacity times the source function") {
     const std::vector<Particle> particles = cloud(100, 3, 1, 0.5);
     const Ray ray = {vec(-9, 0.25, 0.5), normalize(vec(1, 0.125, -0.0625))};
-    for (const double step : {0.5, 0.11, 7.0}) {
+    for (const double step : {0.5, 0.11, 2.5}) {
         CAPTURE(step);
         compare_marches({glowing(smoke_of(particles))}, ray, step);
         compare_marches({glowing(box_smoke({2, 3, 4}, 0.5, 20))}, ray, step);
         compare_marches({glowing(smoke_of(particles)), glowing(smoke_of(particles, Kernel::poly6))}, ray, step);
     }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": a wall that is thinner than a step is as deep as it is, wherever a ray ends in it") {
+    const ThinWall wall;
+    const Resampled built({wall.smoke}, 0.5);
+    Statistics statistics;
+    const OpticalDepthGrid no_lights = {&built.medium, nullptr, 0, built.medium.bricks, 1, nullptr, false};
+    GridMarcher marcher = {&built.medium, &no_lights, nullptr, nullptr, real(wall.step), &statistics};
+    check_thin_wall([&](Real end) { return march(marcher, wall.ray, end, nullptr); });
 }

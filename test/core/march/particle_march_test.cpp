@@ -1,8 +1,7 @@
 // The march over a particle map: windows of steps, and the sources of particles and grids. Whole pictures are in
 // particle_map_test.
 #include "core/march/particle_march.h"
-#include "support/built_smoke.h"
-#include <doctest/doctest.h>
+#include "support/thin_wall.h"
 
 using namespace wisp;
 using namespace wisp::WISP_ARITH;
@@ -10,7 +9,8 @@ using namespace wisp::WISP_ARITH;
 namespace {
 
 // Marches with sources of radiance 1 0.5 0.25 per unit of depth, the same for all elements.
-Segment march_sources(const BuiltMedium &built, uint32_t elements, const Ray &ray, double step) {
+Segment march_sources(const BuiltMedium &built, uint32_t elements, const Ray &ray, double step,
+                      Real end = infinite_distance) {
     const std::vector<Color> source(elements, Color(real(1), real(0.5), real(0.25)));
     const Color *const sources[] = {source.data()};
     std::vector<unsigned char> memory(window_bytes(built.scene));
@@ -22,7 +22,7 @@ Segment march_sources(const BuiltMedium &built, uint32_t elements, const Ray &ra
     marcher.sources = sources;
     marcher.step = real(step);
     marcher.statistics = &statistics;
-    return march(marcher, ray, infinite_distance, nullptr);
+    return march(marcher, ray, end, nullptr);
 }
 
 } // namespace
@@ -54,4 +54,11 @@ TEST_CASE(WISP_ARITH_NAME
         const double exact = std::exp(-at(optical_depth(built.medium, ray, infinite_distance)));
         CHECK(at(seen.transmittance) == doctest::Approx(exact).epsilon(1e-3));
     }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": a wall that is thinner than a step is as deep as it is in a window of steps") {
+    const ThinWall wall;
+    const BuiltMedium built({wall.smoke});
+    const uint32_t samples = static_cast<uint32_t>(wall.samples.size());
+    check_thin_wall([&](Real end) { return march_sources(built, samples, wall.ray, wall.step, end); });
 }

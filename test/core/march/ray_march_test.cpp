@@ -1,7 +1,7 @@
 // The march through exact densities: transmittance, emission and the weight of a step have closed forms (S1, N-E4).
 #include "core/march/ray_march.h"
-#include "support/built_smoke.h"
-#include <doctest/doctest.h>
+#include "support/built_sparse_grid.h"
+#include "support/thin_wall.h"
 
 using namespace wisp;
 using namespace wisp::WISP_ARITH;
@@ -93,4 +93,20 @@ TEST_CASE(WISP_ARITH_NAME ": a depth of many small steps keeps its digits") {
     const Real step = real(1e-4);
     for (int i = 0; i < 100000; ++i) depth.add(step);
     CHECK(std::fabs(at(depth.value) - 1e5 * at(step)) < 32 * unit_error);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": a wall that is thinner than a step is as deep as it is to single steps, resampled or not") {
+    const ThinWall wall;
+    const BuiltMedium exact({wall.smoke});
+    const Resampled resampled({wall.smoke}, 0.5);
+    for (const Medium *medium : {&exact.medium, &resampled.medium}) {
+        Statistics statistics;
+        Real extinctions[1];
+        Marcher marcher = {};
+        marcher.medium = medium;
+        marcher.step = real(wall.step);
+        marcher.extinctions = extinctions;
+        marcher.statistics = &statistics;
+        check_thin_wall([&](Real end) { return march(marcher, wall.ray, end, nullptr); });
+    }
 }

@@ -196,6 +196,14 @@ TEST_CASE(WISP_ARITH_NAME ": no density lies above the majorant of its cell") {
     }
 }
 
+TEST_CASE(WISP_ARITH_NAME ": a few particles of very unlike radii take no more majorants than pay") {
+    std::vector<Particle> particles = cloud(100, 3, 1, 1);
+    particles[0].h = 1.0 / 256;
+    const Tracer tracer(smoke_of(particles), {});
+    CHECK(number_of(tracer.tracer.majorants.lattice.count) > 1 << 17);
+    CHECK(number_of(tracer.tracer.majorants.lattice.count) <= 1 << 19);
+}
+
 TEST_CASE(WISP_ARITH_NAME ": in a furnace the reference has the furnace's radiance") { // B8, for A = 0
     const std::vector<Particle> particles = cloud(300, 3, 1, 0.1);
     SmokeDescription smoke = smoke_of(particles);

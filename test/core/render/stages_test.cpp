@@ -172,7 +172,7 @@ TEST_CASE(WISP_ARITH_NAME ": the reference's majorants have a row of their own")
     settings.last_pass = 2;
     const Run paths = run(smoke.scene, settings);
     check_rows(paths);
-    CHECK(paths.plan[Stage::majorants].bytes == majorant_bytes());
+    CHECK(paths.plan[Stage::majorants].bytes == majorant_bytes(smoke.scene));
     CHECK(paths.used(Stage::majorants) > 0);
     CHECK(paths.plan[Stage::particle_tree].bytes == medium_bytes(smoke.scene, 0));
 }
