@@ -394,7 +394,8 @@ TEST_CASE("sequence command: a signal ends it soon in stages that would work for
 TEST_CASE("sequence command: a signal ends it while it reads, with the same line") {
     SequenceCommandTest test;
     test.write("r.aff", CommandLineTest::lit(test.file("smoke.ply") + " { }"));
-    for (const char *pipe : {"smoke.ply", "scene.aff"}) REQUIRE(mkfifo(test.file(pipe).c_str(), 0600) == 0);
+    for (const char *pipe : {"smoke.ply", "scene.aff", "part.pfm", "part.pfm.wisp", "part.passes"})
+        REQUIRE(mkfifo(test.file(pipe).c_str(), 0600) == 0);
     for (const auto &[signal, name] : {std::pair<int, std::string>{SIGINT, "SIGINT"}, {SIGTERM, "SIGTERM"}}) {
         for (const std::string reading : {"smoke.ply", "scene.aff"})
             for (const std::string command : {"render", "plan", "inspect"}) {
@@ -411,5 +412,17 @@ TEST_CASE("sequence command: a signal ends it while it reads, with the same line
                                                        (scene == test.file(reading) ? "\n" : " in frame 0\n"));
                 CHECK(!test.has("r.pfm"));
             }
+        for (const std::string command : {"compare", "merge", "stitch"}) {
+            CAPTURE(command);
+            const std::string part = test.file(command == "merge" ? "part.passes" : "part.pfm");
+            Process process(test,
+                            command + " " + part + (command == "compare" ? " " + part : " -o " + test.file("r.pfm")));
+            // The record beside a part is read first.
+            const int pipe = open((command == "stitch" ? part + ".wisp" : part).c_str(), O_WRONLY | O_CLOEXEC);
+            CHECK(process.end(signal) == 128 + signal);
+            close(pipe);
+            CHECK(text_of(test.file("err")) == "wisp: error: " + command + ": stopped by " + name + "\n");
+            CHECK(!test.has("r.pfm"));
+        }
     }
 }

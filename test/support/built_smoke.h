@@ -50,6 +50,18 @@ inline std::vector<Particle> cloud(uint32_t count, double extent, double h, doub
     return particles;
 }
 
+// The same cloud with unlike smoothing lengths, 1 / 512 of h to h, and the same optical depth through each particle.
+inline std::vector<Particle> unlike_cloud(uint32_t count, double extent, double h, double area) {
+    std::vector<Particle> particles = cloud(count, extent, h, area);
+    Sequence next{5};
+    for (Particle &p : particles) {
+        const double ratio = static_cast<double>(static_cast<float>(std::exp2(-9 * next())));
+        p.h *= ratio;
+        p.area *= ratio * ratio;
+    }
+    return particles;
+}
+
 inline SmokeDescription smoke_of(const std::vector<Particle> &particles, Kernel kernel = Kernel::spline) {
     SmokeDescription source = {};
     source.particles = particles.data();

@@ -244,10 +244,33 @@ WISP_MULTIVERSIONED void find_id_ranks(const uint32_t *id, uint32_t *rank) {
 
 constexpr uint32_t units_per_point = 2; // of work
 
+// By (radius, id).
+struct SmallerBefore {
+    const Real *radii;
+    bool operator()(const Record &a, const Record &b) const {
+        const Real of_a = radii[a.id()], of_b = radii[b.id()];
+        return of_a < of_b || (of_a == of_b && a.id() < b.id());
+    }
+};
+
+struct RadiusRange {
+    Real least, most;
+
+    bool unlike() const { return Real(most_unlike) * least < most; }
+};
+RadiusRange radius_range(const Record *records, uint32_t count, const Real *radii) {
+    RadiusRange range = {radii[records[0].id()], Real(0)};
+    for (uint32_t i = 0; i < count; ++i) {
+        range.least = min(range.least, radii[records[i].id()]);
+        range.most = max(range.most, radii[records[i].id()]);
+    }
+    return range;
+}
+
 class Builder {
   public:
-    Builder(Real *x, Real *y, Real *z, uint32_t *id, BoxBlock *leaf_boxes, Watch watch)
-        : x_(x), y_(y), z_(z), id_(id), leaf_boxes_(leaf_boxes), watch_(watch) {}
+    Builder(Real *x, Real *y, Real *z, uint32_t *id, BoxBlock *leaf_boxes, const Real *radii, Watch watch)
+        : x_(x), y_(y), z_(z), id_(id), leaf_boxes_(leaf_boxes), radii_(radii), watch_(watch) {}
 
     // Makes the leaves of the slots first ... first + count - 1 from the records, divided into children of a block of
     // height h.
@@ -261,9 +284,15 @@ class Builder {
         }
         const uint32_t child_count = static_cast<uint32_t>((count + child - 1) / child);
         const uint32_t wanted = static_cast<uint32_t>((child_count + 1) / 2 * child);
-        Bounds bounds;
-        find_bounds(records, count, bounds);
-        cut(records, spare, count, wanted, widest_axis(bounds), watch_);
+        if (radii_ && radius_range(records, count, radii_).unlike()) {
+            if (!watch_.go_on(count)) return;
+            std::copy(records, records + count, spare);
+            std::nth_element(spare, spare + wanted, spare + count, SmallerBefore{radii_});
+        } else {
+            Bounds bounds;
+            find_bounds(records, count, bounds);
+            cut(records, spare, count, wanted, widest_axis(bounds), watch_);
+        }
         if (watch_.stopped()) return;
         build(spare, records, first, wanted, h);
         build(spare + wanted, records + wanted, first + wanted, count - wanted, h);
@@ -282,6 +311,7 @@ class Builder {
         block.high_x[lane] = upper_bound_of(high.x);
         block.high_y[lane] = upper_bound_of(high.y);
         block.high_z[lane] = upper_bound_of(high.z);
+        block.radius[lane] = radii_ ? upper_bound_of(radius_range(records, count, radii_).most) : Bound(0);
 
         uint32_t id[leaf_points], rank[leaf_points];
         for (uint32_t i = 0; i < leaf_points; ++i) id[i] = i < count ? records[i].id() : no_point;
@@ -298,12 +328,14 @@ class Builder {
     Real *x_, *y_, *z_;
     uint32_t *id_;
     BoxBlock *leaf_boxes_;
+    const Real *radii_; // by id, or nullptr
     Watch watch_;
 };
 
 void set_no_box(BoxBlock &block, uint32_t lane) {
     block.low_x[lane] = block.low_y[lane] = block.low_z[lane] = no_bound(Bound());
     block.high_x[lane] = block.high_y[lane] = block.high_z[lane] = -no_bound(Bound());
+    block.radius[lane] = Bound(0);
 }
 
 void set_union(BoxBlock &parent, uint32_t lane, const BoxBlock &block) {
@@ -313,6 +345,7 @@ void set_union(BoxBlock &parent, uint32_t lane, const BoxBlock &block) {
     parent.high_x[lane] = *std::max_element(block.high_x, block.high_x + children);
     parent.high_y[lane] = *std::max_element(block.high_y, block.high_y + children);
     parent.high_z[lane] = *std::max_element(block.high_z, block.high_z + children);
+    parent.radius[lane] = *std::max_element(block.radius, block.radius + children);
 }
 
 // Computes the boxes of blocks from those of their children. The boxes of leaves exist already.
@@ -339,7 +372,7 @@ uint64_t point_tree_bytes(uint32_t count) {
            2 * Arena::bytes<Record>(count);
 }
 
-PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena, Watch watch) {
+PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena, Watch watch, const Real *radii) {
     const size_t start = arena.mark();
     PointTree tree = {};
     watch.expect(count * uint64_t{units_per_point});
@@ -368,7 +401,9 @@ PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena, Wat
         Bounds b;
         find_bounds(records, count, b);
         tree.bounds = {b.low_corner(), b.high_corner()};
-        Builder(x, y, z, id, blocks + tree.first_block[0], watch).build(records, spare, 0, count, tree.height);
+        tree.has_radii = radii && radius_range(records, count, radii).unlike();
+        if (!tree.has_radii) radii = nullptr;
+        Builder(x, y, z, id, blocks + tree.first_block[0], radii, watch).build(records, spare, 0, count, tree.height);
         if (watch.stopped()) return {};
         box_blocks(tree, blocks);
     }

@@ -54,13 +54,16 @@ using BoundProduct = int64_t;
 
 namespace WISP_ARITH {
 
-// The boxes of a block's children. The box of a child that does not exist has low > high, so that no test passes.
+// The boxes of a block's children, and the largest radius of the points in each. The box of a child that does not exist
+// has low > high, so that no test passes.
 struct BoxBlock {
     Bound low_x[children], low_y[children], low_z[children], high_x[children], high_y[children], high_z[children];
+    Bound radius[children]; // 0 where points have none
 };
 
 struct PointTree {
     bool ready;                 // false: the arena was too small
+    bool has_radii;             // of points, which are unlike: boxes are tested with those of their own points
     uint32_t count, leaf_count; // points; leaves
     const Real *x, *y, *z;      // by slot; an empty slot holds a position far outside any scene
     const uint32_t *id;         // by slot: the point's index in the caller's order, or no_point
@@ -73,7 +76,13 @@ struct PointTree {
 // Builds the tree of `count` <= 2^31 - 1 points. Its arrays are made from the arena; scratch memory is given back
 // before the function returns. If the arena is too small, the tree has no points and ready == false, and the arena is
 // unchanged.
-PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena, Watch watch = {});
+//
+// `radii`, one a point, or nullptr: where those of a node are more than most_unlike to 1, it is cut by (radius, id), so
+// that a search need not visit every small point that has a large one for a neighbour. Radii that are all less unlike
+// are not kept.
+constexpr int32_t most_unlike = 4;
+PointTree build_point_tree(const Vec3 *points, uint32_t count, Arena &arena, Watch watch = {},
+                           const Real *radii = nullptr);
 
 // An upper bound of the bytes that build_point_tree takes from the arena, scratch included.
 uint64_t point_tree_bytes(uint32_t count);
@@ -85,11 +94,22 @@ uint64_t point_tree_bytes(uint32_t count);
 template <class Visit>
 WISP_INLINE void for_each_leaf_near(const PointTree &tree, const Vec3 &center, Real radius, Visit &&visit);
 
+// The same for each leaf that may hold a point p with |p - center| <= radius + the radius of p; no point has more than
+// `largest`. The tree has radii.
+template <class Visit>
+WISP_INLINE void for_each_leaf_reaching(const PointTree &tree, const Vec3 &center, Real radius, Real largest,
+                                        Visit &&visit);
+
 // The same for points within `radius` of the segment from origin + t0 direction to origin + t1 direction. `direction`
 // is a unit vector; 0 <= radius, in Fixed < 2^15. An end far outside the scene costs no more.
 template <class Visit>
 WISP_INLINE void for_each_leaf_on_segment(const PointTree &tree, const Vec3 &origin, const Vec3 &direction, Real t0,
                                           Real t1, Real radius, Visit &&visit);
+
+// The same for points that are within their own radii of the segment.
+template <class Visit>
+WISP_INLINE void for_each_leaf_reaching_segment(const PointTree &tree, const Vec3 &origin, const Vec3 &direction,
+                                                Real t0, Real t1, Real largest, Visit &&visit);
 
 // ---- k nearest ----
 
@@ -194,6 +214,22 @@ struct BallTest {
     uint32_t operator()(const BoxBlock &b, uint32_t l) const { return gap_squared(b, l) <= radius_squared ? 1 : 0; }
 };
 
+// The same with the radii of the boxes' points.
+struct ReachingBallTest {
+    BallTest ball;
+    BoundProduct more; // what is added to a radius
+
+    ReachingBallTest(const Vec3 &center, Real radius, Real largest) : ball(center, Real(0)) {
+        using namespace detail;
+        const Bound r = min(to_bound(radius), largest_radius(ball.x)), most = min(to_bound(largest), largest_radius(r));
+        more = r + slack(magnitude(ball.x) + magnitude(ball.y) + magnitude(ball.z) + r + most);
+    }
+    uint32_t operator()(const BoxBlock &b, uint32_t l) const {
+        const BoundProduct reach = b.radius[l] + more;
+        return ball.gap_squared(b, l) <= reach * reach ? 1 : 0;
+    }
+};
+
 // Tests boxes against a segment with a radius, by separating axes (Gottschalk et al. 1996): box and segment are
 // disjoint if their projections on some axis are farther apart than the radius. The axes are x, y, z, and their cross
 // products with the direction d. All lengths are doubled: a box gives low + high and high - low, twice its middle and
@@ -242,6 +278,30 @@ struct SegmentTest {
                within(y * to_z - z * to_y, size_y * abs_z + size_z * abs_y + radius_x) &
                within(z * to_x - x * to_z, size_z * abs_x + size_x * abs_z + radius_y) &
                within(x * to_y - y * to_x, size_x * abs_y + size_y * abs_x + radius_z);
+    }
+};
+
+// The same with the radii of the boxes' points, of which none is more than `largest`.
+struct ReachingSegmentTest {
+    SegmentTest segment; // with the largest radius
+    Bound doubled_largest;
+    BoundProduct across_x, across_y, across_z; // the lengths of d x (1, 0, 0), d x (0, 1, 0), d x (0, 0, 1)
+
+    ReachingSegmentTest(const PointTree &tree, const Vec3 &origin, const Vec3 &d, Real t0, Real t1, Real largest)
+        : segment(tree, origin, d, t0, t1, largest) {
+        using namespace detail;
+        doubled_largest = 2 * min(to_bound(largest), largest_radius(segment.x));
+        across_x = to_direction(sqrt(d.y * d.y + d.z * d.z));
+        across_y = to_direction(sqrt(d.z * d.z + d.x * d.x));
+        across_z = to_direction(sqrt(d.x * d.x + d.y * d.y));
+    }
+
+    uint32_t operator()(const BoxBlock &b, uint32_t l) const {
+        const Bound less = doubled_largest - 2 * b.radius[l];
+        SegmentTest own = segment;
+        own.reach_x -= less, own.reach_y -= less, own.reach_z -= less;
+        own.radius_x -= less * across_x, own.radius_y -= less * across_y, own.radius_z -= less * across_z;
+        return own(b, l);
     }
 };
 
@@ -300,9 +360,21 @@ WISP_INLINE void for_each_leaf_near(const PointTree &tree, const Vec3 &center, R
 }
 
 template <class Visit>
+WISP_INLINE void for_each_leaf_reaching(const PointTree &tree, const Vec3 &center, Real radius, Real largest,
+                                        Visit &&visit) {
+    for_each_leaf(tree, ReachingBallTest(center, radius, largest), visit);
+}
+
+template <class Visit>
 WISP_INLINE void for_each_leaf_on_segment(const PointTree &tree, const Vec3 &origin, const Vec3 &direction, Real t0,
                                           Real t1, Real radius, Visit &&visit) {
     for_each_leaf(tree, SegmentTest(tree, origin, direction, t0, t1, radius), visit);
+}
+
+template <class Visit>
+WISP_INLINE void for_each_leaf_reaching_segment(const PointTree &tree, const Vec3 &origin, const Vec3 &direction,
+                                                Real t0, Real t1, Real largest, Visit &&visit) {
+    for_each_leaf(tree, ReachingSegmentTest(tree, origin, direction, t0, t1, largest), visit);
 }
 
 } // namespace WISP_ARITH

@@ -22,40 +22,39 @@ struct Window {
 template <class K>
 void gather_particles(const ParticleField &field, const Color *source, const Ray &ray, const Window &window) {
     const Real first_middle = window.middle[0], last_middle = window.middle[window.count - 1];
-    for_each_leaf_on_segment(
-        field.tree, ray.origin, ray.direction, first_middle, last_middle, field.support, [&](uint32_t leaf) {
-            const uint32_t first = leaf * leaf_points;
-            Real b_squared[leaf_points], along[leaf_points];
-            for (uint32_t l = 0; l < leaf_points; ++l) {
-                const Passage passed = passage(field, first + l, ray);
-                b_squared[l] = passed.b_squared;
-                along[l] = passed.along;
-            }
-            for (uint32_t l = 0; l < leaf_points; ++l) {
-                if (!(b_squared[l] < K::support_squared)) continue;
-                const uint32_t i = first + l;
-                const Real h = field.inverse_h[i], scale = field.scale[i] * h;
-                if (scale == Real(0)) continue;
-                // The steps whose middles lie on the ray's chord through the support, and one more at each end for
-                // rounding.
-                const Real half = sqrt(K::support_squared - b_squared[l]) / h, middle = along[l];
-                const int32_t low = max(floor_to_int((middle - half - window.start) * window.inverse_step), 0);
-                const int32_t high =
-                    min(floor_to_int((middle + half - window.start) * window.inverse_step) + 1, window.count - 1);
-                const Color color = source[i];
-                for (int32_t step = low; step <= high; step += static_cast<int32_t>(lanes)) {
-                    const size_t at = static_cast<size_t>(step);
-                    for (size_t lane = 0; lane < lanes; ++lane) {
-                        const Real t = (window.middle[at + lane] - middle) * h;
-                        const Real w = scale * K::value(b_squared[l] + t * t);
-                        window.sigma[at + lane] += w;
-                        window.red[at + lane] += w * color.x;
-                        window.green[at + lane] += w * color.y;
-                        window.blue[at + lane] += w * color.z;
-                    }
+    for_each_leaf_on_segment(field, ray, first_middle, last_middle, [&](uint32_t leaf) {
+        const uint32_t first = leaf * leaf_points;
+        Real b_squared[leaf_points], along[leaf_points];
+        for (uint32_t l = 0; l < leaf_points; ++l) {
+            const Passage passed = passage(field, first + l, ray);
+            b_squared[l] = passed.b_squared;
+            along[l] = passed.along;
+        }
+        for (uint32_t l = 0; l < leaf_points; ++l) {
+            if (!(b_squared[l] < K::support_squared)) continue;
+            const uint32_t i = first + l;
+            const Real h = field.inverse_h[i], scale = field.scale[i] * h;
+            if (scale == Real(0)) continue;
+            // The steps whose middles lie on the ray's chord through the support, and one more at each end for
+            // rounding.
+            const Real half = sqrt(K::support_squared - b_squared[l]) / h, middle = along[l];
+            const int32_t low = max(floor_to_int((middle - half - window.start) * window.inverse_step), 0);
+            const int32_t high =
+                min(floor_to_int((middle + half - window.start) * window.inverse_step) + 1, window.count - 1);
+            const Color color = source[i];
+            for (int32_t step = low; step <= high; step += static_cast<int32_t>(lanes)) {
+                const size_t at = static_cast<size_t>(step);
+                for (size_t lane = 0; lane < lanes; ++lane) {
+                    const Real t = (window.middle[at + lane] - middle) * h;
+                    const Real w = scale * K::value(b_squared[l] + t * t);
+                    window.sigma[at + lane] += w;
+                    window.red[at + lane] += w * color.x;
+                    window.green[at + lane] += w * color.y;
+                    window.blue[at + lane] += w * color.z;
                 }
             }
-        });
+        }
+    });
 }
 
 WISP_MULTIVERSIONED void gather(const ParticleField &field, const Color *source, const Ray &ray, const Window &window) {
@@ -163,21 +162,23 @@ void add_step(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretch, 
 void add_stretch(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretch, MarchProgress &so_far,
                  PixelRecorder *recorder) {
     const auto begin_of = [&](int32_t step) { return stretch.from + Real(step) * stretch.step; };
-    const auto length_of = [&](int32_t step) {
-        return min(stretch.step, stretch.length - Real(step) * stretch.step);
-    };
-    const auto dense_parts = [&](int32_t step) {
-        return stretch.most < any_depth ? parts_between_nodes(*marcher.medium, ray, begin_of(step), length_of(step)) : 1;
+    const auto length_of = [&](int32_t step) { return min(stretch.step, stretch.length - Real(step) * stretch.step); };
+    const auto parts_of = [&](int32_t step) {
+        if (!(stretch.most < any_depth)) return 1;
+        const Real from = begin_of(step), dx = length_of(step);
+        return max(parts_among_unlike(*marcher.medium, marcher.steps, ray, from, dx),
+                   parts_between_nodes(*marcher.medium, ray, from, dx));
     };
     for (int32_t first = 0; first < stretch.steps && !so_far.opaque() && marcher.watch.go_on(units_of_window);) {
-        if (const int32_t parts = dense_parts(first); parts > 1) {
+        if (const int32_t parts = parts_of(first); parts > 1) {
             const Real from = begin_of(first), dx = length_of(first);
-            add_stretch(marcher, ray, {stretch.begin, from, dx, dx / Real(parts), parts, stretch.most}, so_far, recorder);
+            add_stretch(marcher, ray, {stretch.begin, from, dx, dx / Real(parts), parts, stretch.most}, so_far,
+                        recorder);
             ++first;
             continue;
         }
         int32_t count = 1;
-        while (count < min(static_cast<int32_t>(window_steps), stretch.steps - first) && dense_parts(first + count) == 1)
+        while (count < min(static_cast<int32_t>(window_steps), stretch.steps - first) && parts_of(first + count) == 1)
             ++count;
         gather_window(marcher, ray, stretch, first, count);
         int32_t next = first + count;
@@ -211,7 +212,7 @@ Segment march(ParticleMarcher &marcher, const Ray &ray, Real end, PixelRecorder 
     if (medium.empty() || !clip(medium.bounds, ray, begin, end)) return empty_segment();
 
     const Ray inside = {ray.origin + ray.direction * begin, ray.direction};
-    const Real length = end - begin, step = marcher.step;
+    const Real length = end - begin, step = marcher.steps.longest;
     if (is_recording(recorder)) recorder->march(*recorder, begin, end, step, floor_to_int(length / step) + 1);
     const Real most = max_exact_step_depth(medium);
     MarchProgress so_far;

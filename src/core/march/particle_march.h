@@ -13,7 +13,7 @@ struct ParticleMarcher {
     const Color *const *sources;  // one array a smoke
     const Irradiance *irradiance; // of what `sources` leave out, or nullptr
     SingleScatterer lights;
-    Real step;
+    StepLengths steps;
     // Workspace: the window's steps and `lanes` more behind them, that much for each smoke in `sigma`.
     Real *middle, *sigma, *red, *green, *blue;
     Real *extinctions; // of one step, one a smoke

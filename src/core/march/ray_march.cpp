@@ -83,6 +83,29 @@ Real next_face(const Medium &medium, const Ray &ray, Real from, Real end) {
     return next;
 }
 
+StepLengths step_lengths(const Scene &scene, const Medium &medium, Real lengths) {
+    Real coarsest = Real(0);
+    bool exact_particles = true;
+    for (uint32_t i = 0; i < medium.count; ++i) {
+        exact_particles = exact_particles && !medium.smokes[i].field.is_grid && !medium.smokes[i].field.is_resampled;
+        coarsest = max(coarsest, to_real<Real>(scene.smokes[i].largest_h));
+    }
+    const Real finest = smallest_smoothing_length(scene) * lengths;
+    Real longest = finest;
+    while (exact_particles && longest > Real(0) && longest * Real(4) <= coarsest * lengths) longest = longest * Real(4);
+    return {longest, finest, lengths};
+}
+
+int32_t parts_among_unlike(const Medium &medium, const StepLengths &steps, const Ray &ray, Real from, Real dx) {
+    constexpr Real rounding = Real(1 + 0x1p-10);
+    if (!(dx > steps.finest * rounding)) return 1;
+    Real inverse_h = Real(0);
+    for (uint32_t i = 0; i < medium.count; ++i)
+        inverse_h = max(inverse_h, finest_on_segment(medium.smokes[i].field.particles, ray, from, from + dx));
+    const Real length = dx * inverse_h; // in smoothing lengths
+    return !(length > steps.lengths * rounding) ? 1 : length > steps.lengths * (Real(2) * rounding) ? 4 : 2;
+}
+
 int32_t parts_between_nodes(const Medium &medium, const Ray &ray, Real from, Real dx) {
     int32_t parts = 1;
     for (uint32_t i = 0; i < medium.count; ++i) {
@@ -114,8 +137,11 @@ void add_step(Marcher &marcher, const Ray &ray, Real begin, Real from, Real dx, 
         for (int32_t i = 0; i < parts && !so_far.opaque(); ++i)
             add_step(marcher, ray, begin, from + Real(i) * part, part, most_of_part, so_far, recorder);
     };
-    if (most < any_depth)
-        if (const int32_t parts = parts_between_nodes(medium, ray, from, dx); parts > 1) return divide(parts, most);
+    if (most < any_depth) {
+        const int32_t parts =
+            max(parts_among_unlike(medium, marcher.steps, ray, from, dx), parts_between_nodes(medium, ray, from, dx));
+        if (parts > 1) return divide(parts, most);
+    }
     const Vec3 out = -ray.direction;
     const int32_t number = so_far.number++;
     const Step step = make_step(ray, number, from, dx);
@@ -155,14 +181,13 @@ Segment march(Marcher &marcher, const Ray &ray, Real end, PixelRecorder *recorde
 
     // Distances count from where the ray enters the smoke: a camera far away costs one rounding, of that point.
     const Ray inside = {ray.origin + ray.direction * begin, ray.direction};
-    const Real length = end - begin;
-    if (is_recording(recorder))
-        recorder->march(*recorder, begin, end, marcher.step, floor_to_int(length / marcher.step) + 1);
+    const Real length = end - begin, longest = marcher.steps.longest;
+    if (is_recording(recorder)) recorder->march(*recorder, begin, end, longest, floor_to_int(length / longest) + 1);
     const Real most = max_exact_step_depth(medium);
     MarchProgress so_far;
-    for_each_part_between_faces(medium, inside, length, marcher.step, [&](Real from, Real part, int32_t steps) {
+    for_each_part_between_faces(medium, inside, length, longest, [&](Real from, Real part, int32_t steps) {
         for (int32_t i = 0; i < steps && !so_far.opaque(); ++i) {
-            const Real covered = Real(i) * marcher.step, dx = min(marcher.step, part - covered);
+            const Real covered = Real(i) * longest, dx = min(longest, part - covered);
             if (!(dx > Real(0))) break;
             add_step(marcher, inside, begin, from + covered, dx, most, so_far, recorder);
         }

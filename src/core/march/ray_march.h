@@ -22,15 +22,24 @@ struct SingleScatterer {
     Shadows *shadows;               // of surfaces; nullptr: there are none
 };
 
+// The lengths of steps. Among particles of unlike smoothing lengths, a step is divided where finer ones are in it.
+struct StepLengths {
+    Real longest, finest; // of any step
+    Real lengths;         // of a step, in smoothing lengths of the finest smoke in it
+};
+// The longest is the finest times the power of 4 that the coarsest particles allow; the finest where not all smoke is
+// particles with exact densities.
+StepLengths step_lengths(const Scene &scene, const Medium &medium, Real lengths);
+
 // Marches through exact densities. One for the whole picture.
 struct Marcher {
     const Medium *medium;
     SingleScatterer lights;
     const PhotonMap *photon_maps; // one a smoke, or nullptr
     const Irradiance *irradiance; // in place of photon maps, or nullptr
-    Real step;                    // length of a step
-    const Real *gather_radius;    // one a smoke
-    Real *extinctions;            // workspace, one a smoke
+    StepLengths steps;
+    const Real *gather_radius; // one a smoke
+    Real *extinctions;         // workspace, one a smoke
     Gather gather;
     Statistics *statistics;
     Watch watch = {};
@@ -46,13 +55,17 @@ inline int32_t parts_of_step(Real s, Real most) {
 }
 
 // The number of equal parts of a step that crosses so many cells, in smoke whose sigma_t, trilinear between nodes, may
-// change by `change` over the step's length. The middle of a step would miss a wall that is thinner. What the middles of
-// such parts give errs by less than 1/4 of depth each (README).
+// change by `change` over the step's length. The middle of a step would miss a wall that is thinner. What the middles
+// of such parts give errs by less than 1/4 of depth each (README).
 inline int32_t parts_of_dense_step(Real change, Real cells) {
     return floor_to_int(sqrt(min(change, Real(1 << 16)) * cells)) + 1;
 }
 // The same for the step of length dx at distance `from` of the ray. 1: it cannot be deeper than opaque_depth.
 int32_t parts_between_nodes(const Medium &medium, const Ray &ray, Real from, Real dx);
+
+// The number of equal parts of the step of length dx at distance `from`: 1 if no smoke in it asks for shorter steps,
+// else 2 or 4, which may have parts again.
+int32_t parts_among_unlike(const Medium &medium, const StepLengths &steps, const Ray &ray, Real from, Real dx);
 
 constexpr Real any_depth = Real(0x1p30); // parts of steps are not divided again
 // A step is divided where its smoke is deeper than this (README).

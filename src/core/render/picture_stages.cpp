@@ -152,11 +152,11 @@ Status make_march(Frame &frame) {
     const Decisions &decisions = frame.decisions;
     const Medium &medium = frame.medium();
     const Irradiance *irradiance = frame.has_irradiance ? &frame.irradiance : nullptr;
-    const Real step = smallest_smoothing_length(frame.scene) * to_real<Real>(frame.settings.step);
+    const StepLengths steps = step_lengths(frame.scene, medium, to_real<Real>(frame.settings.step));
     if (decisions.march == MarchKind::grid) {
         frame.grid_marcher = {
-            &medium, &frame.state.smoke.depths, irradiance, decisions.surfaces ? &frame.shadows_in_space : nullptr,
-            step,    &frame.statistics,         frame.watch};
+            &medium,      &frame.state.smoke.depths, irradiance, decisions.surfaces ? &frame.shadows_in_space : nullptr,
+            steps.finest, &frame.statistics,         frame.watch};
     } else if (decisions.march == MarchKind::particles) {
         ParticleMarcher &marcher = frame.particle_marcher;
         if (!make_window(frame.scene, frame.arena, marcher)) return Status::out_of_memory;
@@ -164,13 +164,13 @@ Status make_march(Frame &frame) {
         marcher.irradiance = irradiance;
         marcher.lights = lights_of_march(frame);
         marcher.medium = &medium;
-        marcher.step = step;
+        marcher.steps = steps;
         marcher.statistics = &frame.statistics;
         marcher.watch = frame.watch;
     } else {
         Real *extinctions = frame.arena.make<Real>(frame.scene.smoke_count);
         if (!extinctions) return Status::out_of_memory;
-        frame.marcher = {&medium,     lights_of_march(frame), frame.photon_maps, irradiance, step, frame.gather_radius,
+        frame.marcher = {&medium,     lights_of_march(frame), frame.photon_maps, irradiance, steps, frame.gather_radius,
                          extinctions, frame.gather,           &frame.statistics, frame.watch};
     }
     return Status::done;

@@ -10,7 +10,7 @@ template <class K> DensityStatistics statistics_of(const ParticleField &field, u
     const Vec3 x(tree.x[slot], tree.y[slot], tree.z[slot]);
     Real sum[lanes] = {};
     uint32_t count[lanes] = {};
-    for_each_leaf_near(tree, x, field.support, [&](uint32_t leaf) {
+    for_each_leaf_near(field, x, Real(0), [&](uint32_t leaf) {
         for (uint32_t first = leaf * leaf_points; first < (leaf + 1) * leaf_points; first += lanes)
             for (uint32_t l = 0; l < lanes; ++l) {
                 const uint32_t i = first + l;

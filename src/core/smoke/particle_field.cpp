@@ -12,7 +12,7 @@ namespace {
 template <class K> Real extinction_of(const ParticleField &field, const Vec3 &x) {
     const PointTree &tree = field.tree;
     Real sum[lanes] = {};
-    for_each_leaf_near(tree, x, field.support, [&](uint32_t leaf) {
+    for_each_leaf_near(field, x, Real(0), [&](uint32_t leaf) {
         for (uint32_t first = leaf * leaf_points; first < (leaf + 1) * leaf_points; first += lanes)
             for (uint32_t l = 0; l < lanes; ++l) {
                 const uint32_t i = first + l;
@@ -24,11 +24,26 @@ template <class K> Real extinction_of(const ParticleField &field, const Vec3 &x)
     return sum_of_lanes(sum);
 }
 
+template <class K> Real finest_of(const ParticleField &field, const Ray &ray, Real from, Real to) {
+    Real most = Real(0);
+    for_each_leaf_on_segment(field, ray, from, to, [&](uint32_t leaf) {
+        for (uint32_t i = leaf * leaf_points; i < (leaf + 1) * leaf_points; ++i) {
+            const Real h = field.inverse_h[i];
+            if (!(most < h)) continue;
+            const Passage passed = passage(field, i, ray);
+            if (!(passed.b_squared < K::support_squared)) continue;
+            const Real half = sqrt(K::support_squared - passed.b_squared) / h;
+            if (passed.along - half < to && from < passed.along + half) most = h;
+        }
+    });
+    return most;
+}
+
 template <class K> Real majorant_of(const ParticleField &field, const Box &box) {
     const PointTree &tree = field.tree;
     const Vec3 middle = (box.low + box.high) * Real(0.5), half = (box.high - box.low) * Real(0.5);
     Real sum[lanes] = {};
-    for_each_leaf_near(tree, middle, field.support + length(half), [&](uint32_t leaf) {
+    for_each_leaf_near(field, middle, length(half), [&](uint32_t leaf) {
         for (uint32_t first = leaf * leaf_points; first < (leaf + 1) * leaf_points; first += lanes)
             for (uint32_t l = 0; l < lanes; ++l) {
                 const uint32_t i = first + l;
@@ -46,7 +61,7 @@ template <class K> Real majorant_of(const ParticleField &field, const Box &box) 
 // is cheaper than the difference of two line integrals, which only particles near an end of the segment need.
 template <class K> Real optical_depth_of(const ParticleField &field, const Ray &ray, Real end) {
     Real sum[lanes] = {};
-    for_each_leaf_on_segment(field.tree, ray.origin, ray.direction, Real(0), end, field.support, [&](uint32_t leaf) {
+    for_each_leaf_on_segment(field, ray, Real(0), end, [&](uint32_t leaf) {
         for (uint32_t first = leaf * leaf_points; first < (leaf + 1) * leaf_points; first += lanes) {
             Real b_squared[lanes], middle[lanes];
             uint32_t any_hit = 0, any_cut = 0; // particles that the line crosses; of those, near an end of the segment
@@ -66,7 +81,8 @@ template <class K> Real optical_depth_of(const ParticleField &field, const Ray &
             }
             for (uint32_t l = 0; l < lanes; ++l) {
                 const Real h = field.inverse_h[first + l], half = sqrt(max(Real(0), K::support_squared - b_squared[l]));
-                const Real from = max(-half, -middle[l] * h), to = max(from, min(half, (end - middle[l]) * h));
+                const Real from = min(max(-half, -middle[l] * h), half),
+                           to = max(from, min(half, (end - middle[l]) * h));
                 const Real b2 = min(b_squared[l], K::support_squared);
                 sum[l] += field.scale[first + l] * max(Real(0), K::line(b2, to) - K::line(b2, from));
             }
@@ -166,6 +182,12 @@ WISP_MULTIVERSIONED Real extinction(const ParticleField &field, const Vec3 &x) {
     return field.kernel == Kernel::spline ? extinction_of<Spline>(field, x) : extinction_of<Poly6>(field, x);
 }
 
+WISP_MULTIVERSIONED Real finest_on_segment(const ParticleField &field, const Ray &ray, Real from, Real to) {
+    if (field.tree.count == 0) return Real(0);
+    return field.kernel == Kernel::spline ? finest_of<Spline>(field, ray, from, to)
+                                          : finest_of<Poly6>(field, ray, from, to) * Real(2); // its own h is 2 H
+}
+
 WISP_MULTIVERSIONED Real majorant(const ParticleField &field, const Box &box) {
     if (field.tree.count == 0) return Real(0);
     return field.kernel == Kernel::spline ? majorant_of<Spline>(field, box) : majorant_of<Poly6>(field, box);
@@ -214,12 +236,13 @@ ParticleField make_particle_field(const SmokeDescription &source, uint32_t first
     for (uint32_t i = 0; i < source.count; ++i) {
         if (!watch.done_round(i, 256)) return field;
         points[i] = vec_of(source.particles[i].position);
+        inverse_h[i] = Real(2) * to_real<Real>(source.particles[i].h); // the support, until there are slots
         field.bounds.low = i == 0 ? points[i] : min(field.bounds.low, points[i]);
         field.bounds.high = i == 0 ? points[i] : max(field.bounds.high, points[i]);
     }
     field.bounds.low -= Vec3(field.support);
     field.bounds.high += Vec3(field.support);
-    field.tree = build_point_tree(points, source.count, arena, watch);
+    field.tree = build_point_tree(points, source.count, arena, watch, inverse_h);
     if (!field.tree.ready) return field;
 
     for (uint32_t slot = 0; slot < slots; ++slot) {

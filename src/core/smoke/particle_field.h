@@ -38,6 +38,25 @@ WISP_INLINE Passage passage(const ParticleField &field, uint32_t slot, const Ray
     return {sum_of_products(cx, cx, cy, cy, cz, cz) * (h * h), sum_of_products(px, d.x, py, d.y, pz, d.z)};
 }
 
+// The leaves that may hold a particle whose support comes within `distance` of x, in ascending order.
+template <class Visit>
+WISP_INLINE void for_each_leaf_near(const ParticleField &field, const Vec3 &x, Real distance, Visit &&visit) {
+    if (field.tree.has_radii)
+        for_each_leaf_reaching(field.tree, x, distance, field.support, visit);
+    else
+        for_each_leaf_near(field.tree, x, field.support + distance, visit);
+}
+
+// The leaves that may hold a particle whose support meets the ray's distances `from` to `to`, in ascending order.
+template <class Visit>
+WISP_INLINE void for_each_leaf_on_segment(const ParticleField &field, const Ray &ray, Real from, Real to,
+                                          Visit &&visit) {
+    if (field.tree.has_radii)
+        for_each_leaf_reaching_segment(field.tree, ray.origin, ray.direction, from, to, field.support, visit);
+    else
+        for_each_leaf_on_segment(field.tree, ray.origin, ray.direction, from, to, field.support, visit);
+}
+
 // The field of `source`. All arrays are made from the arena.
 ParticleField make_particle_field(const SmokeDescription &source, uint32_t first_dimension, Arena &arena,
                                   Watch watch = {});
@@ -55,6 +74,10 @@ template <class Visit> void for_each_depth(const ParticleField &field, const Ray
 // sigma_t at x by particle, in a fixed order: visit(slot, its contribution), unless that is 0.
 template <class Visit> void for_each_extinction(const ParticleField &field, const Vec3 &x, Visit &&visit);
 
+// 1 / H of the particle with the smallest smoothing length H whose support meets the ray's distances `from` to `to`; 0
+// where there is none.
+Real finest_on_segment(const ParticleField &field, const Ray &ray, Real from, Real to);
+
 // An upper bound of sigma_t in the box: the sum of each particle's density at the nearest point of the box.
 Real majorant(const ParticleField &field, const Box &box);
 
@@ -69,7 +92,7 @@ bool enter(const ParticleField &field, Ray &ray, Real &entry, Real &end);
 
 template <class K, class Visit>
 void for_each_depth_of(const ParticleField &field, const Ray &ray, Real end, Visit &&visit) {
-    for_each_leaf_on_segment(field.tree, ray.origin, ray.direction, Real(0), end, field.support, [&](uint32_t leaf) {
+    for_each_leaf_on_segment(field, ray, Real(0), end, [&](uint32_t leaf) {
         Passage passed[leaf_points];
         for (uint32_t l = 0; l < leaf_points; ++l) passed[l] = passage(field, leaf * leaf_points + l, ray);
         for (uint32_t l = 0; l < leaf_points; ++l) {
@@ -98,7 +121,7 @@ template <class Visit> void for_each_depth(const ParticleField &field, const Ray
 
 template <class K, class Visit> void for_each_extinction_of(const ParticleField &field, const Vec3 &x, Visit &&visit) {
     const PointTree &tree = field.tree;
-    for_each_leaf_near(tree, x, field.support, [&](uint32_t leaf) {
+    for_each_leaf_near(field, x, Real(0), [&](uint32_t leaf) {
         for (uint32_t slot = leaf * leaf_points; slot < (leaf + 1) * leaf_points; ++slot) {
             const Real dx = tree.x[slot] - x.x, dy = tree.y[slot] - x.y, dz = tree.z[slot] - x.z;
             const Real h = field.inverse_h[slot];

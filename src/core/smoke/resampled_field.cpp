@@ -24,7 +24,7 @@ void sum_particles(const ParticleField &field, const SparseGrid &bricks, uint32_
     const Real widening = bricks.cell.x * bricks.cell.x * Real(1 / (6 * K::variance));
     Real x[row];
     for (uint32_t l = 0; l < row; ++l) x[l] = node_of(bricks, brick, {static_cast<int32_t>(l), 0, 0}).x;
-    for_each_leaf_near(tree, low + half, field.support + length(half), [&](uint32_t leaf) {
+    for_each_leaf_near(field, low + half, length(half), [&](uint32_t leaf) {
         for (uint32_t i = leaf * leaf_points; i < (leaf + 1) * leaf_points; ++i) {
             const Real inverse_h = field.inverse_h[i];
             if (field.scale[i] == Real(0)) continue;

@@ -1,4 +1,5 @@
 // wisp: the command line.
+#include "host/base/interrupt.h"
 #include "host/base/messages.h"
 #include "host/base/version.h"
 #include "host/commands/commands.h"
@@ -6,6 +7,7 @@
 #include "core/numbers/self_test.h"
 #include <cstdio>
 #include <new>
+#include <optional>
 
 #ifndef WISP_FLAGS
 #define WISP_FLAGS "unknown flags"
@@ -18,7 +20,8 @@ namespace {
 struct Command {
     const char *name, *usage;
     int (*run)(const std::vector<std::string> &arguments);
-    bool renders; // needs this process's floating point to be IEEE's
+    // Needs this process's floating point to be IEEE's, and says itself where a signal stops it.
+    bool renders;
 };
 
 constexpr Command commands[] = {
@@ -71,6 +74,11 @@ int run(const std::vector<std::string> &words) {
     }
     for (const Command &command : commands) {
         if (name != command.name) continue;
+        std::optional<EndAtOnce> at_once;
+        if (!command.renders) {
+            install_signal_handlers();
+            at_once.emplace("wisp: error: " + name + ": stopped by ", "");
+        }
         const char *fault = command.renders ? arithmetic_fault() : nullptr;
         if (!fault) return command.run(std::vector<std::string>(words.begin() + 1, words.end()));
         throw Error(exit_usage,

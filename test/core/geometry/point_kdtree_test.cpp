@@ -485,6 +485,81 @@ TEST_CASE(WISP_ARITH_NAME ": point tree: no leaf near a segment is missed, and f
     CHECK(crossed.size() <= 20); // of 63
 }
 
+TEST_CASE(WISP_ARITH_NAME ": point tree: of points with unlike radii, none that reaches a place is missed") {
+    for (const PointSet &set : point_sets()) {
+        if (set.points.empty()) continue;
+        CAPTURE(set.name);
+        Mt19937 random(17, 1, 2, 3);
+        std::vector<Real> radii;
+        Real largest(0), smallest(1000);
+        while (radii.size() < set.points.size()) { // from 2^-10 to 16
+            Real radius = Real(16) * (Real(0.5) + Real(0.5) * uniform(random));
+            for (uint32_t halvings = random() % 14; halvings > 0; --halvings) radius = radius * Real(0.5);
+            radii.push_back(radius);
+            largest = max(largest, radius), smallest = min(smallest, radius);
+        }
+        const uint32_t count = static_cast<uint32_t>(set.points.size());
+        std::vector<unsigned char> memory(static_cast<size_t>(point_tree_bytes(count)));
+        Arena arena(memory.data(), memory.size());
+        const PointTree tree = build_point_tree(set.points.data(), count, arena, {}, radii.data());
+        REQUIRE(tree.ready);
+        CHECK(tree.has_radii == (smallest * Real(most_unlike) < largest));
+        if (!tree.has_radii) continue;
+        std::set<uint32_t> ids(tree.id, tree.id + count);
+        CHECK(ids.size() == count);
+        const auto check = [&](const std::vector<uint32_t> &leaves, auto &&distance, double more) {
+            CHECK(std::is_sorted(leaves.begin(), leaves.end()));
+            for (uint32_t slot = 0; slot < count; ++slot)
+                if (distance(point_at(tree, slot)) <= value_of(radii[tree.id[slot]]) + more)
+                    CHECK(std::binary_search(leaves.begin(), leaves.end(), slot / leaf_points));
+        };
+        for (const Vec3 &center : centers_for(set.points))
+            for (const Real more : {Real(0), Real(3), Real(30000)}) {
+                std::vector<uint32_t> leaves;
+                for_each_leaf_reaching(tree, center, more, largest, [&](uint32_t leaf) { leaves.push_back(leaf); });
+                check(
+                    leaves, [&](const Vec3 &p) { return std::sqrt(value_of(squared_distance(p, center))); },
+                    value_of(more));
+            }
+        for (const Segment &s : segments_for(set.points)) {
+            std::vector<uint32_t> leaves;
+            for_each_leaf_reaching_segment(tree, s.origin, s.direction, s.t0, s.t1, largest,
+                                           [&](uint32_t leaf) { leaves.push_back(leaf); });
+            check(
+                leaves, [&](const Vec3 &p) { return distance_from(s, p); }, 0);
+        }
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": point tree: one large point does not make a search visit every small one") {
+    Points points = random_points(4000, 21);
+    std::vector<Real> radii(points.size(), Real(0.25));
+    for (size_t i = 0; i < points.size(); i += 100) radii[i] = Real(64);
+    const uint32_t count = static_cast<uint32_t>(points.size());
+    std::vector<unsigned char> memory(static_cast<size_t>(point_tree_bytes(count)));
+    Arena arena(memory.data(), memory.size());
+    const PointTree tree = build_point_tree(points.data(), count, arena, {}, radii.data());
+    REQUIRE(tree.has_radii);
+    uint32_t visited = 0;
+    for_each_leaf_reaching(tree, Vec3(Real(0)), Real(0), Real(64), [&](uint32_t) { ++visited; });
+    CHECK(visited >= 3);  // 40 large points
+    CHECK(visited <= 12); // of 250 leaves
+    visited = 0;
+    for_each_leaf_reaching_segment(tree, Vec3(Real(-40), Real(1), Real(2)), Vec3(Real(1), Real(0), Real(0)), Real(0),
+                                   Real(80), Real(64), [&](uint32_t) { ++visited; });
+    CHECK(visited >= 3);
+    CHECK(visited <= 40);
+    // Radii that are less unlike change nothing.
+    for (Real &radius : radii) radius = min(radius, Real(1));
+    arena.rewind(0);
+    const PointTree alike = build_point_tree(points.data(), count, arena, {}, radii.data());
+    CHECK_FALSE(alike.has_radii);
+    const std::vector<uint32_t> with_radii(alike.id, alike.id + count);
+    arena.rewind(0);
+    const PointTree plain = build_point_tree(points.data(), count, arena);
+    CHECK(std::equal(with_radii.begin(), with_radii.end(), plain.id));
+}
+
 TEST_CASE(WISP_ARITH_NAME ": point tree: an arena that is too small is refused and left as it was") {
     for (const uint32_t count : {1u, 100u, 3000u}) {
         const Points points = random_points(count, 77);

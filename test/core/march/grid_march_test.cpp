@@ -18,7 +18,7 @@ void compare_marches(const std::vector<SmokeDescription> &sources, const Ray &ra
     std::vector<Real> extinctions(sources.size());
     Marcher marcher = {};
     marcher.medium = &built.medium;
-    marcher.step = real(step);
+    marcher.steps = {real(step), real(step), Real(1)};
     marcher.extinctions = extinctions.data();
     marcher.statistics = &statistics;
     const Segment expected = march(marcher, ray, infinite_distance, nullptr);

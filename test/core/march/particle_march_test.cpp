@@ -20,7 +20,7 @@ Segment march_sources(const BuiltMedium &built, uint32_t elements, const Ray &ra
     REQUIRE(make_window(built.scene, arena, marcher));
     marcher.medium = &built.medium;
     marcher.sources = sources;
-    marcher.step = real(step);
+    marcher.steps = {real(step), real(step), Real(1)};
     marcher.statistics = &statistics;
     return march(marcher, ray, end, nullptr);
 }

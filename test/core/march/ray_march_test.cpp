@@ -30,7 +30,7 @@ Segment march_box(double sigma, double step, const std::vector<Light> &lights = 
     Marcher marcher = {};
     marcher.medium = &built.medium;
     marcher.lights = {lights.data(), static_cast<uint32_t>(lights.size()), nullptr, nullptr};
-    marcher.step = real(step);
+    marcher.steps = {real(step), real(step), Real(1)};
     marcher.extinctions = extinctions;
     marcher.statistics = &statistics;
     const Segment seen = march(marcher, along_x, infinite_distance, nullptr);
@@ -104,7 +104,7 @@ TEST_CASE(WISP_ARITH_NAME ": a wall that is thinner than a step is as deep as it
         Real extinctions[1];
         Marcher marcher = {};
         marcher.medium = medium;
-        marcher.step = real(wall.step);
+        marcher.steps = {real(wall.step), real(wall.step), Real(1)};
         marcher.extinctions = extinctions;
         marcher.statistics = &statistics;
         check_thin_wall([&](Real end) { return march(marcher, wall.ray, end, nullptr); });

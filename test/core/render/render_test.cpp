@@ -40,6 +40,31 @@ TEST_CASE(WISP_ARITH_NAME ": absorbing smoke attenuates by Beer and Lambert's la
     CHECK(worst[1] < 2e-4);
 }
 
+TEST_CASE(WISP_ARITH_NAME ": among particles of unlike smoothing lengths steps are fine where the smoke is") {
+    // By the middle particle a ray needs steps of 1/128; steps of that length all the way would be 2,500 a ray.
+    LitSmoke lit({{{0, 0, 0}, 2, 10}, {{0.5, 0.25, 0}, 0.015625, 0.0006}, {{-0.5, 0.5, 0.25}, 0.125, 0.02}});
+    lit.smoke.albedo = {0, 0, 0};
+    lit.scene.camera = look_at_origin(12, 8, 32);
+    const BuiltField field(lit.smoke);
+    for (const Method method : {Method::direct, Method::map}) {
+        Settings settings = small_settings(32);
+        settings.method = method;
+        settings.density_step = 0;
+        settings.irradiance = IrradianceMap::none;
+        settings.photons = 0;
+        settings.step = 0.25;
+        const Rendered picture = render_in_memory(lit.scene, settings);
+        double worst = 0;
+        for (int y = 0; y < 32; ++y)
+            for (int x = 0; x < 32; ++x) {
+                const double expected = std::exp(-at(optical_depth(field.field, pixel_ray(32, x, y), Real(100))));
+                worst = std::max(worst, std::fabs(double(picture.rgb[size_t(32 * y + x) * 3]) - expected));
+            }
+        CHECK(worst < 4e-3);
+        CHECK(picture.statistics.smoke.march_samples < 32 * 32 * 60);
+    }
+}
+
 TEST_CASE(WISP_ARITH_NAME ": an even slab has its source's radiance times 1 - e^-tau for any step") { // B4, E13
     // Particles far larger than the picture: the density is the same within a few thousandths along the middle ray.
     for (double step : {0.001, 0.004, 0.01}) {
