@@ -16,17 +16,6 @@ struct Group {
     bool divided; // these are parts of steps
 };
 
-WISP_INLINE void set(LaneColor &color, const Color &value) {
-    for (uint32_t l = 0; l < lanes; ++l) color.red[l] = value.x, color.green[l] = value.y, color.blue[l] = value.z;
-}
-WISP_INLINE void add(LaneColor &color, const Lanes &amount, const Color &value) {
-    for (uint32_t l = 0; l < lanes; ++l) {
-        color.red[l] += amount[l] * value.x;
-        color.green[l] += amount[l] * value.y;
-        color.blue[l] += amount[l] * value.z;
-    }
-}
-
 // The light that arrives at each step without smoke in between.
 struct LaneLight {
     Lanes irradiance; // of the light's brightest channel
@@ -294,15 +283,6 @@ WISP_INLINE void gather_scattered(const GridMarcher &marcher, const SmokeVolume 
         scattered.green[l] += p[l] * channel[1][l];
         scattered.blue[l] += p[l] * channel[2][l];
     }
-}
-
-// (1 - e^-s) / s without a branch (N-E4), where `e` is e^-s.
-inline Real mean_transmittance_of(Real s, Real e) {
-    const Real series =
-        Real(1) -
-        s * (Real(0.5) - s * (Real(1.0 / 6) - s * (Real(1.0 / 24) - s * (Real(1.0 / 120) - s * Real(1.0 / 720)))));
-    const Real quotient = (Real(1) - e) / max(s, Real(0.125));
-    return s < Real(0.125) ? series : quotient;
 }
 
 constexpr uint32_t units_of_brick = 8; // of work

@@ -163,7 +163,7 @@ void add_stretch(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretc
                  PixelRecorder *recorder) {
     const auto begin_of = [&](int32_t step) { return stretch.from + Real(step) * stretch.step; };
     const auto length_of = [&](int32_t step) { return min(stretch.step, stretch.length - Real(step) * stretch.step); };
-    const auto parts_of = [&](int32_t step) {
+    const auto parts_of = [&](int32_t step) -> int32_t {
         if (!(stretch.most < any_depth)) return 1;
         const Real from = begin_of(step), dx = length_of(step);
         return max(parts_among_unlike(*marcher.medium, marcher.steps, ray, from, dx),

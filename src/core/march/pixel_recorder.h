@@ -6,6 +6,7 @@
 #pragma once
 #include "core/geometry/ray.h"
 #include "core/lights/light.h"
+#include "core/smoke/sparse_grid_lanes.h"
 #include "wisp/pixel_trace.h"
 #include "wisp/statistics.h"
 
@@ -40,9 +41,6 @@ struct HitRecord {
 
 // The same of `lanes` steps of a march through resampled smoke. They are copies: an array of lanes that a pointer leads
 // to would not stay in a register.
-struct LaneColor {
-    Real red[lanes], green[lanes], blue[lanes];
-};
 struct LaneLightRecord { // one light, scattered by one smoke
     uint32_t light, smoke;
     const Light *source;

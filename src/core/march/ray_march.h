@@ -3,6 +3,7 @@
 #include "core/march/pixel_recorder.h"
 #include "core/photons/irradiance_map.h"
 #include "core/shadows/shadows.h"
+#include "core/smoke/transmittance.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -85,13 +86,6 @@ void for_each_part_between_faces(const Medium &medium, const Ray &ray, Real end,
         if (!visit(from, length, floor_to_int(length / step) + 1)) return;
         from = face;
     }
-}
-
-// (1 - e^-s) / s for s >= 0: the mean transmittance of a step of depth s (N-E4). 1 at 0; by its series below 2^-7,
-// where the quotient would lose digits.
-inline Real mean_transmittance(Real s) {
-    if (s < Real(0x1p-7)) return Real(1) - s * (Real(0.5) - s * (Real(1.0 / 6) - s * Real(1.0 / 24)));
-    return -expm1(-s) / s;
 }
 
 // The optical depth so far. `lost` is what rounding took from the sum, as in Kahan's summation.

@@ -205,10 +205,17 @@ void fill_unknown(Points &points, uint32_t brick) {
     }
 }
 
+bool fill_all_unknown(Points &points) {
+    for (uint32_t b = 0; b < points.bricks->count; ++b) {
+        if (!points.watch.go_on(points.nodes)) return false;
+        fill_unknown(points, b);
+    }
+    return true;
+}
+
 // Makes the map of the known points; it is not ready if the work is stopped.
 void finish(const Medium &medium, Points &points, Real tolerance, Irradiance &map) {
-    for (uint32_t b = 0; b < points.bricks->count && points.watch.go_on(points.nodes); ++b) fill_unknown(points, b);
-    pack_points(medium, points, tolerance, map);
+    if (fill_all_unknown(points)) pack_points(medium, points, tolerance, map);
 }
 
 // False: the arena was too small.
@@ -278,11 +285,12 @@ Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Wa
 } // namespace
 
 uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, bool flux, bool of_fluence,
-                          bool harmonics) {
+                          bool harmonics, bool sweeps) {
     const uint64_t points = bricks * nodes_of(spacing);
     uint64_t bytes = 3 * Arena::bytes<int32_t>(bricks) + (flux ? 2 : 1) * Arena::bytes<uint32_t>(points) +
                      Arena::bytes<bool>(points) + (of_fluence ? 1 : 3) * Arena::bytes<Color>(points);
     if (of_fluence) bytes += tent_bytes(bricks, spacing);
+    if (sweeps) bytes += line_sweep_bytes(bricks, spacing);
     if (harmonics) bytes += Arena::bytes<uint32_t>(bricks * nodes_of(harmonic_spacing(spacing)) * harmonic_words);
     if (of_fluence) return bytes;
     bytes += Arena::bytes<FluenceAndFlux *>(scene.smoke_count);
@@ -291,7 +299,8 @@ uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, 
     return bytes;
 }
 
-Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, Real tolerance, Arena &arena, Watch watch) {
+Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, const OpticalDepthGrid *swept, Real tolerance,
+                           Arena &arena, Watch watch) {
     Irradiance map = {};
     FluenceSums fluence = sums;
     map.bricks = fluence.bricks;
@@ -311,6 +320,11 @@ Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, Real t
     });
     if (!read) return map;
     if (fluence.harmonics && !pack_harmonics(fluence, arena, watch, map)) return map;
+    const LineSweep sweep = {&medium, swept, fluence.spacing, fluence.sigma_shift};
+    if (swept && suits_lines(sweep)) {
+        if (!fill_all_unknown(points)) return map;
+        if (!sweep_lines(sweep, points.known, points.radiance, arena, watch)) return map;
+    }
     finish(medium, points, tolerance, map);
     return map;
 }

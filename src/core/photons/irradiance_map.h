@@ -13,6 +13,7 @@
 #pragma once
 #include "core/geometry/camera.h"
 #include "core/photons/fluence_grid.h"
+#include "core/photons/line_sweep.h"
 #include "core/photons/packed_light.h"
 #include "core/photons/packed_particle_map.h"
 
@@ -43,13 +44,15 @@ inline uint64_t bytes_of(const Irradiance &map) {
     return uint64_t{map.points} * (map.flux ? 8 : 4) + uint64_t{map.bricks->count} * per_brick;
 }
 // What a map takes from the arena at most; `of_fluence`: one that is made of the fluence grid.
+// `sweeps`: whose light is gathered once more.
 uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, bool flux, bool of_fluence,
-                          bool harmonics);
+                          bool harmonics, bool sweeps);
 
-// The map of the fluence at the nodes. With `tolerance` > 0 the map is adaptive: each brick has as few points as keep
-// all others within that fraction of the brick's largest value.
-Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, Real tolerance, Arena &arena,
-                           Watch watch = {});
+// The map of the fluence at the nodes, gathered once more along lines if `swept`, the depths to the lights, is not
+// nullptr (S4-5). With `tolerance` > 0 the map is adaptive: each brick has as few points as keep all others within that
+// fraction of the brick's largest value.
+Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, const OpticalDepthGrid *swept, Real tolerance,
+                           Arena &arena, Watch watch = {});
 
 struct IrradianceRequest {
     const Medium *medium;

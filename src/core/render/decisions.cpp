@@ -66,6 +66,7 @@ void decide_smoke(const Scene &scene, const Settings &settings, Decisions &d) {
     d.nearest = d.march == MarchKind::steps && d.photons != PhotonStore::none;
     d.irradiance = d.photons == PhotonStore::fluence_grid ||
                    (d.photons != PhotonStore::none && settings.irradiance != IrradianceMap::none && !nearest_elements);
+    d.sweeps = d.photons == PhotonStore::fluence_grid && !d.photon_needs.directions && !d.surfaces;
     // Photons start by the depths in resampled smoke, which is marched by them, too.
     d.light_depths = d.lights_in_smoke > 0 && (d.march == MarchKind::grid || total_order_key(settings.light_step) > 0);
     d.march_grid = !d.resampled && (d.light_depths || d.irradiance);

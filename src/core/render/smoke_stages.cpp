@@ -160,6 +160,7 @@ Status make_gather(Frame &frame) {
 Status make_irradiance(Frame &frame) {
     if (frame.decisions.photons == PhotonStore::fluence_grid) {
         frame.irradiance = WISP_ARITH::make_irradiance(frame.medium(), frame.fluence,
+                                                       frame.decisions.sweeps ? &frame.state.smoke.depths : nullptr,
                                                        irradiance_tolerance(frame.settings), frame.arena, frame.watch);
     } else if (frame.decisions.photons == PhotonStore::photon_map) {
         if (!frame.photon_maps) return Status::done;

@@ -127,12 +127,13 @@ Need need_irradiance(const Scene &, const Settings &, const Decisions &d) {
                         {d.goal == Goal::photons, photons_alone},
                         {d.photons == PhotonStore::none, "nothing scatters twice"},
                         {!d.irradiance, "--irradiance none: estimated at every step"}},
-                       "estimates are kept at points around the smoke");
+                       d.sweeps ? "kept at points around the smoke, and gathered once more if no light stands in it"
+                                : "estimates are kept at points around the smoke");
 }
 uint64_t irradiance_map_bytes(const Scene &scene, const Settings &, const Decisions &d, const Sizes &sizes) {
     const bool of_fluence = d.photons == PhotonStore::fluence_grid;
     return irradiance_bytes(scene, sizes.grid.count, d.spacing.irradiance, d.photon_needs.directions, of_fluence,
-                            of_fluence && d.photon_needs.harmonics);
+                            of_fluence && d.photon_needs.harmonics, d.sweeps);
 }
 
 Need need_sources(const Scene &, const Settings &, const Decisions &d) {

@@ -7,6 +7,20 @@ namespace wisp::WISP_ARITH {
 
 using Lanes = Real[lanes];
 
+struct LaneColor {
+    Real red[lanes], green[lanes], blue[lanes];
+};
+WISP_INLINE void set(LaneColor &color, const Color &value) {
+    for (uint32_t l = 0; l < lanes; ++l) color.red[l] = value.x, color.green[l] = value.y, color.blue[l] = value.z;
+}
+WISP_INLINE void add(LaneColor &color, const Lanes &amount, const Color &value) {
+    for (uint32_t l = 0; l < lanes; ++l) {
+        color.red[l] += amount[l] * value.x;
+        color.green[l] += amount[l] * value.y;
+        color.blue[l] += amount[l] * value.z;
+    }
+}
+
 // The bricks of eight points.
 struct LanePoints {
     int32_t brick[lanes]; // 0 for points in no brick

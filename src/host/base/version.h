@@ -2,6 +2,6 @@
 
 namespace wisp {
 
-constexpr const char *version = "0.2.0";
+constexpr const char *version = "0.3.0";
 
 } // namespace wisp

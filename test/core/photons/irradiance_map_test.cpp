@@ -67,9 +67,9 @@ struct ChosenSums {
     double reach(int axis) const { return size[axis]; }
     Irradiance map(double tolerance) {
         memory.resize(irradiance_bytes(scene_of(box(), {}), built.bricks().count, deposits.spacing,
-                                       deposits.flux != nullptr, true, deposits.harmonics != nullptr));
+                                       deposits.flux != nullptr, true, deposits.harmonics != nullptr, false));
         Arena arena(memory.data(), memory.size());
-        const Irradiance made = make_irradiance(built.medium, deposits, real(tolerance), arena);
+        const Irradiance made = make_irradiance(built.medium, deposits, nullptr, real(tolerance), arena);
         REQUIRE(made.ready);
         return made;
     }
@@ -296,10 +296,10 @@ TEST_CASE(WISP_ARITH_NAME ": a map without enough memory says so; without light 
     CHECK(dark.points == chosen.built.bricks().count * nodes_of(8));
     std::vector<unsigned char> memory(chosen.memory.size());
     Arena enough(memory.data(), memory.size());
-    REQUIRE(make_irradiance(chosen.built.medium, chosen.deposits, Real(0), enough).ready);
+    REQUIRE(make_irradiance(chosen.built.medium, chosen.deposits, nullptr, Real(0), enough).ready);
     for (size_t part = 0; part < 50; ++part) {
         Arena arena(memory.data(), enough.peak() * part / 50);
-        CHECK(!make_irradiance(chosen.built.medium, chosen.deposits, Real(0), arena).ready);
+        CHECK(!make_irradiance(chosen.built.medium, chosen.deposits, nullptr, Real(0), arena).ready);
     }
 }
 

@@ -333,7 +333,7 @@ TEST_CASE(WISP_ARITH_NAME ": with bricks a crop has the pixels of the whole pict
 
 TEST_CASE(WISP_ARITH_NAME ": the plan of a box has its cells, however fine or coarse") {
     Lit lit;
-    std::vector<SmokeDescription> box = {box_smoke({4, 6, 3}, 0.75, 20)};
+    std::vector<SmokeDescription> box = {box_smoke({2, 3, 1.5}, 0.75, 10)};
     lit.scene.smokes = box.data();
     lit.scene.smoke_count = 1;
     for (double cell : {0.1, 0.22, 0.3, 0.45, 0.55, 1.0, 3.0}) {

@@ -1,0 +1,416 @@
+// Light along parallel lines through the bricks (S4-5): long characteristics (Askew 1972).
+#include "core/photons/line_sweep.h"
+#include "core/smoke/sparse_grid_lanes.h"
+#include "core/smoke/transmittance.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+constexpr int32_t axes_of_set = 16; // each line is followed both ways
+constexpr uint64_t places_of_brick = 32;
+constexpr uint32_t units_of_sample = 4, units_of_node = 1; // of work
+
+// A step of a line in smoke.
+struct Sample {
+    uint64_t node; // the lowest corner of its cell, in the field
+    Vec3 at;       // 0 to 1 along each edge of the cell
+    Real weight, transmittance, mean_transmittance;
+    Color source; // radiance that the step tends to, if it is deep
+    Color mean;   // of what flies along the line in it
+};
+
+// Steps of a line that are computed side by side.
+struct Group {
+    uint32_t count;
+    LanePoints points;
+    Lanes middle, length; // along the line
+};
+
+// At a node: the sums of weights, and of weights times radiance, which become the mean radiance.
+struct Arrived {
+    Color radiance;
+    Real weight;
+};
+
+struct Sweeper : LineSweep {
+    const SparseGrid &bricks;
+    const Color *light; // at the nodes
+    Arrived *arrived;
+    Sample *samples; // of one line
+    Watch watch;
+};
+
+Real distance_of_lines(const LineSweep &sweep) { return sweep.depths->bricks->cell.x * Real(2 * sweep.spacing); }
+
+// A line's direction, and two more that span the plane across it.
+struct Frame {
+    Vec3 along, across, up;
+};
+
+// Axis k of a set: golden sections around the pole, in rings of equal area on one hemisphere (spherical Fibonacci
+// points). The second set has another pole.
+Frame axis_of_set(int32_t set, int32_t k) {
+    const Real height = (Real(k) + Real(0.5)) / Real(axes_of_set), radius = sqrt(Real(1) - height * height);
+    Real sine, cosine;
+    sincos_turns(Real(k) * Real(0.6180339887498949), sine, cosine);
+    // The rows of (2 3 6; 3 -6 2; 6 2 -3) / 7 are at right angles to each other.
+    const auto turned = [set](Real x, Real y, Real z) {
+        return set == 0 ? Vec3(x, y, z)
+                        : Vec3(Real(2) * x + Real(3) * y + Real(6) * z, Real(3) * x - Real(6) * y + Real(2) * z,
+                               Real(6) * x + Real(2) * y - Real(3) * z) *
+                              Real(1.0 / 7);
+    };
+    const Vec3 along = turned(radius * cosine, radius * sine, height), across = turned(-sine, cosine, Real(0));
+    return {along, across, cross(along, across)};
+}
+
+// What a light sends to each step, without smoke in between.
+WISP_INLINE void illuminate_steps(const Light &light, const Ray &ray, const Group &group, LaneColor &irradiance) {
+    for (uint32_t l = 0; l < lanes; ++l) {
+        const auto at = [&](Real t) { return ray.origin + ray.direction * t; };
+        const Real middle = group.middle[l], half = group.length[l] * Real(0.5);
+        const Color here = illuminate(light, at(middle), at(middle - half), at(middle + half)).irradiance;
+        irradiance.red[l] = here.x, irradiance.green[l] = here.y, irradiance.blue[l] = here.z;
+    }
+}
+
+// The same of a point light. Where it is 16 steps away, its inverse square distance from the middle is taken for the
+// mean over the step; the relative error is below 1e-3.
+WISP_INLINE void illuminate_from_point(const Light &light, const Ray &ray, const Group &group, LaneColor &irradiance) {
+    const Vec3 from = ray.origin - light.position;
+    bool is_near = false;
+    for (uint32_t l = 0; l < lanes; ++l) {
+        const Real x = from.x + ray.direction.x * group.middle[l], y = from.y + ray.direction.y * group.middle[l],
+                   z = from.z + ray.direction.z * group.middle[l];
+        const Real distance = sqrt(x * x + y * y + z * z), near = Real(16) * group.length[l];
+        const Real inverse = Real(1) / max(max(distance, near), Real(0x1p-10));
+        is_near |= distance < near;
+        irradiance.red[l] = light.color.x * inverse * inverse;
+        irradiance.green[l] = light.color.y * inverse * inverse;
+        irradiance.blue[l] = light.color.z * inverse * inverse;
+    }
+    if (is_near) illuminate_steps(light, ray, group, irradiance);
+}
+
+// Makes samples of the steps of a group that lie in smoke. Returns their number.
+WISP_MULTIVERSIONED uint32_t sample_group(const Sweeper &in, const Ray &ray, const Group &group, Sample *samples) {
+    LaneCells at;
+    find_cells(group.points, 1, 1, at);
+    Lanes depth = {}, scaled = {};
+    LaneColor scattered = {}, emitted = {}, arriving = {}, irradiance;
+    for (uint32_t s = 0; s < in.medium->count; ++s) {
+        const SmokeVolume &smoke = in.medium->smokes[s];
+        if (!smoke.field.is_resampled) continue;
+        const Color glow = (Color(Real(1)) - smoke.albedo) * smoke.emission;
+        Lanes sigma, weight;
+        interpolate(at, smoke.field.resampled.extinction, sigma);
+        for (uint32_t l = 0; l < lanes; ++l) {
+            weight[l] = scale_pow2(sigma[l], in.sigma_shift);
+            depth[l] += sigma[l] * group.length[l];
+            scaled[l] += weight[l];
+        }
+        add(scattered, weight, smoke.albedo);
+        add(emitted, weight, glow);
+    }
+    const OpticalDepthGrid &depths = *in.depths;
+    find_cells(group.points, depths.spacing, static_cast<int32_t>(depths.light_count), at);
+    for (uint32_t light = 0; light < depths.light_count; ++light) {
+        Lanes tau;
+        interpolate(at, depths.depth, tau);
+        if (depths.lights[light].kind == LightKind::point)
+            illuminate_from_point(depths.lights[light], ray, group, irradiance);
+        else
+            illuminate_steps(depths.lights[light], ray, group, irradiance);
+        for (uint32_t l = 0; l < lanes; ++l) tau[l] = exp(-max(tau[l], Real(0))) * inv_four_pi<Real>;
+        for (uint32_t l = 0; l < lanes; ++l) {
+            arriving.red[l] += irradiance.red[l] * tau[l];
+            arriving.green[l] += irradiance.green[l] * tau[l];
+            arriving.blue[l] += irradiance.blue[l] * tau[l];
+            at.node[l] += static_cast<int32_t>(nodes_of(depths.spacing));
+        }
+    }
+    find_cells(group.points, in.spacing, 1, at);
+    const Color *light = in.light;
+    Lanes red, green, blue;
+    interpolate(
+        at, [light](int32_t node) { return light[node].x; }, red);
+    interpolate(
+        at, [light](int32_t node) { return light[node].y; }, green);
+    interpolate(
+        at, [light](int32_t node) { return light[node].z; }, blue);
+    Lanes transmittance, mean;
+    for (uint32_t l = 0; l < lanes; ++l) transmittance[l] = exp(-depth[l]);
+    for (uint32_t l = 0; l < lanes; ++l) mean[l] = mean_transmittance_of(depth[l], transmittance[l]);
+    for (uint32_t l = 0; l < lanes; ++l) {
+        const Real weight = scaled[l] > Real(0) ? scaled[l] : Real(1);
+        red[l] = (scattered.red[l] * (arriving.red[l] + red[l]) + emitted.red[l]) / weight;
+        green[l] = (scattered.green[l] * (arriving.green[l] + green[l]) + emitted.green[l]) / weight;
+        blue[l] = (scattered.blue[l] * (arriving.blue[l] + blue[l]) + emitted.blue[l]) / weight;
+    }
+    uint32_t count = 0;
+    for (uint32_t l = 0; l < group.count; ++l)
+        if (scaled[l] > Real(0))
+            samples[count++] = {static_cast<uint64_t>(at.node[l]),
+                                Vec3(at.x[l], at.y[l], at.z[l]),
+                                scaled[l] * group.length[l],
+                                transmittance[l],
+                                mean[l],
+                                Color(red[l], green[l], blue[l]),
+                                Color(Real(0))};
+    return count;
+}
+
+// Passes a sample, and adds to it what flies through on the way: of a source that is even in it, the mean of
+// S + (L - S) e^-s over the step.
+void pass(Sample &sample, Color &radiance) {
+    const Color above = radiance - sample.source;
+    sample.mean += sample.source + above * sample.mean_transmittance;
+    radiance = sample.source + above * sample.transmittance;
+}
+
+void deposit(const Sweeper &in, const Sample &sample) {
+    const uint32_t n = static_cast<uint32_t>(nodes_along(in.spacing));
+    const Vec3 &t = sample.at;
+    for (uint32_t corner = 0; corner < 8; ++corner) {
+        const Real weight = sample.weight * (corner & 1 ? t.x : Real(1) - t.x) * (corner & 2 ? t.y : Real(1) - t.y) *
+                            (corner & 4 ? t.z : Real(1) - t.z);
+        const uint64_t node = sample.node + (corner & 1) + n * ((corner >> 1 & 1) + n * (corner >> 2));
+        in.arrived[node].radiance += sample.mean * weight;
+        in.arrived[node].weight += weight;
+    }
+}
+
+// The number of parts of the steps in a brick: so many that none is deeper than 1/4, but at most 4. The source of light
+// counts as even within a part.
+constexpr int32_t most_parts = 4;
+int32_t parts_in_brick(const Sweeper &in, uint32_t brick, Real longest) {
+    Real sigma = Real(0);
+    for (uint32_t s = 0; s < in.medium->count; ++s)
+        if (in.medium->smokes[s].field.is_resampled) sigma += in.medium->smokes[s].field.resampled.majorants[brick];
+    return min(floor_to_int(min(sigma * longest * Real(4), Real(most_parts))) + 1, most_parts);
+}
+
+// Makes samples of a line: of each brick in equal steps, at most `spacing` cells long. Returns their number.
+uint32_t sample_line(const Sweeper &in, const Ray &ray, Real begin, Real end) {
+    const Vec3 step = ray.direction * in.bricks.inverse_cell;
+    const Real longest = in.bricks.cell.x * Real(in.spacing);
+    Group group;
+    uint32_t count = 0;
+    group.count = 0;
+    const auto finish = [&] {
+        for (uint32_t l = group.count; l < lanes; ++l) { // these are computed in vain
+            group.points.brick[l] = group.points.brick[0];
+            group.points.x[l] = group.points.x[0], group.points.y[l] = group.points.y[0];
+            group.points.z[l] = group.points.z[0];
+            group.middle[l] = group.middle[0], group.length[l] = group.length[0];
+        }
+        count += sample_group(in, ray, group, in.samples + count);
+        group.count = 0;
+    };
+    for_each_brick(in.bricks, ray, begin, end, [&](uint32_t brick, Real from, Real to) {
+        if (!(from < to)) return true;
+        const Vec3 start = position_in(in.bricks, brick, ray.origin);
+        const int32_t steps = (floor_to_int((to - from) / longest) + 1) * parts_in_brick(in, brick, longest);
+        const Real length = (to - from) / Real(steps);
+        for (int32_t i = 0; i < steps; ++i) {
+            const uint32_t l = group.count++;
+            const Real middle = from + (Real(i) + Real(0.5)) * length;
+            const Vec3 p = max(start + step * middle, Vec3(Real(0)));
+            group.points.brick[l] = static_cast<int32_t>(brick);
+            group.points.x[l] = p.x, group.points.y[l] = p.y, group.points.z[l] = p.z;
+            group.middle[l] = middle, group.length[l] = length;
+            if (group.count == lanes) finish();
+        }
+        return true;
+    });
+    if (group.count > 0) finish();
+    return count;
+}
+
+// One line, both ways. False: the work is stopped.
+bool follow(const Sweeper &in, const Ray &ray) {
+    Real begin = Real(0), end = infinite_distance;
+    if (!clip(in.bricks.bounds, ray, begin, end)) return true;
+    const uint32_t count = sample_line(in, ray, begin, end);
+    Color radiance(Real(0));
+    for (uint32_t i = 0; i < count; ++i) pass(in.samples[i], radiance);
+    radiance = Color(Real(0));
+    for (uint32_t i = count; i-- > 0;) {
+        pass(in.samples[i], radiance);
+        deposit(in, in.samples[i]);
+    }
+    return in.watch.done((count + 1) * units_of_sample);
+}
+
+// Lines along one axis, from a place that differs from axis to axis.
+bool sweep_axis(const Sweeper &in, const Frame &frame, Pcg32 &generator) {
+    const Box &box = in.bricks.bounds;
+    const Vec3 middle = (box.low + box.high) * Real(0.5), half = (box.high - box.low) * Real(0.5);
+    const auto reach = [&half](const Vec3 &d) { return abs(d.x) * half.x + abs(d.y) * half.y + abs(d.z) * half.z; };
+    const Real gap = distance_of_lines(in), wide = reach(frame.across), high = reach(frame.up);
+    const Real x0 = -wide + gap * unit_open<Real>(generator());
+    const Real y0 = -high + gap * unit_open<Real>(generator());
+    const Vec3 back = middle - frame.along * reach(frame.along);
+    // Tiles of lines as wide as a brick: what one line reads is near for the next.
+    const int32_t tile = max(brick_cells / (2 * in.spacing), 1);
+    const int32_t columns = floor_to_int((wide - x0) / gap) + 1, rows = floor_to_int((high - y0) / gap) + 1;
+    for (int32_t column = 0; column < columns; column += tile)
+        for (int32_t row = 0; row < rows; row += tile)
+            for (int32_t i = column; i < min(column + tile, columns); ++i)
+                for (int32_t j = row; j < min(row + tile, rows); ++j) {
+                    const Vec3 from = back + frame.across * (x0 + Real(i) * gap) + frame.up * (y0 + Real(j) * gap);
+                    if (!follow(in, {from, frame.along})) return false;
+                }
+    return true;
+}
+
+// Makes means of the sums: the same at a node in every brick that holds it.
+void average(const Sweeper &in) {
+    const int32_t n = nodes_along(in.spacing);
+    const uint64_t nodes = nodes_of(in.spacing);
+    for (uint32_t brick = 0; brick < in.bricks.count; ++brick)
+        for (uint32_t k = 0; k < nodes; ++k) {
+            const Cell node = cell_of_index(n, k);
+            if (min(node.x, min(node.y, node.z)) > 0 && max(node.x, max(node.y, node.z)) < n - 1) continue;
+            Arrived sum = {Color(Real(0)), Real(0)};
+            bool first = true; // of the holders
+            for_each_holder(in.bricks, in.bricks.position[brick], node, n, [&](uint32_t other, uint32_t there) {
+                first = first && other >= brick;
+                const Arrived &here = in.arrived[other * nodes + there];
+                sum = {sum.radiance + here.radiance, sum.weight + here.weight};
+            });
+            if (!first) continue;
+            for_each_holder(in.bricks, in.bricks.position[brick], node, n,
+                            [&](uint32_t other, uint32_t there) { in.arrived[other * nodes + there] = sum; });
+        }
+    // Each sample holds what flies along its line both ways.
+    for (Arrived *i = in.arrived; i < in.arrived + in.bricks.count * nodes; ++i)
+        if (i->weight > Real(0)) i->radiance = i->radiance / (i->weight * Real(2));
+}
+
+bool sweep_set(const Sweeper &in, int32_t set) {
+    const uint64_t count = uint64_t{in.bricks.count} * nodes_of(in.spacing);
+    if (!fill(in.arrived, count, Arrived{Color(Real(0)), Real(0)}, in.watch)) return false;
+    Pcg32 generator(static_cast<uint64_t>(set));
+    for (int32_t k = 0; k < axes_of_set; ++k)
+        if (!sweep_axis(in, axis_of_set(set, k), generator)) return false;
+    average(in);
+    return true;
+}
+
+// What the nodes of a brick say of both ways.
+struct Disagreement {
+    Real of_sets; // the sum of |A - B| / 2: what the mean of two sets errs by
+    Real of_ways; // the sum of |photons - mean of the sets|
+};
+
+// The share of the photons around a node of the lattice of bricks: V / (V + P), where the sets have the variance V and
+// the photons P; what both ways differ by has the variance V + P.
+Real share_of_photons(const SparseGrid &bricks, const Disagreement *disagreement, const Cell &position,
+                      const Cell &corner) {
+    Real of_sets = Real(0), of_ways = Real(0);
+    for_each_holder(bricks, position, corner, 2, [&](uint32_t brick, uint32_t) {
+        of_sets += disagreement[brick].of_sets;
+        of_ways += disagreement[brick].of_ways;
+    });
+    if (!(of_sets < of_ways)) return Real(1);
+    const Real share = of_sets / of_ways;
+    return share * share;
+}
+
+// Both ways of finding the light at the nodes.
+struct Ways {
+    uint64_t points;
+    const bool *known;
+    Color *photons;          // replaced by what both say
+    Arrived *first, *second; // of the sets of lines
+
+    bool both(uint64_t i) const { return known[i] && first[i].weight > Real(0) && second[i].weight > Real(0); }
+    Color of_lines(uint64_t i) const { return (first[i].radiance + second[i].radiance) * Real(0.5); }
+};
+
+Disagreement disagreement_in(const Ways &ways, uint64_t begin, uint64_t end) {
+    Disagreement sum = {Real(0), Real(0)};
+    for (uint64_t i = begin; i < end; ++i) {
+        if (!ways.both(i)) continue;
+        const Color lines = ways.of_lines(i);
+        for (int32_t c = 0; c < 3; ++c) {
+            sum.of_sets += abs(ways.first[i].radiance[c] - lines[c]);
+            sum.of_ways += abs(ways.photons[i][c] - lines[c]);
+        }
+    }
+    return sum;
+}
+
+// Mixes both ways at the nodes of a brick.
+void mix_ways(const LineSweep &sweep, const Ways &ways, const Disagreement *disagreement, uint32_t brick) {
+    const SparseGrid &bricks = *sweep.depths->bricks;
+    Real share[8];
+    for (int32_t corner = 0; corner < 8; ++corner)
+        share[corner] =
+            share_of_photons(bricks, disagreement, bricks.position[brick], {corner & 1, corner >> 1 & 1, corner >> 2});
+    for (uint32_t k = 0; k < nodes_of(sweep.spacing); ++k) {
+        const uint64_t i = uint64_t{brick} * nodes_of(sweep.spacing) + k;
+        if (!ways.both(i)) continue;
+        const Cell node = cell_of_index(nodes_along(sweep.spacing), k);
+        const Vec3 t = Vec3(Real(node.x), Real(node.y), Real(node.z)) * (Real(sweep.spacing) * Real(1.0 / brick_cells));
+        Real photons = Real(0); // products that are 0 on a face: every brick that holds the node finds the same
+        for (uint32_t corner = 0; corner < 8; ++corner)
+            photons += share[corner] * ((corner & 1 ? t.x : Real(1) - t.x) * (corner & 2 ? t.y : Real(1) - t.y) *
+                                        (corner & 4 ? t.z : Real(1) - t.z));
+        const Color lines = ways.of_lines(i);
+        ways.photons[i] = lines + (ways.photons[i] - lines) * photons;
+    }
+}
+
+// A line crosses a brick once at most, on a way of at most sqrt(3) brick_cells.
+uint64_t samples_of_line(uint64_t bricks, int32_t spacing) { return bricks * static_cast<uint64_t>(14 / spacing + 2); }
+
+} // namespace
+
+bool suits_lines(const LineSweep &sweep) {
+    const SparseGrid &bricks = *sweep.depths->bricks;
+    if (number_of(bricks.lattice.count) > places_of_brick * bricks.count) return false;
+    const Vec3 margin(distance_of_lines(sweep) * Real(4));
+    const Vec3 low = bricks.bounds.low - margin, high = bricks.bounds.high + margin;
+    for (uint32_t l = 0; l < sweep.depths->light_count; ++l) {
+        const Light &light = sweep.depths->lights[l];
+        const Vec3 &p = light.position;
+        const bool has_falloff = light.kind == LightKind::point || light.kind == LightKind::spot;
+        if (has_falloff && p.x > low.x && p.y > low.y && p.z > low.z && p.x < high.x && p.y < high.y && p.z < high.z)
+            return false;
+    }
+    return true;
+}
+
+uint64_t line_sweep_bytes(uint64_t bricks, int32_t spacing) {
+    const uint64_t points = bricks * nodes_of(spacing);
+    return 2 * Arena::bytes<Arrived>(points) + Arena::bytes<Disagreement>(bricks) +
+           Arena::bytes<Sample>(samples_of_line(bricks, spacing));
+}
+
+bool sweep_lines(const LineSweep &sweep, const bool *known, Color *radiance, Arena &arena, Watch watch) {
+    const SparseGrid &bricks = *sweep.depths->bricks;
+    const uint64_t nodes = nodes_of(sweep.spacing);
+    const uint64_t points = uint64_t{bricks.count} * nodes;
+    const size_t mark = arena.mark();
+    Arrived *first = arena.make<Arrived>(points), *second = arena.make<Arrived>(points);
+    Disagreement *disagreement = arena.make<Disagreement>(bricks.count);
+    Sample *samples = arena.make<Sample>(samples_of_line(bricks.count, sweep.spacing));
+    watch.expect(points * units_of_sample * axes_of_set);
+    bool done = first && second && disagreement && samples;
+    for (int32_t set = 0; done && set < 2; ++set)
+        done = sweep_set({sweep, bricks, radiance, set == 0 ? first : second, samples, watch}, set);
+    const Ways ways = {points, known, radiance, first, second};
+    for (uint32_t brick = 0; done && brick < bricks.count; ++brick)
+        disagreement[brick] = disagreement_in(ways, brick * nodes, (brick + 1) * nodes);
+    for (uint32_t brick = 0; done && brick < bricks.count; ++brick) {
+        mix_ways(sweep, ways, disagreement, brick);
+        done = watch.go_on(static_cast<uint32_t>(nodes) * units_of_node);
+    }
+    arena.rewind(mark);
+    return done;
+}
+
+} // namespace wisp::WISP_ARITH

@@ -1,0 +1,165 @@
+// Light gathered along lines against closed forms and against more photons (S4-5).
+#include "core/photons/line_sweep.h"
+#include "support/built_sparse_grid.h"
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+using namespace wisp;
+using namespace wisp::WISP_ARITH;
+
+namespace {
+
+// The light at the nodes of a box that glows and scatters nothing, gathered along lines.
+struct GlowingBox {
+    explicit GlowingBox(double sigma) : built({box(sigma)}, 1) {
+        const uint64_t points = uint64_t{built.bricks().count} * nodes_of(spacing);
+        std::vector<unsigned char> memory(line_sweep_bytes(built.bricks().count, spacing));
+        Arena arena(memory.data(), memory.size());
+        const std::vector<Light> none;
+        const OpticalDepthGrid depths = {&built.medium, none.data(), 0, &built.bricks(), 1, nullptr, false};
+        const std::unique_ptr<bool[]> known(new bool[points]);
+        std::fill(known.get(), known.get() + points, true);
+        radiance.assign(points, Color(Real(0)));
+        const LineSweep sweep = {&built.medium, &depths, spacing, 0};
+        REQUIRE(suits_lines(sweep));
+        REQUIRE(sweep_lines(sweep, known.get(), radiance.data(), arena));
+        CHECK(arena.mark() == 0);
+        for (size_t part = 0; part < 8; ++part) {
+            Arena small(memory.data(), memory.size() * part / 8);
+            CHECK_FALSE(sweep_lines(sweep, known.get(), radiance.data(), small));
+        }
+    }
+    static SmokeDescription box(double sigma) {
+        SmokeDescription source = box_smoke({half, half, half}, sigma, 2 * half);
+        source.albedo = {0, 0, 0};
+        source.emission = {1, 0.5, 0.25};
+        return source;
+    }
+    static constexpr double half = 12;
+    static constexpr int32_t spacing = 2;
+    Resampled built;
+    std::vector<Color> radiance;
+};
+
+// The mean over all directions of 1 - e^-depth from a point in the box to its faces.
+double mean_glow(double sigma, const double (&p)[3]) {
+    const int n = 50;
+    double sum = 0;
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < 2 * n; ++j) {
+            const double z = (2 * i + 1.0) / n - 1, turn = pi_ * (j + 0.5) / n, r = std::sqrt(1 - z * z);
+            const double d[3] = {r * std::cos(turn), r * std::sin(turn), z};
+            double way = 1e9;
+            for (int a = 0; a < 3; ++a)
+                way = std::min(way, (d[a] > 0 ? GlowingBox::half - p[a] : -GlowingBox::half - p[a]) / d[a]);
+            sum += 1 - std::exp(-sigma * std::max(way, 0.0));
+        }
+    return sum / (2 * n * n);
+}
+
+} // namespace
+
+TEST_CASE(WISP_ARITH_NAME ": lines bring the light of a glowing box to all its nodes") {
+    for (const double sigma : {0.01, 0.05, 0.25}) {
+        CAPTURE(sigma);
+        GlowingBox lit(sigma);
+        const SparseGrid &bricks = lit.built.bricks();
+        double worst = 0, squares = 0, sum = 0, expected_sum = 0;
+        int count = 0;
+        for (uint32_t b = 0; b < bricks.count; ++b)
+            for (uint32_t k = 0; k < nodes_of(lit.spacing); k += 13) {
+                const Cell c = cell_of_index(nodes_along(lit.spacing), k);
+                const Vec3 at_ = node_of(bricks, b, {c.x * lit.spacing, c.y * lit.spacing, c.z * lit.spacing});
+                const double p[3] = {at(at_.x), at(at_.y), at(at_.z)};
+                const double farthest = std::max({std::fabs(p[0]), std::fabs(p[1]), std::fabs(p[2])});
+                if (farthest > lit.half - 1.5 * lit.spacing) continue; // tents that reach over a face see less
+                const Color &here = lit.radiance[uint64_t{b} * nodes_of(lit.spacing) + k];
+                // A node has the mean over its tent, whose variance along an axis is spacing^2 / 6.
+                double expected = 0;
+                for (int i = 0; i < 8; ++i) {
+                    const double reach = lit.spacing / std::sqrt(6);
+                    const double q[3] = {p[0] + (i & 1 ? reach : -reach), p[1] + (i & 2 ? reach : -reach),
+                                         p[2] + (i & 4 ? reach : -reach)};
+                    expected += mean_glow(sigma, q) / 8;
+                }
+                const double error = std::fabs(at(here.x) / expected - 1);
+                worst = std::max(worst, error);
+                squares += error * error, ++count;
+                CHECK(at(here.y) == doctest::Approx(0.5 * at(here.x)).epsilon(1e-4));
+                sum += at(here.x), expected_sum += expected;
+            }
+        CHECK(std::sqrt(squares / count) < 0.025); // 32 axes; next to an edge of the box more
+        CHECK(worst < 0.1);
+        CHECK(sum == doctest::Approx(expected_sum).epsilon(0.004));
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": a node has the same light in every brick that holds it, to the bit") {
+    GlowingBox lit(0.1);
+    const SparseGrid &bricks = lit.built.bricks();
+    const int32_t n = nodes_along(lit.spacing);
+    uint32_t shared = 0;
+    for (uint32_t b = 0; b < bricks.count; ++b)
+        for (uint32_t k = 0; k < nodes_of(lit.spacing); ++k)
+            for_each_holder(bricks, bricks.position[b], cell_of_index(n, k), n, [&](uint32_t other, uint32_t there) {
+                const Color &here = lit.radiance[uint64_t{b} * nodes_of(lit.spacing) + k];
+                const Color &same = lit.radiance[uint64_t{other} * nodes_of(lit.spacing) + there];
+                CHECK((here.x == same.x && here.y == same.y && here.z == same.z));
+                shared += other != b ? 1 : 0;
+            });
+    CHECK(shared > 1000);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": lines take away more than half of the noise of few photons, and hardly change many") {
+    LitSmoke lit(cloud(1500, 12, 2, 1.5));
+    lit.light({LightKind::parallel, {}, {0.6, 0, -0.8}, 2, {1, 1, 1}});
+    const auto maps = [&](uint64_t photons, uint64_t seed) {
+        Settings settings = brick_settings(8, 0.5, photons);
+        settings.seed = seed;
+        TracedFluence traced(lit.scene, settings, 2);
+        std::vector<std::vector<double>> values;
+        for (const OpticalDepthGrid *swept :
+             {static_cast<const OpticalDepthGrid *>(nullptr), static_cast<const OpticalDepthGrid *>(&traced.depths)}) {
+            std::vector<unsigned char> memory(irradiance_bytes(lit.scene, traced.count, 2, false, true, false, swept));
+            Arena arena(memory.data(), memory.size());
+            const Irradiance map = make_irradiance(traced.medium, traced.deposits, swept, Real(0), arena);
+            REQUIRE(map.ready);
+            values.emplace_back();
+            for (uint32_t b = 0; b < traced.medium.bricks->count; ++b) // in the middle of the smoke
+                if (length(low_of(*traced.medium.bricks, b) + traced.medium.bricks->lattice.edge * Real(0.5)) <
+                    Real(16))
+                    for (int i = 0; i < 27; ++i)
+                        values.back().push_back(at(
+                            light_at(map, b, vec(1 + 3 * (i % 3), 1 + 3 * (i / 3 % 3), 1 + 3 * (i / 9))).radiance.x));
+        }
+        return values;
+    };
+    const auto many = maps(400000, 9);
+    const std::vector<double> &truth = many[0];
+    const auto error = [&truth](const std::vector<double> &of) {
+        double sum = 0, all = 0;
+        for (size_t i = 0; i < truth.size(); ++i) {
+            sum += (of[i] - truth[i]) * (of[i] - truth[i]);
+            all += truth[i] * truth[i];
+        }
+        return std::sqrt(sum / all);
+    };
+    const auto few = maps(4096, 1);
+    REQUIRE(truth.size() > 500);
+    CHECK(error(few[0]) > 0.1);
+    CHECK(error(few[1]) < 0.4 * error(few[0]));
+    CHECK(error(many[1]) < 0.03);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": no line is followed beside a light in the smoke") {
+    const Resampled built({smoke_of(cloud(50, 4, 1, 1))}, 1);
+    for (const double far : {0.0, 4.0, 100.0})
+        for (const LightKind kind : {LightKind::point, LightKind::spot, LightKind::parallel, LightKind::constant}) {
+            const Light light = make_light({kind, {far, 0, 0}, {-1, 0, 0}, 0.5, {1, 1, 1}});
+            const OpticalDepthGrid depths = {&built.medium, &light, 1, &built.bricks(), 1, nullptr, false};
+            const bool falls = kind == LightKind::point || kind == LightKind::spot;
+            CHECK(suits_lines({&built.medium, &depths, 2, 0}) == (!falls || far > 50));
+        }
+}
