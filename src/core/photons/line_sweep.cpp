@@ -41,7 +41,7 @@ struct Sweeper : LineSweep {
     Watch watch;
 };
 
-Real distance_of_lines(const LineSweep &sweep) { return sweep.depths->bricks->cell.x * Real(2 * sweep.spacing); }
+Real distance_of_lines(const LineSweep &sweep) { return largest(sweep.depths->bricks->cell) * Real(2 * sweep.spacing); }
 
 // A line's direction, and two more that span the plane across it.
 struct Frame {
@@ -184,6 +184,8 @@ void deposit(const Sweeper &in, const Sample &sample) {
 // The number of parts of the steps in a brick: so many that none is deeper than 1/4, but at most 4. The source of light
 // counts as even within a part.
 constexpr int32_t most_parts = 4;
+// Steps of a line in a brick, before they are divided: the way is at most sqrt(3) brick_cells of the longest edge.
+constexpr int32_t most_steps(int32_t spacing) { return 14 / spacing + 2; }
 int32_t parts_in_brick(const Sweeper &in, uint32_t brick, Real longest) {
     Real sigma = Real(0);
     for (uint32_t s = 0; s < in.medium->count; ++s)
@@ -194,7 +196,7 @@ int32_t parts_in_brick(const Sweeper &in, uint32_t brick, Real longest) {
 // Makes samples of a line: of each brick in equal steps, at most `spacing` cells long. Returns their number.
 uint32_t sample_line(const Sweeper &in, const Ray &ray, Real begin, Real end) {
     const Vec3 step = ray.direction * in.bricks.inverse_cell;
-    const Real longest = in.bricks.cell.x * Real(in.spacing);
+    const Real longest = largest(in.bricks.cell) * Real(in.spacing);
     Group group;
     uint32_t count = 0;
     group.count = 0;
@@ -211,7 +213,8 @@ uint32_t sample_line(const Sweeper &in, const Ray &ray, Real begin, Real end) {
     for_each_brick(in.bricks, ray, begin, end, [&](uint32_t brick, Real from, Real to) {
         if (!(from < to)) return true;
         const Vec3 start = position_in(in.bricks, brick, ray.origin);
-        const int32_t steps = (floor_to_int((to - from) / longest) + 1) * parts_in_brick(in, brick, longest);
+        const int32_t steps =
+            min(floor_to_int((to - from) / longest) + 1, most_steps(in.spacing)) * parts_in_brick(in, brick, longest);
         const Real length = (to - from) / Real(steps);
         for (int32_t i = 0; i < steps; ++i) {
             const uint32_t l = group.count++;
@@ -365,7 +368,9 @@ void mix_ways(const LineSweep &sweep, const Ways &ways, const Disagreement *disa
 }
 
 // A line crosses a brick once at most, on a way of at most sqrt(3) brick_cells.
-uint64_t samples_of_line(uint64_t bricks, int32_t spacing) { return bricks * static_cast<uint64_t>(14 / spacing + 2); }
+uint64_t samples_of_line(uint64_t bricks, int32_t spacing) {
+    return bricks * static_cast<uint64_t>(most_parts * most_steps(spacing));
+}
 
 } // namespace
 
