@@ -1,7 +1,9 @@
 // Smoke just outside of what lattices and photons are made for: dense, sparse, long, of unlike radii.
 #include "support/command_line.h"
 #include "host/images/picture.h"
+#include <array>
 #include <cmath>
+#include <vector>
 
 using namespace wisp;
 
@@ -23,6 +25,15 @@ struct DenseSmokeTest : CommandLineTest {
         double sum = 0;
         for (float value : picture.rgb) sum += static_cast<double>(value);
         return sum / static_cast<double>(picture.rgb.size());
+    }
+    // A file of particles: x, y, z, h and mass of each.
+    static std::string ply(const std::vector<std::array<double, 5>> &particles) {
+        std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(particles.size()) +
+                           "\nproperty double x\nproperty double y\nproperty double z\nproperty double h\n"
+                           "property double mass\nend_header\n";
+        for (const auto &particle : particles)
+            for (size_t i = 0; i < 5; ++i) text += std::to_string(particle[i]) + (i < 4 ? " " : "\n");
+        return text;
     }
     uint64_t planned_bytes(const std::string &options = "") const {
         const Ran ran = wisp("plan " + s() + " -q " + options);
@@ -95,6 +106,45 @@ TEST_CASE("dense smoke: a light in the smoke is seen through a peaked phase func
         CHECK(test.mean("--photons 0") == doctest::Approx(fine).epsilon(0.02));
         CHECK(test.mean("--photons 0 --smoke direct") == doctest::Approx(fine).epsilon(0.02));
     }
+}
+
+TEST_CASE("dense smoke: a light among particles, nearer to a ray than a step is long") {
+    DenseSmokeTest test;
+    test.write("s.ply", test.ply({{0, 0, 0, 0.11, 1}, {0.01, 0, -0.05, 0.23, 1}, {0.03, -0.04, 0.07, 0.9, 2}}));
+    for (const std::string light : {"0 0 -0.06", "0.05 0.05 0"}) {
+        CAPTURE(light);
+        test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 4 hither 0.01 resolution 16 16\nlp " + light +
+                                " 1 1 1\nsmoke s.ply { extinction 0.002 albedo .9 .9 .9 phase -0.5 }\n");
+        const double fine = test.mean("--photons 0 --smoke direct --step 0.02 --light-step 0");
+        for (const std::string options : {"", " --smoke map --density-step 0", " --smoke direct"})
+            CHECK(test.mean("--photons 0" + options) == doctest::Approx(fine).epsilon(0.02));
+    }
+}
+
+TEST_CASE("dense smoke: light enters particles like solids in a thin rim") {
+    DenseSmokeTest test;
+    test.write("s.ply", test.ply({{0, 0, 0, 0.3, 1}, {0.1, 0, -0.05, 0.25, 1}, {-0.13, -0.04, 0.07, 0.3, 1}}));
+    test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 12 hither 0.01 resolution 16 16\nlp 3 2 4 40 40 40\n"
+                        "smoke s.ply { extinction 100 albedo .9 .9 .9 }\n");
+    const double fine = test.mean("--photons 0 --smoke direct --step 0.02 --light-step 0");
+    CHECK(test.mean("--photons 0") == doctest::Approx(fine).epsilon(0.025));
+    CHECK(test.mean("--photons 0 --smoke map --density-step 0") == doctest::Approx(fine).epsilon(0.025));
+}
+
+TEST_CASE("dense smoke: particles of unlike radii that are deep together do not spread the light of photons") {
+    // Each is 0.05 mean free paths deep, all of them 14. Three small ones make lattices too large.
+    DenseSmokeTest test;
+    std::vector<std::array<double, 5>> particles;
+    for (int i = 0; i < 3; ++i) particles.push_back({0, 0, 0.02 * i, 0.001, 1e-9});
+    for (int i = 0; i < 300; ++i) {
+        const double h = 0.3 + 0.7 * i / 300, turn = 2.4 * i, r = 0.1 * (i * 37 % 300) / 300;
+        particles.push_back({r * std::cos(turn), r * std::sin(turn), 0.1 * (i * 101 % 300) / 300 - 0.05, h, h * h * h});
+    }
+    test.write("s.ply", test.ply(particles));
+    test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 6 hither 0.01 resolution 8 8\nl .1 .1 .3 4 4 4\n"
+                        "smoke s.ply { extinction 0.08 albedo 1 1 1 }\n");
+    const double reference = test.mean("--spp 4 --reference --passes 0:256");
+    CHECK(std::fabs(test.mean("--spp 4 --photons 40000") / reference - 1) < 0.06);
 }
 
 TEST_CASE("dense smoke: many collisions of few photons lose no light") {

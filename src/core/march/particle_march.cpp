@@ -96,6 +96,7 @@ bool make_window(const Scene &scene, Arena &arena, ParticleMarcher &marcher) {
 namespace {
 
 constexpr uint32_t units_of_window = 1 << 12; // of work
+constexpr Real most_in_rim = Real(0.25) * max_step_depth;
 
 // Steps of the same length, or equal parts of one step.
 struct Stretch {
@@ -106,7 +107,7 @@ struct Stretch {
     Real most; // a deeper step is divided
 };
 
-// Gathers the particles for `count` steps from step `first` on.
+// Gathers the particles for `count` steps from step `first` on, and for the middle of the next or the stretch's end.
 void gather_window(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretch, int32_t first, int32_t count) {
     const Medium &medium = *marcher.medium;
     for (uint32_t i = 0; i < padded_steps; ++i) {
@@ -121,7 +122,7 @@ void gather_window(ParticleMarcher &marcher, const Ray &ray, const Stretch &stre
         const Window window = {
             marcher.middle,         sigma,        marcher.red,
             marcher.green,          marcher.blue, stretch.from + Real(first) * stretch.step + Real(0.5) * stretch.step,
-            Real(1) / stretch.step, count};
+            Real(1) / stretch.step, count + 1};
         const DensityField &field = medium.smokes[s].field;
         if (field.is_grid)
             gather(field.grid, marcher.sources[s], ray, window);
@@ -129,6 +130,14 @@ void gather_window(ParticleMarcher &marcher, const Ray &ray, const Stretch &stre
             gather(field.particles, marcher.sources[s], ray, window);
     }
     marcher.statistics->smoke.march_samples += static_cast<uint64_t>(count);
+}
+
+// sigma_t of all smoke in the middle of a step of the window.
+Real gathered_extinction(const ParticleMarcher &marcher, int32_t step) {
+    Real sum = Real(0);
+    for (uint32_t s = 0; s < marcher.medium->count; ++s)
+        sum += marcher.sigma[s * size_t{padded_steps} + static_cast<size_t>(step)];
+    return sum;
 }
 
 // Adds step `at` of the window, of length dx at distance `from`, whose extinctions are in marcher.extinctions.
@@ -166,9 +175,11 @@ void add_stretch(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretc
     const auto parts_of = [&](int32_t step) -> int32_t {
         if (!(stretch.most < any_depth)) return 1;
         const Real from = begin_of(step), dx = length_of(step);
-        return max(parts_among_unlike(*marcher.medium, marcher.steps, ray, from, dx),
-                   parts_between_nodes(*marcher.medium, ray, from, dx));
+        return max(max(parts_among_unlike(*marcher.medium, marcher.steps, ray, from, dx),
+                       parts_between_nodes(*marcher.medium, ray, from, dx)),
+                   parts_near_lights(marcher.lights, *marcher.medium, marcher.steps, ray, from, dx));
     };
+    Real before = Real(0); // sigma_t in the middle of the step before
     for (int32_t first = 0; first < stretch.steps && !so_far.opaque() && marcher.watch.go_on(units_of_window);) {
         if (const int32_t parts = parts_of(first); parts > 1) {
             const Real from = begin_of(first), dx = length_of(first);
@@ -184,21 +195,24 @@ void add_stretch(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretc
         int32_t next = first + count;
         for (int32_t i = 0; first + i < next && !so_far.opaque(); ++i) {
             if (!marcher.watch.go_on(1 + 128 * marcher.lights.light_count)) return;
-            const size_t at = static_cast<size_t>(i);
-            Real sigma = Real(0);
-            for (uint32_t s = 0; s < marcher.medium->count; ++s) {
-                marcher.extinctions[s] = marcher.sigma[s * size_t{padded_steps} + at];
-                sigma += marcher.extinctions[s];
-            }
             const Real from = begin_of(first + i), dx = length_of(first + i);
-            if (!(sigma > Real(0)) || !(dx > Real(0))) continue;
-            const int32_t parts = parts_of_step(sigma * dx, stretch.most);
-            if (parts == 1) {
-                add_step(marcher, ray, stretch, at, from, dx, sigma, so_far, recorder);
-                continue;
+            if (!(dx > Real(0))) continue;
+            const Real sigma = gathered_extinction(marcher, i), behind = gathered_extinction(marcher, i + 1);
+            int32_t parts = parts_of_step(sigma * dx, stretch.most);
+            Real most = any_depth;
+            if (parts == 1 && max(before, behind) * dx > Real(4) * stretch.most) {
+                parts = 2; // the rim of what is like a solid: its middle tells little
+                most = min(stretch.most, most_in_rim);
             }
-            add_stretch(marcher, ray, {stretch.begin, from, dx, dx / Real(parts), parts, any_depth}, so_far, recorder);
-            next = first + i + 1;
+            before = sigma;
+            if (parts > 1) {
+                add_stretch(marcher, ray, {stretch.begin, from, dx, dx / Real(parts), parts, most}, so_far, recorder);
+                next = first + i + 1;
+            } else if (sigma > Real(0)) {
+                for (uint32_t s = 0; s < marcher.medium->count; ++s)
+                    marcher.extinctions[s] = marcher.sigma[s * size_t{padded_steps} + static_cast<size_t>(i)];
+                add_step(marcher, ray, stretch, static_cast<size_t>(i), from, dx, sigma, so_far, recorder);
+            }
         }
         first = next;
     }

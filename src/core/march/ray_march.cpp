@@ -96,14 +96,41 @@ StepLengths step_lengths(const Scene &scene, const Medium &medium, Real lengths)
     return {longest, finest, lengths};
 }
 
-int32_t parts_among_unlike(const Medium &medium, const StepLengths &steps, const Ray &ray, Real from, Real dx) {
-    constexpr Real rounding = Real(1 + 0x1p-10);
-    if (!(dx > steps.finest * rounding)) return 1;
+namespace {
+
+// Among unlike particles, the length of a segment in smoothing lengths of the finest that meet it.
+Real length_among_unlike(const Medium &medium, const Ray &ray, Real from, Real dx) {
     Real inverse_h = Real(0);
     for (uint32_t i = 0; i < medium.count; ++i)
         inverse_h = max(inverse_h, finest_on_segment(medium.smokes[i].field.particles, ray, from, from + dx));
-    const Real length = dx * inverse_h; // in smoothing lengths
+    return dx * inverse_h;
+}
+
+} // namespace
+
+int32_t parts_among_unlike(const Medium &medium, const StepLengths &steps, const Ray &ray, Real from, Real dx) {
+    constexpr Real rounding = Real(1 + 0x1p-10);
+    if (!(dx > steps.finest * rounding)) return 1;
+    const Real length = length_among_unlike(medium, ray, from, dx);
     return !(length > steps.lengths * rounding) ? 1 : length > steps.lengths * (Real(2) * rounding) ? 4 : 2;
+}
+
+bool is_light_near(const Light *lights, uint32_t count, const Ray &ray, Real from, Real to, Real reach) {
+    for (uint32_t i = 0; i < count; ++i) {
+        if (lights[i].kind != LightKind::point && lights[i].kind != LightKind::spot) continue;
+        const Vec3 to_light = lights[i].position - ray.origin;
+        const Real nearest = max(from, min(dot(to_light, ray.direction), to));
+        if (length(to_light - ray.direction * nearest) < reach) return true;
+    }
+    return false;
+}
+
+int32_t parts_near_lights(const SingleScatterer &lights, const Medium &medium, const StepLengths &steps, const Ray &ray,
+                          Real from, Real dx) {
+    if (!is_light_near(lights.lights, lights.light_count, ray, from, from + dx, dx)) return 1;
+    const bool unlike = steps.longest > steps.finest;
+    return unlike ? (length_among_unlike(medium, ray, from, dx) * Real(8) > steps.lengths ? 2 : 1)
+                  : (dx * Real(8) > steps.finest ? 2 : 1);
 }
 
 int32_t parts_between_nodes(const Medium &medium, const Ray &ray, Real from, Real dx) {
@@ -138,8 +165,9 @@ void add_step(Marcher &marcher, const Ray &ray, Real begin, Real from, Real dx, 
             add_step(marcher, ray, begin, from + Real(i) * part, part, most_of_part, so_far, recorder);
     };
     if (most < any_depth) {
-        const int32_t parts =
-            max(parts_among_unlike(medium, marcher.steps, ray, from, dx), parts_between_nodes(medium, ray, from, dx));
+        const int32_t parts = max(
+            max(parts_among_unlike(medium, marcher.steps, ray, from, dx), parts_between_nodes(medium, ray, from, dx)),
+            parts_near_lights(marcher.lights, medium, marcher.steps, ray, from, dx));
         if (parts > 1) return divide(parts, most);
     }
     const Vec3 out = -ray.direction;

@@ -68,6 +68,14 @@ int32_t parts_between_nodes(const Medium &medium, const Ray &ray, Real from, Rea
 // else 2 or 4, which may have parts again.
 int32_t parts_among_unlike(const Medium &medium, const StepLengths &steps, const Ray &ray, Real from, Real dx);
 
+// Whether a light that falls off is nearer to the ray's distances `from` to `to` than `reach`.
+bool is_light_near(const Light *lights, uint32_t count, const Ray &ray, Real from, Real to, Real reach);
+
+// The number of equal parts of the step of length dx at distance `from`: 2, which may have parts again, if it is longer
+// than its distance to a light that falls off, and than 1/8 of what the smoke in it asks for.
+int32_t parts_near_lights(const SingleScatterer &lights, const Medium &medium, const StepLengths &steps, const Ray &ray,
+                          Real from, Real dx);
+
 constexpr Real any_depth = Real(0x1p30); // parts of steps are not divided again
 // A step is divided where its smoke is deeper than this (README).
 constexpr Real max_step_depth = Real(0.5);

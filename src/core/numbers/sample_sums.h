@@ -13,14 +13,18 @@ inline void add(WideSum &sum, uint64_t high, uint64_t low) {
     if (sum.high < before || (sum.high == before && high == UINT64_MAX)) sum.high = sum.low = UINT64_MAX;
 }
 
-// Samples are clamped to [0, 2^31). Only rounding makes negative samples.
-inline void add_sample(PixelSums::Channel &channel, Fixed sample) {
+// Samples are clamped to [0, 2^31). Only rounding makes negative samples. The rounding of a float is random, so that
+// means far below a unit are right, too: `random` is uniform in 32 bits.
+inline void add_sample(PixelSums::Channel &channel, Fixed sample, uint32_t = 0) {
     const int64_t units = sample < Fixed(0) ? 0 : sample.raw();
     const detail::Wide square = detail::product<detail::Wide>(units, units);
     add(channel.sum, 0, static_cast<uint64_t>(units));
     add(channel.square, static_cast<uint64_t>(detail::high_word(square)), detail::low_word(square));
 }
-inline void add_sample(PixelSums::Channel &channel, double sample) { add_sample(channel, to_real<Fixed>(sample)); }
+inline void add_sample(PixelSums::Channel &channel, double sample, uint32_t random) {
+    const double less_than_half_a_unit = scale_pow2(static_cast<double>(static_cast<int32_t>(random)), -64);
+    add_sample(channel, to_real<Fixed>(sample + less_than_half_a_unit));
+}
 
 inline double to_double(const WideSum &sum) {
     return scale_pow2(static_cast<double>(sum.high), 64) + static_cast<double>(sum.low);

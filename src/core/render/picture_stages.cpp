@@ -118,11 +118,12 @@ Status trace_paths(Frame &frame) {
         for (int32_t y = crop.y0; y < crop.y1; ++y) {
             for (int32_t x = crop.x0; x < crop.x1; ++x, ++pixel) {
                 sampler.generator = pass_generator(settings, settings.first_pass + pass, x, y);
+                Pcg32 rounding(~uint64_t{Pcg32(sampler.generator)()}); // its numbers are not those of the paths
                 for (uint32_t i = 0; i < settings.samples; ++i) {
                     const Color color = sample(view.ray_through(Real(x) + pattern.u(i), Real(y) + pattern.v(i)));
-                    add_sample(pixel->channels[0], color.x);
-                    add_sample(pixel->channels[1], color.y);
-                    add_sample(pixel->channels[2], color.z);
+                    add_sample(pixel->channels[0], color.x, rounding());
+                    add_sample(pixel->channels[1], color.y, rounding());
+                    add_sample(pixel->channels[2], color.z, rounding());
                     ++frame.statistics.rays.primary;
                 }
                 if (!frame.watch.done(uint64_t{settings.samples} * units_of_sample)) return Status::stopped;

@@ -51,6 +51,11 @@ void choose_spacings(const Options &options, const Scene &scene, double finest, 
     settings.irradiance_step = options.irradiance_step.value_or(2 * cell);
 }
 
+// Particles of which one smoothing length may be deeper are summed one by one. Light enters them where they are thin,
+// in a rim that cells of bricks are too coarse for: single scattering is 4 % too bright at a depth of 850, and 13 % at
+// 2,400.
+constexpr double max_depth_in_bricks = 100;
+
 // Where bricks would be too large, those of a box become coarser, and particles are summed one by one.
 void shrink_bricks(const Options &options, const Scene &scene, Settings &settings) {
     bool particles = false, samples = false;
@@ -58,7 +63,8 @@ void shrink_bricks(const Options &options, const Scene &scene, Settings &setting
         particles |= scene.smokes[i].count > 0;
         samples |= scene.smokes[i].grid.density != nullptr;
     }
-    while (settings.density_step > 0 && are_bricks_too_large(scene, settings)) {
+    const bool solid = particles && density_of(scene).greatest_depth > max_depth_in_bricks;
+    while (settings.density_step > 0 && (solid || are_bricks_too_large(scene, settings))) {
         if (particles) {
             settings.density_step = 0;
             settings.irradiance = IrradianceMap::none;

@@ -1,5 +1,7 @@
 #include "host/prepare/extinction.h"
 #include <algorithm>
+#include <cmath>
+#include <tuple>
 #include <utility>
 
 namespace wisp {
@@ -11,17 +13,81 @@ struct Extinction {
     double volume, greatest;
 };
 
-// Particles are counted in cells of a support's size.
-Extinction extinction_of_particles(const SmokeDescription &smoke) {
-    const double edge = 2 * smoke.largest_h, volume = edge * edge * edge;
-    double greatest = 0; // in the middle of a particle alone, or of a cell
-    for (uint32_t i = 0; i < smoke.count; ++i) {
-        const Particle &particle = smoke.particles[i];
-        greatest = std::max(greatest, 0.6 * particle.area / (particle.h * particle.h * particle.h));
+double cube(double x) { return x * x * x; }
+
+// The cell of a lattice of that edge: one number. `along` as in areas_in_cells().
+uint64_t cell_of(const Double3 &position, double edge, int along) {
+    const auto index = [&](double x, int axis) {
+        constexpr double most = 1 << 20;
+        return axis == along ? 0 : static_cast<uint64_t>(std::clamp(x / edge + most, 0.0, 2 * most - 1));
+    };
+    return index(position.x, 0) << 42 | index(position.y, 1) << 21 | index(position.z, 2);
+}
+
+// The summed cross-sections of the particles of a cell, one of which is at `position`.
+struct CellArea {
+    uint64_t cell;
+    double area;
+    Double3 position;
+};
+
+// In ascending order of cells.
+std::vector<CellArea> sum_in_cells(std::vector<CellArea> particles) {
+    std::sort(particles.begin(), particles.end(),
+              [](const CellArea &a, const CellArea &b) { return std::tie(a.cell, a.area) < std::tie(b.cell, b.area); });
+    std::vector<CellArea> cells;
+    for (const CellArea &particle : particles)
+        if (!cells.empty() && cells.back().cell == particle.cell)
+            cells.back().area += particle.area;
+        else
+            cells.push_back(particle);
+    return cells;
+}
+
+double area_of(const std::vector<CellArea> &cells, uint64_t cell) {
+    const auto found = std::lower_bound(cells.begin(), cells.end(), cell,
+                                        [](const CellArea &area, uint64_t wanted) { return area.cell < wanted; });
+    return found != cells.end() && found->cell == cell ? found->area : 0;
+}
+
+// About: where the smoke is densest. Particles of like radii are counted in cells of their support's size, of two
+// lattices, so that borders do not hide those of one place. Small particles may stand in the place of large ones: the
+// densities of their cells are added.
+double greatest_extinction(const SmokeDescription &smoke) {
+    double greatest = 0;
+    const auto edge_of = [&](size_t octave) { return std::scalbn(2 * smoke.largest_h, -static_cast<int>(octave)); };
+    const auto octave_of = [&](const Particle &particle) {
+        return static_cast<size_t>(std::max(0, std::ilogb(smoke.largest_h / particle.h)));
+    };
+    for (const double shift : {0.0, 0.5}) {
+        const auto cell_at = [&](const Double3 &position, double edge) {
+            const double by = shift * edge;
+            return cell_of({position.x + by, position.y + by, position.z + by}, edge, -1);
+        };
+        std::vector<std::vector<CellArea>> octaves; // the radii of each are at most half of those of the one before
+        for (uint32_t i = 0; i < smoke.count; ++i) {
+            const Particle &particle = smoke.particles[i];
+            greatest = std::max(greatest, 0.6 * particle.area / cube(particle.h)); // in the middle of a particle alone
+            const size_t octave = octave_of(particle);
+            if (octaves.size() <= octave) octaves.resize(octave + 1);
+            octaves[octave].push_back({cell_at(particle.position, edge_of(octave)), particle.area, particle.position});
+        }
+        for (size_t octave = 0; octave < octaves.size(); ++octave) {
+            octaves[octave] = sum_in_cells(std::move(octaves[octave]));
+            for (const CellArea &cell : octaves[octave]) {
+                double sum = cell.area / cube(edge_of(octave));
+                for (size_t wider = 0; wider < octave; ++wider)
+                    sum += area_of(octaves[wider], cell_at(cell.position, edge_of(wider))) / cube(edge_of(wider));
+                greatest = std::max(greatest, sum);
+            }
+        }
     }
-    const std::vector<double> areas = areas_in_cells(smoke, edge);
-    for (double area : areas) greatest = std::max(greatest, area / volume);
-    return {static_cast<double>(areas.size()) * edge * edge * edge, greatest};
+    return greatest;
+}
+
+Extinction extinction_of_particles(const SmokeDescription &smoke) {
+    const double edge = 2 * smoke.largest_h;
+    return {static_cast<double>(areas_in_cells(smoke, edge).size()) * cube(edge), greatest_extinction(smoke)};
 }
 
 Extinction extinction_of(const SmokeDescription &smoke) {
@@ -42,23 +108,15 @@ double longest_element(const SmokeDescription &smoke) {
 } // namespace
 
 std::vector<double> areas_in_cells(const SmokeDescription &smoke, double edge, int along) {
-    std::vector<std::pair<uint64_t, double>> areas; // by cell
-    areas.reserve(smoke.count);
-    const auto index = [&](double x, int axis) {
-        constexpr double most = 1 << 20;
-        return axis == along ? 0 : static_cast<uint64_t>(std::clamp(x / edge + most, 0.0, 2 * most - 1));
-    };
+    std::vector<CellArea> particles;
+    particles.reserve(smoke.count);
     for (uint32_t i = 0; i < smoke.count; ++i) {
-        const Double3 &p = smoke.particles[i].position;
-        areas.emplace_back(index(p.x, 0) << 42 | index(p.y, 1) << 21 | index(p.z, 2), smoke.particles[i].area);
+        const Particle &particle = smoke.particles[i];
+        particles.push_back({cell_of(particle.position, edge, along), particle.area, particle.position});
     }
-    std::sort(areas.begin(), areas.end());
-    std::vector<double> sums;
-    for (size_t i = 0; i < areas.size(); ++i) {
-        if (i == 0 || areas[i].first != areas[i - 1].first) sums.push_back(0);
-        sums.back() += areas[i].second;
-    }
-    return sums;
+    std::vector<double> areas;
+    for (const CellArea &cell : sum_in_cells(std::move(particles))) areas.push_back(cell.area);
+    return areas;
 }
 
 SmokeDensity density_of(const Scene &scene) {

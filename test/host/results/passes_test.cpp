@@ -1,5 +1,6 @@
 // Passes of --reference: sums that add up alike in any order, pictures of them, and files that are read only as
 // written.
+#include "core/numbers/random.h"
 #include "core/numbers/sample_sums.h"
 #include "host/results/passes.h"
 #include "support/checksummed.h"
@@ -36,7 +37,7 @@ Passes passes_of(const Ranges &ranges, int width = 3, int height = 2, uint32_t s
             for (size_t p = 0; p < passes.pixels.size(); ++p)
                 for (size_t c = 0; c < 3; ++c)
                     for (uint32_t i = 0; i < samples; ++i)
-                        add_sample(passes.pixels[p].channels[c], sample_of(pass, p, c, i));
+                        add_sample(passes.pixels[p].channels[c], sample_of(pass, p, c, i), 0);
     return passes;
 }
 
@@ -238,8 +239,8 @@ TEST_CASE("passes: one sample has no error, equal samples none, negative ones co
     equal.pixels = {{}, {}};
     for (int i = 0; i < 1000; ++i)
         for (PixelSums &pixel : equal.pixels) {
-            add_sample(pixel.channels[0], 0.375);
-            add_sample(pixel.channels[1], -0.375);
+            add_sample(pixel.channels[0], 0.375, 0);
+            add_sample(pixel.channels[1], -0.375, 0);
             add_sample(pixel.channels[2], Fixed(-1));
         }
     CHECK(mean_picture(equal).rgb == std::vector<float>{3, 0, 0, 3, 0, 0});
@@ -247,9 +248,20 @@ TEST_CASE("passes: one sample has no error, equal samples none, negative ones co
     for (float value : error_picture(equal).rgb) CHECK(std::fabs(value) <= 3 * std::sqrt(0x1p-51 / 1000));
 }
 
+TEST_CASE("passes: samples far below a unit are rounded at random, so that their mean is right") {
+    Pcg32 generator(1);
+    const int count = 100000;
+    for (double units : {0.001, 0.3, 7.9}) {
+        PixelSums::Channel channel = {};
+        for (int i = 0; i < count; ++i) add_sample(channel, units * 0x1p-32, generator());
+        const double fraction = units - std::floor(units), deviation = std::sqrt(fraction * (1 - fraction) / count);
+        CHECK(std::fabs(to_double(channel.sum) / count - units) < 4 * deviation);
+    }
+}
+
 TEST_CASE("passes: sums beyond a word do not wrap") {
     PixelSums::Channel channel = {};
-    for (int i = 0; i < 4; ++i) add_sample(channel, 2147483647.75);
+    for (int i = 0; i < 4; ++i) add_sample(channel, 2147483647.75, 0);
     CHECK(channel.sum.high == 1);
     CHECK(channel.sum.low == UINT64_MAX - (uint64_t{1} << 32) + 1);
     // 4 (2^31 - 2^-2)^2 = 2^64 - 2^32 + 2^-2
@@ -290,6 +302,6 @@ TEST_CASE("passes: sums beyond a word do not wrap") {
 
 TEST_CASE("passes: squares that no longer fit stay at the most that does") {
     PixelSums::Channel channel = {};
-    for (int i = 0; i < 9; ++i) add_sample(channel, 0x1p40);
+    for (int i = 0; i < 9; ++i) add_sample(channel, 0x1p40, 0);
     CHECK(channel.square.high == UINT64_MAX); // 9 * 2^62, not that less 2^64 twice
 }
