@@ -1,7 +1,6 @@
 #include "core/smoke/resampling.h"
 #include "host/base/error.h"
 #include "host/commands/defaults.h"
-#include "host/prepare/extinction.h"
 #include "wisp/settings.h"
 #include "wisp/wisp.h"
 #include <algorithm>
@@ -57,13 +56,13 @@ void choose_spacings(const Options &options, const Scene &scene, double finest, 
 constexpr double max_depth_in_bricks = 100;
 
 // Where bricks would be too large, those of a box become coarser, and particles are summed one by one.
-void shrink_bricks(const Options &options, const Scene &scene, Settings &settings) {
+void shrink_bricks(const Options &options, const Scene &scene, const SmokeDensity &density, Settings &settings) {
     bool particles = false, samples = false;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         particles |= scene.smokes[i].count > 0;
         samples |= scene.smokes[i].grid.density != nullptr;
     }
-    const bool solid = particles && density_of(scene).greatest_depth > max_depth_in_bricks;
+    const bool solid = particles && density.greatest_depth > max_depth_in_bricks;
     while (settings.density_step > 0 && (solid || are_bricks_too_large(scene, settings))) {
         if (particles) {
             settings.density_step = 0;
@@ -79,12 +78,12 @@ void shrink_bricks(const Options &options, const Scene &scene, Settings &setting
 }
 
 // Makes the cells of photons as fine as those of the bricks where they are too deep. Returns whether that suffices.
-bool fit_photon_cells(const Options &options, const Scene &scene, Settings &settings) {
-    if (photon_cells(scene, settings).fit()) return true;
+bool fit_photon_cells(const Options &options, const Scene &scene, const SmokeDensity &density, Settings &settings) {
+    if (photon_cells(scene, density, settings).fit()) return true;
     if (options.irradiance_step || !(settings.density_step > 0 && can_resample(scene))) return false;
     Settings finer = settings;
     finer.irradiance_step = settings.density_step;
-    if (!photon_cells(scene, finer).fit()) return false;
+    if (!photon_cells(scene, density, finer).fit()) return false;
     settings = finer;
     return true;
 }
@@ -97,8 +96,7 @@ bool scatters_far_backward(const Scene &scene) {
     return false;
 }
 
-PhotonCells photon_cells(const Scene &scene, const Settings &settings) {
-    const SmokeDensity density = density_of(scene);
+PhotonCells photon_cells(const Scene &scene, const SmokeDensity &density, const Settings &settings) {
     if (settings.irradiance == IrradianceMap::none) return {density.deepest_element, max_depth_of_element};
     bool hard = false;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) hard |= scene.smokes[i].is_grid();
@@ -139,14 +137,15 @@ void choose_defaults(const Options &options, const Scene &scene, uint32_t paths,
     choose_spacings(options, scene, finest, settings);
     const bool free = !options.density_step && !options.irradiance; // to choose other bricks, or none
     const bool in_bricks = settings.density_step > 0;
-    if (free && settings.method == Method::map && !(needs_directions && maps)) shrink_bricks(options, scene, settings);
+    if (free && settings.method == Method::map && !(needs_directions && maps))
+        shrink_bricks(options, scene, density, settings);
     settings.deposit = options.deposit.value_or(Deposit::exact);
     settings.direction = options.direction;
     settings.estimate = options.estimate.value_or(Estimate::kernel);
     if (settings.method != Method::map || on_particles || maps || settings.goal != Goal::picture ||
         settings.photons == 0)
         return;
-    const bool fits = fit_photon_cells(options, scene, settings);
+    const bool fits = fit_photon_cells(options, scene, density, settings);
     const bool lacks_directions = needs_directions && in_bricks && settings.density_step == 0;
     if (free && (lacks_directions || (!options.irradiance_step && (!fits || scatters_far_backward(scene)))))
         settings.paths = paths;

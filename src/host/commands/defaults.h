@@ -1,5 +1,6 @@
 // Settings that the options leave open.
 #pragma once
+#include "host/prepare/extinction.h"
 #include "host/scene/options.h"
 #include "wisp/scene.h"
 #include "wisp/settings.h"
@@ -17,7 +18,7 @@ struct PhotonCells {
     double depth, most;
     bool fit() const { return depth <= most; }
 };
-PhotonCells photon_cells(const Scene &scene, const Settings &settings);
+PhotonCells photon_cells(const Scene &scene, const SmokeDensity &density, const Settings &settings);
 
 // Whether the phase is so far backward that the flux does not tell whence light comes: it flows both ways.
 bool scatters_far_backward(const Scene &scene);

@@ -149,7 +149,7 @@ std::string options_of_cells(const Request &request) {
 
 // The limits hold for the random smokes of tools/measure/random_smoke.py.
 void RunWarnings::of_cells(const Scene &scene, const Settings &settings) {
-    const PhotonCells cells = photon_cells(scene, settings);
+    const PhotonCells cells = photon_cells(scene, density_of(scene), settings);
     const std::string options = options_of_cells(request_);
     const std::string hint = options.empty() ? "" : "; without " + options + " it is not";
     if (scatters_far_backward(scene))
