@@ -182,7 +182,8 @@ class Trial:
         if result:
             self.errors[method] = result
         noise = [norm([statistics.stdev(c) for c in zip(*(s[which] for s in samples))]) if photons else 0 for which in (0, 1)]
-        self.hold_arithmetics(method, first, noise)
+        if self.scene.grain <= deepest:
+            self.hold_arithmetics(method, first, noise)
 
     def hold_arithmetics(self, method, means, noise):
         """What each arithmetic makes of the same random numbers against f64; `noise` is that of one picture."""

@@ -131,7 +131,8 @@ SmokeDensity density_of(const Scene &scene) {
         const Extinction extinction = extinction_of(smoke);
         density.volume += extinction.volume;
         density.mean_depth = std::max(density.mean_depth, smoke.total_area / extinction.volume * density.length);
-        density.greatest_depth = std::max(density.greatest_depth, extinction.greatest * density.length);
+        const double length = smoke.grid.density ? longest_element(smoke) : density.length; // cells are of samples
+        density.greatest_depth = std::max(density.greatest_depth, extinction.greatest * length);
         density.deepest_element = std::max(density.deepest_element, extinction.greatest * longest_element(smoke));
     }
     return density;

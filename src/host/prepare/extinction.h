@@ -14,7 +14,7 @@ struct SmokeDensity {
     double length;     // the smallest smoothing length
     double volume;     // of all smokes together: of particles that of the cells, of a support's size, that have some
     double mean_depth; // of one such length in the densest smoke, over its volume
-    double greatest_depth;  // about: where a smoke is densest
+    double greatest_depth;  // about: of one such length where a smoke is densest; of a density grid, of a sample's edge
     double deepest_element; // about: the depth of a smoothing length of its own, or of a sample's longest edge
 };
 SmokeDensity density_of(const Scene &scene);
