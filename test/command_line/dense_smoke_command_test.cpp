@@ -131,6 +131,28 @@ TEST_CASE("dense smoke: light enters particles like solids in a thin rim") {
     CHECK(test.mean("--photons 0 --smoke map --density-step 0") == doctest::Approx(fine).epsilon(0.025));
 }
 
+TEST_CASE("dense smoke: no more light starts next to a spot than its cone holds") {
+    DenseSmokeTest test;
+    test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 30 hither 0.01 resolution 8 8\n"
+                        "ls 0.1 0.2 0.3 1 0.3 0 60 4 4 4\nsmoke box -1 -1 -1 1 1 1 3 { albedo .9 .9 .9 }\n");
+    const double reference = test.mean("--spp 4 --reference --passes 0:1024"), single = test.mean("--photons 0");
+    CHECK(std::fabs((test.mean("--photons 40000") - single) / (reference - single) - 1) < 0.1);
+}
+
+TEST_CASE("dense smoke: deep samples of grids, turned or like solids") {
+    DenseSmokeTest test;
+    test.write("s.vol", CommandLineTest::volume(2, 2, 2, 1, 1, 1, {1, 0, 0, 0, 0, 0, 0, 0}));
+    const std::string view = "v from 0 0 6 at 0 0 0 up 0 1 0 angle 30 hither 0.01 resolution 16 16\n";
+    // The light stands at the face, in a sample of 2,700 mean free paths.
+    test.write("s.aff", view + "lp 0 -0.5 1 4 4 4\nsmoke s.vol { extinction 2700 albedo .9 .9 .9 }\n");
+    const double fine = test.mean("--photons 0 --smoke direct --step 0.01 --light-step 0");
+    CHECK(test.mean("--photons 0") == doctest::Approx(fine).epsilon(0.03));
+    test.write("s.aff",
+               view + "ld -1 -1 -1 4 4 4\nsmoke s.vol { extinction 3 albedo 1 1 1 transform 1 1 1 0 1 1 35 0 0 0 }\n");
+    const double reference = test.mean("--spp 4 --reference --passes 0:256");
+    CHECK(std::fabs(test.mean("--spp 4 --photons 40000") / reference - 1) < 0.06);
+}
+
 TEST_CASE("dense smoke: particles of unlike radii that are deep together do not spread the light of photons") {
     // Each is 0.05 mean free paths deep, all of them 14. Three small ones make lattices too large.
     DenseSmokeTest test;

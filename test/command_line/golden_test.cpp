@@ -76,12 +76,12 @@ TEST_CASE("f32 and fixed are within a thousandth of f64") {
         if (!paths) CHECK(compare(renderer.render(single, golden.arithmetic), in_f64(single)).relative_rmse < 1e-3);
         if (golden.scene.find("surfaces.aff") == 0) continue; // nothing there is drawn by lot
         const Picture &exact = in_f64(golden.scene);
-        // Photons of resampled smoke start by sums over all nodes, whose last digits move some (a tenth in fixed point)
-        // to another node.
+        // Photons of resampled smoke start by sums over all nodes. Their last digits move a part p of the photons to
+        // another node (in f32 a sixth of those of wake.aff), which differ by sqrt(p) of the noise: p < 1/4.
         const bool resampled = !paths && golden.scene.find("--smoke direct") == std::string::npos &&
                                golden.scene.find("--deposit") == std::string::npos;
         const double noise = compare(in_f64(other_seed), exact).relative_rmse;
         CHECK(compare(renderer.render(golden.scene, golden.arithmetic), exact).relative_rmse <
-              (resampled ? 0.4 : 0.1) * noise);
+              (resampled ? 0.5 : 0.1) * noise);
     }
 }

@@ -1,5 +1,6 @@
 // The irradiance of lights, and its mean over a segment of a ray (README, Equi-angular mean).
 #include "core/lights/light.h"
+#include "core/geometry/ray.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -20,6 +21,41 @@ Color mean_irradiance(const Color &intensity, const Vec3 &a, const Vec3 &b) {
         return intensity / near / far * (Real(1) + s2 * (Real(1.0 / 6) + s2 * Real(3.0 / 40)));
     }
     return intensity / area * angle_between(area, cosine);
+}
+
+// Where the segment from a to b, both relative to a spot, lies in its cone: from a fraction `from` to a fraction `to`
+// of its length. False: nowhere. The half angle is below a quarter turn. In the cone the part p.n along the axis n is
+// above 0, and sin^2 (p.n)^2 - cos^2 |p - n (p.n)|^2 is not below 0: a quadratic function along the segment.
+bool clip_to_cone(const Light &spot, const Vec3 &a, const Vec3 &b, Real &from, Real &to) {
+    const Real far = max(max(length(a), length(b)), min_distance), cosine = Real(1) - spot.one_minus_cosine;
+    const Real cos2 = cosine * cosine, sin2 = spot.one_minus_cosine * (Real(2) - spot.one_minus_cosine);
+    const Vec3 &n = spot.direction, begin = a / far, way = (b - a) / far;
+    const Real u = dot(begin, n), v = dot(way, n);
+    const Vec3 p = begin - n * u, q = way - n * v;
+    const Real second = sin2 * v * v - cos2 * dot(q, q), half_first = sin2 * u * v - cos2 * dot(p, q),
+               zeroth = sin2 * u * u - cos2 * dot(p, p);
+    from = Real(0);
+    to = Real(1);
+    const bool a_inside = u > Real(0) && zeroth >= Real(0);
+    const bool b_inside = u + v > Real(0) && second + Real(2) * half_first + zeroth >= Real(0);
+    if (a_inside && b_inside) return true;
+    const Real discriminant = half_first * half_first - second * zeroth;
+    if (!(discriminant > Real(0))) return false;
+    const Real root = sqrt(discriminant);
+    const Real sum = -(half_first + (half_first < Real(0) ? -root : root)); // no cancellation
+    const Real one = bounded_quotient(sum, second), other = bounded_quotient(zeroth, sum);
+    const Real low = min(one, other), high = max(one, other);
+    const auto is_between = [](Real t) { return t > Real(0) && t < Real(1); };
+    if (a_inside) {
+        to = is_between(low) ? low : high;
+    } else if (b_inside) {
+        from = is_between(high) ? high : low;
+    } else {
+        if (!(second < Real(0)) || !is_between(low) || !is_between(high) || !(u + v * low > Real(0))) return false;
+        from = low;
+        to = high;
+    }
+    return from < to;
 }
 
 // How far apart two unit vectors may be for the phase function to be sampled once between them: its peak has a
@@ -69,9 +105,21 @@ Illumination illuminate(const Light &light, const Vec3 &x, const Vec3 &a, const 
     // At the light itself, any direction is right. min_distance keeps the irradiance finite.
     const Vec3 direction = distance > Real(0) ? from_light / distance : Vec3(Real(0), Real(0), Real(1));
     if (light.kind == LightKind::constant) return {direction, distance, light.color};
-    if (light.kind == LightKind::spot && !in_cone(direction, light.direction, light.one_minus_cosine))
+    Vec3 begin = a - light.position, end = b - light.position;
+    if (light.kind != LightKind::spot) return {direction, distance, mean_irradiance(light.color, begin, end)};
+    const Vec3 way = end - begin;
+    Real from = Real(0), to = Real(1);
+    if (dot(way, way) > Real(0) && light.one_minus_cosine < Real(1)) {
+        if (!clip_to_cone(light, begin, end, from, to)) return {direction, distance, Color(Real(0))};
+        if (to - from < Real(1)) {
+            end = begin + way * to;
+            begin = begin + way * from;
+        }
+    } else if (!in_cone(direction, light.direction, light.one_minus_cosine)) {
         return {direction, distance, Color(Real(0))};
-    return {direction, distance, mean_irradiance(light.color, a - light.position, b - light.position)};
+    }
+    const Color irradiance = mean_irradiance(light.color, begin, end);
+    return {direction, distance, to - from < Real(1) ? irradiance * (to - from) : irradiance};
 }
 
 Real mean_phase(const Light &light, const Phase &phase, const Vec3 &in, const Vec3 &a, const Vec3 &b, const Vec3 &out) {

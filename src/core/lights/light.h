@@ -16,6 +16,9 @@ struct Light {
     Color color;           // point, spot: intensity; parallel, constant: irradiance
 };
 
+// Whether its irradiance falls off with the square of the distance.
+inline bool has_falloff(const Light &light) { return light.kind == LightKind::point || light.kind == LightKind::spot; }
+
 Light make_light(const LightSource &source);
 Light *make_lights(const Scene &scene, Arena &arena); // nullptr: the arena was too small
 
@@ -27,7 +30,8 @@ struct Illumination {
 
 // The light at x without attenuation, on a surface that faces the light. For a point light or a spot the factor 1/r^2
 // is replaced by its mean over the segment of a ray from `a` to `b` around x: a ray march that passes close to a light
-// then has no spike. a = b = x gives the plain 1/r^2. Distances to the light are limited to at least 2^-10.
+// then has no spike. Of the light of a spot the mean over the part of the segment in its cone counts, as much as that
+// part is of the segment. a = b = x gives the plain 1/r^2. Distances to the light are limited to at least 2^-10.
 Illumination illuminate(const Light &light, const Vec3 &x, const Vec3 &a, const Vec3 &b);
 
 // The mean of the phase function towards `out` over the light that reaches the segment of a ray from `a` to `b`,

@@ -305,9 +305,6 @@ int32_t parts_in_brick(const GridMarcher &marcher, const GridRay &in_bricks, uin
                                marcher.step * (abs(cells.x) + abs(cells.y) + abs(cells.z)));
 }
 
-// Of a step that is longer than its distance to a light that falls off.
-constexpr int32_t parts_near_light = 8;
-
 // Lanes from `count` on have no step.
 void pad(Group &group, uint32_t count, Real t) {
     for (uint32_t l = count; l < lanes; ++l) group.step[l] = group.step[0], group.t[l] = t, group.dx[l] = Real(0);
@@ -452,26 +449,27 @@ Segment march(GridMarcher &marcher, const Ray &ray, Real end, PixelRecorder *rec
     group.divided = false;
     uint32_t waiting = 0; // steps that are in `group` already
     const OpticalDepthGrid &depths = *marcher.depths;
-    const auto is_lit_near = [&](Real from, Real to) {
-        return is_light_near(depths.lights, depths.light_count, inside, from, to, marcher.step);
+    const bool passes_light = is_light_near(depths.lights, depths.light_count, inside, Real(0), length, marcher.step);
+    // Adds a part of a step, or its halves where a light is near. Returns whether to continue.
+    const auto add_part = [&](auto &&add_half, Real from, Real dx) -> bool {
+        if (passes_light && parts_near_lights(depths.lights, depths.light_count, inside, from, dx, marcher.step) > 1) {
+            const Real half = Real(0.5) * dx;
+            return add_half(add_half, from, half) && add_half(add_half, from + half, half);
+        }
+        ++marcher.statistics->smoke.march_samples;
+        group.step[waiting] = so_far.number++;
+        group.dx[waiting] = dx;
+        group.t[waiting] = from + Real(0.5) * dx;
+        if (++waiting < lanes) return true;
+        march_group(marcher, inside, in_bricks, group, so_far, recorder);
+        waiting = 0;
+        return !so_far.opaque();
     };
-    const bool passes_light = is_lit_near(Real(0), length);
     // Adds step i in equal parts. Returns whether to continue.
     const auto add_step = [&](int32_t i, int32_t parts) {
-        const Real covered = Real(i) * marcher.step;
-        if (passes_light && parts > 0 && is_lit_near(covered, covered + marcher.step))
-            parts = max(parts, parts_near_light);
-        marcher.statistics->smoke.march_samples += static_cast<uint64_t>(parts);
-        for (int32_t part = 0; part < parts; ++part) {
-            const Real whole = length_of_step(i, marcher.step, length), dx = parts > 1 ? whole / Real(parts) : whole;
-            group.step[waiting] = so_far.number++;
-            group.dx[waiting] = dx;
-            group.t[waiting] = covered + (Real(part) + Real(0.5)) * dx;
-            if (++waiting < lanes) continue;
-            march_group(marcher, inside, in_bricks, group, so_far, recorder);
-            waiting = 0;
-            if (so_far.opaque()) return false;
-        }
+        const Real whole = length_of_step(i, marcher.step, length), dx = parts > 1 ? whole / Real(parts) : whole;
+        for (int32_t part = 0; part < parts; ++part)
+            if (!add_part(add_part, Real(i) * marcher.step + Real(part) * dx, dx)) return false;
         return true;
     };
     int32_t next = 0;                 // the first step that no brick has taken yet

@@ -200,7 +200,7 @@ void add_stretch(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretc
             const Real sigma = gathered_extinction(marcher, i), behind = gathered_extinction(marcher, i + 1);
             int32_t parts = parts_of_step(sigma * dx, stretch.most);
             Real most = any_depth;
-            if (parts == 1 && max(before, behind) * dx > Real(4) * stretch.most) {
+            if (parts == 1 && stretch.most < any_depth && max(before, behind) * dx > Real(4) * stretch.most) {
                 parts = 2; // the rim of what is like a solid: its middle tells little
                 most = min(stretch.most, most_in_rim);
             }

@@ -117,7 +117,7 @@ int32_t parts_among_unlike(const Medium &medium, const StepLengths &steps, const
 
 bool is_light_near(const Light *lights, uint32_t count, const Ray &ray, Real from, Real to, Real reach) {
     for (uint32_t i = 0; i < count; ++i) {
-        if (lights[i].kind != LightKind::point && lights[i].kind != LightKind::spot) continue;
+        if (!has_falloff(lights[i])) continue;
         const Vec3 to_light = lights[i].position - ray.origin;
         const Real nearest = max(from, min(dot(to_light, ray.direction), to));
         if (length(to_light - ray.direction * nearest) < reach) return true;
@@ -127,10 +127,10 @@ bool is_light_near(const Light *lights, uint32_t count, const Ray &ray, Real fro
 
 int32_t parts_near_lights(const SingleScatterer &lights, const Medium &medium, const StepLengths &steps, const Ray &ray,
                           Real from, Real dx) {
+    if (steps.longest == steps.finest)
+        return parts_near_lights(lights.lights, lights.light_count, ray, from, dx, steps.finest);
     if (!is_light_near(lights.lights, lights.light_count, ray, from, from + dx, dx)) return 1;
-    const bool unlike = steps.longest > steps.finest;
-    return unlike ? (length_among_unlike(medium, ray, from, dx) * Real(8) > steps.lengths ? 2 : 1)
-                  : (dx * Real(8) > steps.finest ? 2 : 1);
+    return length_among_unlike(medium, ray, from, dx) * Real(8) > steps.lengths ? 2 : 1;
 }
 
 int32_t parts_between_nodes(const Medium &medium, const Ray &ray, Real from, Real dx) {

@@ -72,7 +72,11 @@ int32_t parts_among_unlike(const Medium &medium, const StepLengths &steps, const
 bool is_light_near(const Light *lights, uint32_t count, const Ray &ray, Real from, Real to, Real reach);
 
 // The number of equal parts of the step of length dx at distance `from`: 2, which may have parts again, if it is longer
-// than its distance to a light that falls off, and than 1/8 of what the smoke in it asks for.
+// than its distance to a light that falls off, and than 1/8 of a step of length `whole`.
+inline int32_t parts_near_lights(const Light *lights, uint32_t count, const Ray &ray, Real from, Real dx, Real whole) {
+    return dx * Real(8) > whole && is_light_near(lights, count, ray, from, from + dx, dx) ? 2 : 1;
+}
+// The same, where `whole` is what the smoke in the step asks for.
 int32_t parts_near_lights(const SingleScatterer &lights, const Medium &medium, const StepLengths &steps, const Ray &ray,
                           Real from, Real dx);
 

@@ -42,17 +42,24 @@ Real tent_volume(const Box &box, const Vec3 &node, const Vec3 &cell) {
            tent_fraction(node.z, cell.z, box.low.z, box.high.z);
 }
 
+// Whether some point of a ball meets the cone of a spot. `offset`: from the light to the middle of the ball.
+bool meets_cone(const Light &spot, const Vec3 &offset, Real radius) {
+    const Real cosine = Real(1) - spot.one_minus_cosine;
+    const Real sine = sqrt(spot.one_minus_cosine * (Real(2) - spot.one_minus_cosine));
+    const Real along = dot(offset, spot.direction);
+    return length(offset - spot.direction * along) * cosine - along * sine <= radius;
+}
+
 // The irradiance at a node x of a light with that brightness. The brightness is divided first: in fixed point 1/r^2 of
 // a distant light has no digits left. Within a cell of the light, 1/r^2 is replaced by its mean over a ball, so that
-// the sum over nodes keeps its integral.
-Real irradiance_at(const Light &light, Real brightness, const Vec3 &x, Real cell) {
+// the sum over nodes keeps its integral. A spot counts as a point light where the node's tent meets its cone: photons
+// that start outside of the cone are dropped.
+Real irradiance_at(const Light &light, Real brightness, const Vec3 &x, const Vec3 &cell) {
     if (light.kind == LightKind::parallel || light.kind == LightKind::constant) return brightness;
     const Vec3 offset = x - light.position;
-    const Real distance = length(offset);
-    if (distance < cell) return brightness * (Real(3) / (cell * cell));
-    if (light.kind == LightKind::spot) {
-        if (!in_cone(offset / distance, light.direction, light.one_minus_cosine)) return Real(0);
-    }
+    const Real distance = length(offset), widest = largest(cell);
+    if (distance < widest) return brightness * (Real(3) / (widest * widest));
+    if (light.kind == LightKind::spot && !meets_cone(light, offset, length(cell))) return Real(0);
     return brightness / distance / distance;
 }
 
@@ -96,7 +103,7 @@ Real brightness_at(const Sources &in, const PhotonSource &source, uint32_t brick
     const Vec3 x = node_of(in.bricks, brick, node), &cell = in.bricks.cell;
     const Real density = scale_pow2(sigma, in.distribution.shift) * tent_volume(in.bricks.bounds, x, cell);
     if (!depth) return density * source.max_channel;
-    return density * irradiance_at(in.depths.lights[source.light], source.max_channel, x, largest(cell)) *
+    return density * irradiance_at(in.depths.lights[source.light], source.max_channel, x, cell) *
            exp(-depth_at(in, node, depth));
 }
 
@@ -137,7 +144,7 @@ Real power_between_nodes(const Sources &in, const PhotonSource &source, const Ve
     for (int32_t i = 0; i < 8; ++i)
         power[i] = scale_pow2(extinction_at(in, brick, index_of(count, node[i])), in.distribution.shift) *
                    irradiance_at(in.depths.lights[source.light], source.max_channel, node_of(in.bricks, brick, node[i]),
-                                 largest(in.bricks.cell));
+                                 in.bricks.cell);
     const Real light_here = exp(least - here) * trilinear(at.t, of_corner(power));
     for (int32_t i = 0; i < 8; ++i) power[i] *= exp(least - tau[i]);
     const Real drawn = trilinear(at.t, of_corner(power));
@@ -365,7 +372,12 @@ void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t tar
         const Real turns = unit_half_open<Real>(generator());
         ray.direction = deflect(Vec3(Real(0), Real(0), Real(1)), angle, turns);
     } else {
-        const Illumination from = illuminate(tracer.depths.lights[source.light], ray.origin, ray.origin, ray.origin);
+        const Light &light = tracer.depths.lights[source.light];
+        const Illumination from = illuminate(light, ray.origin, ray.origin, ray.origin);
+        if (light.kind == LightKind::spot && !in_cone(from.direction, light.direction, light.one_minus_cosine)) {
+            ++counts.escaped;
+            return;
+        }
         if (is_blocked(tracer.surfaces, ray.origin, from)) {
             ++counts.blocked;
             return;

@@ -382,8 +382,8 @@ bool suits_lines(const LineSweep &sweep) {
     for (uint32_t l = 0; l < sweep.depths->light_count; ++l) {
         const Light &light = sweep.depths->lights[l];
         const Vec3 &p = light.position;
-        const bool has_falloff = light.kind == LightKind::point || light.kind == LightKind::spot;
-        if (has_falloff && p.x > low.x && p.y > low.y && p.z > low.z && p.x < high.x && p.y < high.y && p.z < high.z)
+        if (has_falloff(light) && p.x > low.x && p.y > low.y && p.z > low.z && p.x < high.x && p.y < high.y &&
+            p.z < high.z)
             return false;
     }
     return true;

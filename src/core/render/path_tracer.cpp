@@ -76,8 +76,8 @@ struct EquiAngular {
 bool stands_in_smoke(const PathTracer &tracer, const Light &light) {
     const Box &box = tracer.medium->bounds;
     const Vec3 &p = light.position;
-    return (light.kind == LightKind::point || light.kind == LightKind::spot) && p.x > box.low.x && p.y > box.low.y &&
-           p.z > box.low.z && p.x < box.high.x && p.y < box.high.y && p.z < box.high.z;
+    return has_falloff(light) && p.x > box.low.x && p.y > box.low.y && p.z > box.low.z && p.x < box.high.x &&
+           p.y < box.high.y && p.z < box.high.z;
 }
 
 // Next-event estimation: an estimate of what the lights send towards the ray's origin after one scattering on the ray's

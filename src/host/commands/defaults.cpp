@@ -50,9 +50,9 @@ void choose_spacings(const Options &options, const Scene &scene, double finest, 
     settings.irradiance_step = options.irradiance_step.value_or(2 * cell);
 }
 
-// Particles of which one smoothing length may be deeper are summed one by one. Light enters them where they are thin,
-// in a rim that cells of bricks are too coarse for: single scattering is 4 % too bright at a depth of 850, and 13 % at
-// 2,400.
+// Particles of which one smoothing length may be deeper are summed one by one, and samples of grids are interpolated.
+// Light enters them where they are thin, in a rim that cells of bricks are too coarse for: single scattering of
+// particles is 4 % too bright at a depth of 850, and 13 % at 2,400.
 constexpr double max_depth_in_bricks = 100;
 
 // Where bricks would be too large, those of a box become coarser, and particles are summed one by one.
@@ -62,9 +62,9 @@ void shrink_bricks(const Options &options, const Scene &scene, const SmokeDensit
         particles |= scene.smokes[i].count > 0;
         samples |= scene.smokes[i].grid.density != nullptr;
     }
-    const bool solid = particles && density.greatest_depth > max_depth_in_bricks;
+    const bool solid = (particles || samples) && density.greatest_depth > max_depth_in_bricks;
     while (settings.density_step > 0 && (solid || are_bricks_too_large(scene, settings))) {
-        if (particles) {
+        if (particles || solid) {
             settings.density_step = 0;
             settings.irradiance = IrradianceMap::none;
         } else if (samples) {
@@ -142,9 +142,8 @@ void choose_defaults(const Options &options, const Scene &scene, uint32_t paths,
     settings.deposit = options.deposit.value_or(Deposit::exact);
     settings.direction = options.direction;
     settings.estimate = options.estimate.value_or(Estimate::kernel);
-    if (settings.method != Method::map || on_particles || maps || settings.goal != Goal::picture ||
-        settings.photons == 0)
-        return;
+    const bool asked_for = settings.method != Method::map && (options.method || nearest);
+    if (asked_for || on_particles || maps || settings.goal != Goal::picture || settings.photons == 0) return;
     const bool fits = fit_photon_cells(options, scene, density, settings);
     const bool lacks_directions = needs_directions && in_bricks && settings.density_step == 0;
     if (free && (lacks_directions || (!options.irradiance_step && (!fits || scatters_far_backward(scene)))))

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <doctest/doctest.h>
 #include <initializer_list>
+#include <random>
 
 using namespace wisp;
 using namespace wisp::WISP_ARITH;
@@ -91,6 +92,38 @@ TEST_CASE(WISP_ARITH_NAME ": over a step the phase function is its mean over the
                     CAPTURE(from);
                     CHECK(found == doctest::Approx(expected / weights).epsilon(0.04));
                 }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": over a step the light of a spot is its mean, wherever the step cuts the cone") {
+    // Segments and cones at random, by quadrature. Wide cones count as a whole, by the step's middle.
+    std::mt19937 generator(7);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    int in_part = 0;
+    for (int trial = 0; trial < 300; ++trial) {
+        const double half = pi_ / 180 * (trial % 3 == 0 ? 2 : trial % 3 == 1 ? 15 : 70);
+        const double sine = std::sin(half / 2);
+        const LightSource source = {LightKind::spot, {0, 0, 0}, {0.6, 0, 0.8}, 2 * sine * sine, {1, 1, 1}};
+        const Light light = make_light(source);
+        const double wide = 5 * std::min(std::tan(half), 1.0);
+        const double p[] = {3 + wide * uniform(generator), wide * uniform(generator), 4 + wide * uniform(generator)};
+        const double d[] = {wide * uniform(generator), wide * uniform(generator), wide * uniform(generator)};
+        const int n = 4000;
+        double expected = 0;
+        int lit = 0;
+        for (int i = 0; i < n; ++i) {
+            const double t = (i + 0.5) / n, x = p[0] + t * d[0], y = p[1] + t * d[1], z = p[2] + t * d[2];
+            const double r2 = x * x + y * y + z * z;
+            if (0.6 * x + 0.8 * z < std::sqrt(r2) * std::cos(half)) continue;
+            expected += 1 / r2 / n;
+            ++lit;
+        }
+        in_part += lit > 0 && lit < n;
+        const Vec3 a = vec(p[0], p[1], p[2]), b = vec(p[0] + d[0], p[1] + d[1], p[2] + d[2]);
+        const double found = at(illuminate(light, (a + b) * Real(0.5), a, b).irradiance.x);
+        CAPTURE(trial);
+        CHECK(std::fabs(found - expected) < 0.0125 * std::max(0.04, expected));
+    }
+    CHECK(in_part > 50);
 }
 
 TEST_CASE(WISP_ARITH_NAME ": narrow spots keep their cone") {
