@@ -109,10 +109,11 @@ Real length_among_unlike(const Medium &medium, const Ray &ray, Real from, Real d
 } // namespace
 
 int32_t parts_among_unlike(const Medium &medium, const StepLengths &steps, const Ray &ray, Real from, Real dx) {
-    constexpr Real rounding = Real(1 + 0x1p-10);
-    if (!(dx > steps.finest * rounding)) return 1;
+    if (!(dx > steps.finest * length_rounding)) return 1;
     const Real length = length_among_unlike(medium, ray, from, dx);
-    return !(length > steps.lengths * rounding) ? 1 : length > steps.lengths * (Real(2) * rounding) ? 4 : 2;
+    return !(length > steps.lengths * length_rounding)            ? 1
+           : length > steps.lengths * (Real(2) * length_rounding) ? 4
+                                                                  : 2;
 }
 
 bool is_light_near(const Light *lights, uint32_t count, const Ray &ray, Real from, Real to, Real reach) {
@@ -130,7 +131,7 @@ int32_t parts_near_lights(const SingleScatterer &lights, const Medium &medium, c
     if (steps.longest == steps.finest)
         return parts_near_lights(lights.lights, lights.light_count, ray, from, dx, steps.finest);
     if (!is_light_near(lights.lights, lights.light_count, ray, from, from + dx, dx)) return 1;
-    return length_among_unlike(medium, ray, from, dx) * Real(8) > steps.lengths ? 2 : 1;
+    return length_among_unlike(medium, ray, from, dx) * Real(8) > steps.lengths * length_rounding ? 2 : 1;
 }
 
 int32_t parts_between_nodes(const Medium &medium, const Ray &ray, Real from, Real dx) {

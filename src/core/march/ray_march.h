@@ -68,13 +68,16 @@ int32_t parts_between_nodes(const Medium &medium, const Ray &ray, Real from, Rea
 // else 2 or 4, which may have parts again.
 int32_t parts_among_unlike(const Medium &medium, const StepLengths &steps, const Ray &ray, Real from, Real dx);
 
+// Lengths that differ by less count as equal, so that every arithmetic divides the same steps.
+constexpr Real length_rounding = Real(1 + 0x1p-10);
+
 // Whether a light that falls off is nearer to the ray's distances `from` to `to` than `reach`.
 bool is_light_near(const Light *lights, uint32_t count, const Ray &ray, Real from, Real to, Real reach);
 
 // The number of equal parts of the step of length dx at distance `from`: 2, which may have parts again, if it is longer
 // than its distance to a light that falls off, and than 1/8 of a step of length `whole`.
 inline int32_t parts_near_lights(const Light *lights, uint32_t count, const Ray &ray, Real from, Real dx, Real whole) {
-    return dx * Real(8) > whole && is_light_near(lights, count, ray, from, from + dx, dx) ? 2 : 1;
+    return dx * Real(8) > whole * length_rounding && is_light_near(lights, count, ray, from, from + dx, dx) ? 2 : 1;
 }
 // The same, where `whole` is what the smoke in the step asks for.
 int32_t parts_near_lights(const SingleScatterer &lights, const Medium &medium, const StepLengths &steps, const Ray &ray,
