@@ -1,5 +1,6 @@
 // Smoke just outside of what lattices and photons are made for: dense, sparse, long, of unlike radii.
 #include "support/command_line.h"
+#include "host/images/compare.h"
 #include "host/images/picture.h"
 #include <array>
 #include <cmath>
@@ -17,11 +18,14 @@ struct DenseSmokeTest : CommandLineTest {
                "smoke box -1 -1 -1 1 1 1 " +
                std::to_string(density) + " {\n albedo " + a + " " + a + " " + a + "\n" + more + "}\n";
     }
-    double mean(const std::string &options) const {
+    Picture picture(const std::string &options) const {
         const Ran ran = wisp("render " + s() + " -q -o " + file("p.pfm") + " " + options);
         CHECK(ran.err.empty());
         REQUIRE(ran.status == 0);
-        const Picture picture = read_pfm(file("p.pfm"));
+        return read_pfm(file("p.pfm"));
+    }
+    double mean(const std::string &options) const {
+        const Picture picture = this->picture(options);
         double sum = 0;
         for (float value : picture.rgb) sum += static_cast<double>(value);
         return sum / static_cast<double>(picture.rgb.size());
@@ -92,6 +96,17 @@ TEST_CASE("dense smoke: backward scattering does not brighten it") {
     test.write("s.aff", test.box(1, 0.99, "phase -0.95\n"));
     const double reference = test.mean("--spp 4 --reference --passes 0:64");
     CHECK(std::fabs(test.mean("--spp 4 --photons 20000") / reference - 1) < 0.06);
+}
+
+TEST_CASE("smoke of any phase: few photons suffice, because their light is gathered along lines") {
+    DenseSmokeTest test;
+    for (const std::string phase : {"0.57", "-0.5", "0"}) {
+        CAPTURE(phase);
+        test.write("s.aff", test.box(4, 0.9, "phase " + phase + "\n"));
+        const Picture reference = test.picture("--spp 4 --reference --passes 0:1024");
+        // For 0.57: 10 %, and 22 % by photons alone.
+        CHECK(compare(test.picture("--spp 4 --photons 20000"), reference).relative_rmse < 0.12);
+    }
 }
 
 TEST_CASE("dense smoke: a light in the smoke is seen through a peaked phase function") {

@@ -23,6 +23,10 @@ inline Lattice make_lattice(const Vec3 &low, const Vec3 &edge, const Cell &count
 constexpr uint64_t number_of(const Cell &count) {
     return static_cast<uint64_t>(count.x) * static_cast<uint64_t>(count.y) * static_cast<uint64_t>(count.z);
 }
+// A line crosses no more cells.
+constexpr uint64_t places_of_line(const Cell &count) {
+    return static_cast<uint64_t>(count.x) + static_cast<uint64_t>(count.y) + static_cast<uint64_t>(count.z);
+}
 constexpr int64_t index_of(const Cell &count, const Cell &cell) { // x fastest
     return (int64_t{cell.z} * count.y + cell.y) * count.x + cell.x;
 }

@@ -213,6 +213,13 @@ bool fill_all_unknown(Points &points) {
     return true;
 }
 
+// Of all resampled smoke.
+Phase phase_of(const Medium &medium) {
+    uint32_t i = 0;
+    while (i + 1 < medium.count && !medium.smokes[i].field.is_resampled) ++i;
+    return medium.smokes[i].phase;
+}
+
 // Makes the map of the known points; it is not ready if the work is stopped.
 void finish(const Medium &medium, Points &points, Real tolerance, Irradiance &map) {
     if (fill_all_unknown(points)) pack_points(medium, points, tolerance, map);
@@ -285,12 +292,12 @@ Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Wa
 } // namespace
 
 uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, bool flux, bool of_fluence,
-                          bool harmonics, bool sweeps) {
+                          bool harmonics, uint64_t of_line) {
     const uint64_t points = bricks * nodes_of(spacing);
     uint64_t bytes = 3 * Arena::bytes<int32_t>(bricks) + (flux ? 2 : 1) * Arena::bytes<uint32_t>(points) +
                      Arena::bytes<bool>(points) + (of_fluence ? 1 : 3) * Arena::bytes<Color>(points);
     if (of_fluence) bytes += tent_bytes(bricks, spacing);
-    if (sweeps) bytes += line_sweep_bytes(bricks, spacing);
+    if (of_line > 0) bytes += line_sweep_bytes(bricks, of_line, spacing, !flux);
     if (harmonics) bytes += Arena::bytes<uint32_t>(bricks * nodes_of(harmonic_spacing(spacing)) * harmonic_words);
     if (of_fluence) return bytes;
     bytes += Arena::bytes<FluenceAndFlux *>(scene.smoke_count);
@@ -299,7 +306,7 @@ uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, 
     return bytes;
 }
 
-Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, const OpticalDepthGrid *swept, Real tolerance,
+Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, const LineGather &gather, Real tolerance,
                            Arena &arena, Watch watch) {
     Irradiance map = {};
     FluenceSums fluence = sums;
@@ -320,10 +327,14 @@ Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, const 
     });
     if (!read) return map;
     if (fluence.harmonics && !pack_harmonics(fluence, arena, watch, map)) return map;
-    const LineSweep sweep = {&medium, swept, fluence.spacing, fluence.sigma_shift};
-    if (swept && suits_lines(sweep)) {
+    const LineSweep sweep = {&medium,          gather.depths, fluence.spacing, fluence.sigma_shift,
+                             phase_of(medium), gather.eye};
+    if (gather.depths && suits_lines(sweep)) {
         if (!fill_all_unknown(points)) return map;
-        if (!sweep_lines(sweep, points.known, points.radiance, arena, watch)) return map;
+        const LightOfPhotons light = {points.known, points.radiance, points.flux, map.harmonics, map.harmonic_spacing};
+        if (!sweep_lines(sweep, light, arena, watch)) return map;
+        points.flux = nullptr;
+        map.harmonics = nullptr;
     }
     finish(medium, points, tolerance, map);
     return map;

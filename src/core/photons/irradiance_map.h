@@ -3,9 +3,10 @@
 //
 // A point stores the mean radiance, fluence / (4 pi), that arrives there from all directions; every smoke scatters it
 // by its own sigma_s. Where some smoke is not isotropic, the point stores the flux too. So the map does not depend on
-// the view. A map made of photon maps stores the light that all smoke there scatters, because photon maps estimate
-// collisions, not fluence. Coefficients of spherical harmonics are stored in resampled smoke only, at nodes of their
-// own.
+// the view, but where light was gathered towards the eye along lines: there the point stores what the smoke scatters to
+// it, and no flux. A map made of photon maps stores the light that all smoke there scatters, because photon maps
+// estimate collisions, not fluence. Coefficients of spherical harmonics are stored in resampled smoke only, at nodes of
+// their own.
 //
 //   value, one channel    |31                     0|   radiance in units of 2^(exponent - 30), by brick
 //   value, three channels |31                     0|   a packed colour (packed_light.h)
@@ -20,8 +21,6 @@
 namespace wisp::WISP_ARITH {
 
 constexpr int32_t single_channel_bits = 30;
-constexpr uint32_t harmonic_words = harmonic_count / 3;
-static_assert(harmonic_words * 3 == harmonic_count, "harmonics are packed by threes, as fluxes are");
 
 struct Irradiance {
     const SparseGrid *bricks;
@@ -44,14 +43,19 @@ inline uint64_t bytes_of(const Irradiance &map) {
     return uint64_t{map.points} * (map.flux ? 8 : 4) + uint64_t{map.bricks->count} * per_brick;
 }
 // What a map takes from the arena at most; `of_fluence`: one that is made of the fluence grid.
-// `sweeps`: whose light is gathered once more.
+// `of_line`: 0, or its light is gathered once more along lines that cross so many bricks at most.
 uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, bool flux, bool of_fluence,
-                          bool harmonics, bool sweeps);
+                          bool harmonics, uint64_t of_line);
 
-// The map of the fluence at the nodes, gathered once more along lines if `swept`, the depths to the lights, is not
-// nullptr (S4-5). With `tolerance` > 0 the map is adaptive: each brick has as few points as keep all others within that
-// fraction of the brick's largest value.
-Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, const OpticalDepthGrid *swept, Real tolerance,
+// The gather of light along lines (S4-5), which is towards the eye where the phase is not isotropic.
+struct LineGather {
+    const OpticalDepthGrid *depths; // to the lights; nullptr: there is no gather
+    Vec3 eye;
+};
+
+// The map of the fluence at the nodes, gathered once more along lines. With `tolerance` > 0 the map is adaptive: each
+// brick has as few points as keep all others within that fraction of the brick's largest value.
+Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, const LineGather &gather, Real tolerance,
                            Arena &arena, Watch watch = {});
 
 struct IrradianceRequest {

@@ -1,5 +1,7 @@
 // Light along parallel lines through the bricks (S4-5): long characteristics (Askew 1972).
 #include "core/photons/line_sweep.h"
+#include "core/photons/packed_light.h"
+#include "core/photons/spherical_harmonics.h"
 #include "core/smoke/sparse_grid_lanes.h"
 #include "core/smoke/transmittance.h"
 
@@ -7,17 +9,21 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr int32_t axes_of_set = 16; // each line is followed both ways
-constexpr uint64_t places_of_brick = 32;
-constexpr uint32_t units_of_sample = 4, units_of_node = 1; // of work
+constexpr int32_t axes_of_set = 16;
+constexpr uint64_t places_of_brick = 32; // of the lattice, for each brick: where there are more, lines do not pay
+constexpr uint32_t units_of_sample = 4, units_of_node = 1, units_of_direction = 4; // of work
+
+// Each line is followed both ways.
+enum { onward, back, both_ways };
 
 // A step of a line in smoke.
 struct Sample {
     uint64_t node; // the lowest corner of its cell, in the field
     Vec3 at;       // 0 to 1 along each edge of the cell
     Real weight, transmittance, mean_transmittance;
-    Color source; // radiance that the step tends to, if it is deep
-    Color mean;   // of what flies along the line in it
+    Color source[both_ways];     // radiance that the step tends to, if it is deep
+    Real towards_eye[both_ways]; // 4 pi p from each way
+    Color mean;                  // the sum over both ways of that times what flies along the line in the step
 };
 
 // Steps of a line that are computed side by side.
@@ -35,7 +41,8 @@ struct Arrived {
 
 struct Sweeper : LineSweep {
     const SparseGrid &bricks;
-    const Color *light; // at the nodes
+    const LightOfPhotons &photons;
+    Color *scattered[both_ways]; // at the nodes: radiance of photons along the lines, 4 pi p times
     Arrived *arrived;
     Sample *samples; // of one line
     Watch watch;
@@ -63,6 +70,90 @@ Frame axis_of_set(int32_t set, int32_t k) {
     };
     const Vec3 along = turned(radius * cosine, radius * sine, height), across = turned(-sine, cosine, Real(0));
     return {along, across, cross(along, across)};
+}
+
+Vec3 direction_between(const Vec3 &from, const Vec3 &to) {
+    const Vec3 way = to - from;
+    const Real distance = length(way);
+    return distance > Real(0) ? way / distance : Vec3(Real(0), Real(0), Real(1));
+}
+
+// 4 pi times the mean of the phase function towards `out` over the light of photons at a node.
+Real scattered_towards(const LineSweep &sweep, const LightOfPhotons &light, uint64_t brick, uint32_t node,
+                       const Vec3 &out, const SphericalHarmonics &seen) {
+    const Vec3 flux = unpack_flux(light.flux[brick * nodes_of(sweep.spacing) + node]);
+    const Real p = phase_of_flux(sweep.phase, flux, out) * four_pi<Real>;
+    const Cell cell = cell_of_index(nodes_along(sweep.spacing), node);
+    const CellPosition at =
+        find_cell(Vec3(Real(cell.x), Real(cell.y), Real(cell.z)) * Real(sweep.spacing), light.harmonic_spacing);
+    const uint32_t *first = light.harmonics + brick * nodes_of(light.harmonic_spacing) * harmonic_words;
+    const Real more = between_nodes(at, light.harmonic_spacing, [&](uint32_t there) {
+        Real sum = Real(0);
+        for (uint32_t i = 0; i < harmonic_count; ++i)
+            sum += seen.value[i] * Real(flux_units(first[there * harmonic_words + i / 3], static_cast<int32_t>(i % 3)));
+        return sum;
+    });
+    return max(Real(0), p + (more * Real(1.0 / max_component) - henyey_greenstein_closure(sweep.phase, flux, out)));
+}
+
+// Sets what photons say of the light that is scattered along an axis, both ways: the series of harmonics up to order 3,
+// whose odd orders change sign with the way. Lines need no more: they themselves are weighted by the phase function.
+// False: the work is stopped.
+bool scatter_along(const Sweeper &in, const Vec3 &axis) {
+    if (in.phase.isotropic()) return true;
+    constexpr int32_t most = nodes_along(2);
+    const LightOfPhotons &light = in.photons;
+    const SphericalHarmonics seen = phase_harmonics(in.phase, axis);
+    const Vec3 first_order = axis * (Real(3) * in.phase.asymmetry() * Real(1.0 / max_component));
+    const uint32_t nodes = nodes_of(in.spacing), coarse = nodes_of(light.harmonic_spacing);
+    Real even[most * most * most], odd[most * most * most];
+    for (uint64_t brick = 0; brick < in.bricks.count; ++brick) {
+        if (!in.watch.done(nodes * units_of_direction)) return false;
+        const uint32_t *packed = light.harmonics + brick * coarse * harmonic_words;
+        for (uint32_t k = 0; k < coarse; ++k) {
+            const auto term = [&](uint32_t i) {
+                return seen.value[i] *
+                       Real(flux_units(packed[k * harmonic_words + i / 3], static_cast<int32_t>(i % 3)));
+            };
+            even[k] = odd[k] = Real(0);
+            for (uint32_t i = 0; i < 5; ++i) even[k] += term(i);
+            for (uint32_t i = 5; i < harmonic_count; ++i) odd[k] += term(i);
+            even[k] *= Real(1.0 / max_component);
+            odd[k] *= Real(1.0 / max_component);
+        }
+        for (uint32_t k = 0; k < nodes; ++k) {
+            const uint64_t node = brick * nodes + k;
+            const Cell at = cell_of_index(nodes_along(in.spacing), k);
+            const CellPosition p =
+                find_cell(Vec3(Real(at.x), Real(at.y), Real(at.z)) * Real(in.spacing), light.harmonic_spacing);
+            const uint32_t flux = light.flux[node];
+            const Real same = Real(1) + between_nodes(p, light.harmonic_spacing, [&](uint32_t n) { return even[n]; });
+            const Real other = first_order.x * Real(flux_units(flux, 0)) + first_order.y * Real(flux_units(flux, 1)) +
+                               first_order.z * Real(flux_units(flux, 2)) +
+                               between_nodes(p, light.harmonic_spacing, [&](uint32_t n) { return odd[n]; });
+            in.scattered[onward][node] = light.radiance[node] * max(Real(0), same + other);
+            in.scattered[back][node] = light.radiance[node] * max(Real(0), same - other);
+        }
+    }
+    return true;
+}
+
+// Turns the light of photons to the eye. False: the work is stopped.
+bool turn_to_eye(const LineSweep &sweep, const LightOfPhotons &light, Watch watch) {
+    if (sweep.phase.isotropic()) return true;
+    const SparseGrid &bricks = *sweep.depths->bricks;
+    const uint32_t nodes = nodes_of(sweep.spacing);
+    for (uint32_t brick = 0; brick < bricks.count; ++brick) {
+        if (!watch.go_on(nodes * units_of_direction)) return false;
+        for (uint32_t k = 0; k < nodes; ++k) {
+            const Cell at = cell_of_index(nodes_along(sweep.spacing), k);
+            const Cell node = {at.x * sweep.spacing, at.y * sweep.spacing, at.z * sweep.spacing};
+            const Vec3 out = direction_between(node_of(bricks, brick, node), sweep.eye);
+            Color &radiance = light.radiance[uint64_t{brick} * nodes + k];
+            radiance = radiance * scattered_towards(sweep, light, brick, k, out, phase_harmonics(sweep.phase, out));
+        }
+    }
+    return true;
 }
 
 // What a light sends to each step, without smoke in between.
@@ -93,12 +184,27 @@ WISP_INLINE void illuminate_from_point(const Light &light, const Ray &ray, const
     if (is_near) illuminate_steps(light, ray, group, irradiance);
 }
 
+// The phase function from a light to each way of a line, in each step, or 1 / (4 pi).
+WISP_INLINE void find_phases(const Sweeper &in, const Light &light, const Ray &ray, const Group &group,
+                             Lanes (&p)[both_ways]) {
+    for (uint32_t l = 0; l < lanes; ++l) {
+        p[onward][l] = p[back][l] = inv_four_pi<Real>;
+        if (in.phase.isotropic()) continue;
+        const Vec3 there = ray.origin + ray.direction * group.middle[l];
+        const Vec3 from =
+            light.kind == LightKind::parallel ? light.direction : illuminate(light, there, there, there).direction;
+        p[onward][l] = in.phase(from, ray.direction);
+        p[back][l] = in.phase(from, -ray.direction);
+    }
+}
+
 // Makes samples of the steps of a group that lie in smoke. Returns their number.
 WISP_MULTIVERSIONED uint32_t sample_group(const Sweeper &in, const Ray &ray, const Group &group, Sample *samples) {
+    const int32_t ways = in.phase.isotropic() ? 1 : both_ways; // that differ
     LaneCells at;
     find_cells(group.points, 1, 1, at);
     Lanes depth = {}, scaled = {};
-    LaneColor scattered = {}, emitted = {}, arriving = {}, irradiance;
+    LaneColor scattered = {}, emitted = {}, arriving[both_ways] = {}, irradiance;
     for (uint32_t s = 0; s < in.medium->count; ++s) {
         const SmokeVolume &smoke = in.medium->smokes[s];
         if (!smoke.field.is_resampled) continue;
@@ -122,70 +228,87 @@ WISP_MULTIVERSIONED uint32_t sample_group(const Sweeper &in, const Ray &ray, con
             illuminate_from_point(depths.lights[light], ray, group, irradiance);
         else
             illuminate_steps(depths.lights[light], ray, group, irradiance);
-        for (uint32_t l = 0; l < lanes; ++l) tau[l] = exp(-max(tau[l], Real(0))) * inv_four_pi<Real>;
-        for (uint32_t l = 0; l < lanes; ++l) {
-            arriving.red[l] += irradiance.red[l] * tau[l];
-            arriving.green[l] += irradiance.green[l] * tau[l];
-            arriving.blue[l] += irradiance.blue[l] * tau[l];
-            at.node[l] += static_cast<int32_t>(nodes_of(depths.spacing));
-        }
+        Lanes p[both_ways];
+        find_phases(in, depths.lights[light], ray, group, p);
+        for (uint32_t l = 0; l < lanes; ++l) tau[l] = exp(-max(tau[l], Real(0)));
+        for (int32_t way = 0; way < ways; ++way)
+            for (uint32_t l = 0; l < lanes; ++l) {
+                const Real part = tau[l] * p[way][l];
+                arriving[way].red[l] += irradiance.red[l] * part;
+                arriving[way].green[l] += irradiance.green[l] * part;
+                arriving[way].blue[l] += irradiance.blue[l] * part;
+            }
+        for (uint32_t l = 0; l < lanes; ++l) at.node[l] += static_cast<int32_t>(nodes_of(depths.spacing));
     }
     find_cells(group.points, in.spacing, 1, at);
-    const Color *light = in.light;
-    Lanes red, green, blue;
-    interpolate(
-        at, [light](int32_t node) { return light[node].x; }, red);
-    interpolate(
-        at, [light](int32_t node) { return light[node].y; }, green);
-    interpolate(
-        at, [light](int32_t node) { return light[node].z; }, blue);
+    LaneColor source[both_ways];
+    for (int32_t way = 0; way < ways; ++way) {
+        const Color *light = in.scattered[way];
+        Lanes red, green, blue;
+        interpolate(
+            at, [light](int32_t node) { return light[node].x; }, red);
+        interpolate(
+            at, [light](int32_t node) { return light[node].y; }, green);
+        interpolate(
+            at, [light](int32_t node) { return light[node].z; }, blue);
+        for (uint32_t l = 0; l < lanes; ++l) {
+            const Real weight = scaled[l] > Real(0) ? scaled[l] : Real(1);
+            source[way].red[l] = (scattered.red[l] * (arriving[way].red[l] + red[l]) + emitted.red[l]) / weight;
+            source[way].green[l] =
+                (scattered.green[l] * (arriving[way].green[l] + green[l]) + emitted.green[l]) / weight;
+            source[way].blue[l] = (scattered.blue[l] * (arriving[way].blue[l] + blue[l]) + emitted.blue[l]) / weight;
+        }
+    }
     Lanes transmittance, mean;
     for (uint32_t l = 0; l < lanes; ++l) transmittance[l] = exp(-depth[l]);
     for (uint32_t l = 0; l < lanes; ++l) mean[l] = mean_transmittance_of(depth[l], transmittance[l]);
-    for (uint32_t l = 0; l < lanes; ++l) {
-        const Real weight = scaled[l] > Real(0) ? scaled[l] : Real(1);
-        red[l] = (scattered.red[l] * (arriving.red[l] + red[l]) + emitted.red[l]) / weight;
-        green[l] = (scattered.green[l] * (arriving.green[l] + green[l]) + emitted.green[l]) / weight;
-        blue[l] = (scattered.blue[l] * (arriving.blue[l] + blue[l]) + emitted.blue[l]) / weight;
-    }
     uint32_t count = 0;
-    for (uint32_t l = 0; l < group.count; ++l)
-        if (scaled[l] > Real(0))
-            samples[count++] = {static_cast<uint64_t>(at.node[l]),
-                                Vec3(at.x[l], at.y[l], at.z[l]),
-                                scaled[l] * group.length[l],
-                                transmittance[l],
-                                mean[l],
-                                Color(red[l], green[l], blue[l]),
-                                Color(Real(0))};
+    for (uint32_t l = 0; l < group.count; ++l) {
+        if (!(scaled[l] > Real(0))) continue;
+        Sample &sample = samples[count++];
+        sample.node = static_cast<uint64_t>(at.node[l]);
+        sample.at = Vec3(at.x[l], at.y[l], at.z[l]);
+        sample.weight = scaled[l] * group.length[l];
+        sample.transmittance = transmittance[l];
+        sample.mean_transmittance = mean[l];
+        sample.mean = Color(Real(0));
+        const Vec3 out = direction_between(ray.origin + ray.direction * group.middle[l], in.eye);
+        for (int32_t way = 0; way < both_ways; ++way) {
+            const LaneColor &of_way = source[way < ways ? way : 0];
+            sample.source[way] = Color(of_way.red[l], of_way.green[l], of_way.blue[l]);
+            sample.towards_eye[way] =
+                ways == 1 ? Real(1) : four_pi<Real> * in.phase(way == onward ? ray.direction : -ray.direction, out);
+        }
+    }
     return count;
 }
 
-// Passes a sample, and adds to it what flies through on the way: of a source that is even in it, the mean of
+// Passes a sample one way, and adds to it what flies through: of a source that is even in it, the mean of
 // S + (L - S) e^-s over the step.
-void pass(Sample &sample, Color &radiance) {
-    const Color above = radiance - sample.source;
-    sample.mean += sample.source + above * sample.mean_transmittance;
-    radiance = sample.source + above * sample.transmittance;
+void pass(Sample &sample, int32_t way, Color &radiance) {
+    const Color above = radiance - sample.source[way];
+    sample.mean += (sample.source[way] + above * sample.mean_transmittance) * sample.towards_eye[way];
+    radiance = sample.source[way] + above * sample.transmittance;
 }
 
 void deposit(const Sweeper &in, const Sample &sample) {
     const uint32_t n = static_cast<uint32_t>(nodes_along(in.spacing));
     const Vec3 &t = sample.at;
+    const Real both = Real(0.5) * (sample.towards_eye[onward] + sample.towards_eye[back]);
     for (uint32_t corner = 0; corner < 8; ++corner) {
         const Real weight = sample.weight * (corner & 1 ? t.x : Real(1) - t.x) * (corner & 2 ? t.y : Real(1) - t.y) *
                             (corner & 4 ? t.z : Real(1) - t.z);
         const uint64_t node = sample.node + (corner & 1) + n * ((corner >> 1 & 1) + n * (corner >> 2));
         in.arrived[node].radiance += sample.mean * weight;
-        in.arrived[node].weight += weight;
+        in.arrived[node].weight += weight * both;
     }
 }
 
+// Steps of a line in a brick, before they are divided: the way is at most sqrt(3) brick_cells of the longest edge.
+constexpr int32_t most_steps(int32_t spacing) { return 14 / spacing + 2; }
 // The number of parts of the steps in a brick: so many that none is deeper than 1/4, but at most 4. The source of light
 // counts as even within a part.
 constexpr int32_t most_parts = 4;
-// Steps of a line in a brick, before they are divided: the way is at most sqrt(3) brick_cells of the longest edge.
-constexpr int32_t most_steps(int32_t spacing) { return 14 / spacing + 2; }
 int32_t parts_in_brick(const Sweeper &in, uint32_t brick, Real longest) {
     Real sigma = Real(0);
     for (uint32_t s = 0; s < in.medium->count; ++s)
@@ -237,10 +360,10 @@ bool follow(const Sweeper &in, const Ray &ray) {
     if (!clip(in.bricks.bounds, ray, begin, end)) return true;
     const uint32_t count = sample_line(in, ray, begin, end);
     Color radiance(Real(0));
-    for (uint32_t i = 0; i < count; ++i) pass(in.samples[i], radiance);
+    for (uint32_t i = 0; i < count; ++i) pass(in.samples[i], onward, radiance);
     radiance = Color(Real(0));
     for (uint32_t i = count; i-- > 0;) {
-        pass(in.samples[i], radiance);
+        pass(in.samples[i], back, radiance);
         deposit(in, in.samples[i]);
     }
     return in.watch.done((count + 1) * units_of_sample);
@@ -268,11 +391,12 @@ bool sweep_axis(const Sweeper &in, const Frame &frame, Pcg32 &generator) {
     return true;
 }
 
-// Makes means of the sums: the same at a node in every brick that holds it.
-void average(const Sweeper &in) {
+// Makes means of the sums: the same at a node in every brick that holds it. False: the work is stopped.
+bool average(const Sweeper &in) {
     const int32_t n = nodes_along(in.spacing);
-    const uint64_t nodes = nodes_of(in.spacing);
-    for (uint32_t brick = 0; brick < in.bricks.count; ++brick)
+    const uint32_t nodes = nodes_of(in.spacing);
+    for (uint64_t brick = 0; brick < in.bricks.count; ++brick) {
+        if (!in.watch.go_on(nodes * units_of_node)) return false;
         for (uint32_t k = 0; k < nodes; ++k) {
             const Cell node = cell_of_index(n, k);
             if (min(node.x, min(node.y, node.z)) > 0 && max(node.x, max(node.y, node.z)) < n - 1) continue;
@@ -280,26 +404,29 @@ void average(const Sweeper &in) {
             bool first = true; // of the holders
             for_each_holder(in.bricks, in.bricks.position[brick], node, n, [&](uint32_t other, uint32_t there) {
                 first = first && other >= brick;
-                const Arrived &here = in.arrived[other * nodes + there];
+                const Arrived &here = in.arrived[uint64_t{other} * nodes + there];
                 sum = {sum.radiance + here.radiance, sum.weight + here.weight};
             });
             if (!first) continue;
             for_each_holder(in.bricks, in.bricks.position[brick], node, n,
-                            [&](uint32_t other, uint32_t there) { in.arrived[other * nodes + there] = sum; });
+                            [&](uint32_t other, uint32_t there) { in.arrived[uint64_t{other} * nodes + there] = sum; });
         }
+    }
     // Each sample holds what flies along its line both ways.
-    for (Arrived *i = in.arrived; i < in.arrived + in.bricks.count * nodes; ++i)
+    for (Arrived *i = in.arrived; i < in.arrived + uint64_t{in.bricks.count} * nodes; ++i)
         if (i->weight > Real(0)) i->radiance = i->radiance / (i->weight * Real(2));
+    return true;
 }
 
 bool sweep_set(const Sweeper &in, int32_t set) {
     const uint64_t count = uint64_t{in.bricks.count} * nodes_of(in.spacing);
     if (!fill(in.arrived, count, Arrived{Color(Real(0)), Real(0)}, in.watch)) return false;
     Pcg32 generator(static_cast<uint64_t>(set));
-    for (int32_t k = 0; k < axes_of_set; ++k)
-        if (!sweep_axis(in, axis_of_set(set, k), generator)) return false;
-    average(in);
-    return true;
+    for (int32_t k = 0; k < axes_of_set; ++k) {
+        const Frame frame = axis_of_set(set, k);
+        if (!scatter_along(in, frame.along) || !sweep_axis(in, frame, generator)) return false;
+    }
+    return average(in);
 }
 
 // What the nodes of a brick say of both ways.
@@ -389,27 +516,35 @@ bool suits_lines(const LineSweep &sweep) {
     return true;
 }
 
-uint64_t line_sweep_bytes(uint64_t bricks, int32_t spacing) {
+uint64_t line_sweep_bytes(uint64_t bricks, uint64_t of_line, int32_t spacing, bool isotropic) {
     const uint64_t points = bricks * nodes_of(spacing);
-    return 2 * Arena::bytes<Arrived>(points) + Arena::bytes<Disagreement>(bricks) +
-           Arena::bytes<Sample>(samples_of_line(bricks, spacing));
+    return (isotropic ? 0 : both_ways * Arena::bytes<Color>(points)) + 2 * Arena::bytes<Arrived>(points) +
+           Arena::bytes<Disagreement>(bricks) + Arena::bytes<Sample>(samples_of_line(of_line, spacing));
 }
 
-bool sweep_lines(const LineSweep &sweep, const bool *known, Color *radiance, Arena &arena, Watch watch) {
+bool sweep_lines(const LineSweep &sweep, const LightOfPhotons &light, Arena &arena, Watch watch) {
     const SparseGrid &bricks = *sweep.depths->bricks;
     const uint64_t nodes = nodes_of(sweep.spacing);
     const uint64_t points = uint64_t{bricks.count} * nodes;
     const size_t mark = arena.mark();
     Arrived *first = arena.make<Arrived>(points), *second = arena.make<Arrived>(points);
     Disagreement *disagreement = arena.make<Disagreement>(bricks.count);
-    Sample *samples = arena.make<Sample>(samples_of_line(bricks.count, sweep.spacing));
+    Sample *samples = arena.make<Sample>(
+        samples_of_line(min(uint64_t{bricks.count}, places_of_line(bricks.lattice.count)), sweep.spacing));
+    Color *scattered[both_ways];
+    for (Color *&of_way : scattered) of_way = sweep.phase.isotropic() ? light.radiance : arena.make<Color>(points);
     watch.expect(points * units_of_sample * axes_of_set);
-    bool done = first && second && disagreement && samples;
+    bool done = first && second && disagreement && samples && scattered[onward] && scattered[back];
     for (int32_t set = 0; done && set < 2; ++set)
-        done = sweep_set({sweep, bricks, radiance, set == 0 ? first : second, samples, watch}, set);
-    const Ways ways = {points, known, radiance, first, second};
-    for (uint32_t brick = 0; done && brick < bricks.count; ++brick)
+        done = sweep_set(
+            {sweep, bricks, light, {scattered[onward], scattered[back]}, set == 0 ? first : second, samples, watch},
+            set);
+    done = done && turn_to_eye(sweep, light, watch);
+    const Ways ways = {points, light.known, light.radiance, first, second};
+    for (uint32_t brick = 0; done && brick < bricks.count; ++brick) {
         disagreement[brick] = disagreement_in(ways, brick * nodes, (brick + 1) * nodes);
+        done = watch.go_on(static_cast<uint32_t>(nodes) * units_of_node);
+    }
     for (uint32_t brick = 0; done && brick < bricks.count; ++brick) {
         mix_ways(sweep, ways, disagreement, brick);
         done = watch.go_on(static_cast<uint32_t>(nodes) * units_of_node);

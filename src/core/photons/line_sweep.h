@@ -5,24 +5,42 @@
 // leave at the nodes what arrives there: the light that has been scattered once or more. Each value is then a mean over
 // much smoke, and has little of the photons' noise. What it errs by is the small number of directions. The lines form
 // two sets. Their difference says how much that is, and where it is more than the photons' noise, photons count more.
+//
+// Where the phase is not isotropic, photons say at each node what is scattered along each line, by their flux and
+// spherical harmonics. What arrives along the lines is weighted by the phase function towards the eye: no moments of
+// its directions are needed.
 #pragma once
 #include "core/lights/optical_depth_grid.h"
+#include "core/smoke/phase.h"
 
 namespace wisp::WISP_ARITH {
 
 struct LineSweep {
-    const Medium *medium;           // resampled, isotropic; no surface is in it
+    const Medium *medium;           // resampled; no surface is in it
     const OpticalDepthGrid *depths; // over the medium's bricks
     int32_t spacing;                // cells between the nodes
     int32_t sigma_shift;            // extinctions are scaled by 2^sigma_shift where they are weights
+    Phase phase;                    // of all smokes
+    Vec3 eye;                       // of all camera rays
 };
 
-// The light in a field of nodes_of(spacing) values a brick, brick after brick: mean radiance from all directions that
-// was scattered at least once. `known[i]`: whether the smoke around value i is dense enough for its light to matter;
-// every value is set. The known ones are replaced. False: the arena was too small, or the work is stopped; the arena is
-// given back.
-bool sweep_lines(const LineSweep &sweep, const bool *known, Color *radiance, Arena &arena, Watch watch = {});
-uint64_t line_sweep_bytes(uint64_t bricks, int32_t spacing);
+// The light of photons in a field of nodes_of(spacing) values a brick, brick after brick, that was scattered at least
+// once: its mean radiance from all directions, and the distribution of these (irradiance_map.h has the packing).
+struct LightOfPhotons {
+    // By node: whether the smoke around it is dense enough for its light to matter. Every radiance is set.
+    const bool *known;
+    Color *radiance;
+    const uint32_t *flux;      // by node; nullptr where the phase is isotropic, as the next
+    const uint32_t *harmonics; // at nodes of their own
+    int32_t harmonic_spacing;  // cells between these
+};
+
+// Replaces the radiance by what photons and lines say of the radiance that is scattered towards the eye, times
+// 4 pi / albedo / sigma_t: of isotropic phases the mean radiance, as before. Unknown nodes keep the light of photons.
+// False: the arena was too small, or the work is stopped; the arena is given back.
+bool sweep_lines(const LineSweep &sweep, const LightOfPhotons &light, Arena &arena, Watch watch = {});
+// `of_line`: how many bricks a line crosses at most.
+uint64_t line_sweep_bytes(uint64_t bricks, uint64_t of_line, int32_t spacing, bool isotropic);
 
 // Whether lines help. They cross all places of the lattice, and do not pay where few of these hold bricks. They miss
 // the light of a point next to it, so no point light or spot may stand in the smoke, or near it.

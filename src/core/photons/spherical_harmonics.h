@@ -8,6 +8,8 @@
 namespace wisp::WISP_ARITH {
 
 constexpr uint32_t harmonic_count = 5 + 7;
+constexpr uint32_t harmonic_words = harmonic_count / 3; // packed by threes, as fluxes are
+static_assert(harmonic_words * 3 == harmonic_count);
 
 // Above this |g|, the first order that is not stored would weigh more than isotropic light: (2 l + 1) g^l > 1 for l
 // = 4. A series that ends at l = 3 is then worse than the flux alone.

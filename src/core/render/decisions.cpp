@@ -1,4 +1,5 @@
 #include "core/render/decisions.h"
+#include "core/photons/spherical_harmonics.h"
 #include "core/smoke/resampling.h"
 
 namespace wisp::WISP_ARITH {
@@ -9,6 +10,20 @@ bool has_scattering_smoke(const Scene &scene) {
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
         if (!scene.smokes[i].empty() && any_above_zero(scene.smokes[i].albedo)) return true;
     return false;
+}
+
+// Whether all smoke has one phase, whose light spherical harmonics tell well enough for lines (S4-5).
+bool has_phase_of_lines(const Scene &scene) {
+    const SmokeDescription *first = nullptr;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        const SmokeDescription &smoke = scene.smokes[i];
+        if (smoke.empty()) continue;
+        if (!first) first = &smoke;
+        const int64_t g = total_order_key(smoke.asymmetry);
+        if (g != total_order_key(first->asymmetry) || max(g, -g) > total_order_key(max_asymmetry_of_harmonics))
+            return false;
+    }
+    return first != nullptr;
 }
 
 // Whether the smoke is a density grid along the axes. The cells of the sparse grid are then the samples of the density
@@ -66,7 +81,7 @@ void decide_smoke(const Scene &scene, const Settings &settings, Decisions &d) {
     d.nearest = d.march == MarchKind::steps && d.photons != PhotonStore::none;
     d.irradiance = d.photons == PhotonStore::fluence_grid ||
                    (d.photons != PhotonStore::none && settings.irradiance != IrradianceMap::none && !nearest_elements);
-    d.sweeps = d.photons == PhotonStore::fluence_grid && !d.photon_needs.directions && !d.surfaces;
+    d.sweeps = d.photons == PhotonStore::fluence_grid && !d.surfaces && has_phase_of_lines(scene);
     // Photons start by the depths in resampled smoke, which is marched by them, too.
     d.light_depths = d.lights_in_smoke > 0 && (d.march == MarchKind::grid || total_order_key(settings.light_step) > 0);
     d.march_grid = !d.resampled && (d.light_depths || d.irradiance);

@@ -47,7 +47,7 @@ const uint32_t *area_fractions_before(const SmokeDescription &source, Arena &are
 uint64_t medium_bytes(const Scene &scene, double density_step) {
     uint64_t bytes = Arena::bytes<SmokeVolume>(scene.smoke_count);
     const bool resampled = total_order_key(density_step) > 0 && can_resample(scene);
-    const SparseGridPlan bricks = resampled ? plan_sparse_grid(scene, density_step) : SparseGridPlan{0, 0};
+    const SparseGridPlan bricks = resampled ? plan_sparse_grid(scene, density_step) : SparseGridPlan{};
     if (resampled) bytes += bricks.bytes + Arena::bytes<SparseGrid>(1);
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const SmokeDescription &source = scene.smokes[i];

@@ -51,8 +51,9 @@ SparseGrid make_sparse_grid(const Scene &scene, double lengths, Arena &arena, Wa
 constexpr int32_t subdivision_for(double lengths) { return total_order_key(lengths) > total_order_key(0.75) ? 1 : 2; }
 
 struct SparseGridPlan {
-    uint64_t count; // an upper bound of the number of bricks
-    uint64_t bytes; // what make_sparse_grid takes from the arena, at most
+    uint64_t count;   // an upper bound of the number of bricks
+    uint64_t of_line; // the same of those that a line crosses
+    uint64_t bytes;   // what make_sparse_grid takes from the arena, at most
 };
 SparseGridPlan plan_sparse_grid(const Scene &scene, double lengths);
 

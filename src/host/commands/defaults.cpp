@@ -17,7 +17,7 @@ bool is_anisotropic(const Scene &scene) {
 
 // Bricks of smoke may take so many bytes, or so many for each particle or sample: particles in a spray, or of unlike
 // radii, take less memory and time one by one.
-constexpr uint64_t max_brick_bytes = uint64_t{1} << 28, max_brick_bytes_of_element = 4096;
+constexpr uint64_t max_brick_bytes = uint64_t{5} << 26, max_brick_bytes_of_element = 5120;
 
 // Whether the bricks of these settings take more. The choice must not depend on the arithmetic: its plan is that of
 // f64.
