@@ -17,7 +17,7 @@ struct Light {
 };
 
 // Whether its irradiance falls off with the square of the distance.
-inline bool has_falloff(const Light &light) { return light.kind == LightKind::point || light.kind == LightKind::spot; }
+constexpr bool has_falloff(LightKind kind) { return kind == LightKind::point || kind == LightKind::spot; }
 
 Light make_light(const LightSource &source);
 Light *make_lights(const Scene &scene, Arena &arena); // nullptr: the arena was too small

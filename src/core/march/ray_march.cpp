@@ -118,7 +118,7 @@ int32_t parts_among_unlike(const Medium &medium, const StepLengths &steps, const
 
 bool is_light_near(const Light *lights, uint32_t count, const Ray &ray, Real from, Real to, Real reach) {
     for (uint32_t i = 0; i < count; ++i) {
-        if (!has_falloff(lights[i])) continue;
+        if (!has_falloff(lights[i].kind)) continue;
         const Vec3 to_light = lights[i].position - ray.origin;
         const Real nearest = max(from, min(dot(to_light, ray.direction), to));
         if (length(to_light - ray.direction * nearest) < reach) return true;

@@ -48,7 +48,14 @@ struct Sweeper : LineSweep {
     Watch watch;
 };
 
-Real distance_of_lines(const LineSweep &sweep) { return largest(sweep.depths->bricks->cell) * Real(2 * sweep.spacing); }
+Real distance_of_lines(const Vec3 &cell, int32_t spacing) { return largest(cell) * Real(2 * spacing); }
+
+// Lights that fall off stand at least so far from the smoke.
+Real margin_of_lights(const Vec3 &cell, int32_t spacing) { return distance_of_lines(cell, spacing) * Real(4); }
+bool is_near(const Box &box, Real margin, const Vec3 &p) {
+    const Vec3 low = box.low - Vec3(margin), high = box.high + Vec3(margin);
+    return p.x > low.x && p.y > low.y && p.z > low.z && p.x < high.x && p.y < high.y && p.z < high.z;
+}
 
 // A line's direction, and two more that span the plane across it.
 struct Frame {
@@ -374,7 +381,7 @@ bool sweep_axis(const Sweeper &in, const Frame &frame, Pcg32 &generator) {
     const Box &box = in.bricks.bounds;
     const Vec3 middle = (box.low + box.high) * Real(0.5), half = (box.high - box.low) * Real(0.5);
     const auto reach = [&half](const Vec3 &d) { return abs(d.x) * half.x + abs(d.y) * half.y + abs(d.z) * half.z; };
-    const Real gap = distance_of_lines(in), wide = reach(frame.across), high = reach(frame.up);
+    const Real gap = distance_of_lines(in.bricks.cell, in.spacing), wide = reach(frame.across), high = reach(frame.up);
     const Real x0 = -wide + gap * unit_open<Real>(generator());
     const Real y0 = -high + gap * unit_open<Real>(generator());
     const Vec3 back = middle - frame.along * reach(frame.along);
@@ -504,14 +511,20 @@ uint64_t samples_of_line(uint64_t bricks, int32_t spacing) {
 bool suits_lines(const LineSweep &sweep) {
     const SparseGrid &bricks = *sweep.depths->bricks;
     if (number_of(bricks.lattice.count) > places_of_brick * bricks.count) return false;
-    const Vec3 margin(distance_of_lines(sweep) * Real(4));
-    const Vec3 low = bricks.bounds.low - margin, high = bricks.bounds.high + margin;
+    const Real margin = margin_of_lights(bricks.cell, sweep.spacing);
     for (uint32_t l = 0; l < sweep.depths->light_count; ++l) {
         const Light &light = sweep.depths->lights[l];
-        const Vec3 &p = light.position;
-        if (has_falloff(light) && p.x > low.x && p.y > low.y && p.z > low.z && p.x < high.x && p.y < high.y &&
-            p.z < high.z)
-            return false;
+        if (has_falloff(light.kind) && is_near(bricks.bounds, margin, light.position)) return false;
+    }
+    return true;
+}
+
+bool may_suit_lines(const Scene &scene, const SparseGridPlan &bricks, int32_t spacing) {
+    if (bricks.places > places_of_brick * bricks.count) return false;
+    const Real margin = margin_of_lights(bricks.cell, spacing);
+    for (uint32_t l = 0; l < scene.light_count; ++l) {
+        const LightSource &light = scene.lights[l];
+        if (has_falloff(light.kind) && is_near(bricks.bounds, margin, vec_of(light.position))) return false;
     }
     return true;
 }

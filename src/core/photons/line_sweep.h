@@ -45,5 +45,7 @@ uint64_t line_sweep_bytes(uint64_t bricks, uint64_t of_line, int32_t spacing, bo
 // Whether lines help. They cross all places of the lattice, and do not pay where few of these hold bricks. They miss
 // the light of a point next to it, so no point light or spot may stand in the smoke, or near it.
 bool suits_lines(const LineSweep &sweep);
+// The same before the bricks are made: false only where the above would be.
+bool may_suit_lines(const Scene &scene, const SparseGridPlan &bricks, int32_t spacing);
 
 } // namespace wisp::WISP_ARITH

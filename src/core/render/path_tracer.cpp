@@ -76,7 +76,7 @@ struct EquiAngular {
 bool stands_in_smoke(const PathTracer &tracer, const Light &light) {
     const Box &box = tracer.medium->bounds;
     const Vec3 &p = light.position;
-    return has_falloff(light) && p.x > box.low.x && p.y > box.low.y && p.z > box.low.z && p.x < box.high.x &&
+    return has_falloff(light.kind) && p.x > box.low.x && p.y > box.low.y && p.z > box.low.z && p.x < box.high.x &&
            p.y < box.high.y && p.z < box.high.z;
 }
 

@@ -132,8 +132,9 @@ Need need_irradiance(const Scene &, const Settings &, const Decisions &d) {
 }
 uint64_t irradiance_map_bytes(const Scene &scene, const Settings &, const Decisions &d, const Sizes &sizes) {
     const bool of_fluence = d.photons == PhotonStore::fluence_grid;
+    const bool lines = d.sweeps && may_suit_lines(scene, sizes.grid, d.spacing.irradiance);
     return irradiance_bytes(scene, sizes.grid.count, d.spacing.irradiance, d.photon_needs.directions, of_fluence,
-                            of_fluence && d.photon_needs.harmonics, d.sweeps ? sizes.grid.of_line : 0);
+                            of_fluence && d.photon_needs.harmonics, lines ? sizes.grid.of_line : 0);
 }
 
 Need need_sources(const Scene &, const Settings &, const Decisions &d) {

@@ -190,7 +190,7 @@ SparseGrid make_sparse_grid(const Scene &scene, double lengths, Arena &arena, Wa
 }
 
 SparseGridPlan plan_sparse_grid(const Scene &scene, double lengths) {
-    if (!has_smoke(scene)) return {0, 0, 0};
+    if (!has_smoke(scene)) return {};
     const Layout layout = layout_of(scene, lengths);
     const Cell &n = layout.bricks.count;
     const uint64_t layer = static_cast<uint64_t>(n.x) * static_cast<uint64_t>(n.y), layers = static_cast<uint64_t>(n.z);
@@ -207,7 +207,7 @@ SparseGridPlan plan_sparse_grid(const Scene &scene, double lengths) {
             byte |= bit;
         });
     }
-    return {count, min(count, places_of_line(n)), bytes_of(all, count)};
+    return {count, min(count, places_of_line(n)), bytes_of(all, count), all, layout.bounds, layout.cell};
 }
 
 } // namespace wisp::WISP_ARITH

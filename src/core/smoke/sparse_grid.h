@@ -54,6 +54,9 @@ struct SparseGridPlan {
     uint64_t count;   // an upper bound of the number of bricks
     uint64_t of_line; // the same of those that a line crosses
     uint64_t bytes;   // what make_sparse_grid takes from the arena, at most
+    uint64_t places;  // of the lattice
+    Box bounds;       // as in SparseGrid, as the next
+    Vec3 cell;
 };
 SparseGridPlan plan_sparse_grid(const Scene &scene, double lengths);
 
