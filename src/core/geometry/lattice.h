@@ -57,6 +57,11 @@ template <class Corner> Real trilinear(const Vec3 &t, Corner &&corner) {
     return mix(mix(row(0, 0), row(1, 0), t.y), mix(row(0, 1), row(1, 1), t.y), t.z);
 }
 
+// The weight of a corner in it: bit 0 of its number is dx, bit 1 dy, bit 2 dz.
+inline Real corner_weight(const Vec3 &t, uint32_t corner) {
+    return (corner & 1 ? t.x : Real(1) - t.x) * (corner & 2 ? t.y : Real(1) - t.y) * (corner & 4 ? t.z : Real(1) - t.z);
+}
+
 // One axis of a traversal: the current cell, and the distance at which the ray leaves it along this axis.
 struct LatticeAxis {
     LatticeAxis(Real low_, Real edge_, Real inverse_edge, int32_t count, Real start, Real origin_, Real direction_)

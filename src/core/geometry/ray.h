@@ -10,6 +10,11 @@ struct Box {
     Vec3 low, high;
 };
 
+inline bool is_strictly_inside(const Box &box, const Vec3 &p) {
+    return p.x > box.low.x && p.y > box.low.y && p.z > box.low.z && p.x < box.high.x && p.y < box.high.y &&
+           p.z < box.high.z;
+}
+
 struct Sphere {
     Vec3 center;
     Real radius; // 0: empty

@@ -118,8 +118,7 @@ Illumination illuminate(const Light &light, const Vec3 &x, const Vec3 &a, const 
     } else if (!in_cone(direction, light.direction, light.one_minus_cosine)) {
         return {direction, distance, Color(Real(0))};
     }
-    const Color irradiance = mean_irradiance(light.color, begin, end);
-    return {direction, distance, to - from < Real(1) ? irradiance * (to - from) : irradiance};
+    return {direction, distance, mean_irradiance(light.color, begin, end) * (to - from)};
 }
 
 Real mean_phase(const Light &light, const Phase &phase, const Vec3 &in, const Vec3 &a, const Vec3 &b, const Vec3 &out) {

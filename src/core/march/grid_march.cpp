@@ -222,10 +222,7 @@ WISP_INLINE void gather_harmonics(const Irradiance &map, const Phase &phase, con
     const SphericalHarmonics seen = phase_harmonics(phase, out);
     const auto sum = [&](int32_t node) {
         const uint32_t *packed = map.harmonics + node * static_cast<int32_t>(harmonic_words);
-        Real total = Real(0);
-        for (uint32_t i = 0; i < harmonic_count; ++i)
-            total += seen.value[i] * Real(flux_units(packed[i / 3], static_cast<int32_t>(i % 3)));
-        return total;
+        return packed_sum(seen, packed, 0, harmonic_count);
     };
     interpolate(at, sum, sent);
     for (uint32_t l = 0; l < lanes; ++l) sent[l] *= Real(1.0 / max_component);
@@ -252,15 +249,13 @@ WISP_INLINE void gather_scattered(const GridMarcher &marcher, const SmokeVolume 
         for (int32_t c = 0; c < 3; ++c)
             interpolate(
                 at, [&map, c](int32_t node) { return unpack_flux(map.flux[node])[c]; }, flux[c]);
-        for (uint32_t l = 0; l < lanes; ++l)
-            p[l] = phase_of_flux(smoke.phase, Vec3(flux[0][l], flux[1][l], flux[2][l]), out) * four_pi<Real>;
+        const auto there = [&flux](uint32_t l) { return Vec3(flux[0][l], flux[1][l], flux[2][l]); };
         if (map.harmonics && uses_harmonics(smoke.phase.asymmetry())) {
             Lanes more;
             gather_harmonics(map, smoke.phase, group, out, more);
-            for (uint32_t l = 0; l < lanes; ++l) {
-                const Vec3 there(flux[0][l], flux[1][l], flux[2][l]);
-                p[l] = max(Real(0), p[l] + (more[l] - henyey_greenstein_closure(smoke.phase, there, out)));
-            }
+            for (uint32_t l = 0; l < lanes; ++l) p[l] = phase_of_moments(smoke.phase, there(l), more[l], out);
+        } else {
+            for (uint32_t l = 0; l < lanes; ++l) p[l] = phase_of_flux(smoke.phase, there(l), out) * four_pi<Real>;
         }
     }
     if (map.single_channel) {

@@ -324,9 +324,7 @@ void deposit(const FluenceSums &fluence, uint32_t brick, const Vec3 &p, const Co
     const CellPosition at = find_cell(p, spacing);
     const size_t first = size_t{brick} * nodes_of(spacing) + at.node;
     Real weight[8];
-    for (uint32_t corner = 0; corner < 8; ++corner)
-        weight[corner] = (corner & 1 ? at.t.x : Real(1) - at.t.x) * (corner & 2 ? at.t.y : Real(1) - at.t.y) *
-                         (corner & 4 ? at.t.z : Real(1) - at.t.z);
+    for (uint32_t corner = 0; corner < 8; ++corner) weight[corner] = corner_weight(at.t, corner);
     const auto node = [&](uint32_t corner) {
         return first + (corner & 1) + n * ((corner >> 1 & 1) + n * (corner >> 2));
     };

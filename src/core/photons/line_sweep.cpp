@@ -50,13 +50,6 @@ struct Sweeper : LineSweep {
 
 Real distance_of_lines(const Vec3 &cell, int32_t spacing) { return largest(cell) * Real(2 * spacing); }
 
-// Lights that fall off stand at least so far from the smoke.
-Real margin_of_lights(const Vec3 &cell, int32_t spacing) { return distance_of_lines(cell, spacing) * Real(4); }
-bool is_near(const Box &box, Real margin, const Vec3 &p) {
-    const Vec3 low = box.low - Vec3(margin), high = box.high + Vec3(margin);
-    return p.x > low.x && p.y > low.y && p.z > low.z && p.x < high.x && p.y < high.y && p.z < high.z;
-}
-
 // A line's direction, and two more that span the plane across it.
 struct Frame {
     Vec3 along, across, up;
@@ -89,18 +82,14 @@ Vec3 direction_between(const Vec3 &from, const Vec3 &to) {
 Real scattered_towards(const LineSweep &sweep, const LightOfPhotons &light, uint64_t brick, uint32_t node,
                        const Vec3 &out, const SphericalHarmonics &seen) {
     const Vec3 flux = unpack_flux(light.flux[brick * nodes_of(sweep.spacing) + node]);
-    const Real p = phase_of_flux(sweep.phase, flux, out) * four_pi<Real>;
     const Cell cell = cell_of_index(nodes_along(sweep.spacing), node);
     const CellPosition at =
         find_cell(Vec3(Real(cell.x), Real(cell.y), Real(cell.z)) * Real(sweep.spacing), light.harmonic_spacing);
     const uint32_t *first = light.harmonics + brick * nodes_of(light.harmonic_spacing) * harmonic_words;
     const Real more = between_nodes(at, light.harmonic_spacing, [&](uint32_t there) {
-        Real sum = Real(0);
-        for (uint32_t i = 0; i < harmonic_count; ++i)
-            sum += seen.value[i] * Real(flux_units(first[there * harmonic_words + i / 3], static_cast<int32_t>(i % 3)));
-        return sum;
+        return packed_sum(seen, first + there * harmonic_words, 0, harmonic_count);
     });
-    return max(Real(0), p + (more * Real(1.0 / max_component) - henyey_greenstein_closure(sweep.phase, flux, out)));
+    return phase_of_moments(sweep.phase, flux, more * Real(1.0 / max_component), out);
 }
 
 // Sets what photons say of the light that is scattered along an axis, both ways: the series of harmonics up to order 3,
@@ -118,15 +107,9 @@ bool scatter_along(const Sweeper &in, const Vec3 &axis) {
         if (!in.watch.done(nodes * units_of_direction)) return false;
         const uint32_t *packed = light.harmonics + brick * coarse * harmonic_words;
         for (uint32_t k = 0; k < coarse; ++k) {
-            const auto term = [&](uint32_t i) {
-                return seen.value[i] *
-                       Real(flux_units(packed[k * harmonic_words + i / 3], static_cast<int32_t>(i % 3)));
-            };
-            even[k] = odd[k] = Real(0);
-            for (uint32_t i = 0; i < 5; ++i) even[k] += term(i);
-            for (uint32_t i = 5; i < harmonic_count; ++i) odd[k] += term(i);
-            even[k] *= Real(1.0 / max_component);
-            odd[k] *= Real(1.0 / max_component);
+            const uint32_t *here = packed + k * harmonic_words;
+            even[k] = packed_sum(seen, here, 0, 5) * Real(1.0 / max_component);
+            odd[k] = packed_sum(seen, here, 5, harmonic_count) * Real(1.0 / max_component);
         }
         for (uint32_t k = 0; k < nodes; ++k) {
             const uint64_t node = brick * nodes + k;
@@ -199,7 +182,7 @@ WISP_INLINE void find_phases(const Sweeper &in, const Light &light, const Ray &r
         if (in.phase.isotropic()) continue;
         const Vec3 there = ray.origin + ray.direction * group.middle[l];
         const Vec3 from =
-            light.kind == LightKind::parallel ? light.direction : illuminate(light, there, there, there).direction;
+            light.kind == LightKind::parallel ? light.direction : direction_between(light.position, there);
         p[onward][l] = in.phase(from, ray.direction);
         p[back][l] = in.phase(from, -ray.direction);
     }
@@ -458,7 +441,6 @@ Real share_of_photons(const SparseGrid &bricks, const Disagreement *disagreement
 
 // Both ways of finding the light at the nodes.
 struct Ways {
-    uint64_t points;
     const bool *known;
     Color *photons;          // replaced by what both say
     Arrived *first, *second; // of the sets of lines
@@ -493,12 +475,24 @@ void mix_ways(const LineSweep &sweep, const Ways &ways, const Disagreement *disa
         const Cell node = cell_of_index(nodes_along(sweep.spacing), k);
         const Vec3 t = Vec3(Real(node.x), Real(node.y), Real(node.z)) * (Real(sweep.spacing) * Real(1.0 / brick_cells));
         Real photons = Real(0); // products that are 0 on a face: every brick that holds the node finds the same
-        for (uint32_t corner = 0; corner < 8; ++corner)
-            photons += share[corner] * ((corner & 1 ? t.x : Real(1) - t.x) * (corner & 2 ? t.y : Real(1) - t.y) *
-                                        (corner & 4 ? t.z : Real(1) - t.z));
+        for (uint32_t corner = 0; corner < 8; ++corner) photons += share[corner] * corner_weight(t, corner);
         const Color lines = ways.of_lines(i);
         ways.photons[i] = lines + (ways.photons[i] - lines) * photons;
     }
+}
+
+// See suits_lines(). `light_of(i)` is light i of so many.
+template <class LightOf>
+bool have_room(uint64_t places, uint64_t bricks, const Box &bounds, const Vec3 &cell, int32_t spacing, uint32_t lights,
+               LightOf &&light_of) {
+    if (places > places_of_brick * bricks) return false;
+    const Vec3 margin(distance_of_lines(cell, spacing) * Real(4));
+    const Box around = {bounds.low - margin, bounds.high + margin};
+    for (uint32_t l = 0; l < lights; ++l) {
+        const Light light = light_of(l);
+        if (has_falloff(light.kind) && is_strictly_inside(around, light.position)) return false;
+    }
+    return true;
 }
 
 // A line crosses a brick once at most, on a way of at most sqrt(3) brick_cells.
@@ -510,23 +504,13 @@ uint64_t samples_of_line(uint64_t bricks, int32_t spacing) {
 
 bool suits_lines(const LineSweep &sweep) {
     const SparseGrid &bricks = *sweep.depths->bricks;
-    if (number_of(bricks.lattice.count) > places_of_brick * bricks.count) return false;
-    const Real margin = margin_of_lights(bricks.cell, sweep.spacing);
-    for (uint32_t l = 0; l < sweep.depths->light_count; ++l) {
-        const Light &light = sweep.depths->lights[l];
-        if (has_falloff(light.kind) && is_near(bricks.bounds, margin, light.position)) return false;
-    }
-    return true;
+    return have_room(number_of(bricks.lattice.count), bricks.count, bricks.bounds, bricks.cell, sweep.spacing,
+                     sweep.depths->light_count, [&](uint32_t l) { return sweep.depths->lights[l]; });
 }
 
 bool may_suit_lines(const Scene &scene, const SparseGridPlan &bricks, int32_t spacing) {
-    if (bricks.places > places_of_brick * bricks.count) return false;
-    const Real margin = margin_of_lights(bricks.cell, spacing);
-    for (uint32_t l = 0; l < scene.light_count; ++l) {
-        const LightSource &light = scene.lights[l];
-        if (has_falloff(light.kind) && is_near(bricks.bounds, margin, vec_of(light.position))) return false;
-    }
-    return true;
+    return have_room(bricks.places, bricks.count, bricks.bounds, bricks.cell, spacing, scene.light_count,
+                     [&](uint32_t l) { return make_light(scene.lights[l]); });
 }
 
 uint64_t line_sweep_bytes(uint64_t bricks, uint64_t of_line, int32_t spacing, bool isotropic) {
@@ -547,13 +531,14 @@ bool sweep_lines(const LineSweep &sweep, const LightOfPhotons &light, Arena &are
     Color *scattered[both_ways];
     for (Color *&of_way : scattered) of_way = sweep.phase.isotropic() ? light.radiance : arena.make<Color>(points);
     watch.expect(points * units_of_sample * axes_of_set);
+    if (!sweep.phase.isotropic()) watch.expect(points * units_of_direction * axes_of_set * 2);
     bool done = first && second && disagreement && samples && scattered[onward] && scattered[back];
     for (int32_t set = 0; done && set < 2; ++set)
         done = sweep_set(
             {sweep, bricks, light, {scattered[onward], scattered[back]}, set == 0 ? first : second, samples, watch},
             set);
     done = done && turn_to_eye(sweep, light, watch);
-    const Ways ways = {points, light.known, light.radiance, first, second};
+    const Ways ways = {light.known, light.radiance, first, second};
     for (uint32_t brick = 0; done && brick < bricks.count; ++brick) {
         disagreement[brick] = disagreement_in(ways, brick * nodes, (brick + 1) * nodes);
         done = watch.go_on(static_cast<uint32_t>(nodes) * units_of_node);

@@ -3,6 +3,7 @@
 // polynomial of the cosine between them. So no harmonic exceeds 1. The harmonics of order 1 would be the vector itself;
 // its mean is the flux.
 #pragma once
+#include "core/photons/packed_light.h"
 #include "core/smoke/phase.h"
 
 namespace wisp::WISP_ARITH {
@@ -45,6 +46,14 @@ inline SphericalHarmonics phase_harmonics(const Phase &phase, const Vec3 &out) {
     return weights;
 }
 
+// The sum of weights first to last - 1, each times its packed coefficient, in units of 1 / max_component.
+WISP_INLINE Real packed_sum(const SphericalHarmonics &weights, const uint32_t *packed, uint32_t first, uint32_t last) {
+    Real sum = Real(0);
+    for (uint32_t i = first; i < last; ++i)
+        sum += weights.value[i] * Real(flux_units(packed[i / 3], static_cast<int32_t>(i % 3)));
+    return sum;
+}
+
 // The same sum as `phase_of_flux` assumes it: a Henyey-Greenstein lobe about the flux has the coefficients flux^l.
 // Where the true coefficients are known, this assumption is subtracted.
 inline Real henyey_greenstein_closure(const Phase &phase, const Vec3 &flux, const Vec3 &out) {
@@ -52,6 +61,12 @@ inline Real henyey_greenstein_closure(const Phase &phase, const Vec3 &flux, cons
     const Real cosine = dot(scattered, out), square = dot(scattered, scattered);
     return Real(2.5) * (Real(3) * cosine * cosine - square) +
            Real(3.5) * cosine * (Real(5) * cosine * cosine - Real(3) * square);
+}
+
+// 4 pi times the mean of the phase function towards `out` over light of this flux, to which orders 2 and 3 add `more`.
+WISP_INLINE Real phase_of_moments(const Phase &phase, const Vec3 &flux, Real more, const Vec3 &out) {
+    const Real p = phase_of_flux(phase, flux, out) * four_pi<Real>;
+    return max(Real(0), p + (more - henyey_greenstein_closure(phase, flux, out)));
 }
 
 } // namespace wisp::WISP_ARITH

@@ -74,10 +74,7 @@ struct EquiAngular {
 
 // Next-event estimation of such a light has an infinite variance: it does not sample in proportion to 1 / r^2.
 bool stands_in_smoke(const PathTracer &tracer, const Light &light) {
-    const Box &box = tracer.medium->bounds;
-    const Vec3 &p = light.position;
-    return has_falloff(light.kind) && p.x > box.low.x && p.y > box.low.y && p.z > box.low.z && p.x < box.high.x &&
-           p.y < box.high.y && p.z < box.high.z;
+    return has_falloff(light.kind) && is_strictly_inside(tracer.medium->bounds, light.position);
 }
 
 // Next-event estimation: an estimate of what the lights send towards the ray's origin after one scattering on the ray's

@@ -50,38 +50,39 @@ double area_of(const std::vector<CellArea> &cells, uint64_t cell) {
     return found != cells.end() && found->cell == cell ? found->area : 0;
 }
 
-// About: where the smoke is densest. Particles of like radii are counted in cells of their support's size, of two
-// lattices, so that borders do not hide those of one place. Small particles may stand in the place of large ones: the
-// densities of their cells are added.
-double greatest_extinction(const SmokeDescription &smoke) {
-    double greatest = 0;
+// The greatest density of a cell. Particles of like radii are counted in cells of their support's size. Small particles
+// may stand in the place of large ones: the densities of their cells are added. `shift`: of all cells, in their edges.
+double greatest_in_cells(const SmokeDescription &smoke, double shift) {
     const auto edge_of = [&](size_t octave) { return std::scalbn(2 * smoke.largest_h, -static_cast<int>(octave)); };
-    const auto octave_of = [&](const Particle &particle) {
-        return static_cast<size_t>(std::max(0, std::ilogb(smoke.largest_h / particle.h)));
+    const auto cell_at = [&](const Double3 &position, size_t octave) {
+        const double edge = edge_of(octave), by = shift * edge;
+        return cell_of({position.x + by, position.y + by, position.z + by}, edge, -1);
     };
-    for (const double shift : {0.0, 0.5}) {
-        const auto cell_at = [&](const Double3 &position, double edge) {
-            const double by = shift * edge;
-            return cell_of({position.x + by, position.y + by, position.z + by}, edge, -1);
-        };
-        std::vector<std::vector<CellArea>> octaves; // the radii of each are at most half of those of the one before
-        for (uint32_t i = 0; i < smoke.count; ++i) {
-            const Particle &particle = smoke.particles[i];
-            greatest = std::max(greatest, 0.6 * particle.area / cube(particle.h)); // in the middle of a particle alone
-            const size_t octave = octave_of(particle);
-            if (octaves.size() <= octave) octaves.resize(octave + 1);
-            octaves[octave].push_back({cell_at(particle.position, edge_of(octave)), particle.area, particle.position});
-        }
-        for (size_t octave = 0; octave < octaves.size(); ++octave) {
-            octaves[octave] = sum_in_cells(std::move(octaves[octave]));
-            for (const CellArea &cell : octaves[octave]) {
-                double sum = cell.area / cube(edge_of(octave));
-                for (size_t wider = 0; wider < octave; ++wider)
-                    sum += area_of(octaves[wider], cell_at(cell.position, edge_of(wider))) / cube(edge_of(wider));
-                greatest = std::max(greatest, sum);
-            }
-        }
+    std::vector<std::vector<CellArea>> octaves; // the radii of each are at most half of those of the one before
+    for (uint32_t i = 0; i < smoke.count; ++i) {
+        const Particle &particle = smoke.particles[i];
+        const size_t octave = static_cast<size_t>(std::max(0, std::ilogb(smoke.largest_h / particle.h)));
+        if (octaves.size() <= octave) octaves.resize(octave + 1);
+        octaves[octave].push_back({cell_at(particle.position, octave), particle.area, particle.position});
     }
+    for (std::vector<CellArea> &areas : octaves) areas = sum_in_cells(std::move(areas));
+    double greatest = 0;
+    for (size_t octave = 0; octave < octaves.size(); ++octave)
+        for (const CellArea &cell : octaves[octave]) {
+            double sum = cell.area / cube(edge_of(octave));
+            for (size_t wider = 0; wider < octave; ++wider)
+                sum += area_of(octaves[wider], cell_at(cell.position, wider)) / cube(edge_of(wider));
+            greatest = std::max(greatest, sum);
+        }
+    return greatest;
+}
+
+// About: where the smoke is densest, in the middle of a particle alone or in a cell. Of two lattices, the borders of
+// one do not hide the particles of one place.
+double greatest_extinction(const SmokeDescription &smoke) {
+    double greatest = std::max(greatest_in_cells(smoke, 0), greatest_in_cells(smoke, 0.5));
+    for (uint32_t i = 0; i < smoke.count; ++i)
+        greatest = std::max(greatest, 0.6 * smoke.particles[i].area / cube(smoke.particles[i].h));
     return greatest;
 }
 
