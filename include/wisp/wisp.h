@@ -37,11 +37,11 @@ struct Plan {
     PlanRow rows[stage_count];
     uint64_t arena_bytes; // the sum of the bytes of all rows
 
-    bool smoke;               // there are particles, density grids or boxes
-    bool surfaces;            // there are triangles
-    bool photons;             // some light is scattered more than once
-    bool photon_directions;   // photons keep their directions: some smoke does not scatter evenly
-    bool photon_harmonics;    // ... and spherical harmonics of them
+    bool smoke;    // there are particles, density grids or boxes
+    bool surfaces; // there are triangles
+    bool photons;  // some light is scattered more than once
+    // Of photons; none: all smoke scatters evenly; to_eye: only what is scattered to it, so the sums are of one view.
+    enum class Directions : uint8_t { none, flux, harmonics, to_eye } photon_directions;
     bool photon_powers;       // photons keep their powers: they differ
     uint64_t photon_capacity; // of the photon map; 0 where there is none
     uint64_t bricks;          // of 8 x 8 x 8 cells of resampled smoke; 0 where densities are exact

@@ -249,7 +249,8 @@ TEST_CASE("command line: plan says what a scene needs and renders nothing") {
     };
     CHECK(kept("0", "no flux (isotropic)"));
     CHECK(kept("0.5", "flux and spherical harmonics of directions"));
-    CHECK(kept("0.6", "flux"));
+    CHECK(kept("0.6", "as scattered to the eye"));
+    CHECK(kept("-0.58", "flux"));
     test.write("empty.aff", "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 4 4");
     const Ran empty = test.wisp("plan " + test.file("empty.aff"));
     CHECK(empty.out.find("particle tree  no") != std::string::npos);

@@ -71,6 +71,28 @@ TEST_CASE("map command: traced in 1, 4 and 16 parts the map is one file, and one
         }
 }
 
+TEST_CASE("map command: where smoke scatters forward, a map is of one view") {
+    MapCommandTest test;
+    const auto scene = [](const std::string &eye) {
+        return "v from " + eye +
+               " at 0 0 0 up 0 1 0 angle 40 hither 0.01 resolution 8 8\nlp 3 4 3 40 40 40\n"
+               "smoke box -1 -1 -1 1 1 1 2 { phase 0.9 }\nrender photons 20000\n";
+    };
+    test.write("m.aff", scene("0 0 6"));
+    const std::string alone = test.render("--digest").out;
+    for (const std::string half : {"0:2", "2:5"})
+        REQUIRE(test.render("--map-out " + test.file(half.substr(0, 1) + ".map") + " --batches " + half).status == 0);
+    REQUIRE(test.wisp("merge " + test.file("0.map") + " " + test.file("2.map") + " -o " + test.file("m.map")).status ==
+            0);
+    CHECK(test.render("--digest --map-in " + test.file("m.map")).out == alone);
+    test.write("m.aff", scene("1 0 6"));
+    const Ran other = test.render("--digest --map-in " + test.file("m.map"));
+    CHECK(other.status == 3);
+    CHECK(other.err.find("and of this place of the eye") != std::string::npos);
+    test.write("m.aff", scene("0 0 6") + "b 1 1 1\n"); // what else changes does not matter
+    CHECK(test.render("--digest --map-in " + test.file("m.map")).status == 0);
+}
+
 TEST_CASE("map command: parts of parts, with gaps between them, merge as they come") {
     const MapCommandTest test;
     const auto trace = [&](const std::string &name, const std::string &batches) {

@@ -40,8 +40,8 @@ void read(const wisp::Bytes &bytes) {
     promise(map.counts.emitted <= photons);
     const wisp::Bytes written = wisp::map_bytes(map);
     promise(wisp::map_bytes(wisp::parse_map(written, "again")) == written);
-    promise(!done([&] { wisp::check_map(map, "x", map.sums.size(), "name"); }) || map.scene == "x");
-    if (done([&] { wisp::check_map(map, map.scene, map.sums.size(), "name"); }))
+    promise(!done([&] { wisp::check_map(map, "x", false, map.sums.size(), "name"); }) || map.scene == "x");
+    if (done([&] { wisp::check_map(map, map.scene, false, map.sums.size(), "name"); }))
         promise(photons - map.photons < wisp::batch_photons);
 
     // Added to a map without batches the map gives itself; a second time it is refused.

@@ -56,7 +56,9 @@ struct PackedSums {
         REQUIRE(make_packed_map(scene, needs_of(map), map.per_smoke[0].direction_kind, arena, packed));
         pack_map(map, packed);
     }
-    static PhotonNeeds needs_of(const ParticleMap &map) { return {true, true, false, map.per_smoke[0].channels == 3}; }
+    static PhotonNeeds needs_of(const ParticleMap &map) {
+        return {true, true, false, map.per_smoke[0].channels == 3, false};
+    }
 
     // The source function of an element towards the eye.
     Color source(const Scene &scene, const Medium &medium, const Vec3 &eye, uint32_t element = 0) {

@@ -314,6 +314,32 @@ WISP_INLINE void find_extinctions(const SmokeVolume &smoke, const LaneCells &at,
 void march_divided(const GridMarcher &marcher, const Ray &ray, const GridRay &in_bricks, const Group &group,
                    const Lanes &sigma, MarchProgress &so_far, PixelRecorder *recorder);
 
+// The weights of the steps' sources: the transmittance of the smoke in front of each step, times the mean transmittance
+// within it, times its length. `before`: the sums of the depths before each. Returns the sum of all.
+WISP_INLINE Real find_weights(const Lanes &depth, const Group &group, Real so_deep, Lanes &before, Lanes &weight) {
+    Real sum = Real(0);
+    for (uint32_t l = 0; l < lanes; ++l) {
+        before[l] = sum;
+        sum += depth[l];
+    }
+    for (uint32_t l = 0; l < lanes; ++l)
+        weight[l] = exp(-(so_deep + before[l])) * mean_transmittance_of(depth[l], exp(-depth[l])) * group.dx[l];
+    return sum;
+}
+
+// Multiplies one channel of the sources by weights of less depth. `straight`: what to take from each depth; `so_far`:
+// the sum of that so far.
+WISP_INLINE void weigh_straight(const Lanes &depth, const Lanes &straight, const Group &group, Real so_deep,
+                                Real &so_far, Lanes &source) {
+    Lanes less, before, weight;
+    for (uint32_t l = 0; l < lanes; ++l) less[l] = depth[l] - straight[l] * group.dx[l];
+    find_weights(less, group, so_deep - so_far, before, weight);
+    for (uint32_t l = 0; l < lanes; ++l) {
+        source[l] *= weight[l];
+        so_far += straight[l] * group.dx[l];
+    }
+}
+
 WISP_MULTIVERSIONED void march_group(const GridMarcher &marcher, const Ray &ray, const GridRay &in_bricks, Group &group,
                                      MarchProgress &so_far, PixelRecorder *recorder) {
     const Medium &medium = *marcher.medium;
@@ -329,14 +355,15 @@ WISP_MULTIVERSIONED void march_group(const GridMarcher &marcher, const Ray &ray,
         find_extinctions(medium.smokes[s], at, group, here);
         for (uint32_t l = 0; l < lanes; ++l) sigma[l] += here[l];
     }
-    Real deepest = Real(0), sum = Real(0);
+    Real deepest = Real(0);
     for (uint32_t l = 0; l < lanes; ++l) deepest = max(deepest, sigma[l] * group.dx[l]);
     if (!(deepest > Real(0))) return;
     if (deepest > max_step_depth && !group.divided)
         return march_divided(marcher, ray, in_bricks, group, sigma, so_far, recorder);
 
-    LaneColor source;
+    LaneColor source, straight; // straight: sigma_s of all smoke, of what only goes straight on
     set(source, Color(Real(0)));
+    set(straight, Color(Real(0)));
     if (is_recording(recorder)) recorder->lanes_begin(*recorder);
     for (uint32_t s = 0; s < medium.count; ++s) {
         const SmokeVolume &smoke = medium.smokes[s];
@@ -360,6 +387,7 @@ WISP_MULTIVERSIONED void march_group(const GridMarcher &marcher, const Ray &ray,
             record.emission = glow;
             recorder->lane_sources(*recorder, record);
         }
+        if (marcher.straight > Real(0)) add(straight, here, smoke.albedo * marcher.straight);
         for (uint32_t l = 0; l < lanes; ++l) {
             source.red[l] += here[l] * (smoke.albedo.x * (single.red[l] + multiple.red[l]) + glow.x);
             source.green[l] += here[l] * (smoke.albedo.y * (single.green[l] + multiple.green[l]) + glow.y);
@@ -367,21 +395,20 @@ WISP_MULTIVERSIONED void march_group(const GridMarcher &marcher, const Ray &ray,
         }
     }
 
-    // The weight of a step's source: the transmittance of the smoke in front of the step, times the mean transmittance
-    // within it.
     Lanes depth, before, weight;
     for (uint32_t l = 0; l < lanes; ++l) depth[l] = sigma[l] * group.dx[l];
-    for (uint32_t l = 0; l < lanes; ++l) {
-        before[l] = sum;
-        sum += depth[l];
-    }
     const Real so_deep = so_far.depth.value;
-    for (uint32_t l = 0; l < lanes; ++l)
-        weight[l] = exp(-(so_deep + before[l])) * mean_transmittance_of(depth[l], exp(-depth[l])) * group.dx[l];
-    for (uint32_t l = 0; l < lanes; ++l) {
-        source.red[l] *= weight[l];
-        source.green[l] *= weight[l];
-        source.blue[l] *= weight[l];
+    const Real sum = find_weights(depth, group, so_deep, before, weight);
+    if (marcher.straight > Real(0)) {
+        weigh_straight(depth, straight.red, group, so_deep, so_far.straight.x, source.red);
+        weigh_straight(depth, straight.green, group, so_deep, so_far.straight.y, source.green);
+        weigh_straight(depth, straight.blue, group, so_deep, so_far.straight.z, source.blue);
+    } else {
+        for (uint32_t l = 0; l < lanes; ++l) {
+            source.red[l] *= weight[l];
+            source.green[l] *= weight[l];
+            source.blue[l] *= weight[l];
+        }
     }
     if (is_recording(recorder)) {
         LaneStepRecord record;

@@ -118,9 +118,10 @@ struct Depth {
 struct MarchProgress {
     Color radiance = Color(Real(0));
     Depth depth;
-    int32_t number = 0; // of the next step, for the record
+    Color straight = Color(Real(0)); // of that depth, what only scatters straight on (GridMarcher)
+    int32_t number = 0;              // of the next step, for the record
 
-    bool opaque() const { return !(depth.value < opaque_depth); }
+    bool opaque() const { return !(depth.value - largest(straight) < opaque_depth); }
     // What the march has seen; the recorder is told that it ends.
     Segment finish(PixelRecorder *recorder) const {
         const Segment seen = {radiance, exp(-depth.value)};

@@ -19,6 +19,12 @@ inline Real dot(const Vec3 &a, const Vec3 &b) { return sum_of_products(a.x, b.x,
 inline Real length(const Vec3 &v) { return sqrt(dot(v, v)); }
 // v / |v|; v must not be zero.
 inline Vec3 normalize(const Vec3 &v) { return v / length(v); }
+// A unit vector: any, where the points are one.
+inline Vec3 direction_between(const Vec3 &from, const Vec3 &to) {
+    const Vec3 way = to - from;
+    const Real distance = length(way);
+    return distance > Real(0) ? way / distance : Vec3(Real(0), Real(0), Real(1));
+}
 
 using wisp::max;
 using wisp::min;

@@ -70,10 +70,25 @@ struct Sources {
     const OpticalDepthGrid &depths;
     const EmissionDistribution &distribution;
 };
+// What is scattered widely towards the eye.
+struct TowardsEye {
+    Vec3 eye;
+    ForwardPeak peak;
+    int32_t shift; // 4 pi times the wide part is scaled by 2^shift, to at most 1
+
+    TowardsEye(const Vec3 &of_camera, const ForwardPeak &of_smoke) : eye(of_camera), peak(of_smoke), shift(0) {
+        while (scale_pow2(peak.largest * four_pi<Real>, shift) > Real(1)) --shift;
+        while (shift < 20 && scale_pow2(peak.largest * four_pi<Real>, shift) < Real(0.5)) ++shift;
+    }
+    Real operator()(const Vec3 &x, const Vec3 &direction) const {
+        return scale_pow2(peak.wide(direction, direction_between(x, eye)) * four_pi<Real>, shift);
+    }
+};
 // All that tracing needs.
 struct Tracer : Sources {
     const Surfaces *surfaces; // nullptr: there are none
     Statistics &statistics;
+    const TowardsEye *eye; // nullptr: what is deposited does not depend on directions
     Watch watch;
 };
 
@@ -404,8 +419,9 @@ void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t tar
         const uint64_t capped = counts.capped;
         const SphericalHarmonics halves = fluence.harmonics ? halves_of(ray.direction) : SphericalHarmonics{};
         at = fly(tracer, ray, generator, [&](uint32_t brick_there, const Vec3 &p, Real probability) {
-            deposit(fluence, brick_there, p, power * scale_pow2(probability, tracer.distribution.deposit_shift),
-                    ray.direction, halves);
+            Real part = scale_pow2(probability, tracer.distribution.deposit_shift);
+            if (tracer.eye) part *= (*tracer.eye)(low_of(bricks, brick_there) + p * bricks.cell, ray.direction);
+            deposit(fluence, brick_there, p, power * part, ray.direction, halves);
         });
         if (counts.capped != capped || !tracer.watch.go_on(units_of_flight)) return;
         if (!at.collides) {
@@ -427,13 +443,50 @@ detail::Wide whole_product(uint64_t a, uint64_t b) { // both below 2^63
 
 uint32_t source_limit(const Scene &scene) { return scene.light_count + scene.smoke_count; }
 
+// `total`: the sum of all weights.
+Status trace_batches(const PhotonTracing &tracing, const OpticalDepthGrid &depths,
+                     const EmissionDistribution &distribution, const TowardsEye *eye, uint64_t total,
+                     FluenceSums &fluence) {
+    const Settings &settings = tracing.settings;
+    Arena &arena = tracing.arena;
+    Statistics &statistics = tracing.statistics;
+    const size_t mark = arena.mark();
+    Cursor *cursor = arena.make<Cursor>(1);
+    if (!cursor) return Status::out_of_memory;
+    const Tracer tracer = {
+        {tracing.medium, *fluence.bricks, depths, distribution}, tracing.surfaces, statistics, eye, tracing.watch};
+    cursor->entry = UINT64_MAX;
+    const auto first_weight = [&](uint64_t photon) {
+        return detail::divide(whole_product(photon, total), settings.photons).quotient;
+    };
+    const auto &counts = statistics.photons;
+    bool fits = true;
+    const Status status = for_each_batch(tracing, [&](uint64_t batch, uint64_t photons) {
+        uint64_t photon = batch * batch_photons;
+        return for_each_photon(tracing, batch, photons, [&](uint64_t key) {
+            // Stratification: photon i takes the i-th of `settings.photons` equal intervals of all weights, and a
+            // random place in that interval.
+            Pcg32 generator(key);
+            const uint64_t from = first_weight(photon), width = first_weight(photon + 1) - from;
+            const detail::Wide place = whole_product(width, generator());
+            const uint64_t offset =
+                static_cast<uint64_t>(detail::high_word(place)) << 32 | detail::low_word(place) >> 32;
+            trace_photon(tracer, fluence, from + offset, generator, *cursor);
+            ++photon;
+            return fits = counts.stored + counts.emitted <= max_fluence_flights;
+        });
+    });
+    arena.rewind(mark);
+    return fits ? status : Status::overflow;
+}
+
 } // namespace
 
-FluencePlan plan_fluence(const Scene &scene, const Settings &settings, uint64_t bricks, int32_t spacing) {
-    FluencePlan plan = {photon_needs(scene, settings), 0, 0};
-    if (!plan.needs.traced) return plan;
-    plan.sums = bricks * nodes_of(spacing) * ((plan.needs.powers ? 3 : 1) + (plan.needs.directions ? 3 : 0)) +
-                (plan.needs.harmonics ? bricks * nodes_of(harmonic_spacing(spacing)) * harmonic_numbers : 0);
+FluencePlan plan_fluence(const Scene &scene, const PhotonNeeds &needs, uint64_t bricks, int32_t spacing) {
+    FluencePlan plan = {0, 0};
+    if (!needs.traced) return plan;
+    plan.sums = bricks * nodes_of(spacing) * ((needs.powers ? 3 : 1) + (needs.directions ? 3 : 0)) +
+                (needs.harmonics ? bricks * nodes_of(harmonic_spacing(spacing)) * harmonic_numbers : 0);
     plan.bytes = Arena::bytes<int64_t>(plan.sums) + Arena::bytes<PhotonSource>(source_limit(scene)) +
                  Arena::bytes<Real>(bricks) + Arena::bytes<uint64_t>(source_limit(scene) * bricks + 1) +
                  Arena::bytes<Cursor>(1);
@@ -497,8 +550,6 @@ Status trace_fluence(const PhotonTracing &tracing, const OpticalDepthGrid &depth
     const SparseGrid &bricks = *tracing.medium.bricks;
     const Settings &settings = tracing.settings;
     const PhotonNeeds &needs = tracing.needs;
-    Arena &arena = tracing.arena;
-    Statistics &statistics = tracing.statistics;
     const uint64_t nodes = uint64_t{bricks.count} * nodes_of(spacing);
     fluence = {&tracing.medium,        &bricks,        spacing,      sums.values,        nullptr, nullptr,
                needs.powers ? 3u : 1u, Color(Real(1)), {Real(1), 0}, distribution.shift, nullptr};
@@ -511,7 +562,7 @@ Status trace_fluence(const PhotonTracing &tracing, const OpticalDepthGrid &depth
     if (numbers > sums.capacity) return Status::out_of_memory;
     if (sums.count == 0 && !fill(sums.values, numbers, int64_t{0}, tracing.watch)) return Status::stopped;
     sums.count = numbers;
-    statistics.bytes.particle_map = numbers * sizeof(int64_t);
+    tracing.statistics.bytes.particle_map = numbers * sizeof(int64_t);
 
     const uint64_t total = distribution.cumulative_weight[uint64_t{distribution.source_count} * bricks.count];
     if (total == 0) return Status::done;
@@ -521,34 +572,10 @@ Status trace_fluence(const PhotonTracing &tracing, const OpticalDepthGrid &depth
                        scale_pow2(distribution.max_brightness * volume, -distribution.shift);
     fluence.unit = photon_unit(power, settings.photons);
     fluence.unit.exponent -= distribution.deposit_shift;
-
-    const size_t mark = arena.mark();
-    Cursor *cursor = arena.make<Cursor>(1);
-    if (!cursor) return Status::out_of_memory;
-    const Tracer tracer = {{tracing.medium, bricks, depths, distribution}, tracing.surfaces, statistics, tracing.watch};
-    cursor->entry = UINT64_MAX;
-    const auto first_weight = [&](uint64_t photon) {
-        return detail::divide(whole_product(photon, total), settings.photons).quotient;
-    };
-    const auto &counts = statistics.photons;
-    bool fits = true;
-    const Status status = for_each_batch(tracing, [&](uint64_t batch, uint64_t photons) {
-        uint64_t photon = batch * batch_photons;
-        return for_each_photon(tracing, batch, photons, [&](uint64_t key) {
-            // Stratification: photon i takes the i-th of `settings.photons` equal intervals of all weights, and a
-            // random place in that interval.
-            Pcg32 generator(key);
-            const uint64_t from = first_weight(photon), width = first_weight(photon + 1) - from;
-            const detail::Wide place = whole_product(width, generator());
-            const uint64_t offset =
-                static_cast<uint64_t>(detail::high_word(place)) << 32 | detail::low_word(place) >> 32;
-            trace_photon(tracer, fluence, from + offset, generator, *cursor);
-            ++photon;
-            return fits = counts.stored + counts.emitted <= max_fluence_flights;
-        });
-    });
-    arena.rewind(mark);
-    return fits ? status : Status::overflow;
+    if (!needs.towards_eye) return trace_batches(tracing, depths, distribution, nullptr, total, fluence);
+    const TowardsEye eye(tracing.eye, forward_peak(tracing.medium, depths.lights, depths.light_count, tracing.eye));
+    fluence.unit.exponent -= eye.shift;
+    return trace_batches(tracing, depths, distribution, &eye, total, fluence);
 }
 
 namespace {

@@ -7,7 +7,12 @@
 // collision, real or not, a photon deposits its power times the probability that the collision is real at the corners
 // of the cell around it (trilinear). So the sums are the power that collides around each node. Divided by the integral
 // of sigma_t times the node's tent, that is the fluence: interpolated, it gives back all collisions (README).
+//
+// Where PhotonNeeds::towards_eye, a deposit is multiplied by 4 pi times the wide part of the phase function from the
+// photon's direction to that of the eye (ForwardPeak). The nodes then hold what the smoke scatters to the eye, times
+// 4 pi / albedo / sigma_t, exactly but for noise, whatever the directions of the light are.
 #pragma once
+#include "core/lights/forward_peak.h"
 #include "core/lights/optical_depth_grid.h"
 #include "core/photons/particle_map.h"
 #include "core/photons/spherical_harmonics.h"
@@ -35,13 +40,12 @@ struct FluenceSums {
 
 // How many sums photons leave at most, and the bytes for them and for tracing.
 struct FluencePlan {
-    PhotonNeeds needs;
     uint64_t sums, bytes;
 };
 // Cells between the nodes of harmonics: these vary less from place to place than power does.
 constexpr int32_t harmonic_spacing(int32_t spacing) { return min(2 * spacing, brick_cells / 2); }
 constexpr uint32_t harmonic_numbers = 1 + harmonic_count;
-FluencePlan plan_fluence(const Scene &scene, const Settings &settings, uint64_t bricks, int32_t spacing);
+FluencePlan plan_fluence(const Scene &scene, const PhotonNeeds &needs, uint64_t bricks, int32_t spacing);
 
 // The number of flights that cannot overflow a sum. A flight deposits R + G + B, at most 3.75 photons, times the depth
 // that it passes. That depth is 1 in the mean, and less than twice that over many flights.

@@ -213,13 +213,6 @@ bool fill_all_unknown(Points &points) {
     return true;
 }
 
-// Of all resampled smoke.
-Phase phase_of(const Medium &medium) {
-    uint32_t i = 0;
-    while (i + 1 < medium.count && !medium.smokes[i].field.is_resampled) ++i;
-    return medium.smokes[i].phase;
-}
-
 // Makes the map of the known points; it is not ready if the work is stopped.
 void finish(const Medium &medium, Points &points, Real tolerance, Irradiance &map) {
     if (fill_all_unknown(points)) pack_points(medium, points, tolerance, map);
@@ -327,8 +320,8 @@ Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, const 
     });
     if (!read) return map;
     if (fluence.harmonics && !pack_harmonics(fluence, arena, watch, map)) return map;
-    const LineSweep sweep = {&medium,          gather.depths, fluence.spacing, fluence.sigma_shift,
-                             phase_of(medium), gather.eye};
+    const LineSweep sweep = {&medium,   gather.depths, fluence.spacing, fluence.sigma_shift, common_phase(medium),
+                             gather.eye};
     if (gather.depths && suits_lines(sweep)) {
         if (!fill_all_unknown(points)) return map;
         const LightOfPhotons light = {points.known, points.radiance, points.flux, map.harmonics, map.harmonic_spacing};

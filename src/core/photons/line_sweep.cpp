@@ -72,12 +72,6 @@ Frame axis_of_set(int32_t set, int32_t k) {
     return {along, across, cross(along, across)};
 }
 
-Vec3 direction_between(const Vec3 &from, const Vec3 &to) {
-    const Vec3 way = to - from;
-    const Real distance = length(way);
-    return distance > Real(0) ? way / distance : Vec3(Real(0), Real(0), Real(1));
-}
-
 // 4 pi times the mean of the phase function towards `out` over the light of photons at a node.
 Real scattered_towards(const LineSweep &sweep, const LightOfPhotons &light, uint64_t brick, uint32_t node,
                        const Vec3 &out, const SphericalHarmonics &seen) {

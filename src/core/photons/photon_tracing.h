@@ -32,6 +32,9 @@ struct PhotonNeeds {
     bool directions; // ... by a phase function that is not isotropic
     bool harmonics;  // ... which uses spherical harmonics (spherical_harmonics.h)
     bool powers;     // photons differ in power
+    // What all smoke's one phase function scatters widely (ForwardPeak) is kept towards the eye, in place of
+    // directions.
+    bool towards_eye;
 };
 PhotonNeeds photon_needs(const Scene &scene, const Settings &settings);
 
@@ -45,6 +48,7 @@ struct PhotonTracing {
     Watch watch;
     Arena &arena;
     Statistics &statistics;
+    Vec3 eye = Vec3(Real(0)); // of the camera, where light is kept towards it
 };
 
 constexpr uint32_t units_of_photon = 32, units_of_flight = 256; // of work

@@ -12,18 +12,22 @@ bool has_scattering_smoke(const Scene &scene) {
     return false;
 }
 
-// Whether all smoke has one phase, whose light spherical harmonics tell well enough for lines (S4-5).
-bool has_phase_of_lines(const Scene &scene) {
+// What the phase function of all smoke allows, where there is only one.
+struct CommonPhase {
+    bool suits_lines;   // spherical harmonics tell what it scatters well enough for lines (S4-5)
+    bool peaks_forward; // ... do not tell, and its peak is forward
+};
+CommonPhase common_phase(const Scene &scene) {
     const SmokeDescription *first = nullptr;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const SmokeDescription &smoke = scene.smokes[i];
         if (smoke.empty()) continue;
         if (!first) first = &smoke;
-        const int64_t g = total_order_key(smoke.asymmetry);
-        if (g != total_order_key(first->asymmetry) || max(g, -g) > total_order_key(max_asymmetry_of_harmonics))
-            return false;
+        if (total_order_key(smoke.asymmetry) != total_order_key(first->asymmetry)) return {false, false};
     }
-    return first != nullptr;
+    if (!first) return {false, false};
+    const int64_t g = total_order_key(first->asymmetry), limit = total_order_key(max_asymmetry_of_harmonics);
+    return {max(g, -g) <= limit, g > limit};
 }
 
 // Whether the smoke is a density grid along the axes. The cells of the sparse grid are then the samples of the density
@@ -72,6 +76,14 @@ void decide_smoke(const Scene &scene, const Settings &settings, Decisions &d) {
         d.photons = !map          ? PhotonStore::photon_map
                     : d.resampled ? PhotonStore::fluence_grid
                                   : PhotonStore::particle_map;
+    if (d.photons == PhotonStore::fluence_grid && !d.surfaces) {
+        const CommonPhase phase = common_phase(scene);
+        d.sweeps = phase.suits_lines;
+        if (phase.peaks_forward) {
+            d.photon_needs.towards_eye = true;
+            d.photon_needs.directions = false;
+        }
+    }
     if (d.goal == Goal::photons) {
         d.light_depths = d.photons == PhotonStore::fluence_grid && d.lights_in_smoke > 0;
         return;
@@ -81,7 +93,6 @@ void decide_smoke(const Scene &scene, const Settings &settings, Decisions &d) {
     d.nearest = d.march == MarchKind::steps && d.photons != PhotonStore::none;
     d.irradiance = d.photons == PhotonStore::fluence_grid ||
                    (d.photons != PhotonStore::none && settings.irradiance != IrradianceMap::none && !nearest_elements);
-    d.sweeps = d.photons == PhotonStore::fluence_grid && !d.surfaces && has_phase_of_lines(scene);
     // Photons start by the depths in resampled smoke, which is marched by them, too.
     d.light_depths = d.lights_in_smoke > 0 && (d.march == MarchKind::grid || total_order_key(settings.light_step) > 0);
     d.march_grid = !d.resampled && (d.light_depths || d.irradiance);

@@ -35,8 +35,8 @@ Batches batches_to_trace(const Frame &frame, const PhotonSums &sums) {
 }
 
 PhotonTracing tracing_of(Frame &frame, const Batches &batches) {
-    return {frame.medium(), frame.surfaces(), frame.settings, frame.decisions.photon_needs,
-            batches,        frame.watch,      frame.arena,    frame.statistics};
+    return {frame.medium(), frame.surfaces(), frame.settings,   frame.decisions.photon_needs,     batches,
+            frame.watch,    frame.arena,      frame.statistics, vec_of(frame.scene.camera.origin)};
 }
 
 Status trace_to_photon_map(Frame &frame) {
@@ -72,7 +72,7 @@ Status trace_to_fluence_grid(Frame &frame) {
     const int32_t spacing = frame.decisions.spacing.irradiance;
     PhotonSums own, *sums;
     const Status status = find_photon_sums(
-        frame, plan_fluence(frame.scene, frame.settings, smoke.bricks->count, spacing).sums, own, sums);
+        frame, plan_fluence(frame.scene, frame.decisions.photon_needs, smoke.bricks->count, spacing).sums, own, sums);
     if (status != Status::done) return status;
     return trace_fluence(tracing_of(frame, batches_to_trace(frame, *sums)), smoke.depths, smoke.emission, spacing,
                          *sums, frame.fluence);
@@ -124,7 +124,7 @@ uint64_t photon_bytes(const Scene &scene, const Settings &settings, const Decisi
         return plan_particle_map(scene, settings).bytes + packed_map_bytes(scene, d.photon_needs);
     case PhotonStore::fluence_grid: break;
     }
-    return plan_fluence(scene, settings, sizes.grid.count, d.spacing.irradiance).bytes;
+    return plan_fluence(scene, d.photon_needs, sizes.grid.count, d.spacing.irradiance).bytes;
 }
 
 Status trace_photons(Frame &frame) {

@@ -241,13 +241,16 @@ Plan plan(const Scene &scene, const Settings &settings) {
     plan.smoke = d.smoke;
     plan.surfaces = d.surfaces;
     plan.photons = d.photons != PhotonStore::none;
-    plan.photon_directions = d.photon_needs.directions;
-    plan.photon_harmonics = d.photons == PhotonStore::fluence_grid && d.photon_needs.harmonics;
+    plan.photon_directions = d.photon_needs.towards_eye   ? Plan::Directions::to_eye
+                             : !d.photon_needs.directions ? Plan::Directions::none
+                             : d.photons == PhotonStore::fluence_grid && d.photon_needs.harmonics
+                                 ? Plan::Directions::harmonics
+                                 : Plan::Directions::flux;
     plan.photon_powers = d.photon_needs.powers;
     plan.bricks = d.resampled ? sizes.grid.count : 0;
     if (d.photons == PhotonStore::photon_map) plan.photon_capacity = plan_photons(scene, settings).capacity;
     if (d.particle_map && d.resampled) {
-        plan.map_sums = plan_fluence(scene, settings, sizes.grid.count, d.spacing.irradiance).sums;
+        plan.map_sums = plan_fluence(scene, d.photon_needs, sizes.grid.count, d.spacing.irradiance).sums;
         plan.max_photons = max_fluence_flights;
     } else if (d.particle_map) {
         plan.map_sums = plan_particle_map(scene, settings).sums;

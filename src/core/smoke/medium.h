@@ -51,6 +51,12 @@ struct MediumCollision {
 };
 
 MediumCollision first_collision(const Medium &medium, const Ray &ray, Real end, Event event);
+// Of resampled smoke, all of which has the same.
+inline Phase common_phase(const Medium &medium) {
+    uint32_t i = 0;
+    while (i + 1 < medium.count && !medium.smokes[i].field.is_resampled) ++i;
+    return medium.smokes[i].phase;
+}
 inline Color albedo(const Medium &medium, const MediumCollision &at) { return medium.smokes[at.smoke].albedo; }
 inline Phase phase(const Medium &medium, const MediumCollision &at) { return medium.smokes[at.smoke].phase; }
 

@@ -123,7 +123,9 @@ int inspect_command(const std::vector<std::string> &arguments) {
     MapFile map;
     if (!options.map_in.empty())
         map = saved_map(request, frame,
-                        fingerprint_of_map(prepared.scene, settings, renderer_of(options.arithmetic).name), plan);
+                        fingerprint_of_map(prepared.scene, settings, plan.photon_directions == Plan::Directions::to_eye,
+                                           renderer_of(options.arithmetic).name),
+                        plan);
     PhotonSums sums = {map.sums.data(), map.sums.size(), map.sums.size()};
     if (map.sums.empty() && uses_map(settings)) {
         map.sums.resize(plan.map_sums);

@@ -103,22 +103,25 @@ class RowText {
         const Options &options = request_.options;
         if (settings_.method != Method::map)
             return number(settings_.photons) + " to emit, at most " + number(plan_.photon_capacity) +
-                   " stored: positions" + (plan_.photon_directions ? ", directions" : ", no directions (isotropic)") +
+                   " stored: positions" +
+                   (plan_.photon_directions != Plan::Directions::none ? ", directions"
+                                                                      : ", no directions (isotropic)") +
                    (plan_.photon_powers ? ", powers" : ", no powers (all are equal)");
         std::string origin = " photons to emit";
         if (options.batches)
             origin += ", of them batches " + number(options.batches->first) + ":" + number(options.batches->last);
         if (!options.map_in.empty()) origin = " photons of " + numbered(options.map_in, request_.frames.first);
-        const std::string packed = plan_.bricks > 0          ? ""
-                                   : plan_.photon_directions ? ": packed to 8 bytes each"
-                                                             : ": packed to 4 bytes each";
+        const std::string packed = plan_.bricks > 0                                    ? ""
+                                   : plan_.photon_directions != Plan::Directions::none ? ": packed to 8 bytes each"
+                                                                                       : ": packed to 4 bytes each";
         return number(settings_.photons) + origin +
                (plan_.bricks > 0 ? ", kept at the bricks' nodes: " : ", kept on the particles: ") +
                (plan_.photon_powers ? "power in R G B" : "one power (all are equal)") +
-               (!plan_.photon_directions                 ? ", no flux (isotropic)"
-                : settings_.direction == Direction::mean ? ", mean direction"
-                : plan_.photon_harmonics                 ? ", flux and spherical harmonics of directions"
-                                                         : ", flux") +
+               (plan_.photon_directions == Plan::Directions::to_eye ? ", as scattered to the eye"
+                : plan_.photon_directions == Plan::Directions::none ? ", no flux (isotropic)"
+                : settings_.direction == Direction::mean            ? ", mean direction"
+                : plan_.photon_directions == Plan::Directions::flux ? ", flux"
+                                                                    : ", flux and spherical harmonics of directions") +
                packed;
     }
 
@@ -185,7 +188,10 @@ int plan_command(const std::vector<std::string> &arguments) {
     RunWarnings(request).of_frame(request.frames.first, prepared, settings, plan);
     const std::string arithmetic = renderer_of(options.arithmetic).name;
     if (!options.map_in.empty())
-        saved_map(request, request.frames.first, fingerprint_of_map(prepared.scene, settings, arithmetic), plan);
+        saved_map(request, request.frames.first,
+                  fingerprint_of_map(prepared.scene, settings, plan.photon_directions == Plan::Directions::to_eye,
+                                     arithmetic),
+                  plan);
 
     const RowText text(request, prepared, settings, plan);
     std::vector<Line> lines;

@@ -116,7 +116,7 @@ Plan checked_plan(const Request &request, const Scene &scene, const Settings &se
 MapFile saved_map(const Request &request, int64_t frame, const std::string &scene, const Plan &plan) {
     const std::string path = numbered(request.options.map_in, frame);
     MapFile map = parse_map(read_file(path), path);
-    check_map(map, scene, plan.map_sums, path);
+    check_map(map, scene, plan.photon_directions == Plan::Directions::to_eye, plan.map_sums, path);
     return map;
 }
 
@@ -131,8 +131,7 @@ void fail(const Request &request, const Plan &plan, int64_t frame, Status status
 
 void stop(const Request &request, int64_t frame) {
     const int signal = received_signal();
-    throw Error(static_cast<Exit>(exit_signal + signal),
-                stopped(request.name) + signal_name(signal) + in_frame(frame));
+    throw Error(static_cast<Exit>(exit_signal + signal), stopped(request.name) + signal_name(signal) + in_frame(frame));
 }
 
 void end_at_once(const Request &request, int64_t frame, std::optional<EndAtOnce> &life) {

@@ -83,13 +83,15 @@ std::string fingerprint_of_smoke(const Scene &scene, const Settings &settings, c
     return digest.finish();
 }
 
-std::string fingerprint_of_map(const Scene &scene, const Settings &settings, const std::string &arithmetic) {
+std::string fingerprint_of_map(const Scene &scene, const Settings &settings, bool to_eye,
+                               const std::string &arithmetic) {
     Digest digest;
     digest.add(std::string(version), arithmetic, scene.radiance_exponent, scene.light_count, scene.smoke_count);
     add_lights_and_smokes(digest, scene);
     digest.add(settings.photons, settings.seed, settings.deposit, settings.direction, settings.density_step);
     if (settings.density_step > 0) digest.add(settings.light_step, settings.irradiance_step);
     if (scene.triangle_count() > 0) add_walls(digest, scene);
+    if (to_eye) digest.add(scene.camera.origin);
     return digest.finish();
 }
 

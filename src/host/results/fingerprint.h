@@ -11,8 +11,10 @@ namespace wisp {
 // that samples depend on.
 std::string fingerprint_of_samples(const Scene &scene, const Settings &settings, const std::string &arithmetic);
 
-// Of the sums of a particle map: no camera, picture or background, and nothing that only the march uses.
-std::string fingerprint_of_map(const Scene &scene, const Settings &settings, const std::string &arithmetic);
+// Of the sums of a particle map: no picture or background, and nothing that only the march uses; of the camera only its
+// place, and that only where the sums are of light towards it (Plan::Directions::to_eye).
+std::string fingerprint_of_map(const Scene &scene, const Settings &settings, bool to_eye,
+                               const std::string &arithmetic);
 
 // Of the smoke structures that the core keeps from frame to frame: the smokes, the lights, and the spacings of the
 // grids.

@@ -54,10 +54,12 @@ void add_map(MapFile &map, const MapFile &more, const std::string &name) {
     for (size_t i = 0; i < map.sums.size(); ++i) map.sums[i] += more.sums[i];
 }
 
-void check_map(const MapFile &map, const std::string &scene, uint64_t max_sums, const std::string &name) {
+void check_map(const MapFile &map, const std::string &scene, bool to_eye, uint64_t max_sums, const std::string &name) {
     if (map.scene != scene)
-        throw InputError(name, "a map of another scene, other settings, arithmetic or version, expected the map of "
-                               "this smoke and these lights, photons, seed, deposit and arithmetic");
+        throw InputError(name,
+                         std::string("a map of another scene, other settings, arithmetic or version, expected the "
+                                     "map of this smoke and these lights, photons, seed, deposit and arithmetic") +
+                             (to_eye ? ", and of this place of the eye: smoke scatters forward by g above 0.577" : ""));
     const uint64_t batches = batch_count(map.photons);
     if (photons_of(map) != map.photons)
         throw InputError(name, "batches" + (map.batches.empty() ? " none" : ranges_text(map.batches)) +

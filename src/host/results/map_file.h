@@ -18,8 +18,8 @@ struct MapFile {
 void add_map(MapFile &map, const MapFile &more, const std::string &name);
 
 // Throws InputError, with `name` in front, unless `map` is that of `scene`, has all batches, and has at most `max_sums`
-// sums, and at least one unless that is 0.
-void check_map(const MapFile &map, const std::string &scene, uint64_t max_sums, const std::string &name);
+// sums, and at least one unless that is 0. `to_eye`: maps of this scene are of one view.
+void check_map(const MapFile &map, const std::string &scene, bool to_eye, uint64_t max_sums, const std::string &name);
 
 // A checksummed file `wisp map 1` of the lines scene, photons, batches, counts (emitted, collisions, stored, absorbed,
 // escaped, blocked, capped) and sums (their number), then the sums as words. parse_map() throws InputError for another

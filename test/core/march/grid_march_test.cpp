@@ -13,7 +13,7 @@ void compare_marches(const std::vector<SmokeDescription> &sources, const Ray &ra
     const Resampled built(sources, 1);
     Statistics statistics;
     const OpticalDepthGrid no_lights = {&built.medium, nullptr, 0, built.medium.bricks, 1, nullptr, false};
-    GridMarcher lanes_marcher = {&built.medium, &no_lights, nullptr, nullptr, real(step), &statistics};
+    GridMarcher lanes_marcher = {&built.medium, &no_lights, nullptr, nullptr, real(step), Real(0), &statistics};
     const Segment seen = march(lanes_marcher, ray, infinite_distance, nullptr);
     std::vector<Real> extinctions(sources.size());
     Marcher marcher = {};
@@ -54,6 +54,6 @@ TEST_CASE(WISP_ARITH_NAME ": a wall that is thinner than a step is as deep as it
     const Resampled built({wall.smoke}, 0.5);
     Statistics statistics;
     const OpticalDepthGrid no_lights = {&built.medium, nullptr, 0, built.medium.bricks, 1, nullptr, false};
-    GridMarcher marcher = {&built.medium, &no_lights, nullptr, nullptr, real(wall.step), &statistics};
+    GridMarcher marcher = {&built.medium, &no_lights, nullptr, nullptr, real(wall.step), Real(0), &statistics};
     check_thin_wall([&](Real end) { return march(marcher, wall.ray, end, nullptr); });
 }

@@ -191,10 +191,10 @@ TEST_CASE(WISP_ARITH_NAME ": the plan names what a scene needs, and no more") {
     lit.light({LightKind::point, {5, 6, 4}, {0, 0, 1}, 2, {50, 50, 50}});
     const Plan even = renderer.plan(lit.scene, settings);
     CHECK(even.photons);
-    CHECK(!even.photon_directions);
+    CHECK(even.photon_directions == Plan::Directions::none);
     CHECK(!even.photon_powers);
     lit.smoke.asymmetry = 0.1;
-    CHECK(renderer.plan(lit.scene, settings).photon_directions);
+    CHECK(renderer.plan(lit.scene, settings).photon_directions != Plan::Directions::none);
     lit.smoke.albedo = {0.9, 0.8, 0.7};
     CHECK(renderer.plan(lit.scene, settings).photon_powers);
     lit.smoke.albedo = {0, 0, 0};

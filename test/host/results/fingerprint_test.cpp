@@ -138,6 +138,13 @@ void check_changes(const std::vector<Change> &changes, Whole::Identity identity)
     }
 }
 
+std::string of_map(const Scene &scene, const Settings &settings, const std::string &arithmetic) {
+    return fingerprint_of_map(scene, settings, false, arithmetic);
+}
+std::string of_map_to_eye(const Scene &scene, const Settings &settings, const std::string &arithmetic) {
+    return fingerprint_of_map(scene, settings, true, arithmetic);
+}
+
 } // namespace
 
 TEST_CASE("identity: it is a SHA-256, the same for the same scene wherever that lies") {
@@ -177,7 +184,7 @@ TEST_CASE("identity: that of a map changes with every number that photons depend
     changes.push_back([](Whole &w) { w.settings.seed += uint64_t{1} << 40; });
     changes.push_back([](Whole &w) { w.settings.photons += uint64_t{1} << 40; });
     changes.push_back([](Whole &w) { w.settings.deposit = Deposit::path; });
-    check_changes(changes, fingerprint_of_map);
+    check_changes(changes, of_map);
 }
 
 TEST_CASE("identity: that of kept smoke changes with smoke, lights and steps, and with nothing else") {
@@ -198,7 +205,7 @@ TEST_CASE("identity: that of kept smoke changes with smoke, lights and steps, an
 }
 
 TEST_CASE("identity: views, steps and pictures leave that of a map alone") {
-    const std::string name = Whole().name(fingerprint_of_map);
+    const std::string name = Whole().name(of_map);
     std::vector<Change> changes = {
         [](Whole &w) { w.settings.crop.x0 += 1; },     [](Whole &w) { w.settings.crop.y1 += 1; },
         [](Whole &w) { w.settings.samples += 1; },     [](Whole &w) { w.settings.step = 1; },
@@ -208,7 +215,10 @@ TEST_CASE("identity: views, steps and pictures leave that of a map alone") {
     add_vector(changes, [](Whole &w) -> Double3 & { return w.scene.background; });
     for (Double3 Camera::*field : {&Camera::origin, &Camera::corner, &Camera::right, &Camera::down})
         add_vector(changes, [=](Whole &w) -> Double3 & { return w.scene.camera.*field; });
-    for (const Change &change : changes) CHECK(name_after(change, fingerprint_of_map) == name);
+    for (const Change &change : changes) CHECK(name_after(change, of_map) == name);
+    std::vector<Change> places;
+    add_vector(places, [](Whole &w) -> Double3 & { return w.scene.camera.origin; });
+    check_changes(places, of_map_to_eye);
     CHECK(name != Whole().name());
 }
 
@@ -222,7 +232,7 @@ TEST_CASE(
         for (int k = 0; k < 3; ++k) add_vector(places, [=](Whole &w) -> Double3 & { return w.triangles[i].corner[k]; });
     add_vector(places, [](Whole &w) -> Double3 & { return w.instance.origin; });
     for (int k = 0; k < 3; ++k) add_vector(places, [=](Whole &w) -> Double3 & { return w.instance.axis[k]; });
-    check_changes(places, fingerprint_of_map);
+    check_changes(places, of_map);
     check_changes(places, fingerprint_of_samples);
 
     std::vector<Change> looks = {
@@ -231,8 +241,8 @@ TEST_CASE(
     for (Double3 Material::*field : {&Material::ambient, &Material::diffuse, &Material::specular})
         add_vector(looks, [=](Whole &w) -> Double3 & { return w.materials[0].*field; });
     add_vector(looks, [](Whole &w) -> Double3 & { return w.triangles[2].normal[1]; });
-    const std::string map = Whole().name(fingerprint_of_map);
-    for (const Change &change : looks) CHECK(name_after(change, fingerprint_of_map) == map);
+    const std::string map = Whole().name(of_map);
+    for (const Change &change : looks) CHECK(name_after(change, of_map) == map);
     check_changes(looks, fingerprint_of_samples);
     // However shadows are found, they are the same.
     CHECK(name_after([](Whole &w) { w.settings.shadows = ShadowMethod::exact; }) == Whole().name());

@@ -211,7 +211,7 @@ TEST_CASE("map file: sums and counts that do not fit together are refused, not w
 
 TEST_CASE("map file: a map is used only for its scene, with all batches and as many sums") {
     const auto error = [](const MapFile &map, uint64_t most) {
-        return refusal_of([&] { check_map(map, scene_name, most, "m.map"); });
+        return refusal_of([&] { check_map(map, scene_name, false, most, "m.map"); });
     };
     const MapFile whole = map_of({{0, 8}});
     CHECK(error(whole, 5) == "no error");
