@@ -41,12 +41,21 @@ constexpr double max_depth_of_element = 0.4;
 // -0.8, 5 times at -0.95.
 constexpr double least_asymmetry_of_photons = -0.6;
 
-// The spacings of fields over bricks of these cells, or of `finest` where densities are exact; and the steps.
+bool has_samples(const Scene &scene) {
+    for (uint32_t i = 0; i < scene.smoke_count; ++i)
+        if (scene.smokes[i].grid.density) return true;
+    return false;
+}
+
+// The spacings of fields over bricks of these cells, or of `finest` where densities are exact; and the steps. Samples
+// of grids differ more from cell to cell than sums of particles: in steps of two cells single scattering of the density
+// grid of the benchmarks errs by 0.39 % where there is smoke, in steps of one by 0.07 %, for 8 % of its time.
 void choose_spacings(const Options &options, const Scene &scene, double finest, Settings &settings) {
     const bool kept = settings.density_step > 0 && can_resample(scene);
     const double cell = settings.density_step > 0 ? settings.density_step : finest;
     settings.light_step = options.light_step.value_or(kept ? cell : 0);
-    settings.step = options.step.value_or(kept && settings.method == Method::map ? 2 * cell : 0.5);
+    const double cells_of_step = has_samples(scene) ? 1 : 2;
+    settings.step = options.step.value_or(kept && settings.method == Method::map ? cells_of_step * cell : 0.5);
     settings.irradiance_step = options.irradiance_step.value_or(2 * cell);
 }
 
@@ -57,11 +66,9 @@ constexpr double max_depth_in_bricks = 100;
 
 // Where bricks would be too large, those of a box become coarser, and particles are summed one by one.
 void shrink_bricks(const Options &options, const Scene &scene, const SmokeDensity &density, Settings &settings) {
-    bool particles = false, samples = false;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        particles |= scene.smokes[i].count > 0;
-        samples |= scene.smokes[i].grid.density != nullptr;
-    }
+    const bool samples = has_samples(scene);
+    bool particles = false;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) particles |= scene.smokes[i].count > 0;
     const bool solid = (particles || samples) && density.greatest_depth > max_depth_in_bricks;
     while (settings.density_step > 0 && (solid || are_bricks_too_large(scene, settings))) {
         if (particles || solid) {

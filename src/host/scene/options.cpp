@@ -114,7 +114,7 @@ const OptionTable<Options> &scene_options() {
          to_integer_in(&Options::gather, 2, 1000000)},
         {"gather-radius", "R", "largest radius of an estimate, in smoothing lengths (2)",
          [](Options &options, const std::string &value) { options.gather_radius = positive(value); }},
-        {"step", "S", "marching step, in smoothing lengths (0.5; map of resampled smoke two cells)",
+        {"step", "S", "marching step, in smoothing lengths (0.5; map of resampled smoke two cells, of density grids one)",
          [](Options &options, const std::string &value) {
              options.step = positive(value);
              if (*options.step < 1e-4) throw OptionError{"a number of at least 0.0001"};
