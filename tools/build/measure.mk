@@ -1,7 +1,9 @@
 # What is measured, and what peers are measured beside it. Peers are built only where their packages are.
 EMBREE_PEERS = $(foreach p,rays shadow_rays,$(ARITHMETICS:%=$B/peers/$(p)_%))
 PEERS        = $(if $(wildcard /usr/include/nanoflann.hpp),$B/peers/point_tree_f32 $B/peers/point_tree_f64) \
-               $(if $(wildcard /usr/include/embree3/rtcore.h),$(EMBREE_PEERS))
+               $(if $(wildcard /usr/include/embree3/rtcore.h),$(EMBREE_PEERS)) $B/peers/marcher
+$B/peers/marcher: tools/peers/marcher.c
+	$(call say,CC) mkdir -p $(@D) && $(CC) -O3 -march=native $< -o $@ -lm
 $(foreach a,$(ARITHMETICS),$(eval $(call objects,peers/$a,tools/peers,CXX,PEER_FLAGS,-DWISP_ARITH=$a)))
 PEER_FLAGS   = $(FLAGS) $(MULTIVERSION)
 $B/peers/point_tree_f32 $B/peers/point_tree_f64: $B/peers/point_tree_%: $B/peers/%/point_tree.o $B/core/%/geometry/point_kdtree.o

@@ -5,7 +5,7 @@ from unittest.mock import patch
 from tables import Table
 from targets import TARGETS, judge, met
 
-SMOKE, FRONT, MAP, THREE, ONE, SINGLE, TREE, SPH, RAYS, SHADOW_RAYS, SHADOW_TIME, KITCHEN, ROBOTS, FIXED = (
+SMOKE, FRONT, MAP, THREE, ONE, ZERO, FORWARD, SINGLE, TREE, SPH, RAYS, SHADOW_RAYS, SHADOW_TIME, KITCHEN, ROBOTS, FIXED = (
     target[0] for target in TARGETS)
 
 
@@ -53,20 +53,24 @@ class Targets(unittest.TestCase):
         self.assertEqual((found.error, found.met), ("2\u00a0% at best", False))
 
     def test_equal_error(self):
-        pbrt = ("pbrt,225,0.03", "pbrt,2000,0.01", "0 photons to single scattering,0.1,0.001")
-        found = judged("grid", "what,s,RMSE", "1 photons,1,0.05", "2 photons,4.5,0.03", "3 photons,9,0.011", *pbrt)
-        self.assertEqual((found[THREE].figure, found[THREE].met), ("50x (2 photons, 4.5 s)", True))
+        rows = ("grid_0.5,1 photons,1,0.05", "grid_0.5,2 photons,4.5,0.03", "grid_0.5,3 photons,9,0.011", "grid_0,1 photons,0.1,0.009",
+                "grid_0.5,pbrt,450,0.03", "grid_0.5,pbrt,2000,0.01", "grid_0,pbrt,20,0.01")
+        found = judged("grid", "scene,what,s,RMSE", *rows)
+        self.assertEqual((found[THREE].figure, found[THREE].met), ("100x (2 photons, 4.5 s)", True))
         self.assertEqual((found[ONE].error, found[ONE].met), ("1.1\u00a0% at best", False))
+        self.assertEqual((found[ZERO].figure, found[ZERO].met), ("200x (1 photons, 0.1 s)", True))
 
-    def test_single_scattering_by_the_soonest_that_is_near_enough(self):
-        grid = Table(["what", "s", "RMSE"], [["0 photons, to single scattering", "0.3", "0.0009"]])
-        for seconds, error, figure, met in (("0.1", "0.001", "0.1 s", True), ("0.05", "0.0011", "0.3 s", False)):
-            povray = Table(["program", "setting", "s", "relative RMSE"], [["POV-Ray media", "a", "0.01", "0.0001"],
-                                                                             ["wisp", "b", seconds, error]])
-            found = {target.what: target for target in judge({"grid": grid, "povray": povray})}[SINGLE]
-            self.assertEqual((found.figure, found.met), (figure, met))
-        grid.rows[0][1:] = "0.05", "0.0011"
-        self.assertIs({target.what: target for target in judge({"grid": grid})}[SINGLE].met, False)
+    def test_forward(self):
+        for seconds, met in ((8, True), (9, False)):
+            found = judged("grid", "scene,what,s,RMSE", "grid_0.5,1000000 photons,4,0.02", "grid_0.9,1 photons,1,0.04",
+                           f"grid_0.9,2 photons,{seconds},0.03")
+            self.assertIs(found[FORWARD].met, met)
+
+    def test_single_scattering_beside_the_step_that_is_near_enough(self):
+        for own, figure, met in ((0.5, "4x (0.5 s; b: 2 s)", True), (4, "0.5x (4 s; b: 2 s)", False)):
+            found = judged("grid_single", "what,s,RMSE", f"wisp,{own},0.0009", "a,1,0.002", "b,2,0.001", "c,9,0.0001")
+            self.assertEqual((found[SINGLE].figure, found[SINGLE].met), (figure, met))
+        self.assertIs(judged("grid_single", "what,s,RMSE", "wisp,0.1,0.0011", "b,2,0.001")[SINGLE].met, False)
 
     def test_one_slow_row_misses(self):
         def of(ratio):
