@@ -53,8 +53,8 @@ class Targets(unittest.TestCase):
         self.assertEqual((found.error, found.met), ("2\u00a0% at best", False))
 
     def test_equal_error(self):
-        rows = ("grid_0.5,1 photons,1,0.05", "grid_0.5,2 photons,4.5,0.03", "grid_0.5,3 photons,9,0.011", "grid_0,1 photons,0.1,0.009",
-                "grid_0.5,pbrt,450,0.03", "grid_0.5,pbrt,2000,0.01", "grid_0,pbrt,20,0.01")
+        rows = ("grid_g05,1 photons,1,0.05", "grid_g05,2 photons,4.5,0.03", "grid_g05,3 photons,9,0.011", "grid_g0,1 photons,0.1,0.009",
+                "grid_g05,pbrt,450,0.03", "grid_g05,pbrt,2000,0.01", "grid_g0,pbrt,20,0.01")
         found = judged("grid", "scene,what,s,RMSE", *rows)
         self.assertEqual((found[THREE].figure, found[THREE].met), ("100x (2 photons, 4.5 s)", True))
         self.assertEqual((found[ONE].error, found[ONE].met), ("1.1\u00a0% at best", False))
@@ -62,8 +62,8 @@ class Targets(unittest.TestCase):
 
     def test_forward(self):
         for seconds, met in ((8, True), (9, False)):
-            found = judged("grid", "scene,what,s,RMSE", "grid_0.5,1000000 photons,4,0.02", "grid_0.9,1 photons,1,0.04",
-                           f"grid_0.9,2 photons,{seconds},0.03")
+            found = judged("grid", "scene,what,s,RMSE", "grid_g05,1000000 photons,4,0.02", "grid_g09,1 photons,1,0.04",
+                           f"grid_g09,2 photons,{seconds},0.03")
             self.assertIs(found[FORWARD].met, met)
 
     def test_single_scattering_beside_the_step_that_is_near_enough(self):
