@@ -14,7 +14,8 @@ def photons(n):
     return f"--photons {n // quick(20, 1)}"
 
 
-# All options are said, so that rows keep their meaning when a default changes.
+# All options are said, so that rows keep their meaning when a default changes. Only the density grid is rendered by
+# default.
 EXACT = "--density-step 0 --light-step 0 --step 0.5 --deposit exact"
 DIRECT = "--smoke direct " + EXACT
 MAP = "--smoke map " + EXACT

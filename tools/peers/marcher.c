@@ -1,5 +1,6 @@
 /* Single scattering in a density grid by the plainest marcher: for each step of a camera's ray a march to the light. No
-   depths are kept, no cell is skipped, nothing is vectorised by hand. wisp is measured against it (grid of make bench).
+   depths are kept, no cell is skipped, nothing is vectorised by hand. wisp is measured against it (grid_single of make
+   bench).
 
      marcher VOL OUT.pfm SIDE STEP LIGHT_STEP      steps in cells
 
@@ -7,7 +8,6 @@
    2 x 2 rays; extinction 60 times the density, albedo 0.9, Henyey and Greenstein's g = 0.5, a point light of intensity 10
    at (1.5, 2.5, 1.5). Samples lie at the centres of cells, and outer halves of cells are constant. */
 #include <math.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -11,7 +11,7 @@ struct GridMarcher {
     const Irradiance *irradiance;   // or nullptr: nothing scatters twice
     Shadows *shadows;               // of surfaces; nullptr: there are none
     Real step;
-    // The part of scattered light that counts as going straight on (ForwardPeak); 0: none. It takes no light of the
+    // The part of scattered light that counts as going straight on (FluenceSums); 0: none. It takes no light of the
     // smoke from a ray, only light from behind all smoke.
     Real straight;
     Statistics *statistics;

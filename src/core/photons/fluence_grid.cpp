@@ -575,6 +575,7 @@ Status trace_fluence(const PhotonTracing &tracing, const OpticalDepthGrid &depth
     if (!needs.towards_eye) return trace_batches(tracing, depths, distribution, nullptr, total, fluence);
     const TowardsEye eye(tracing.eye, forward_peak(tracing.medium, depths.lights, depths.light_count, tracing.eye));
     fluence.unit.exponent -= eye.shift;
+    fluence.straight = eye.peak.narrow;
     return trace_batches(tracing, depths, distribution, &eye, total, fluence);
 }
 

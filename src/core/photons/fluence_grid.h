@@ -36,6 +36,9 @@ struct FluenceSums {
     int32_t
         sigma_shift;   // integrals of sigma_t are scaled by 2^sigma_shift: in fixed point, thin smoke keeps its digits
     const Real *tents; // by brick and node, of find_tents()
+    // The part of scattered light that counts as going straight on, where the sums are of light towards the eye, else
+    // 0.
+    Real straight = Real(0);
 };
 
 // How many sums photons leave at most, and the bytes for them and for tracing.

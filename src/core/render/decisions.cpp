@@ -13,11 +13,11 @@ bool has_scattering_smoke(const Scene &scene) {
 }
 
 // What the phase function of all smoke allows, where there is only one.
-struct CommonPhase {
-    bool suits_lines;   // spherical harmonics tell what it scatters well enough for lines (S4-5)
-    bool peaks_forward; // ... do not tell, and its peak is forward
+struct PhaseSuits {
+    bool lines;       // spherical harmonics tell what it scatters well enough for lines (S4-5)
+    bool towards_eye; // ... do not tell, and its peak is forward
 };
-CommonPhase common_phase(const Scene &scene) {
+PhaseSuits phase_suits(const Scene &scene) {
     const SmokeDescription *first = nullptr;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const SmokeDescription &smoke = scene.smokes[i];
@@ -77,12 +77,10 @@ void decide_smoke(const Scene &scene, const Settings &settings, Decisions &d) {
                     : d.resampled ? PhotonStore::fluence_grid
                                   : PhotonStore::particle_map;
     if (d.photons == PhotonStore::fluence_grid && !d.surfaces) {
-        const CommonPhase phase = common_phase(scene);
-        d.sweeps = phase.suits_lines;
-        if (phase.peaks_forward) {
-            d.photon_needs.towards_eye = true;
-            d.photon_needs.directions = false;
-        }
+        const PhaseSuits suits = phase_suits(scene);
+        d.sweeps = suits.lines;
+        d.photon_needs.towards_eye = suits.towards_eye;
+        d.photon_needs.directions = d.photon_needs.directions && !suits.towards_eye;
     }
     if (d.goal == Goal::photons) {
         d.light_depths = d.photons == PhotonStore::fluence_grid && d.lights_in_smoke > 0;

@@ -155,14 +155,9 @@ Status make_march(Frame &frame) {
     const Irradiance *irradiance = frame.has_irradiance ? &frame.irradiance : nullptr;
     const StepLengths steps = step_lengths(frame.scene, medium, to_real<Real>(frame.settings.step));
     if (decisions.march == MarchKind::grid) {
-        const OpticalDepthGrid &depths = frame.state.smoke.depths;
-        const Vec3 eye = vec_of(frame.scene.camera.origin);
-        const Real straight = decisions.photon_needs.towards_eye
-                                  ? forward_peak(medium, depths.lights, depths.light_count, eye).narrow
-                                  : Real(0);
         frame.grid_marcher = {&medium,           &frame.state.smoke.depths,
                               irradiance,        decisions.surfaces ? &frame.shadows_in_space : nullptr,
-                              steps.finest,      straight,
+                              steps.finest,      frame.fluence.straight,
                               &frame.statistics, frame.watch};
     } else if (decisions.march == MarchKind::particles) {
         ParticleMarcher &marcher = frame.particle_marcher;

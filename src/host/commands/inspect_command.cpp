@@ -122,10 +122,7 @@ int inspect_command(const std::vector<std::string> &arguments) {
     RunWarnings(request).of_frame(frame, prepared, settings, plan);
     MapFile map;
     if (!options.map_in.empty())
-        map = saved_map(request, frame,
-                        fingerprint_of_map(prepared.scene, settings, plan.photon_directions == Plan::Directions::to_eye,
-                                           renderer_of(options.arithmetic).name),
-                        plan);
+        map = saved_map(request, frame, fingerprint_of_map(request, prepared, settings, plan), plan);
     PhotonSums sums = {map.sums.data(), map.sums.size(), map.sums.size()};
     if (map.sums.empty() && uses_map(settings)) {
         map.sums.resize(plan.map_sums);

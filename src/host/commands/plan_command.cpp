@@ -188,10 +188,7 @@ int plan_command(const std::vector<std::string> &arguments) {
     RunWarnings(request).of_frame(request.frames.first, prepared, settings, plan);
     const std::string arithmetic = renderer_of(options.arithmetic).name;
     if (!options.map_in.empty())
-        saved_map(request, request.frames.first,
-                  fingerprint_of_map(prepared.scene, settings, plan.photon_directions == Plan::Directions::to_eye,
-                                     arithmetic),
-                  plan);
+        saved_map(request, request.frames.first, fingerprint_of_map(request, prepared, settings, plan), plan);
 
     const RowText text(request, prepared, settings, plan);
     std::vector<Line> lines;

@@ -55,8 +55,7 @@ bool load_or_reset_map(const Request &request, int64_t frame, const PreparedScen
     const Options &options = request.options;
     std::string scene; // hashing all particles takes time, so only for a map that is compared with another
     if (!options.map_in.empty() || !options.map_out.empty() || several_frames(request))
-        scene = fingerprint_of_map(prepared.scene, settings, plan.photon_directions == Plan::Directions::to_eye,
-                                   renderer_of(options.arithmetic).name);
+        scene = fingerprint_of_map(request, prepared, settings, plan);
     if (!options.map_in.empty()) {
         map = saved_map(request, frame, scene, plan);
         return false;

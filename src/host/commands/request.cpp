@@ -2,6 +2,7 @@
 #include "host/base/text.h"
 #include "host/commands/defaults.h"
 #include "host/commands/request.h"
+#include "host/results/fingerprint.h"
 #include "wisp/photon_sums.h"
 #include "wisp/settings.h"
 #include <algorithm>
@@ -113,10 +114,22 @@ Plan checked_plan(const Request &request, const Scene &scene, const Settings &se
     return plan;
 }
 
+namespace {
+
+bool is_map_of_one_view(const Plan &plan) { return plan.photon_directions == Plan::Directions::to_eye; }
+
+} // namespace
+
+std::string fingerprint_of_map(const Request &request, const PreparedScene &prepared, const Settings &settings,
+                               const Plan &plan) {
+    return fingerprint_of_map(prepared.scene, settings, is_map_of_one_view(plan),
+                              renderer_of(request.options.arithmetic).name);
+}
+
 MapFile saved_map(const Request &request, int64_t frame, const std::string &scene, const Plan &plan) {
     const std::string path = numbered(request.options.map_in, frame);
     MapFile map = parse_map(read_file(path), path);
-    check_map(map, scene, plan.photon_directions == Plan::Directions::to_eye, plan.map_sums, path);
+    check_map(map, scene, is_map_of_one_view(plan), plan.map_sums, path);
     return map;
 }
 

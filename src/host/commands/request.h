@@ -39,6 +39,10 @@ inline bool uses_map(const Settings &settings) {
 // The core's plan. Throws Error for a plan that cannot be followed.
 Plan checked_plan(const Request &request, const Scene &scene, const Settings &settings);
 
+// fingerprint_of_map() of a scene that is rendered so.
+std::string fingerprint_of_map(const Request &request, const PreparedScene &prepared, const Settings &settings,
+                               const Plan &plan);
+
 // The particle map of --map-in; `scene`: fingerprint_of_map(). Throws InputError.
 MapFile saved_map(const Request &request, int64_t frame, const std::string &scene, const Plan &plan);
 
