@@ -4,6 +4,7 @@
 #include "host/images/picture.h"
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 using namespace wisp;
@@ -249,4 +250,45 @@ TEST_CASE("long smoke: a box of any length is planned within a budget, and light
                                 std::string(length) + " 1 {\n}\n");
         CHECK(test.planned_bytes() < uint64_t{1} << 29);
     }
+}
+
+TEST_CASE(
+    "density grids: their own samples hold the light that photons leave, halves of them where light enters deep ones") {
+    DenseSmokeTest test;
+    constexpr int n = 16;
+    std::vector<float> density;
+    for (int z = 0; z < n; ++z)
+        for (int y = 0; y < n; ++y)
+            for (int x = 0; x < n; ++x) {
+                const double r = std::hypot(x - 7.5, y - 7.5, z - 7.5) / 8;
+                density.push_back(static_cast<float>(std::max(0.0, 1 - r) * std::max(0.0, 1 - r)));
+            }
+    test.write("s.vol", DenseSmokeTest::volume(n, n, n, 1, 1, 1, density));
+    const auto bricks = [&test](const std::string &options) {
+        const Ran ran = test.wisp("plan " + test.s() + " -q " + options);
+        const size_t at = ran.out.rfind("resampled to ");
+        return at == std::string::npos ? 0 : std::stoi(ran.out.substr(at + 13));
+    };
+    const auto scene = [&test](int extinction) {
+        test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 24 hither 0.01 resolution 16 16\nlp 3 4 3 40 40 40\n"
+                            "smoke s.vol {\n extinction " +
+                                std::to_string(extinction) + "\n albedo 0.95 0.95 0.95\n}\n");
+    };
+    scene(2);
+    const int own = bricks("--density-step 1"), halves = bricks("--density-step 0.5");
+    REQUIRE(own > 0);
+    REQUIRE(own < halves);
+    // Who asks for finer spacings gets them, and single scattering by itself is found in halves.
+    for (const char *options : {"--irradiance-step 0.5", "--light-step 0.5", "--photons 0"})
+        CHECK(bricks(options) == halves);
+    // Samples are up to 0.25, 1.8 and 15 mean free paths deep.
+    for (const auto &[extinction, expected] : {std::pair(2, own), std::pair(14, halves)}) {
+        CAPTURE(extinction);
+        scene(extinction);
+        CHECK(bricks("") == expected);
+        const double reference = test.mean("--spp 4 --reference --passes 0:64");
+        CHECK(std::fabs(test.mean("--spp 4 --photons 100000") / reference - 1) < 0.02);
+    }
+    scene(120);
+    CHECK(test.wisp("plan " + test.s()).out.find("majorants      yes") != std::string::npos);
 }

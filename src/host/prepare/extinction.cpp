@@ -106,7 +106,44 @@ double longest_element(const SmokeDescription &smoke) {
     return 2 * std::max({grid.half.x / grid.nx, grid.half.y / grid.ny, grid.half.z / grid.nz});
 }
 
+// The mean square of the depths of samples, weighted by the diffuse light that goes out in each: of light that enters a
+// grid along an axis (0, 1, 2) or against it. `edges`: a sample's optical depths at density 1.
+double lit_square(const GridDescription &grid, int axis, bool against, const double (&edges)[3]) {
+    const int32_t counts[3] = {grid.nx, grid.ny, grid.nz}, n = counts[axis];
+    uint64_t step = 1; // from a sample to the next one along the axis
+    for (int before = 0; before < axis; ++before) step *= static_cast<uint64_t>(counts[before]);
+    const double edge = edges[axis], longest = std::max({edges[0], edges[1], edges[2]});
+    constexpr double deepest = 1e6; // of a sample: squares are finite
+    std::vector<double> taus(step); // so far, of columns side by side
+    double light = 0, sum = 0;
+    for (const float *slab = grid.density; slab < grid.density + grid.count();
+         slab += step * static_cast<uint64_t>(n)) {
+        std::fill(taus.begin(), taus.end(), 0.0);
+        for (int32_t k = 0; k < n; ++k) {
+            const float *row = slab + step * static_cast<uint64_t>(against ? n - 1 - k : k);
+            for (uint64_t i = 0; i < step; ++i) {
+                const double density = row[i], depth = std::min(density * longest, deepest);
+                const double deeper = density > 0 ? taus[i] + std::min(density * edge, deepest) : 0;
+                const double out = density > 0 ? 1 / (1 + 0.75 * taus[i]) - 1 / (1 + 0.75 * deeper) : 0;
+                taus[i] = deeper;
+                light += out;
+                sum += out * depth * depth;
+            }
+        }
+    }
+    return light > 0 ? sum / light : 0;
+}
+
 } // namespace
+
+double lit_depth(const GridDescription &grid) {
+    const double edges[3] = {2 * grid.half.x / grid.nx * grid.extinction, 2 * grid.half.y / grid.ny * grid.extinction,
+                             2 * grid.half.z / grid.nz * grid.extinction};
+    double greatest = 0;
+    for (const int axis : {0, 1, 2})
+        for (const bool against : {false, true}) greatest = std::max(greatest, lit_square(grid, axis, against, edges));
+    return std::sqrt(greatest);
+}
 
 std::vector<double> areas_in_cells(const SmokeDescription &smoke, double edge, int along) {
     std::vector<CellArea> particles;
@@ -135,6 +172,7 @@ SmokeDensity density_of(const Scene &scene) {
         const double length = smoke.grid.density ? longest_element(smoke) : density.length; // cells are of samples
         density.greatest_depth = std::max(density.greatest_depth, extinction.greatest * length);
         density.deepest_element = std::max(density.deepest_element, extinction.greatest * longest_element(smoke));
+        if (smoke.grid.density) density.depth_where_lit = std::max(density.depth_where_lit, lit_depth(smoke.grid));
     }
     return density;
 }

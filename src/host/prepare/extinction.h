@@ -16,7 +16,14 @@ struct SmokeDensity {
     double mean_depth; // of one such length in the densest smoke, over its volume
     double greatest_depth;  // about: of one such length where a smoke is densest; of a density grid, of a sample's edge
     double deepest_element; // about: the depth of a smoothing length of its own, or of a sample's longest edge
+    double depth_where_lit; // of density grids: the greatest lit_depth()
 };
 SmokeDensity density_of(const Scene &scene);
+
+// Of a density grid: the depth of a sample's longest edge where diffuse light goes out that enters from one of its six
+// sides. It is the root mean square over that light, of the side where it is the greatest. Of diffuse light
+// 1 / (1 + 3/4 tau) gets through an optical depth tau (Schuster's two streams; albedo 1, even phase). Behind an empty
+// sample light is as bright as outside.
+double lit_depth(const GridDescription &grid);
 
 } // namespace wisp
