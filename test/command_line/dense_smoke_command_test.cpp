@@ -292,3 +292,12 @@ TEST_CASE(
     scene(120);
     CHECK(test.wisp("plan " + test.s()).out.find("majorants      yes") != std::string::npos);
 }
+
+TEST_CASE("density grids: smoke of an uneven phase around the eye sends it the light that the reference says") {
+    DenseSmokeTest test;
+    test.write("s.vol", CommandLineTest::volume(2, 2, 2, 1, 1, 1, {0.9f, 0.2f, 0.6f, 0.1f, 0.4f, 1, 0.3f, 0.8f}));
+    test.write("s.aff", "v from -0.6 -0.5 0.2 at -0.1 0 0.5 up 0 0 1 angle 52 hither 0.0001 resolution 8 8\n"
+                        "ld 0.85 0.53 0 6 9 10\nsmoke s.vol {\n extinction 0.6\n phase 0.58\n albedo 0.9 0.9 0.9\n}\n");
+    const double reference = test.mean("--spp 4 --reference --passes 0:1000");
+    CHECK(std::fabs(test.mean("--spp 4 --photons 1000000") / reference - 1) < 0.02);
+}

@@ -4,6 +4,7 @@
 #include "wisp/settings.h"
 #include "wisp/wisp.h"
 #include <algorithm>
+#include <cmath>
 
 namespace wisp {
 
@@ -63,6 +64,21 @@ void choose_spacings(const Options &options, const Scene &scene, double finest, 
     settings.irradiance_step = options.irradiance_step.value_or(samples ? std::max(cell, 1.0) : 2 * cell);
 }
 
+// Whether the eye is in a density grid that can be resampled and whose phase is not even. Light that is scattered to it
+// then differs much within a sample near to it: in a grid of 2 x 2 x 2 with g = 0.58 own samples lose 7 % of all light,
+// halves 2 %.
+bool is_seen_from_within(const Scene &scene) {
+    const Double3 &eye = scene.camera.origin;
+    for (uint32_t i = 0; i < scene.smoke_count && can_resample(scene); ++i) {
+        const GridDescription &grid = scene.smokes[i].grid;
+        if (scene.smokes[i].is_grid() && grid.density && scene.smokes[i].asymmetry != 0 &&
+            std::abs(eye.x - grid.center.x) <= grid.half.x && std::abs(eye.y - grid.center.y) <= grid.half.y &&
+            std::abs(eye.z - grid.center.z) <= grid.half.z)
+            return true;
+    }
+    return false;
+}
+
 // Whether light that is scattered more than once finds a density grid's own samples fine enough. Bricks of half samples
 // halve the error of the benchmarks' grid in six times the time; more photons do that sooner. Single scattering by
 // itself, which has no photons' noise, errs there by 0.08 %, and in own samples by 0.24 %.
@@ -71,7 +87,7 @@ bool own_samples_suffice(const Options &options, const Scene &scene, const Smoke
     const bool finer = options.irradiance_step.value_or(1) < 1 || options.light_step.value_or(1) < 1;
     if (!has_samples(scene) || !can_resample(scene) || finer) return false;
     if (settings.method != Method::map || settings.density_step <= 0 || settings.photons == 0) return false;
-    return density.depth_where_lit <= max_depth_of_lit_photon_cell;
+    return density.depth_where_lit <= max_depth_of_lit_photon_cell && !is_seen_from_within(scene);
 }
 
 // Particles of which one smoothing length may be deeper are summed one by one, and samples of grids are interpolated.
@@ -99,13 +115,15 @@ void shrink_bricks(const Options &options, const Scene &scene, const SmokeDensit
     }
 }
 
-// Makes the cells of photons as fine as those of the bricks where they are too deep. Returns whether that suffices.
+// Makes the cells of photons as fine as those of the bricks where they are too deep, or the eye is among them. Returns
+// whether that suffices.
 bool fit_photon_cells(const Options &options, const Scene &scene, const SmokeDensity &density, Settings &settings) {
-    if (photon_cells(scene, density, settings).fit()) return true;
-    if (options.irradiance_step || !(settings.density_step > 0 && can_resample(scene))) return false;
+    const bool fits = photon_cells(scene, density, settings).fit();
+    if (fits && !is_seen_from_within(scene)) return true;
+    if (options.irradiance_step || !(settings.density_step > 0 && can_resample(scene))) return fits;
     Settings finer = settings;
     finer.irradiance_step = settings.density_step;
-    if (!photon_cells(scene, density, finer).fit()) return false;
+    if (!photon_cells(scene, density, finer).fit()) return fits;
     settings = finer;
     return true;
 }
