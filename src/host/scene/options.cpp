@@ -97,9 +97,12 @@ const OptionTable<Options> &scene_options() {
         {"irradiance", "none|uniform|adaptive",
          "multiple scattering at points of bricks, as many in each or as needed (uniform)",
          to_word(&Options::irradiance, {"none", "uniform", "adaptive"})},
-        {"irradiance-step", "S", "distance of those points at most, in smoothing lengths (two cells)",
+        {"irradiance-step", "S",
+         "distance of those points at most, in smoothing lengths (two cells, of density grids one)",
          to_spacing(&Options::irradiance_step, false)},
-        {"density-step", "S", "cells of resampled smoke, in smoothing lengths; 0: exact (0.22 to 0.55, direct 0)",
+        {"density-step", "S",
+         "cells of resampled smoke, in smoothing lengths; 0: exact (0.22 to 0.55, of density grids 1 or half a sample, "
+         "direct 0)",
          to_spacing(&Options::density_step, true)},
         {"estimate", "knn|kernel",
          "radiance from the nearest photons or particles (direct), or of the particles' kernels (map)",
@@ -114,7 +117,9 @@ const OptionTable<Options> &scene_options() {
          to_integer_in(&Options::gather, 2, 1000000)},
         {"gather-radius", "R", "largest radius of an estimate, in smoothing lengths (2)",
          [](Options &options, const std::string &value) { options.gather_radius = positive(value); }},
-        {"step", "S", "marching step, in smoothing lengths (0.5; map of resampled smoke two cells, of density grids one)",
+        {"step", "S",
+         "marching step, in smoothing lengths (0.5; map of resampled smoke two cells, of density grids half a sample "
+         "at most)",
          [](Options &options, const std::string &value) {
              options.step = positive(value);
              if (*options.step < 1e-4) throw OptionError{"a number of at least 0.0001"};
