@@ -29,9 +29,8 @@ class Arena {
     size_t size() const { return size_; }
     size_t peak() const { return peak_; }
 
-    // The most that was in use since the last begin_stage().
     void begin_stage() { stage_peak_ = used_; }
-    size_t stage_peak() const { return stage_peak_; }
+    size_t stage_peak() const { return stage_peak_; } // the most that was in use since then
 
     // The bytes that make<T>(count) takes at most, for plans: the objects and the gap before them.
     template <class T> static constexpr uint64_t bytes(uint64_t count) { return count * sizeof(T) + alignment; }

@@ -1,7 +1,6 @@
 // What photons leave on a particle map, and the batches in which they are traced.
 #pragma once
 #include "wisp/settings.h"
-#include <cstddef>
 #include <cstdint>
 
 namespace wisp {

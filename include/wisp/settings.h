@@ -30,6 +30,9 @@ enum class Goal : uint8_t { picture, photons, reference };
 
 struct Crop {
     int32_t x0, y0, x1, y1; // pixels, half-open, from the top left
+    int32_t step = 1;       // of these, only each so many-th column and row, from the first
+    int32_t width() const { return (x1 - x0 + step - 1) / step; }
+    int32_t height() const { return (y1 - y0 + step - 1) / step; }
 };
 
 struct Settings {

@@ -61,7 +61,7 @@ struct FrameCache {
 };
 
 // A frame to render. `settings.goal` says what is made:
-// - Goal::picture: `rgb` is filled with (x1 - x0) * (y1 - y0) linear radiances of the crop, three floats each, top row
+// - Goal::picture: `rgb` is filled with width() * height() linear radiances of the crop, three floats each, top row
 //   first. `photons` may hold the sums of a particle map: they are traced when `count` is 0, and used otherwise.
 //   Without `photons` the arena has room for them.
 // - Goal::photons: the photons of `batches` are added to the sums in `photons`. Sums of all batches together are those

@@ -243,7 +243,7 @@ struct Rendered {
 inline Rendered render_in(Arena arena, const Scene &scene, const Settings &settings, FrameCache *cache = nullptr) {
     Rendered result;
     const Crop &crop = settings.crop;
-    result.rgb.resize(static_cast<size_t>((crop.x1 - crop.x0) * (crop.y1 - crop.y0) * 3), -7);
+    result.rgb.resize(static_cast<size_t>(crop.width() * crop.height() * 3), -7);
     result.status = renderer.render({scene, settings, arena, result.statistics, {}, result.rgb.data(), nullptr, cache});
     return result;
 }

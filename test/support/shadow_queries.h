@@ -14,7 +14,7 @@ constexpr ShadowMethod equivalent_methods[] = {ShadowMethod::cache, ShadowMethod
 inline std::vector<float> picture(const Scene &scene, const Settings &settings, std::vector<unsigned char> &block,
                                   Statistics &statistics, FrameCache &cache) {
     const Crop &crop = settings.crop;
-    std::vector<float> rgb(static_cast<size_t>(crop.x1 - crop.x0) * static_cast<size_t>(crop.y1 - crop.y0) * 3);
+    std::vector<float> rgb(static_cast<size_t>(crop.width()) * static_cast<size_t>(crop.height()) * 3);
     Arena arena(block.data(), block.size());
     REQUIRE(renderer.render({scene, settings, arena, statistics, {}, rgb.data(), nullptr, &cache}) == Status::done);
     return rgb;

@@ -99,7 +99,7 @@ void print_scene(const std::string &name, const std::string &title, int64_t fram
         scene.camera, scene.background, lights, scene.light_count, smoke, scene.smoke_count, scene.radiance_exponent,
         triangles, scene.static_count, scene.instance_triangle_count, scene.deforming_count, instances,
         scene.instance_count, materials, scene.material_count, pictures, scene.texture_count, scene.ray_epsilon);
-    const std::string crop = braces(s.crop.x0, s.crop.y0, s.crop.x1, s.crop.y1);
+    const std::string crop = braces(s.crop.x0, s.crop.y0, s.crop.x1, s.crop.y1, s.crop.step);
     const std::string settings =
         braces(crop, s.samples, s.depth, choice("ShadowMethod", s.shadows), s.check_shadows, s.photons, s.paths, s.seed,
                s.gather, s.gather_radius, s.step, choice("Deposit", s.deposit), choice("Direction", s.direction),

@@ -30,15 +30,6 @@ PhaseSuits phase_suits(const Scene &scene) {
     return {max(g, -g) <= limit, g > limit};
 }
 
-// Whether the smoke is a density grid along the axes. The cells of the sparse grid are then the samples of the density
-// grid, or halves of them.
-bool keeps_samples(const Scene &scene) {
-    bool samples = false;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i)
-        samples = samples || (!scene.smokes[i].empty() && scene.smokes[i].grid.density);
-    return samples && is_aligned_grid(scene);
-}
-
 // The largest of 1, 2, 4, 8 cells that is no longer than `step`, or 1.
 int32_t spacing_within(double cell, double step) {
     int32_t spacing = 1;

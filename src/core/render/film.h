@@ -11,7 +11,7 @@ constexpr uint32_t units_of_sample = 16; // of work
 // All samples of the film, so many times.
 inline void expect_samples(const Frame &frame, uint64_t times) {
     const Crop &crop = frame.settings.crop;
-    const uint64_t pixels = static_cast<uint64_t>(crop.x1 - crop.x0) * static_cast<uint64_t>(crop.y1 - crop.y0);
+    const uint64_t pixels = static_cast<uint64_t>(crop.width()) * static_cast<uint64_t>(crop.height());
     frame.watch.expect(pixels * frame.settings.samples * times * units_of_sample);
 }
 
@@ -25,8 +25,8 @@ template <class Radiance> Status expose_film(const Frame &frame, Radiance &&radi
     const SamplePattern pattern(samples);
     float *rgb = frame.job.rgb;
     expect_samples(frame, 1);
-    for (int32_t y = crop.y0; y < crop.y1; ++y) {
-        for (int32_t x = crop.x0; x < crop.x1; ++x) {
+    for (int32_t y = crop.y0; y < crop.y1; y += crop.step) {
+        for (int32_t x = crop.x0; x < crop.x1; x += crop.step) {
             Color sum(Real(0));
             const bool recorded = frame.recorder && frame.recorder->trace.x == x && frame.recorder->trace.y == y;
             PixelRecorder *const recorder = recorded ? frame.recorder : nullptr;

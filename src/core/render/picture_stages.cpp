@@ -115,8 +115,8 @@ Status trace_paths(Frame &frame) {
     expect_samples(frame, passes);
     for (uint32_t pass = 0; pass < passes; ++pass) {
         PixelSums *pixel = frame.job.pixels;
-        for (int32_t y = crop.y0; y < crop.y1; ++y) {
-            for (int32_t x = crop.x0; x < crop.x1; ++x, ++pixel) {
+        for (int32_t y = crop.y0; y < crop.y1; y += crop.step) {
+            for (int32_t x = crop.x0; x < crop.x1; x += crop.step, ++pixel) {
                 sampler.generator = pass_generator(settings, settings.first_pass + pass, x, y);
                 Pcg32 rounding(~uint64_t{Pcg32(sampler.generator)()}); // its numbers are not those of the paths
                 for (uint32_t i = 0; i < settings.samples; ++i) {

@@ -11,25 +11,31 @@ inline bool has_smoke(const Scene &scene) {
     return false;
 }
 
-// Whether all smoke is one density grid that is not rotated.
-inline bool is_aligned_grid(const Scene &scene) {
-    uint32_t smokes = 0;
-    const GridDescription *grid = nullptr;
+// All smoke, where it is one grid that is not rotated: of densities, or a box. nullptr where it is anything else.
+inline const SmokeDescription *aligned_grid(const Scene &scene) {
+    const SmokeDescription *only = nullptr;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         if (scene.smokes[i].empty()) continue;
-        ++smokes;
-        if (scene.smokes[i].is_grid()) grid = &scene.smokes[i].grid;
+        if (only || !scene.smokes[i].is_grid()) return nullptr;
+        only = &scene.smokes[i];
     }
-    return smokes == 1 && grid && total_order_key(grid->axis[0].x) == total_order_key(1.0) &&
-           total_order_key(grid->axis[1].y) == total_order_key(1.0) &&
-           total_order_key(grid->axis[2].z) == total_order_key(1.0);
+    const int64_t one = total_order_key(1.0);
+    const bool aligned = only && total_order_key(only->grid.axis[0].x) == one &&
+                         total_order_key(only->grid.axis[1].y) == one && total_order_key(only->grid.axis[2].z) == one;
+    return aligned ? only : nullptr;
+}
+
+// Whether the cells of the sparse grid are the samples of a density grid, or halves of them.
+inline bool keeps_samples(const Scene &scene) {
+    const SmokeDescription *smoke = aligned_grid(scene);
+    return smoke && smoke->grid.density;
 }
 
 // Whether the scene's smoke can be resampled: it consists of particles, or it is an aligned grid.
 inline bool can_resample(const Scene &scene) {
     bool particles = true;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) particles = particles && !scene.smokes[i].is_grid();
-    return has_smoke(scene) && (particles || is_aligned_grid(scene));
+    return has_smoke(scene) && (particles || aligned_grid(scene));
 }
 
 } // namespace wisp

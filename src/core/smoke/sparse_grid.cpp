@@ -72,10 +72,8 @@ Layout around_grid(const GridDescription &grid, Real cell, int32_t subdivision) 
 
 Layout layout_of(const Scene &scene, double lengths) {
     const Real cell = smallest_smoothing_length(scene) * to_real<Real>(lengths);
-    if (!is_aligned_grid(scene)) return around_all(scene, cell);
-    uint32_t i = 0;
-    while (!scene.smokes[i].is_grid()) ++i;
-    return around_grid(scene.smokes[i].grid, cell, subdivision_for(lengths));
+    const SmokeDescription *const only = aligned_grid(scene);
+    return only ? around_grid(only->grid, cell, subdivision_for(lengths)) : around_all(scene, cell);
 }
 
 // The distance of x from the interval [low, low + edge].
@@ -111,7 +109,7 @@ void for_each_touched(const Scene &scene, const Layout &layout, int32_t subdivis
             visit_range({0, 0, 0}, {lattice.count.x - 1, lattice.count.y - 1, lattice.count.z - 1}, always);
             continue;
         }
-        if (!is_aligned_grid(scene)) {
+        if (!aligned_grid(scene)) {
             const Vec3 center = vec_of(grid.center), reach = reach_of(grid);
             visit_range(cell_at(lattice, center - reach), cell_at(lattice, center + reach), always);
             continue;

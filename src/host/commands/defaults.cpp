@@ -56,7 +56,7 @@ bool has_samples(const Scene &scene) {
 // density grid of the benchmarks errs by 0.39 % where there is smoke, in steps of half a sample by 0.07 %, for 8 % of
 // its time. Photons that leave their light two samples apart err by 2.7 % there, one sample apart by 1.3 %.
 void choose_spacings(const Options &options, const Scene &scene, double finest, Settings &settings) {
-    const bool kept = settings.density_step > 0 && can_resample(scene), samples = kept && has_samples(scene);
+    const bool kept = settings.density_step > 0 && can_resample(scene), samples = kept && keeps_samples(scene);
     const double cell = settings.density_step > 0 ? settings.density_step : finest;
     settings.light_step = options.light_step.value_or(kept ? cell : 0);
     const double step = samples ? std::min(cell, finest) : 2 * cell;
@@ -64,19 +64,15 @@ void choose_spacings(const Options &options, const Scene &scene, double finest, 
     settings.irradiance_step = options.irradiance_step.value_or(samples ? std::max(cell, 1.0) : 2 * cell);
 }
 
-// Whether the eye is in a density grid that can be resampled and whose phase is not even. Light that is scattered to it
-// then differs much within a sample near to it: in a grid of 2 x 2 x 2 with g = 0.58 own samples lose 7 % of all light,
-// halves 2 %.
+// Whether the eye is in a density grid that keeps its samples and whose phase is not even. Light that is scattered to
+// it then differs much within a sample near to it: in a grid of 2 x 2 x 2 with g = 0.58 own samples lose 7 % of all
+// light, halves 2 %.
 bool is_seen_from_within(const Scene &scene) {
-    const Double3 &eye = scene.camera.origin;
-    for (uint32_t i = 0; i < scene.smoke_count && can_resample(scene); ++i) {
-        const GridDescription &grid = scene.smokes[i].grid;
-        if (scene.smokes[i].is_grid() && grid.density && scene.smokes[i].asymmetry != 0 &&
-            std::abs(eye.x - grid.center.x) <= grid.half.x && std::abs(eye.y - grid.center.y) <= grid.half.y &&
-            std::abs(eye.z - grid.center.z) <= grid.half.z)
-            return true;
-    }
-    return false;
+    if (!keeps_samples(scene)) return false;
+    const SmokeDescription &smoke = *aligned_grid(scene);
+    const Double3 &eye = scene.camera.origin, &center = smoke.grid.center, &half = smoke.grid.half;
+    return smoke.asymmetry != 0 && std::abs(eye.x - center.x) <= half.x && std::abs(eye.y - center.y) <= half.y &&
+           std::abs(eye.z - center.z) <= half.z;
 }
 
 // Whether light that is scattered more than once finds a density grid's own samples fine enough. Bricks of half samples
@@ -85,7 +81,7 @@ bool is_seen_from_within(const Scene &scene) {
 bool own_samples_suffice(const Options &options, const Scene &scene, const SmokeDensity &density,
                          const Settings &settings) {
     const bool finer = options.irradiance_step.value_or(1) < 1 || options.light_step.value_or(1) < 1;
-    if (!has_samples(scene) || !can_resample(scene) || finer) return false;
+    if (!keeps_samples(scene) || finer) return false;
     if (settings.method != Method::map || settings.density_step <= 0 || settings.photons == 0) return false;
     return density.depth_where_lit <= max_depth_of_lit_photon_cell && !is_seen_from_within(scene);
 }
@@ -140,8 +136,7 @@ PhotonCells photon_cells(const Scene &scene, const SmokeDensity &density, const 
     if (settings.irradiance == IrradianceMap::none) return {density.deepest_element, max_depth_of_element};
     const double step = settings.density_step > 0 && can_resample(scene) ? settings.irradiance_step : 1;
     const double lit = density.depth_where_lit * step;
-    if (has_samples(scene) && can_resample(scene) && lit <= max_depth_of_lit_photon_cell)
-        return {lit, max_depth_of_lit_photon_cell};
+    if (keeps_samples(scene) && lit <= max_depth_of_lit_photon_cell) return {lit, max_depth_of_lit_photon_cell};
     bool hard = false;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) hard |= scene.smokes[i].is_grid();
     return {density.greatest_depth * step, hard ? max_depth_of_photon_cell : max_depth_of_soft_photon_cell};

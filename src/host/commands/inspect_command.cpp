@@ -2,6 +2,7 @@
 #include "host/commands/arguments.h"
 #include "host/commands/commands.h"
 #include "host/commands/inspection.h"
+#include "host/commands/max_error.h"
 #include "host/commands/memory_check.h"
 #include "host/commands/progress_meter.h"
 #include "host/commands/request.h"
@@ -48,6 +49,7 @@ void refuse(const char *option, const std::string &why) {
 void check(const Request &request) {
     const Options &options = request.options;
     check_options(request);
+    check_max_error(request, false);
     const struct {
         const char *name;
         bool given;
@@ -130,8 +132,8 @@ int inspect_command(const std::vector<std::string> &arguments) {
     }
     const auto block = make_block(request.name, plan.arena_bytes);
     Arena arena(block.get(), plan.arena_bytes);
-    std::vector<float> rgb(static_cast<size_t>(settings.crop.x1 - settings.crop.x0) *
-                           static_cast<size_t>(settings.crop.y1 - settings.crop.y0) * 3);
+    std::vector<float> rgb(static_cast<size_t>(settings.crop.width()) * static_cast<size_t>(settings.crop.height()) *
+                           3);
     Statistics statistics;
     at_once.reset();
     ProgressMeter progress(options, frame, plan);

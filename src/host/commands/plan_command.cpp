@@ -3,6 +3,7 @@
 #include "host/base/memory.h"
 #include "host/commands/arguments.h"
 #include "host/commands/commands.h"
+#include "host/commands/max_error.h"
 #include "host/commands/memory_check.h"
 #include "host/commands/request.h"
 #include "host/commands/run_warnings.h"
@@ -178,6 +179,7 @@ int plan_command(const std::vector<std::string> &arguments) {
     const Request request = read_request(command);
     const Options &options = request.options;
     check_options(request);
+    check_max_error(request, false);
     std::optional<EndAtOnce> at_once;
     end_at_once(request, request.frames.first, at_once);
     PreparedScene prepared;
@@ -210,8 +212,8 @@ int plan_command(const std::vector<std::string> &arguments) {
     }
     lines.push_back({"arena", "", true, plan.arena_bytes, "all of it, in " + arithmetic});
     lines.push_back({"picture", "", !options.batches, picture,
-                     std::to_string(settings.crop.x1 - settings.crop.x0) + " x " +
-                         std::to_string(settings.crop.y1 - settings.crop.y0) + " pixels, beside the arena"});
+                     std::to_string(settings.crop.width()) + " x " + std::to_string(settings.crop.height()) +
+                         " pixels, beside the arena"});
     print_text(lines);
     for (const std::string &remark : remarks) std::printf("%s\n", remark.c_str());
     return exit_done;

@@ -3,6 +3,7 @@
 #include "host/base/sha256.h"
 #include "host/base/version.h"
 #include "host/commands/commands.h"
+#include "host/commands/max_error.h"
 #include "host/commands/memory_check.h"
 #include "host/commands/output.h"
 #include "host/commands/progress_meter.h"
@@ -35,8 +36,8 @@ bool can_keep(const Options &options) {
 Passes make_passes(const Request &request, const PreparedScene &prepared, const Settings &settings) {
     Passes passes;
     passes.scene = fingerprint_of_samples(prepared.scene, settings, renderer_of(request.options.arithmetic).name);
-    passes.width = settings.crop.x1 - settings.crop.x0;
-    passes.height = settings.crop.y1 - settings.crop.y0;
+    passes.width = settings.crop.width();
+    passes.height = settings.crop.height();
     passes.samples = settings.samples;
     passes.exponent = prepared.scene.radiance_exponent;
     passes.ranges = {{settings.first_pass, settings.last_pass}};
@@ -173,8 +174,8 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
         passes = make_passes(request, prepared, settings);
         job.pixels = passes.pixels.data();
     } else {
-        picture.width = settings.crop.x1 - settings.crop.x0;
-        picture.height = settings.crop.y1 - settings.crop.y0;
+        picture.width = settings.crop.width();
+        picture.height = settings.crop.height();
         picture.rgb.resize(static_cast<size_t>(picture.width) * static_cast<size_t>(picture.height) * 3);
         job.rgb = picture.rgb.data();
         job.cache = &sequence.cache;
@@ -231,11 +232,13 @@ void check_purpose(const Options &options) {
 } // namespace
 
 int render_command(const std::vector<std::string> &arguments) {
-    const Request request = read_request(parse_arguments("render", scene_options(), arguments));
+    Request request = read_request(parse_arguments("render", scene_options(), arguments));
     const Options &options = request.options;
     check_options(request);
     check_purpose(options);
+    check_max_error(request, true);
     check_outputs(options, request.frames, request.name);
+    choose_for_error(request);
     Sequence sequence(request);
     RunReport report;
     report.version = version;

@@ -50,7 +50,7 @@ Request read_request(const CommandLine &line) {
     request.options = Options();
     for (const SceneFile::Default &setting : request.file.defaults) try {
             if (setting.option == "output" || setting.option == "stats" || setting.option == "error-out" ||
-                setting.option == "map-out" || setting.option == "map-in")
+                setting.option == "map-out" || setting.option == "map-in" || setting.option == "max-error")
                 throw InputError(setting.where,
                                  "option '" + setting.option + "' in a scene, expected it on the command line");
             set_option(request.options, setting.option, setting.value, setting.where);

@@ -46,6 +46,7 @@ class Idle {
             (option == "estimate" && settings_.estimate == Estimate::kernel))
             return unless(settings_.method == Method::map, "photons are kept, not power on particles");
         if (option == "remap") return unless(several_frames(request_), "there is one frame, and no map before it");
+        if (option == "max-error") return unless(plan_.smoke, "there is no smoke");
         if (option == "thin") return unless(has_particles(), "there are no particles");
         if (option == "exposure") return unless(writes_png() || !makes_picture(), "no .png is written");
         if (option == "frames")
@@ -149,6 +150,7 @@ std::string options_of_cells(const Request &request) {
 
 // The limits hold for the random smokes of tools/measure/random_smoke.py.
 void RunWarnings::of_cells(const Scene &scene, const Settings &settings) {
+    if (request_.options.max_error) return; // the error is estimated, and was said
     const PhotonCells cells = photon_cells(scene, density_of(scene), settings);
     const std::string options = options_of_cells(request_);
     const std::string hint = options.empty() ? "" : "; without " + options + " it is not";

@@ -18,7 +18,7 @@ struct Part {
 bool has(const Crop &crop, int x, int y) { return x >= crop.x0 && x < crop.x1 && y >= crop.y0 && y < crop.y1; }
 
 uint64_t area_of(const Crop &crop) {
-    return static_cast<uint64_t>(crop.x1 - crop.x0) * static_cast<uint64_t>(crop.y1 - crop.y0);
+    return static_cast<uint64_t>(crop.width()) * static_cast<uint64_t>(crop.height());
 }
 
 Part read_part(const std::string &name) {
@@ -27,8 +27,8 @@ Part read_part(const std::string &name) {
     const Bytes bytes = read_file(name);
     const Crop &crop = pfm.record.crop;
     Part part = {name, pfm.record, parse_pfm(bytes, name)};
-    if (sha256(bytes.data(), bytes.size()).text != pfm.sha256 || part.picture.width != crop.x1 - crop.x0 ||
-        part.picture.height != crop.y1 - crop.y0)
+    if (sha256(bytes.data(), bytes.size()).text != pfm.sha256 || part.picture.width != crop.width() ||
+        part.picture.height != crop.height())
         throw InputError(name, "not the picture of " + record_name + ", expected the one as rendered");
     return part;
 }

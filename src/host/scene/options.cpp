@@ -113,6 +113,13 @@ const OptionTable<Options> &scene_options() {
         {"direction", "flux|mean", "what is kept of the photons' directions: their flux, or their mean (flux)",
          to_word(&Options::direction, {"flux", "mean"})},
         {"photons", "N", "photons emitted (1000000)", to_integer_in(&Options::photons, 0, INT64_MAX)},
+        {"max-error", "E",
+         "chooses photons and cells, or the reference where these do not suffice, for a relative RMSE of at most E: "
+         "some pixels of the first frame are measured before, for about as long as a few frames take",
+         [](Options &options, const std::string &value) {
+             options.max_error = number_that(
+                 value, [](double x) { return x >= 0.001 && x <= 1; }, "a number from 0.001 to 1");
+         }},
         {"gather", "K", "most photons or particles in an estimate by knn (500)",
          to_integer_in(&Options::gather, 2, 1000000)},
         {"gather-radius", "R", "largest radius of an estimate, in smoothing lengths (2)",

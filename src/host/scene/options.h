@@ -32,7 +32,8 @@ struct Options {
     uint32_t samples = 4; // rays per pixel, or per pixel and pass
     uint64_t seed = 1;
     uint64_t photons = 1000000;
-    uint32_t gather = 500; // most neighbours in an estimate
+    std::optional<double> max_error; // of the picture, relative to its mean
+    uint32_t gather = 500;           // most neighbours in an estimate
     double gather_radius = 2;
     std::optional<double> step; // of the march
     double exposure = 0;        // of .png, in stops

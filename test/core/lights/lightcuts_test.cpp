@@ -120,8 +120,8 @@ Double3 added(const Double3 &sum, const Color &c) { return sum + Double3{at(c.x)
 bool contains(const Box &a, const Box &b) { return min(a.low, b.low) == a.low && max(a.high, b.high) == a.high; }
 
 std::vector<float> picture(const Scene &scene, const Settings &settings, Statistics &statistics) {
-    std::vector<float> rgb(static_cast<size_t>(settings.crop.x1 - settings.crop.x0) *
-                           static_cast<size_t>(settings.crop.y1 - settings.crop.y0) * 3);
+    std::vector<float> rgb(static_cast<size_t>(settings.crop.width()) *
+                           static_cast<size_t>(settings.crop.height()) * 3);
     std::vector<unsigned char> block(static_cast<size_t>(renderer.plan(scene, settings).arena_bytes));
     Arena arena(block.data(), block.size());
     REQUIRE(renderer.render({scene, settings, arena, statistics, {}, rgb.data()}) == Status::done);

@@ -30,7 +30,8 @@ struct ChosenSums {
                    channels,
                    Color(Real(1)),
                    {Real(1), 0},
-                   0} {
+                   0,
+                   nullptr} {
         REQUIRE(same(built.bricks().cell, Vec3(Real(1))));
     }
     static bool same(const Vec3 &a, const Vec3 &b) { return a.x == b.x && a.y == b.y && a.z == b.z; }

@@ -298,23 +298,27 @@ TEST_CASE(WISP_ARITH_NAME ": passes add up to the same sums however they are div
         std::vector<unsigned char> memory(renderer.plan(scene, settings).arena_bytes);
         Arena arena(memory.data(), memory.size());
         Statistics statistics;
-        sums.resize(size_t((crop.x1 - crop.x0) * (crop.y1 - crop.y0)));
+        sums.resize(size_t(crop.width() * crop.height()));
         Job job = {scene, settings, arena, statistics};
         job.pixels = sums.data();
         REQUIRE(renderer.render(job) == Status::done);
         CHECK(statistics.rays.primary == 3 * (last - first) * sums.size());
     };
     const auto same = [](const PixelSums &a, const PixelSums &b) { return std::memcmp(&a, &b, sizeof a) == 0; };
-    std::vector<PixelSums> whole, parts, crop, other;
+    std::vector<PixelSums> whole, parts, crop, some, other;
     trace(whole, 0, 5, {0, 0, 4, 4}, 1);
     trace(parts, 3, 5, {0, 0, 4, 4}, 1);
     trace(parts, 0, 1, {0, 0, 4, 4}, 1);
     trace(parts, 1, 3, {0, 0, 4, 4}, 1);
     trace(crop, 0, 5, {1, 2, 3, 4}, 1);
+    trace(some, 0, 5, {0, 1, 4, 4, 2}, 1);
     trace(other, 0, 5, {0, 0, 4, 4}, 2);
     for (size_t i = 0; i < whole.size(); ++i) CHECK(same(whole[i], parts[i]));
     for (size_t y = 0; y < 2; ++y)
-        for (size_t x = 0; x < 2; ++x) CHECK(same(crop[2 * y + x], whole[4 * (y + 2) + x + 1]));
+        for (size_t x = 0; x < 2; ++x) {
+            CHECK(same(crop[2 * y + x], whole[4 * (y + 2) + x + 1]));
+            CHECK(same(some[2 * y + x], whole[4 * (2 * y + 1) + 2 * x]));
+        }
     CHECK(!same(whole[5], other[5]));
     CHECK(!same(whole[5], whole[6]));
 }

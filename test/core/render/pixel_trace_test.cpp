@@ -134,7 +134,7 @@ std::vector<float> traced_picture(const Scene &scene, const Settings &settings, 
     std::vector<unsigned char> memory(renderer.plan(scene, settings).arena_bytes);
     Arena arena(memory.data(), memory.size());
     const Crop &crop = settings.crop;
-    std::vector<float> rgb(static_cast<size_t>((crop.x1 - crop.x0) * (crop.y1 - crop.y0) * 3));
+    std::vector<float> rgb(static_cast<size_t>(crop.width() * crop.height() * 3));
     Statistics statistics;
     const Job job = {scene, settings, arena, statistics, {}, rgb.data()};
     REQUIRE((trace ? inspect(job, *trace) : renderer.render(job)) == Status::done);

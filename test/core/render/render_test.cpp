@@ -144,6 +144,15 @@ TEST_CASE(WISP_ARITH_NAME ": a crop is the same part of the whole, to the bit") 
         CHECK(std::memcmp(&part.rgb[size_t((y - 5) * 6 * 3)], &whole.rgb[size_t((y * 12 + 3) * 3)],
                           6 * 3 * sizeof(float)) == 0);
     CHECK(part.statistics.rays.primary == 36 * 3);
+    settings.crop = {3, 5, 10, 10, 3};
+    REQUIRE(settings.crop.width() == 3);
+    REQUIRE(settings.crop.height() == 2);
+    const Rendered some = render_in_memory(lit.scene, settings);
+    for (int y = 0; y < 2; ++y)
+        for (int x = 0; x < 3; ++x)
+            CHECK(std::memcmp(&some.rgb[size_t((y * 3 + x) * 3)],
+                              &whole.rgb[size_t(((3 * y + 5) * 12 + 3 * x + 3) * 3)], 3 * sizeof(float)) == 0);
+    CHECK(some.statistics.rays.primary == 6 * 3);
 }
 
 TEST_CASE(WISP_ARITH_NAME ": two smokes add, and one split in two is the one") {

@@ -25,8 +25,7 @@ Run run(const Scene &scene, const Settings &settings) {
     Run run = {renderer.plan(scene, settings), Status::done, {}};
     std::vector<unsigned char> memory(run.plan.arena_bytes);
     Arena arena(memory.data(), memory.size());
-    const size_t pixels =
-        static_cast<size_t>((settings.crop.x1 - settings.crop.x0) * (settings.crop.y1 - settings.crop.y0));
+    const size_t pixels = static_cast<size_t>(settings.crop.width() * settings.crop.height());
     std::vector<float> rgb(3 * pixels);
     std::vector<PixelSums> sums(pixels);
     std::vector<int64_t> photons(run.plan.map_sums);

@@ -67,7 +67,7 @@ class Stoppable {
   private:
     size_t pixels() const {
         const Crop &crop = settings_.crop;
-        return static_cast<size_t>((crop.x1 - crop.x0) * (crop.y1 - crop.y0));
+        return static_cast<size_t>(crop.width() * crop.height());
     }
     const Scene &scene_;
     Settings settings_;

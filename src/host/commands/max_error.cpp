@@ -1,0 +1,364 @@
+#include "host/commands/max_error.h"
+#include "host/base/json_object.h"
+#include "host/base/memory.h"
+#include "host/base/messages.h"
+#include "host/base/text.h"
+#include "host/commands/defaults.h"
+#include "host/commands/memory_check.h"
+#include "host/commands/progress_meter.h"
+#include "host/results/passes.h"
+#include <algorithm>
+#include <cmath>
+
+namespace wisp {
+
+namespace {
+
+// Pixels that are measured, about, and the share of the error asked for that their estimate may take: they are few.
+constexpr double measured_pixels = 600, safe_share = 0.85;
+constexpr uint64_t fewest_photons = uint64_t{1} << 12, first_photons = uint64_t{1} << 16,
+                   most_photons = uint64_t{1} << 24;
+constexpr uint64_t most_paths = uint64_t{1} << 14;
+constexpr uint32_t first_passes = 64;
+constexpr double most_passes = 0x1p30;
+// Cells are made finer up to so many times, where all stages then take no more memory.
+constexpr int finest_level = 2;
+constexpr uint64_t most_bytes = uint64_t{2} << 30;
+
+// Errors of cells go with their size to the power of 1 (hard faces) to 2 (smooth smoke). So they are 4/3 to 2 times
+// what halving the cells changes, and half the cells err by 1/3 to 1 times that.
+constexpr double error_of_coarse = 5.0 / 3, error_of_fine = 2.0 / 3;
+
+using Values = std::vector<float>; // red, green and blue of the pixels
+
+double mean_of(const Values &values) {
+    double sum = 0;
+    for (float value : values) sum += static_cast<double>(value);
+    return sum / static_cast<double>(values.size());
+}
+
+// The mean of (a - b) (c - d).
+double mean_product(const Values &a, const Values &b, const Values &c, const Values &d) {
+    double sum = 0;
+    for (size_t i = 0; i < a.size(); ++i)
+        sum += (static_cast<double>(a[i]) - static_cast<double>(b[i])) *
+               (static_cast<double>(c[i]) - static_cast<double>(d[i]));
+    return sum / static_cast<double>(a.size());
+}
+
+// The same pixels of two seeds, and the seconds that the whole picture takes, about: with as many photons, and of these
+// those that go with the number of photons.
+struct Pair {
+    Values a, b;
+    double seconds, photon_seconds;
+
+    double noise() const { return mean_product(a, b, a, b) / 2; } // the variance of one picture
+};
+
+// What differs between two pairs beyond their noise, as a mean square.
+double difference(const Pair &p, const Pair &q) { return std::max(0.0, mean_product(p.a, q.a, p.b, q.b)); }
+
+// What a picture is rendered by.
+struct Choice {
+    Options options;
+    double error, seconds; // relative to the mean, as `wisp compare` has it; of a frame; both estimated
+};
+
+class MeasuredPixels {
+  public:
+    explicit MeasuredPixels(const Request &request) : request_(request) {
+        request_.options.arithmetic = Arithmetic::f32;
+        prepare_scene(request_.name, request_.file, request_.options, request_.frames.first, prepared_);
+    }
+
+    const Scene &scene() const { return prepared_.scene; }
+    // Of the whole picture: without a crop it shares photons out among them where paths take their place.
+    uint64_t rays() const {
+        return static_cast<uint64_t>(request_.options.width.value_or(prepared_.width)) *
+               static_cast<uint64_t>(request_.options.height.value_or(prepared_.height)) * request_.options.samples;
+    }
+    Settings settings_of(Options options) const {
+        options.crop.reset();                  // crops of a picture are rendered alike
+        options.shadows = ShadowMethod::exact; // the same picture, and of any pixels
+        Settings settings = wisp::settings_of(options, prepared_);
+        const double pixels = static_cast<double>(settings.crop.width()) * settings.crop.height();
+        settings.crop.step = std::max(1, static_cast<int32_t>(std::sqrt(pixels / measured_pixels)));
+        return settings;
+    }
+    Plan plan_of(const Settings &settings) const { return renderer_of(Arithmetic::f32).plan(scene(), settings); }
+    bool is_random(const Settings &settings) const { return settings.paths > 0 || plan_of(settings).photons; }
+
+    Pair pair(const Options &options, uint64_t photons) const {
+        Options tried = options;
+        tried.photons = photons;
+        Settings settings = settings_of(tried);
+        Pair pair;
+        render(settings, pair.a, nullptr, pair);
+        settings.seed += 0x9e3779b97f4a7c15; // far from the seeds that people choose
+        if (is_random(settings))
+            render(settings, pair.b, nullptr, pair);
+        else
+            pair.b = pair.a;
+        return pair;
+    }
+    // Without what is scattered more than once.
+    Values without_photons(const Options &options) const {
+        Settings settings = settings_of(options);
+        settings.photons = settings.paths = 0;
+        Values values;
+        Pair times;
+        render(settings, values, nullptr, times);
+        return values;
+    }
+
+    // The noise of so many passes of the reference, relative to the mean, and the seconds of the whole picture.
+    std::pair<double, double> noise_of_reference(uint32_t count) const {
+        Options options = request_.options;
+        options.reference = true;
+        options.passes = Options::Range{0, count};
+        const Settings settings = settings_of(options);
+        Passes passes;
+        passes.width = settings.crop.width(), passes.height = settings.crop.height();
+        passes.samples = settings.samples;
+        passes.exponent = scene().radiance_exponent;
+        passes.ranges = {{0, count}};
+        passes.pixels.resize(static_cast<size_t>(passes.width) * static_cast<size_t>(passes.height));
+        Values none;
+        Pair times;
+        render(settings, none, passes.pixels.data(), times);
+        double square = 0;
+        const Values errors = error_picture(passes).rgb;
+        for (float error : errors) square += static_cast<double>(error) * static_cast<double>(error);
+        const double mean = mean_of(mean_picture(passes).rgb);
+        return {mean > 0 ? std::sqrt(square / static_cast<double>(errors.size())) / mean : 0, times.seconds};
+    }
+
+  private:
+    void render(const Settings &settings, Values &values, PixelSums *sums, Pair &times) const {
+        const int64_t frame = request_.frames.first;
+        const Plan plan = checked_plan(request_, scene(), settings);
+        check_memory(request_, prepared_, settings, plan, available_memory());
+        const auto block = make_block(request_.name, plan.arena_bytes);
+        Arena arena(block.get(), plan.arena_bytes);
+        Statistics statistics = {};
+        ProgressMeter progress(request_.options, frame, plan);
+        Job job = {scene(), settings, arena, statistics, progress.observer()};
+        const auto pixels = static_cast<size_t>(settings.crop.width()) * static_cast<size_t>(settings.crop.height());
+        if (!sums) values.resize(3 * pixels);
+        job.rgb = sums ? nullptr : values.data();
+        job.pixels = sums;
+        const Status status = renderer_of(Arithmetic::f32).render(job);
+        progress.finish();
+        if (status == Status::stopped) stop(request_, frame);
+        if (status != Status::done) fail(request_, plan, frame, status);
+        const Crop &crop = settings.crop;
+        const double of_one =
+            static_cast<double>(crop.x1 - crop.x0) * (crop.y1 - crop.y0) / static_cast<double>(pixels);
+        times.photon_seconds = progress.seconds(StageGroup::photons);
+        times.seconds = progress.seconds(StageGroup::trees) + times.photon_seconds +
+                        progress.seconds(StageGroup::irradiance) + progress.seconds(StageGroup::render) * of_one;
+    }
+
+    Request request_;
+    PreparedScene prepared_;
+};
+
+// The spacings of level 0, those of the defaults or of the options, halved so many times; doubled where `level` is -1.
+// What the options say stays.
+Options at_level(int level, const Options &options, const Settings &defaults) {
+    if (level == 0) return options;
+    Options result = options;
+    const double factor = level < 0 ? 2 : 1.0 / (1 << level);
+    const auto scale = [factor](std::optional<double> &option, double length) {
+        if (!option && length > 0) option = length * factor;
+    };
+    scale(result.density_step, defaults.density_step);
+    scale(result.light_step, defaults.light_step);
+    scale(result.irradiance_step, defaults.irradiance_step);
+    scale(result.step, defaults.step);
+    return result;
+}
+
+// What the light that is scattered more than once errs by, whatever the photons and cells, relative to its root mean
+// square: see the READMEs of photons and lights. On particles that keep their power themselves, by their depth. From
+// the nearest photons, the most that run_warnings.cpp knows.
+double error_of_way(const Scene &scene, const Plan &plan, const Settings &settings) {
+    if (settings.paths > 0) return 0.005;
+    if (settings.method != Method::map) return 0.43;
+    if (settings.irradiance == IrradianceMap::none) {
+        const PhotonCells cells = photon_cells(scene, density_of(scene), settings);
+        return 0.1 * cells.depth / cells.most;
+    }
+    switch (plan.photon_directions) {
+    case Plan::Directions::none: return 0.005;
+    case Plan::Directions::harmonics: return 0.012;
+    case Plan::Directions::to_eye: return 0.03;
+    case Plan::Directions::flux: break;
+    }
+    double most = 0;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) most = std::max(most, std::abs(scene.smokes[i].asymmetry));
+    return most > 0.577 ? 0.2 : 0.04;
+}
+
+uint64_t within_photons(double wanted) {
+    return static_cast<uint64_t>(
+        std::clamp(wanted, static_cast<double>(fewest_photons), static_cast<double>(most_photons)));
+}
+
+// How the error of a picture comes about, as mean squares.
+struct Errors {
+    double noise, cells, way;
+};
+
+// Where cells and the way leave less of the error, as a mean square, finer cells take less time than more photons.
+constexpr double least_for_noise = 0.25;
+
+// The fewest photons with which such a picture errs by `goal` at most, as a mean square, given the noise of `photons`.
+std::optional<uint64_t> enough_photons(const Errors &errors, uint64_t photons, double goal) {
+    const double rest = goal - errors.cells - errors.way;
+    if (rest < least_for_noise * goal) return std::nullopt;
+    const double wanted = static_cast<double>(photons) * errors.noise / rest;
+    if (wanted > static_cast<double>(most_photons)) return std::nullopt;
+    return within_photons(wanted);
+}
+
+class Search {
+  public:
+    Search(const MeasuredPixels &pixels, const Options &options)
+        : pixels_(pixels), options_(options), settings_(pixels.settings_of(options)),
+          random_(pixels.is_random(settings_)) {}
+
+    // The first choice that errs by no more than is asked for, from coarse cells to fine ones.
+    std::optional<Choice> choose() {
+        if (settings_.paths > 0) return choose_paths();
+        photons_ = options_.photons;
+        Pair pair = pixels_.pair(options_, photons_);
+        set_goal(pair);
+        if (!(goal_ > 0)) return Choice{options_, 0, pair.seconds}; // a black picture
+        if (goal_ - way_ < least_for_noise * goal_) return std::nullopt;
+        if (random_) {
+            // As much noise as is asked for: there are hundreds of pixels, so cells that matter show in spite of it.
+            photons_ = within_photons(static_cast<double>(photons_) * pair.noise() / goal_);
+            pair = pixels_.pair(options_, photons_);
+        }
+        Pair coarse = pixels_.pair(at_level(-1, options_, settings_), photons_);
+        for (int level = 0;; ++level) {
+            const double change = difference(coarse, pair);
+            for (int of : {level - 1, level}) {
+                const Pair &of_pair = of < level ? coarse : pair;
+                const double factor = of < level ? error_of_coarse : error_of_fine;
+                const Errors errors = {of_pair.noise(), factor * factor * change, way_};
+                const std::optional<uint64_t> photons = enough_photons(errors, photons_, goal_);
+                if (photons) return choice(of, of_pair, errors, *photons);
+            }
+            const Options finer = at_level(level + 1, options_, settings_);
+            if (level == finest_level || !fits(finer)) return std::nullopt;
+            coarse = std::move(pair);
+            pair = pixels_.pair(finer, photons_);
+        }
+    }
+
+  private:
+    void set_goal(const Pair &pair) {
+        mean_ = mean_of(pair.a);
+        const double asked = safe_share * *options_.max_error * mean_;
+        goal_ = asked * asked;
+        if (!random_) return;
+        const Values once = pixels_.without_photons(options_);
+        const double share = error_of_way(pixels_.scene(), pixels_.plan_of(settings_), settings_);
+        way_ = share * share * mean_product(pair.a, once, pair.a, once);
+    }
+    bool fits(const Options &options) const {
+        const Plan plan = pixels_.plan_of(pixels_.settings_of(options));
+        return plan.arena_bytes <= most_bytes && photons_ <= plan.max_photons;
+    }
+    Choice choice(int level, const Pair &pair, Errors errors, uint64_t photons) const {
+        const double more = static_cast<double>(photons) / static_cast<double>(photons_);
+        Choice result = {at_level(level, options_, settings_), 0, pair.seconds + (more - 1) * pair.photon_seconds};
+        if (random_) result.options.photons = photons;
+        if (more > 4) { // too far from what was measured
+            const Pair measured = pixels_.pair(result.options, photons);
+            errors.noise = measured.noise();
+            result.seconds = measured.seconds;
+        } else {
+            errors.noise /= more;
+        }
+        result.error = std::sqrt(errors.noise + errors.cells + errors.way) / mean_;
+        return result;
+    }
+    // Random paths, where these take the place of photons. Nothing where so many do not suffice.
+    std::optional<Choice> choose_paths() {
+        photons_ = pixels_.rays();
+        const Pair pair = pixels_.pair(options_, photons_);
+        set_goal(pair);
+        const double rest = goal_ - way_;
+        if (!(rest > 0)) return std::nullopt;
+        const auto paths = static_cast<uint64_t>(std::min(pair.noise() / rest, 0x1p40)) + 1;
+        if (paths > most_paths) return std::nullopt;
+        return choice(0, pair, {pair.noise(), 0, way_}, paths * photons_);
+    }
+
+    const MeasuredPixels &pixels_;
+    const Options &options_;
+    const Settings settings_;
+    const bool random_;                    // there are photons, or paths in their place
+    uint64_t photons_ = 0;                 // of the pairs
+    double mean_ = 0, goal_ = 0, way_ = 0; // the error asked for, and error_of_way(), as mean squares
+};
+
+std::string percent(double x) { return two_digits(100 * x) + " %"; }
+
+std::string described(const Choice &choice, const Options &before) {
+    const Options &chosen = choice.options;
+    std::string text;
+    if (chosen.photons != before.photons) text += " --photons " + std::to_string(chosen.photons);
+    const std::tuple<const char *, const std::optional<double> &, const std::optional<double> &> spacings[] = {
+        {"density-step", chosen.density_step, before.density_step},
+        {"light-step", chosen.light_step, before.light_step},
+        {"irradiance-step", chosen.irradiance_step, before.irradiance_step},
+        {"step", chosen.step, before.step}};
+    for (const auto &[name, spacing, old] : spacings)
+        if (spacing && !old) text += std::string(" --") + name + " " + exact(*spacing);
+    return text.empty() ? " the defaults" : text;
+}
+
+} // namespace
+
+void check_max_error(const Request &request, bool makes_picture) {
+    if (!request.options.max_error) return;
+    if (!makes_picture)
+        throw Error(exit_usage,
+                    "option 'max-error' belongs to render: what it chooses is found by rendering, and said there");
+    for (const char *other : {"photons", "reference", "passes", "smoke", "map-in", "map-out", "batches", "remap",
+                              "estimate", "deposit", "direction", "irradiance"})
+        if (std::find(request.given.begin(), request.given.end(), other) != request.given.end())
+            throw Error(exit_usage,
+                        std::string("option '") + other + "' does not go with --max-error, which chooses it");
+}
+
+void choose_for_error(Request &request) {
+    Options &options = request.options;
+    if (!options.max_error) return;
+    const MeasuredPixels pixels(request);
+    if (pixels.scene().smoke_count == 0) return;
+    options.photons = first_photons;
+    const auto say = [&options](const std::string &text) {
+        if (!options.quiet) print_note("max-error: " + text);
+    };
+    if (const std::optional<Choice> choice = Search(pixels, options).choose()) {
+        say("by" + described(*choice, options) + ": errs by about " + percent(choice->error) +
+            "; a frame takes about " + two_digits(choice->seconds) + " s");
+        options = choice->options;
+        return;
+    }
+    const double goal = safe_share * *options.max_error;
+    const auto [noise, seconds] = pixels.noise_of_reference(first_passes);
+    const double ratio = noise / goal;
+    const auto passes = static_cast<uint32_t>(std::min(first_passes * ratio * ratio, most_passes)) + 1;
+    options.reference = true;
+    options.passes = Options::Range{0, passes};
+    say("by --reference --passes 0:" + std::to_string(options.passes->last) + ": errs by about " + percent(goal) +
+        "; a frame takes about " + two_digits(seconds / first_passes * passes) + " s");
+}
+
+} // namespace wisp

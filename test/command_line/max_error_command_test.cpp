@@ -1,0 +1,126 @@
+// `wisp render --max-error`: what it chooses, against the reference.
+#include "support/command_line.h"
+#include "host/images/compare.h"
+#include "host/images/picture.h"
+#include <cmath>
+
+using namespace wisp;
+
+namespace {
+
+struct MaxErrorTest : CommandLineTest {
+    void write_box(double extinction, const std::string &phase, const std::string &more = "") const {
+        std::ofstream(s(), std::ios::binary)
+            << "v from 0 0 6 at 0 0 0 up 0 1 0 angle 26 hither 0.1 resolution 20 20\nlp 3 4 3 40 40 40\n"
+               "smoke box -1 -1 -1 1 1 1 " +
+                   std::to_string(extinction) + " {\n albedo 0.9 0.9 0.9\n phase " + phase + "\n" + more + "}\n";
+    }
+    // What is said of the choice, without the seconds.
+    std::string chosen(const std::string &options) const {
+        const Ran ran = wisp("render " + s() + " --progress never -o " + file("p.pfm") + " " + options);
+        CAPTURE(ran.err);
+        REQUIRE(ran.status == 0);
+        REQUIRE(lines(ran.err) == 1);
+        CHECK(ran.err.rfind("max-error: by ", 0) == 0);
+        CHECK(ran.err.find("a frame takes about ") != std::string::npos);
+        return ran.err.substr(0, ran.err.find(';'));
+    }
+    // The estimated error of `chosen`.
+    static double estimate(const std::string &chosen) {
+        const std::string about = "errs by about ";
+        return std::stod(chosen.substr(chosen.find(about) + about.size())) / 100;
+    }
+    // The relative RMSE of p.pfm beyond the noise of so many passes.
+    double error(int passes) const {
+        // Passes that no choice has.
+        const std::string range = "5000000:" + std::to_string(5000000 + passes);
+        REQUIRE(wisp("render " + s() + " -q --reference --passes " + range + " -o " + file("r.pfm") + " --error-out " +
+                     file("e.pfm"))
+                    .status == 0);
+        const Picture picture = read_pfm(file("p.pfm")), truth = read_pfm(file("r.pfm"));
+        Difference difference = compare(picture, truth);
+        weigh_noise(difference, truth, read_pfm(file("e.pfm")));
+        return *difference.relative_rmse_beyond_noise;
+    }
+};
+
+} // namespace
+
+TEST_CASE("max-error: the picture errs by no more than is asked for, and by no less than a quarter") {
+    const MaxErrorTest test;
+    const std::pair<const char *, double> cases[] = {{"0", 0.2}, {"0.5", 0.06}};
+    for (const auto &[phase, asked] : cases) {
+        CAPTURE(phase);
+        test.write_box(3, phase);
+        const std::string chosen = test.chosen("--max-error " + std::to_string(asked));
+        CAPTURE(chosen);
+        CHECK(test.estimate(chosen) <= asked);
+        const double error = test.error(600);
+        CHECK(error <= asked);
+        CHECK(error >= asked / 4);
+    }
+}
+
+TEST_CASE("max-error: the choice is the same in all arithmetics") {
+    const MaxErrorTest test;
+    test.write_box(1, "0.3");
+    const std::string chosen = test.chosen("--max-error 0.1");
+    CHECK(chosen.find("--photons ") != std::string::npos);
+    CHECK(test.chosen("--max-error 0.1 --arith f64") == chosen);
+    CHECK(test.chosen("--max-error 0.1 --arith fixed") == chosen);
+}
+
+TEST_CASE("max-error: where photons do not tell whence light comes, the reference is chosen") {
+    const MaxErrorTest test;
+    test.write_box(8, "0.9");
+    std::ofstream(test.s(), std::ios::binary | std::ios::app)
+        << "f 0.5 0.5 0.5 1 0 0 0 1\np 3  -1 -2 -1  1 -2 -1  1 2 -1\n";
+    const std::string chosen = test.chosen("--max-error 0.06 --size 8x8");
+    CHECK(chosen.find("--reference --passes 0:") != std::string::npos);
+}
+
+TEST_CASE("max-error: smoke that scatters nothing gets no photons") {
+    const MaxErrorTest test;
+    test.write_box(3, "0", " albedo 0 0 0\n emission 1 1 1\n");
+    const std::string chosen = test.chosen("--max-error 0.05");
+    CHECK(chosen.find("--photons") == std::string::npos);
+    CHECK(test.error(200) <= 0.05);
+}
+
+TEST_CASE("max-error: crops are rendered as the whole, and a black picture by the defaults") {
+    const MaxErrorTest test;
+    test.write_box(1, "0");
+    std::ofstream(test.s(), std::ios::binary | std::ios::app) << "render photons 0\n";
+    const std::string chosen = test.chosen("--max-error 0.2");
+    CHECK(chosen.find("--photons ") != std::string::npos);
+    CHECK(test.chosen("--max-error 0.2 --crop 5,5,9,9") == chosen);
+    test.write_box(1, "0", " emission 0 0 0\n albedo 0 0 0\n");
+    CHECK(test.chosen("--max-error 0.2") == "max-error: by the defaults: errs by about 0 %");
+}
+
+TEST_CASE("max-error: refused beside what it chooses, where no picture is made, and of a scene") {
+    const MaxErrorTest test;
+    const std::string render = "render " + test.s() + " -o " + test.file("p.pfm") + " --max-error 0.1 ";
+    for (const char *other : {"--photons 10", "--reference", "--smoke map", "--estimate knn", "--irradiance none"}) {
+        const std::string name = std::string(other).substr(2, std::string(other).find(' ') - 2);
+        test.refuses(test.wisp(render + other), 2,
+                     "option '" + name + "' does not go with --max-error, which chooses it");
+    }
+    for (const std::string &command : {"plan " + test.s(), "inspect " + test.s() + " 3 3"})
+        test.refuses(test.wisp(command + " --max-error 0.1"), 2,
+                     "option 'max-error' belongs to render: what it chooses is found by rendering, and said there");
+    for (const char *error : {"0", "-1", "2", "nan", "x"})
+        CHECK(test.wisp(render + "--max-error " + error).status == 2);
+    std::ofstream(test.s(), std::ios::binary | std::ios::app) << "render max-error 0.1\n";
+    const Ran ran = test.wisp("render " + test.s() + " -o " + test.file("p.pfm"));
+    CHECK(ran.status == 3);
+    CHECK(ran.err.find("option 'max-error' in a scene, expected it on the command line") != std::string::npos);
+}
+
+TEST_CASE("max-error: without smoke it is said to do nothing") {
+    const MaxErrorTest test;
+    std::ofstream(test.s(), std::ios::binary) << "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 8 8\n";
+    const Ran ran = test.wisp("render " + test.s() + " -o " + test.file("p.pfm") + " --max-error 0.1");
+    CHECK(ran.status == 0);
+    CHECK(ran.err.find("option 'max-error' does nothing here: there is no smoke") != std::string::npos);
+}
