@@ -16,6 +16,8 @@ namespace {
 
 // Pixels that are measured, about, and the share of the error asked for that their estimate may take: they are few.
 constexpr double measured_pixels = 600, safe_share = 0.85;
+// The same for the reference, a few of whose samples are so bright that an estimate may miss them.
+constexpr double safe_share_of_reference = 0.7;
 constexpr uint64_t fewest_photons = uint64_t{1} << 12, first_photons = uint64_t{1} << 16,
                    most_photons = uint64_t{1} << 24;
 constexpr uint64_t most_paths = uint64_t{1} << 14;
@@ -170,7 +172,8 @@ Options at_level(int level, const Options &options, const Settings &defaults) {
     Options result = options;
     const double factor = level < 0 ? 2 : 1.0 / (1 << level);
     const auto scale = [factor](std::optional<double> &option, double length) {
-        if (!option && length > 0) option = length * factor;
+        // In thousandths, for people: the lengths are said.
+        if (!option && length > 0) option = std::max(1, static_cast<int>(length * factor * 1000 + 0.5)) / 1000.0;
     };
     scale(result.density_step, defaults.density_step);
     scale(result.light_step, defaults.light_step);
@@ -306,6 +309,21 @@ class Search {
     double mean_ = 0, goal_ = 0, way_ = 0; // the error asked for, and error_of_way(), as mean squares
 };
 
+// Passes of the reference whose noise is `goal`, relative to the mean.
+Choice choose_passes(const MeasuredPixels &pixels, Options options, double goal) {
+    Choice choice = {std::move(options), goal, 0};
+    choice.options.reference = true;
+    for (uint32_t measured = 0, wanted = first_passes; measured < wanted / 4 || measured == 0;) {
+        measured = std::max(first_passes, wanted / 4); // few passes hardly show what is rare and bright
+        const auto [noise, seconds] = pixels.noise_of_reference(measured);
+        const double ratio = noise / goal;
+        wanted = static_cast<uint32_t>(std::min(measured * ratio * ratio, most_passes)) + 1;
+        choice.options.passes = Options::Range{0, wanted};
+        choice.seconds = seconds / measured * wanted;
+    }
+    return choice;
+}
+
 std::string percent(double x) { return two_digits(100 * x) + " %"; }
 
 std::string described(const Choice &choice, const Options &before) {
@@ -351,14 +369,10 @@ void choose_for_error(Request &request) {
         options = choice->options;
         return;
     }
-    const double goal = safe_share * *options.max_error;
-    const auto [noise, seconds] = pixels.noise_of_reference(first_passes);
-    const double ratio = noise / goal;
-    const auto passes = static_cast<uint32_t>(std::min(first_passes * ratio * ratio, most_passes)) + 1;
-    options.reference = true;
-    options.passes = Options::Range{0, passes};
-    say("by --reference --passes 0:" + std::to_string(options.passes->last) + ": errs by about " + percent(goal) +
-        "; a frame takes about " + two_digits(seconds / first_passes * passes) + " s");
+    const Choice choice = choose_passes(pixels, options, safe_share_of_reference * *options.max_error);
+    say("by --reference --passes 0:" + std::to_string(choice.options.passes->last) + ": errs by about " +
+        percent(choice.error) + "; a frame takes about " + two_digits(choice.seconds) + " s");
+    options = choice.options;
 }
 
 } // namespace wisp
