@@ -1,6 +1,6 @@
 // What the core renders: plain data that the caller owns, the same for every arithmetic.
 //
-// The caller has prepared it (the host does so in src/host/prepare.cpp):
+// The caller has prepared it (the host does so in src/host/prepare):
 // - Lengths are in units of a power of two of the scene's own, so that the smallest smoothing length is in [1, 2), less
 //   in wide smoke, and positions are relative to its middle: neither range nor resolution runs out in any arithmetic.
 // - Radiances (background, emission, light) are scaled by 2^-radiance_exponent, so that the brightest is about 1; the
@@ -113,8 +113,7 @@ struct Scene {
     const SmokeDescription *smokes;
     uint32_t smoke_count;
     int32_t radiance_exponent;
-    // Triangles: those that never move (static), then those of the instances, then those that change their form
-    // (deforming).
+    // Those that never move (static), then those of the instances, then those that change their form (deforming).
     const Triangle *triangles;
     uint32_t static_count, instance_triangle_count, deforming_count;
     const Instance *instances;
@@ -123,8 +122,7 @@ struct Scene {
     uint32_t material_count;
     const Texture *textures;
     uint32_t texture_count;
-    double
-        ray_epsilon; // rays that leave a surface hit nothing nearer than this: 1e-6 of the static triangles' diagonal
+    double ray_epsilon; // rays from a surface hit nothing nearer than this: 1e-6 of the static triangles' diagonal
 
     uint32_t triangle_count() const { return static_count + instance_triangle_count + deforming_count; }
 };

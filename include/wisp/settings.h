@@ -18,12 +18,14 @@ enum class Deposit : uint8_t { exact, path, kernel };
 // What the map keeps of where light goes: the flux, or the mean of the photons' directions whatever they carry.
 enum class Direction : uint8_t { flux, mean };
 
-// Of the particle map: every particle by its own kernel, or the nearest of them over their ball's volume, as of
-// photons.
+// Of the particle map: every particle by its own kernel, or the nearest over their ball's volume, as of photons.
 enum class Estimate : uint8_t { kernel, knn };
 
 // Which lights a point of a surface asks: all, or clusters of them.
 enum class LightChoice : uint8_t { all, cuts };
+
+// Over triangles: a tree of boxes, or a kd-tree, as in the papers.
+enum class TreeKind : uint8_t { bvh, kd };
 
 // What is made: a picture; the sums of a particle map, without a picture; sums of unbiased path tracing.
 enum class Goal : uint8_t { picture, photons, reference };
@@ -56,6 +58,7 @@ struct Settings {
     double irradiance_step; // distance of its points at most, in units of H
     Method method;          // how smoke is rendered
     LightChoice lights;     // of surfaces
+    TreeKind tree;          // of surfaces; pictures are the same with either
     Goal goal;
     uint32_t first_pass, last_pass; // of Goal::reference: first <= i < last <= 2^31, `samples` rays a pixel each
 };

@@ -32,14 +32,12 @@ struct Statistics {
     struct {
         uint64_t particles, density_evaluations, march_samples, gathers, gathered;
     } smoke = {};
-    // Bytes that were used.
     struct {
         uint64_t particle_tree, photon_map, particle_map, irradiance, triangle_trees;
         uint64_t mode_words; // of ShadowMethod::paper
         uint64_t arena_peak, arena_size;
-        uint64_t
-            stages[stage_count]; // the most that a stage held at a time, what lives on from earlier frames included
-    } bytes = {};
+        uint64_t stages[stage_count]; // the most that each held at a time, with what lives on from earlier frames
+    } bytes = {};                     // that were used
 };
 
 } // namespace wisp

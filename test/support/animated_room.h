@@ -53,13 +53,14 @@ class RoomFrames : public RandomRoom {
         settings.samples = 1;
         settings.depth = depth;
         settings.shadows = method;
+        settings.tree = seed / 4 % 2 == 0 ? TreeKind::bvh : TreeKind::kd;
         settings.check_shadows = true;
-        const uint64_t bytes = surface_bytes(scene) + shadow_bytes(scene, settings);
+        const uint64_t bytes = surface_bytes(scene, settings.tree) + shadow_bytes(scene, settings);
         kept_.resize(static_cast<size_t>(bytes));
-        frame_.resize(static_cast<size_t>(placement_bytes(scene) + shadow_bytes(scene, settings) +
+        frame_.resize(static_cast<size_t>(placement_bytes(scene, settings.tree) + shadow_bytes(scene, settings) +
                                           Arena::bytes<Light>(light_count)));
         Arena arena(kept_.data(), kept_.size());
-        surfaces = make_surfaces(scene, arena);
+        surfaces = make_surfaces(scene, settings.tree, arena);
         REQUIRE(make_shadow_memory(scene, settings, arena, memory_));
         recorded.inner.technique = shadow_technique(scene, settings);
     }

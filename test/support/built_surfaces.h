@@ -42,10 +42,10 @@ struct Room {
         scene.instance_count = static_cast<uint32_t>(instances.size());
         scene.textures = textures.data();
         scene.texture_count = static_cast<uint32_t>(textures.size());
-        memory.resize(surface_bytes(scene) + placement_bytes(scene) + Arena::bytes<SurfaceMaterial>(materials.size()) +
-                      Arena::bytes<Light>(lights.size()));
+        memory.resize(surface_bytes(scene, TreeKind::bvh) + placement_bytes(scene, TreeKind::bvh) +
+                      Arena::bytes<SurfaceMaterial>(materials.size()) + Arena::bytes<Light>(lights.size()));
         Arena arena(memory.data(), memory.size());
-        surfaces = make_surfaces(scene, arena);
+        surfaces = make_surfaces(scene, TreeKind::bvh, arena);
         REQUIRE(surfaces.ready);
         place_surfaces(scene, arena, surfaces);
         REQUIRE(surfaces.ready);

@@ -5,8 +5,8 @@
 
 namespace wisp::WISP_ARITH {
 
-// Samples at x = -8, -7, ..., 8. The wall is that at 0: sigma_t rises from 0 at x = -1, where a brick begins, to 1000. The
-// ray enters the smoke at x = -8.5, so one of its steps of length 1 has its middle at x = -1.
+// Samples at x = -8, -7, ..., 8. The wall is that at 0: sigma_t rises from 0 at x = -1, where a brick begins, to 1000.
+// The ray enters the smoke at x = -8.5, so one of its steps of length 1 has its middle at x = -1.
 struct ThinWall {
     static constexpr double sigma = 1000, step = 1;
     ThinWall() : samples(17 * 4 * 4, 0) {

@@ -1,7 +1,7 @@
 // Triangles for the tests of tree and test: what is random, and what is degenerate.
 #pragma once
 #include "core/numbers/random.h"
-#include "core/surfaces/triangle_kdtree.h"
+#include "core/surfaces/triangle_queries.h"
 #include <cmath>
 #include <doctest/doctest.h>
 #include <initializer_list>
@@ -36,16 +36,24 @@ inline bool intersect(const TriangleRay &ray, const Triangle &t, TriangleHit &hi
     return intersect(ray, corner(t, 0), corner(t, 1), corner(t, 2), hit);
 }
 
+// Runs a test case once for each kind of tree.
+inline TreeKind each_kind_of_tree() {
+    TreeKind kind = TreeKind::bvh;
+    SUBCASE("boxes") { kind = TreeKind::bvh; }
+    SUBCASE("planes") { kind = TreeKind::kd; }
+    return kind;
+}
+
 // Owns the memory of one tree.
 struct Planted {
     std::vector<unsigned char> memory;
     Arena arena;
     TriangleTree tree;
 
-    explicit Planted(const Triangles &triangles)
-        : memory(static_cast<size_t>(triangle_tree_bytes(static_cast<uint32_t>(triangles.size())))),
+    Planted(const Triangles &triangles, TreeKind kind)
+        : memory(static_cast<size_t>(triangle_tree_bytes(kind, static_cast<uint32_t>(triangles.size())))),
           arena(memory.data(), memory.size()),
-          tree(make_triangle_tree(triangles.data(), static_cast<uint32_t>(triangles.size()), materials, arena)) {
+          tree(make_triangle_tree(kind, triangles.data(), static_cast<uint32_t>(triangles.size()), materials, arena)) {
         REQUIRE(tree.ready);
         REQUIRE(arena.peak() <= memory.size());
     }

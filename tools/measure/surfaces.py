@@ -60,8 +60,8 @@ WAYS = {"trace": "trace", "exact": "exact", "exact each frame alone": "alone", "
 
 
 def work(frame):
-    """Node visits and triangle tests with all that proofs, lists and first occluders take. A visit is a node of a kd-tree,
-    leaf or not, of its walk by a proof, or a box of a body; a leaf's eight triangles are eight tests."""
+    """Node visits and triangle tests with all that proofs, lists and first occluders take. A visit is a node of a tree, leaf or
+    not, of its walk by a proof, or a box of a body; a leaf's eight triangles are eight tests."""
     shadow = frame["shadow"]
     return (shadow["node_visits"] + shadow["proof_node_visits"],
             shadow["triangle_tests"] + shadow["proof_triangle_tests"] + shadow["extra_tests"])
@@ -69,8 +69,9 @@ def work(frame):
 
 def culling(name, scene, count, title, notes=""):
     arithmetic = os.environ.get("ARITH") or "f32"
+    tree = os.environ.get("TREE") or "bvh"
     size = quick("96x96", "512x512")
-    same = f"--frame-count {count} --size {size} --spp 1 --arith {arithmetic} --digest -v"
+    same = f"--frame-count {count} --size {size} --spp 1 --arith {arithmetic} --tree {tree} --digest -v"
 
     def job(way, frames="", key=""):
         # Pictures are their digests.
@@ -106,7 +107,7 @@ def culling(name, scene, count, title, notes=""):
             header += [f"{label}: visits saved %", f"{label}: tests saved %"]
             for i, row in enumerate(per_frame):
                 row += [saved[0][i], saved[1][i]]
-        table(f"shadows_{name}", f"{title}, {count} frames, {size}, {arithmetic}",
+        table(f"shadows_{name}", f"{title}, {count} frames, {size}, {arithmetic}, tree {tree}",
               ["method", "visits a ray", "tests a ray", "visits saved %", "best", "tests saved %", "best", "seconds", "spread %",
                "trace / this", "wrong pixels", "MB", "frames that are right"], rows, notes)
         table(f"frames_{name}", f"{title}, frame by frame", header, per_frame, printed=False)

@@ -1,7 +1,7 @@
 // Embree 3 beside wisp's trees: scenes as both take them, and rays through it.
 #pragma once
 #include "core/geometry/camera.h"
-#include "core/surfaces/triangle_kdtree.h"
+#include "core/surfaces/triangle_queries.h"
 #include "host/base/error.h"
 #include "host/prepare/prepare.h"
 #include <algorithm>

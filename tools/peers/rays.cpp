@@ -1,4 +1,5 @@
-// The triangle tree beside Embree 3, one ray at a time on one thread: primary rays, shadow rays, bounces.
+// The tree of boxes beside the kd-tree and Embree 3, one ray at a time on one thread: primary rays, shadow rays,
+// bounces.
 //
 //   rays SCENE...       camera rays of the first frame of a scene (NFF, AFF) at 512 x 512; `room` is a made-up scene of
 //                       about 140,000 triangles
@@ -100,12 +101,12 @@ struct Rays {
 
 class Wisp {
   public:
-    explicit Wisp(const FlatScene &flat)
-        : memory_(triangle_tree_bytes(static_cast<uint32_t>(flat.triangles.size()))),
+    Wisp(const FlatScene &flat, TreeKind kind)
+        : memory_(triangle_tree_bytes(kind, static_cast<uint32_t>(flat.triangles.size()))),
           begin_(to_real<Real>(flat.ray_epsilon)) {
         Arena arena(memory_.data(), memory_.size());
         const double start = now();
-        tree = make_triangle_tree(flat.triangles.data(), static_cast<uint32_t>(flat.triangles.size()),
+        tree = make_triangle_tree(kind, flat.triangles.data(), static_cast<uint32_t>(flat.triangles.size()),
                                   flat.materials.data(), arena);
         build_seconds = now() - start;
         bytes = arena.mark();
@@ -209,15 +210,20 @@ uint32_t differences(const Wisp &wisp, const Rival &rival, const Rays &rays) {
 }
 
 void measure(const std::string &name, const FlatScene &flat) {
-    const Wisp wisp(flat);
+    const Wisp wisp(flat, TreeKind::bvh), kd(flat, TreeKind::kd);
     const Rival wide(flat, "threads=1,set_affinity=0"), sse2(flat, "threads=1,isa=sse2,set_affinity=0");
     const double count = static_cast<double>(flat.triangles.size());
     std::printf(WISP_ARITH_NAME ",%s,%zu triangles,build s,wisp,%.3g,,,\n", name.c_str(), flat.triangles.size(),
                 wisp.build_seconds);
+    std::printf(WISP_ARITH_NAME ",%s,,build s,kd-tree,%.3g,%.2f,,\n", name.c_str(), kd.build_seconds,
+                kd.build_seconds / wisp.build_seconds);
     std::printf(WISP_ARITH_NAME ",%s,,build s,Embree,%.3g,%.2f,,\n", name.c_str(), wide.all.build_seconds,
                 wide.all.build_seconds / wisp.build_seconds);
     std::printf(WISP_ARITH_NAME ",%s,,bytes a triangle,wisp,%.4g,,%u nodes,%u groups\n", name.c_str(),
                 static_cast<double>(wisp.bytes) / count, wisp.tree.node_count, wisp.tree.group_count);
+    std::printf(WISP_ARITH_NAME ",%s,,bytes a triangle,kd-tree,%.4g,%.2f,%u nodes,%u groups\n", name.c_str(),
+                static_cast<double>(kd.bytes) / count, static_cast<double>(kd.bytes) / static_cast<double>(wisp.bytes),
+                kd.tree.node_count, kd.tree.group_count);
     std::printf(WISP_ARITH_NAME ",%s,,bytes a triangle,Embree,%.4g,%.2f,,\n", name.c_str(),
                 static_cast<double>(wide.all.bytes) / count,
                 static_cast<double>(wide.all.bytes) / static_cast<double>(wisp.bytes));
@@ -228,11 +234,14 @@ void measure(const std::string &name, const FlatScene &flat) {
             std::fprintf(stderr, "%s: %s: %u hits differ\n", name.c_str(), rays.name.c_str(), different);
             std::exit(1);
         }
-        wisp.counts = {0, 0};
-        trace<SurfaceHit>(wisp, rays);
-        const double visits = static_cast<double>(wisp.counts.node_visits) / ray_count;
-        const double tests = static_cast<double>(wisp.counts.triangle_tests) / ray_count;
-        std::vector<double> seconds[3];
+        double visits[2], tests[2];
+        for (const Wisp *tree : {&wisp, &kd}) {
+            tree->counts = {0, 0};
+            trace<SurfaceHit>(*tree, rays);
+            visits[tree == &kd] = static_cast<double>(tree->counts.node_visits) / ray_count;
+            tests[tree == &kd] = static_cast<double>(tree->counts.triangle_tests) / ray_count;
+        }
+        std::vector<double> seconds[4];
         volatile uint64_t sink = 0;
         for (int run = 0; run < 5; ++run) {
             double start = now();
@@ -241,12 +250,17 @@ void measure(const std::string &name, const FlatScene &flat) {
             sink = trace<float>(sse2, rays);
             seconds[1].push_back(now() - start), start = now();
             sink = trace<float>(wide, rays);
-            seconds[2].push_back(now() - start);
+            seconds[2].push_back(now() - start), start = now();
+            sink = trace<SurfaceHit>(kd, rays);
+            seconds[3].push_back(now() - start);
         }
         (void)sink;
         for (std::vector<double> &s : seconds) std::sort(s.begin(), s.end());
         std::printf(WISP_ARITH_NAME ",%s,%s,Mrays/s,wisp,%.3g,,%.1f visits,%.1f tests\n", name.c_str(),
-                    rays.name.c_str(), ray_count / seconds[0][2] * 1e-6, visits, tests);
+                    rays.name.c_str(), ray_count / seconds[0][2] * 1e-6, visits[0], tests[0]);
+        std::printf(WISP_ARITH_NAME ",%s,%s,Mrays/s,kd-tree,%.3g,%.2f,%.1f visits,%.1f tests\n", name.c_str(),
+                    rays.name.c_str(), ray_count / seconds[3][2] * 1e-6, seconds[3][2] / seconds[0][2], visits[1],
+                    tests[1]);
         std::printf(WISP_ARITH_NAME ",%s,%s,Mrays/s,Embree sse2,%.3g,%.2f,%u differ,\n", name.c_str(),
                     rays.name.c_str(), ray_count / seconds[1][2] * 1e-6, seconds[1][2] / seconds[0][2], different);
         std::printf(WISP_ARITH_NAME ",%s,%s,Mrays/s,Embree,%.3g,%.2f,,\n", name.c_str(), rays.name.c_str(),

@@ -62,9 +62,9 @@ void measure(const std::string &name, int64_t frames, int64_t step) {
         settings.crop = {0, 0, pixels, pixels};
         settings.samples = 1;
         if (f == 0) {
-            tree_bytes.resize(surface_bytes(scene));
+            tree_bytes.resize(surface_bytes(scene, TreeKind::bvh));
             Arena arena(tree_bytes.data(), tree_bytes.size());
-            surfaces = make_surfaces(scene, arena);
+            surfaces = make_surfaces(scene, TreeKind::bvh, arena);
             for (Technique &technique : techniques) {
                 settings.shadows = technique.method;
                 technique.sequence_bytes.resize(shadow_bytes(scene, settings));
@@ -73,7 +73,7 @@ void measure(const std::string &name, int64_t frames, int64_t step) {
                 if (!make_shadow_memory(scene, settings, own, technique.memory)) std::exit(1);
             }
         }
-        placement.resize(placement_bytes(scene) + Arena::bytes<Light>(scene.light_count) +
+        placement.resize(placement_bytes(scene, TreeKind::bvh) + Arena::bytes<Light>(scene.light_count) +
                          Arena::bytes<SurfaceMaterial>(scene.material_count));
         Arena arena(placement.data(), placement.size());
         place_surfaces(scene, arena, surfaces);

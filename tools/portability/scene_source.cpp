@@ -104,8 +104,8 @@ void print_scene(const std::string &name, const std::string &title, int64_t fram
         braces(crop, s.samples, s.depth, choice("ShadowMethod", s.shadows), s.check_shadows, s.photons, s.paths, s.seed,
                s.gather, s.gather_radius, s.step, choice("Deposit", s.deposit), choice("Direction", s.direction),
                choice("Estimate", s.estimate), s.density_step, s.light_step, choice("IrradianceMap", s.irradiance),
-               s.irradiance_step, choice("Method", s.method), choice("LightChoice", s.lights), choice("Goal", s.goal),
-               s.first_pass, s.last_pass);
+               s.irradiance_step, choice("Method", s.method), choice("LightChoice", s.lights),
+               choice("TreeKind", s.tree), choice("Goal", s.goal), s.first_pass, s.last_pass);
     const std::string compiled = braces('"' + title + '"', std::to_string(frame), prepared.width, prepared.height, all,
                                         settings, prepared.center, prepared.scale);
     std::printf("} // namespace\nextern const CompiledScene %s;\nconst CompiledScene %s = %s;\n} // namespace wisp\n",

@@ -34,8 +34,8 @@ uint64_t frame_cache_bytes(const Scene &, const Settings &, const Decisions &, c
 Need need_triangle_trees(const Scene &, const Settings &, const Decisions &d) {
     return {d.surfaces, d.surfaces ? "rays meet triangles" : no_surface};
 }
-uint64_t triangle_tree_bytes(const Scene &scene, const Settings &, const Decisions &, const Sizes &) {
-    return surface_bytes(scene) + placement_bytes(scene);
+uint64_t triangle_tree_bytes(const Scene &scene, const Settings &settings, const Decisions &, const Sizes &) {
+    return surface_bytes(scene, settings.tree) + placement_bytes(scene, settings.tree);
 }
 
 Need need_lights(const Scene &scene, const Settings &, const Decisions &) {

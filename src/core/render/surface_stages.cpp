@@ -4,7 +4,7 @@
 namespace wisp::WISP_ARITH::stages {
 
 Status build_triangle_trees(Frame &frame) {
-    frame.state.surfaces = make_surfaces(frame.scene, frame.arena, frame.watch);
+    frame.state.surfaces = make_surfaces(frame.scene, frame.settings.tree, frame.arena, frame.watch);
     return frame.state.surfaces.ready ? Status::done : Status::out_of_memory;
 }
 

@@ -1,5 +1,7 @@
 // Shafts of boxes, and the search of the static tree for what lies in them.
 #include "core/shadows/box_shaft.h"
+#include "core/surfaces/triangle_bvh.h"
+#include "core/surfaces/triangle_kdtree.h"
 #include <algorithm>
 
 namespace wisp::WISP_ARITH {
@@ -7,7 +9,6 @@ namespace wisp::WISP_ARITH {
 namespace {
 
 constexpr int lattice_bits = 26, finer = 3; // coordinates of the tree are below 2^23 of its steps
-constexpr uint32_t leaf_axis = 3;
 
 using Triple = LatticePoint;
 
@@ -37,7 +38,8 @@ LatticeBounds widened(LatticeBounds box, int64_t by) {
     return box;
 }
 
-int64_t plane_of(uint32_t value, const TriangleTree &tree) { // in the tree's own steps
+// In the tree's own steps.
+int64_t plane_of(uint32_t value, const TriangleTree &tree) {
     if constexpr (std::is_same_v<Real, Fixed>) return static_cast<int32_t>(value);
     return floor_to_int(scale_pow2(detail::from_bits<float>(value), -tree.step_exponent));
 }
@@ -203,57 +205,119 @@ bool BoxShaft::is_shadowed_by(const LatticePoint (&t)[3]) const {
     return true;
 }
 
-bool find_blockers(const Shadows &shadows, const ShaftLattice &lattice, const BoxShaft &shaft, uint32_t max_count,
-                   uint32_t *blocker, uint32_t &count) {
-    const TriangleTree &tree = shadows.surfaces->static_tree;
-    TreeCounts &counts = shadows.statistics->shadow.proofs;
-    count = 0;
-    if (tree.triangle_count == 0) return true;
-    // Converts the tree's steps to the lattice's, which are longer or shorter by a power of two.
-    const int shift = tree.step_exponent - lattice.exponent;
-    const auto down = [shift](int64_t x) { return shift >= 0 ? x * (int64_t{1} << shift) : x >> -shift; };
-    const auto up = [&down](int64_t x) { return -down(-x); };
-    struct Entry {
-        uint32_t node;
-        LatticeBounds cell; // in the tree's steps
-    } stack[max_tree_depth + 1];
-    const LatticePoint low = lattice_point(tree.bounds.low, tree.step_exponent),
-                       high = lattice_point(tree.bounds.high, tree.step_exponent);
-    stack[0] = {0, {low, {{high.x[0] + 1, high.x[1] + 1, high.x[2] + 1}}}};
-    for (uint32_t stack_size = 1; stack_size > 0;) {
-        const Entry now = stack[--stack_size];
-        ++counts.node_visits;
-        if (!shadows.watch.go_on(1)) return false;
-        LatticeBounds cell;
-        for (int a = 0; a < 3; ++a) {
-            cell.low.x[a] = down(now.cell.low.x[a]);
-            cell.high.x[a] = up(now.cell.high.x[a]);
-        }
-        if (!shaft.may_intersect(cell)) continue;
-        const TriangleNode &node = tree.nodes[now.node];
-        if (node.axis() != leaf_axis) {
-            const int64_t plane = plane_of(node.value, tree);
+namespace {
+
+// The search of find_blockers().
+class BlockerSearch {
+  public:
+    BlockerSearch(const Shadows &shadows, const ShaftLattice &lattice, const BoxShaft &shaft, uint32_t max_count,
+                  uint32_t *blocker)
+        : shadows_(shadows), tree_(shadows.surfaces->static_tree), counts_(shadows.statistics->shadow.proofs),
+          lattice_(lattice), shaft_(shaft), max_count_(max_count), blocker_(blocker),
+          shift_(tree_.step_exponent - lattice.exponent) {}
+
+    // False: there are more than max_count.
+    bool search_kdtree() {
+        struct Entry {
+            uint32_t node;
+            LatticeBounds cell; // in the tree's steps
+        } stack[max_tree_depth + 1];
+        const LatticePoint low = lattice_point(tree_.bounds.low, tree_.step_exponent),
+                           high = lattice_point(tree_.bounds.high, tree_.step_exponent);
+        stack[0] = {0, {low, {{high.x[0] + 1, high.x[1] + 1, high.x[2] + 1}}}};
+        for (uint32_t stack_size = 1; stack_size > 0;) {
+            const Entry now = stack[--stack_size];
+            ++counts_.node_visits;
+            if (!shadows_.watch.go_on(1)) return false;
+            if (!may_intersect(now.cell)) continue;
+            const TriangleNode &node = tree_.nodes[now.node];
+            if (node.axis() == leaf_axis) {
+                if (!add(node.first(), node.value)) return false;
+                continue;
+            }
+            const int64_t plane = plane_of(node.value, tree_);
             const int axis = static_cast<int>(node.axis());
             for (const bool above : {true, false}) {
                 Entry &next = stack[stack_size++];
                 next = {node.first() + (above ? 1 : 0), now.cell};
                 (above ? next.cell.low : next.cell.high).x[axis] = plane;
             }
-            continue;
         }
-        for (uint32_t i = 0; i < node.value; ++i) {
-            const uint32_t triangle = tree.groups[node.first() + i / group_triangles].triangle[i % group_triangles];
-            if ((triangle & transmissive_bit) != 0) continue;
-            if (std::find(blocker, blocker + count, triangle) != blocker + count) continue;
-            LatticePoint corner[3];
-            ++counts.triangle_tests;
-            lattice_triangle(*shadows.scene, triangle, lattice.exponent, corner);
-            if (!shaft.may_intersect(corner)) continue;
-            if (count == max_count) return false;
-            blocker[count++] = triangle;
-        }
+        return true;
     }
-    return true;
+    bool search_bvh() {
+        uint32_t stack[bvh_stack];
+        stack[0] = tree_.root;
+        for (uint32_t stack_size = 1; stack_size > 0;) {
+            const uint32_t child = stack[--stack_size];
+            ++counts_.node_visits;
+            if (!shadows_.watch.go_on(1)) return false;
+            if (is_leaf(child)) {
+                if (!add(group_of(child), triangles_in(child))) return false;
+                continue;
+            }
+            const BoxNode &node = tree_.boxes[child];
+            for (uint32_t lane = 0; lane < lanes; ++lane) {
+                LatticeBounds box;
+                for (int a = 0; a < 3; ++a) {
+                    box.low.x[a] = steps_of(node.plane[0][a][lane], tree_.step_exponent);
+                    box.high.x[a] = steps_of(node.plane[1][a][lane], tree_.step_exponent);
+                }
+                if (box.low.x[0] <= box.high.x[0] && may_intersect(box)) stack[stack_size++] = node.child[lane];
+            }
+        }
+        return true;
+    }
+    uint32_t count() const { return count_; }
+
+  private:
+    // Converts the tree's steps to the lattice's, which are longer or shorter by a power of two.
+    int64_t down(int64_t x) const { return shift_ >= 0 ? x * (int64_t{1} << shift_) : x >> -shift_; }
+    bool may_intersect(const LatticeBounds &in_tree) const {
+        LatticeBounds box;
+        for (int a = 0; a < 3; ++a) {
+            box.low.x[a] = down(in_tree.low.x[a]);
+            box.high.x[a] = -down(-in_tree.high.x[a]);
+        }
+        return shaft_.may_intersect(box);
+    }
+    // Of `number` triangles in groups from `first` on.
+    bool add(uint32_t first, uint32_t number) {
+        for (uint32_t i = 0; i < number; ++i) {
+            const uint32_t triangle = tree_.groups[first + i / group_triangles].triangle[i % group_triangles];
+            if ((triangle & transmissive_bit) != 0) continue;
+            if (std::find(blocker_, blocker_ + count_, triangle) != blocker_ + count_) continue;
+            LatticePoint corner[3];
+            ++counts_.triangle_tests;
+            lattice_triangle(*shadows_.scene, triangle, lattice_.exponent, corner);
+            if (!shaft_.may_intersect(corner)) continue;
+            if (count_ == max_count_) return false;
+            blocker_[count_++] = triangle;
+        }
+        return true;
+    }
+
+    const Shadows &shadows_;
+    const TriangleTree &tree_;
+    TreeCounts &counts_;
+    const ShaftLattice &lattice_;
+    const BoxShaft &shaft_;
+    const uint32_t max_count_;
+    uint32_t *const blocker_;
+    const int shift_;
+    uint32_t count_ = 0;
+};
+
+} // namespace
+
+bool find_blockers(const Shadows &shadows, const ShaftLattice &lattice, const BoxShaft &shaft, uint32_t max_count,
+                   uint32_t *blocker, uint32_t &count) {
+    const TriangleTree &tree = shadows.surfaces->static_tree;
+    BlockerSearch search(shadows, lattice, shaft, max_count, blocker);
+    const bool all =
+        tree.triangle_count == 0 || (tree.kind == TreeKind::bvh ? search.search_bvh() : search.search_kdtree());
+    count = search.count();
+    return all;
 }
 
 bool is_shaft_shadowed(const Shadows &shadows, const ShaftLattice &lattice, const BoxShaft &shaft, uint32_t triangle) {

@@ -69,6 +69,11 @@ inline int64_t plane_at(uint32_t value, int step_exponent, int64_t) {
     const int shift = step_exponent + length_bits;
     return shift >= 0 ? steps * (int64_t{1} << shift) : steps >> -shift;
 }
+// The same of a box (BoxNode), rounded down.
+inline double plane_at(float plane, int, double) { return static_cast<double>(plane); }
+inline int64_t plane_at(int32_t plane, int step_exponent, int64_t) {
+    return plane_at(static_cast<uint32_t>(plane), step_exponent, int64_t());
+}
 
 // a x b, exactly but for the sign.
 struct WideProduct {

@@ -1,5 +1,7 @@
 // Shafts of cells against triangles, by separating planes.
 #include "core/shadows/triangle_shaft.h"
+#include "core/surfaces/triangle_bvh.h"
+#include "core/surfaces/triangle_kdtree.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -143,38 +145,44 @@ TriangleShaft make_triangle_shaft(const TriangleTree &tree, const Vec3 (&receive
     return shaft;
 }
 
-bool is_shaft_lit(const TriangleTree &tree, const TriangleShaft &shaft, uint32_t ignore_triangle, TreeCounts &counts) {
-    if (!shaft.provable) return false;
-    if (tree.triangle_count == 0) return true;
-    struct Part { // what is left of a node's cell in the shaft's box
-        uint32_t node;
-        Position low, high;
-    } stack[max_tree_depth + 1];
-    const Position low = position_of(tree.bounds.low) - shaft.origin,
-                   high = position_of(tree.bounds.high) - shaft.origin;
-    Part first = {0, shaft.low, shaft.high};
-    for (int i = 0; i < 3; ++i) {
-        first.low[i] = max(first.low[i], low[i]);
-        first.high[i] = min(first.high[i], high[i]);
-        if (first.low[i] > first.high[i]) return true;
+namespace {
+
+// A box in the shaft's box. Whether all of it is outside one of the shaft's faces.
+bool is_outside(const TriangleShaft &shaft, const Position &low, const Position &high) {
+    for (const TriangleShaft::Face &face : shaft.faces) {
+        const Position &out = face.outward;
+        const Position nearest(out.x > 0 ? low.x : high.x, out.y > 0 ? low.y : high.y, out.z > 0 ? low.z : high.z);
+        if (along(out, nearest) > face.limit) return true;
     }
-    stack[0] = first;
-    uint32_t last = no_triangle;
-    for (uint32_t count = 1; count > 0;) {
-        const Part part = stack[--count];
-        ++counts.node_visits;
-        bool outside = false;
-        for (const TriangleShaft::Face &face : shaft.faces) {
-            const Position &out = face.outward;
-            const Position nearest(out.x > 0 ? part.low.x : part.high.x, out.y > 0 ? part.low.y : part.high.y,
-                                   out.z > 0 ? part.low.z : part.high.z);
-            outside = outside || along(out, nearest) > face.limit;
-        }
-        if (outside) continue;
-        const TriangleNode &node = tree.nodes[part.node];
-        if (node.axis() < 3) {
+    return false;
+}
+
+// The search of is_shaft_lit(): for triangles that do not miss the shaft.
+class ShaftSearch {
+  public:
+    ShaftSearch(const TriangleTree &tree, const TriangleShaft &shaft, uint32_t ignore_triangle, TreeCounts &counts)
+        : tree_(tree), shaft_(shaft), ignore_triangle_(ignore_triangle), counts_(counts) {}
+
+    // False: a triangle may block a ray.
+    bool finds_none_in_kdtree() {
+        struct Part { // what is left of a node's cell in the shaft's box
+            uint32_t node;
+            Position low, high;
+        } stack[max_tree_depth + 1];
+        Part first = {0, shaft_.low, shaft_.high};
+        if (!clip(position_of(tree_.bounds.low), position_of(tree_.bounds.high), first.low, first.high)) return true;
+        stack[0] = first;
+        for (uint32_t count = 1; count > 0;) {
+            const Part part = stack[--count];
+            ++counts_.node_visits;
+            if (is_outside(shaft_, part.low, part.high)) continue;
+            const TriangleNode &node = tree_.nodes[part.node];
+            if (node.axis() == leaf_axis) {
+                if (!all_miss(node.first(), node.value)) return false;
+                continue;
+            }
             const int axis = static_cast<int>(node.axis());
-            const ProofScalar plane = plane_at(node.value, tree.step_exponent, ProofScalar()) - shaft.origin[axis];
+            const ProofScalar plane = plane_at(node.value, tree_.step_exponent, ProofScalar()) - shaft_.origin[axis];
             if (part.high[axis] >= plane) {
                 Part &above = stack[count++] = part;
                 above.node = node.first() + 1;
@@ -185,24 +193,75 @@ bool is_shaft_lit(const TriangleTree &tree, const TriangleShaft &shaft, uint32_t
                 below.node = node.first();
                 below.high[axis] = min(part.high[axis], plane);
             }
-            continue;
         }
-        for (uint32_t i = 0; i < node.value; ++i) {
-            const TriangleGroup &group = tree.groups[node.first() + i / group_triangles];
+        return true;
+    }
+    bool finds_none_in_bvh() {
+        uint32_t stack[bvh_stack];
+        stack[0] = tree_.root;
+        for (uint32_t count = 1; count > 0;) {
+            const uint32_t child = stack[--count];
+            ++counts_.node_visits;
+            if (is_leaf(child)) {
+                if (!all_miss(group_of(child), triangles_in(child))) return false;
+                continue;
+            }
+            const BoxNode &node = tree_.boxes[child];
+            for (uint32_t lane = 0; lane < lanes; ++lane) {
+                Position low = shaft_.low, high = shaft_.high, box[2];
+                for (int side = 0; side < 2; ++side)
+                    for (int axis = 0; axis < 3; ++axis)
+                        box[side][axis] = plane_at(node.plane[side][axis][lane], tree_.step_exponent, ProofScalar());
+                if (clip(box[0], box[1], low, high) && !is_outside(shaft_, low, high))
+                    stack[count++] = node.child[lane];
+            }
+        }
+        return true;
+    }
+
+  private:
+    // Narrows a box, relative to the shaft's origin, to another that is not; false: nothing is left.
+    bool clip(const Position &box_low, const Position &box_high, Position &low, Position &high) const {
+        for (int axis = 0; axis < 3; ++axis) {
+            low[axis] = max(low[axis], box_low[axis] - shaft_.origin[axis]);
+            high[axis] = min(high[axis], box_high[axis] - shaft_.origin[axis]);
+            if (low[axis] > high[axis]) return false;
+        }
+        return true;
+    }
+    // Of `count` triangles in groups from `first` on.
+    bool all_miss(uint32_t first, uint32_t count) {
+        for (uint32_t i = 0; i < count; ++i) {
+            const TriangleGroup &group = tree_.groups[first + i / group_triangles];
             const uint32_t lane = i % group_triangles, triangle = group.triangle[lane];
-            if (triangle == last || triangle == ignore_triangle || (triangle & transmissive_bit) != 0) continue;
-            last = triangle; // often it is in the next leaf, too
-            ++counts.triangle_tests;
+            if (triangle == last_ || triangle == ignore_triangle_ || (triangle & transmissive_bit) != 0) continue;
+            last_ = triangle; // in a kd-tree it is often in the next leaf, too
+            ++counts_.triangle_tests;
             Position corners[3];
             for (int c = 0; c < 3; ++c)
                 corners[c] =
                     Position(to_proof_scalar(group.corner[c][0][lane]), to_proof_scalar(group.corner[c][1][lane]),
                              to_proof_scalar(group.corner[c][2][lane])) -
-                    shaft.origin;
-            if (!misses(shaft, corners)) return false;
+                    shaft_.origin;
+            if (!misses(shaft_, corners)) return false;
         }
+        return true;
     }
-    return true;
+
+    const TriangleTree &tree_;
+    const TriangleShaft &shaft_;
+    const uint32_t ignore_triangle_;
+    TreeCounts &counts_;
+    uint32_t last_ = no_triangle;
+};
+
+} // namespace
+
+bool is_shaft_lit(const TriangleTree &tree, const TriangleShaft &shaft, uint32_t ignore_triangle, TreeCounts &counts) {
+    if (!shaft.provable) return false;
+    if (tree.triangle_count == 0) return true;
+    ShaftSearch search(tree, shaft, ignore_triangle, counts);
+    return tree.kind == TreeKind::bvh ? search.finds_none_in_bvh() : search.finds_none_in_kdtree();
 }
 
 // Two things are proved for every ray of the shaft.

@@ -27,7 +27,7 @@
 #pragma once
 #include "core/lights/light.h"
 #include "core/shadows/proof_scalar.h"
-#include "core/surfaces/triangle_kdtree.h"
+#include "core/surfaces/triangle_tree.h"
 
 namespace wisp {
 

@@ -109,25 +109,27 @@ uint32_t within(uint32_t triangle, uint32_t first, uint32_t count) {
 
 } // namespace
 
-uint64_t surface_bytes(const Scene &scene) {
-    uint64_t bytes = triangle_tree_bytes(scene.static_count) + Arena::bytes<PlacedInstance>(scene.instance_count);
-    for (uint32_t i = 0; i < scene.instance_count; ++i) bytes += triangle_tree_bytes(scene.instances[i].count);
+uint64_t surface_bytes(const Scene &scene, TreeKind kind) {
+    uint64_t bytes = triangle_tree_bytes(kind, scene.static_count) + Arena::bytes<PlacedInstance>(scene.instance_count);
+    for (uint32_t i = 0; i < scene.instance_count; ++i) bytes += triangle_tree_bytes(kind, scene.instances[i].count);
     return bytes;
 }
 
-uint64_t placement_bytes(const Scene &scene) {
-    return triangle_tree_bytes(scene.deforming_count) + Arena::bytes<InstanceNode>(2 * uint64_t{scene.instance_count}) +
-           Arena::bytes<Box>(scene.instance_count) + Arena::bytes<uint32_t>(scene.instance_count);
+uint64_t placement_bytes(const Scene &scene, TreeKind kind) {
+    return triangle_tree_bytes(kind, scene.deforming_count) +
+           Arena::bytes<InstanceNode>(2 * uint64_t{scene.instance_count}) + Arena::bytes<Box>(scene.instance_count) +
+           Arena::bytes<uint32_t>(scene.instance_count);
 }
 
-Surfaces make_surfaces(const Scene &scene, Arena &arena, Watch watch) {
+Surfaces make_surfaces(const Scene &scene, TreeKind kind, Arena &arena, Watch watch) {
     Surfaces surfaces = {};
+    surfaces.kind = kind;
     surfaces.instance_count = scene.instance_count;
     surfaces.static_count = scene.static_count;
     surfaces.deforming_first = scene.static_count + scene.instance_triangle_count;
     surfaces.deforming_count = scene.deforming_count;
     surfaces.ray_epsilon = to_real<Real>(scene.ray_epsilon);
-    surfaces.static_tree = make_triangle_tree(scene.triangles, scene.static_count, scene.materials, arena, watch);
+    surfaces.static_tree = make_triangle_tree(kind, scene.triangles, scene.static_count, scene.materials, arena, watch);
     surfaces.instances = arena.make<PlacedInstance>(scene.instance_count);
     surfaces.ready = surfaces.static_tree.ready && surfaces.instances;
     for (uint32_t i = 0; surfaces.ready && i < scene.instance_count; ++i) {
@@ -137,15 +139,16 @@ Surfaces make_surfaces(const Scene &scene, Arena &arena, Watch watch) {
         instance.first = source.first;
         instance.count = source.count;
         instance.bounds = box_of(scene.triangles + source.first, source.count);
-        instance.tree = make_triangle_tree(scene.triangles + source.first, source.count, scene.materials, arena, watch);
+        instance.tree =
+            make_triangle_tree(kind, scene.triangles + source.first, source.count, scene.materials, arena, watch);
         surfaces.ready = instance.tree.ready;
     }
     return surfaces;
 }
 
 void place_surfaces(const Scene &scene, Arena &arena, Surfaces &surfaces, Watch watch) {
-    surfaces.deforming_tree = make_triangle_tree(scene.triangles + surfaces.deforming_first, scene.deforming_count,
-                                                 scene.materials, arena, watch);
+    surfaces.deforming_tree = make_triangle_tree(surfaces.kind, scene.triangles + surfaces.deforming_first,
+                                                 scene.deforming_count, scene.materials, arena, watch);
     surfaces.groups = arena.make<InstanceNode>(2 * size_t{scene.instance_count});
     surfaces.group_count = 0;
     surfaces.boxes = arena.make<Box>(scene.instance_count);

@@ -4,7 +4,7 @@
 // is known of static ones holds in every frame.
 #pragma once
 #include "core/geometry/ray.h"
-#include "core/surfaces/triangle_kdtree.h"
+#include "core/surfaces/triangle_queries.h"
 #include "wisp/scene.h"
 
 namespace wisp::WISP_ARITH {
@@ -25,6 +25,7 @@ struct InstanceNode {
 };
 
 struct Surfaces {
+    TreeKind kind; // of all trees
     TriangleTree static_tree, deforming_tree;
     PlacedInstance *instances;
     uint32_t instance_count;
@@ -40,11 +41,11 @@ struct Surfaces {
 };
 
 // Upper bounds of the bytes that make_surfaces and place_surfaces take.
-uint64_t surface_bytes(const Scene &scene);
-uint64_t placement_bytes(const Scene &scene);
+uint64_t surface_bytes(const Scene &scene, TreeKind kind);
+uint64_t placement_bytes(const Scene &scene, TreeKind kind);
 
 // The trees of static triangles and of instances. They are valid as long as the scene has the same triangles.
-Surfaces make_surfaces(const Scene &scene, Arena &arena, Watch watch = {});
+Surfaces make_surfaces(const Scene &scene, TreeKind kind, Arena &arena, Watch watch = {});
 
 // Moves the instances to where they are in this frame, and builds the tree of deforming triangles.
 void place_surfaces(const Scene &scene, Arena &arena, Surfaces &surfaces, Watch watch = {});

@@ -83,6 +83,7 @@ Settings settings_of(const Options &options, const PreparedScene &prepared) {
     settings.depth = options.depth;
     settings.shadows = options.shadows;
     settings.lights = options.lights;
+    settings.tree = options.tree;
     settings.check_shadows = options.verbose && settings.shadows == ShadowMethod::paper;
     settings.photons = options.photons;
     settings.seed = options.seed;

@@ -27,7 +27,7 @@ constexpr struct {
     {"gather-radius", Stage::gather},  {"light-step", Stage::light_depths},
     {"irradiance", Stage::irradiance}, {"irradiance-step", Stage::irradiance},
     {"shadows", Stage::shadows},       {"lights", Stage::light_cuts},
-    {"depth", Stage::shading},
+    {"depth", Stage::shading},         {"tree", Stage::triangle_trees},
 };
 
 class Idle {

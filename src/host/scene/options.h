@@ -43,6 +43,7 @@ struct Options {
     uint32_t depth = 10; // longest chain of reflected and refracted rays
     ShadowMethod shadows = ShadowMethod::exact;
     LightChoice lights = LightChoice::all;
+    TreeKind tree = TreeKind::bvh;
     std::optional<Method> method;
     std::optional<Estimate> estimate;
     std::optional<Deposit> deposit;

@@ -133,7 +133,7 @@ TEST_CASE(WISP_ARITH_NAME ": hard case E1: triangles without area are never hit"
                                    : triangle_of(c, c, c));
     }
     for (const Triangle &t : all) CHECK(!has_area(t));
-    const Planted planted(all);
+    const Planted planted(all, each_kind_of_tree());
     CHECK(planted.tree.triangle_count == 0);
     TreeCounts counts = {0, 0};
     SurfaceHit hit;

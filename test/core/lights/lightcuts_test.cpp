@@ -337,7 +337,7 @@ TEST_CASE(WISP_ARITH_NAME ": a cut has no more nodes than it may, but where it i
 TEST_CASE(WISP_ARITH_NAME ": pictures of surfaces differ from those of all lights by no more than their errors") {
     for (uint64_t seed = 0; seed < 12; ++seed) {
         RoomFrames room(seed, 16, 500, ShadowMethod::trace);
-        std::vector<unsigned char> block(static_cast<size_t>(placement_bytes(room.scene)));
+        std::vector<unsigned char> block(static_cast<size_t>(placement_bytes(room.scene, TreeKind::bvh)));
         Arena arena(block.data(), block.size());
         place_surfaces(room.scene, arena, room.surfaces);
         const uint64_t &rays = room.statistics.rays.shadow;

@@ -72,6 +72,11 @@ TEST_CASE(WISP_ARITH_NAME ": pictures are those of tracing, in every frame, with
             CHECK((statistics.bytes.stages[static_cast<uint32_t>(Stage::shadows)] > 0) == lit);
             CHECK(plain_statistics.bytes.stages[static_cast<uint32_t>(Stage::shadows)] == 0);
             const std::vector<float> right = picture(room.scene, plain, plain_block, plain_statistics, plain_cache);
+            Settings other = plain;
+            other.tree = plain.tree == TreeKind::bvh ? TreeKind::kd : TreeKind::bvh;
+            std::vector<unsigned char> other_block(static_cast<size_t>(renderer.plan(room.scene, other).arena_bytes));
+            FrameCache other_cache = {};
+            CHECK(picture(room.scene, other, other_block, plain_statistics, other_cache) == right);
             for (size_t eighths = 0; eighths < 8; ++eighths) { // too little is said, or it suffices
                 FrameCache none = {};
                 Arena small(block.data(), block.size() * eighths / 8);

@@ -1,6 +1,9 @@
-// The triangle tree against testing every triangle, bit for bit; its memory.
+// Both trees over triangles against testing every triangle, bit for bit; their memory.
+#include "core/surfaces/triangle_bvh.h"
+#include "core/surfaces/triangle_kdtree.h"
 #include "support/triangle_sets.h"
 #include <algorithm>
+#include <cstring>
 #include <set>
 
 namespace wisp::WISP_ARITH {
@@ -196,10 +199,11 @@ struct Every {
 } // namespace
 
 TEST_CASE(WISP_ARITH_NAME ": the triangle tree finds the hits of testing every triangle, to the bit") {
+    const TreeKind kind = each_kind_of_tree();
     uint32_t hits = 0, occluded = 0, ties = 0;
     for (const TriangleSet &set : triangle_sets()) {
         CAPTURE(set.name);
-        const Planted planted(set.triangles);
+        const Planted planted(set.triangles, kind);
         uint32_t wrong = 0;
         for (const Query &query : queries_for(set.triangles)) {
             const TriangleRay ray(query.origin, query.direction);
@@ -231,8 +235,9 @@ TEST_CASE(WISP_ARITH_NAME ": the triangle tree finds the hits of testing every t
 }
 
 TEST_CASE(WISP_ARITH_NAME ": rays of +0 and of -0, along planes of the tree and in faces of its box, see the same") {
+    const TreeKind kind = each_kind_of_tree();
     const Triangles triangles = lattice_squares(); // in -2 ... 2, planes at whole numbers
-    const Planted planted(triangles);
+    const Planted planted(triangles, kind);
     uint32_t wrong = 0;
     for (int axis = 0; axis < 3; ++axis)
         for (const double sign : {1.0, -1.0})
@@ -262,9 +267,10 @@ TEST_CASE(WISP_ARITH_NAME ": rays of +0 and of -0, along planes of the tree and 
 }
 
 TEST_CASE(WISP_ARITH_NAME ": the ends of an interval are outside, a hit at the origin is none") {
+    const TreeKind kind = each_kind_of_tree();
     const Triangles triangles = {triangle_of({-4, -4, 2}, {4, -4, 2}, {0, 4, 2}),
                                  triangle_of({-4, -4, 3}, {4, -4, 3}, {0, 4, 3})};
-    const Planted planted(triangles);
+    const Planted planted(triangles, kind);
     TreeCounts counts = {0, 0};
     SurfaceHit hit;
     uint32_t occluder = 7;
@@ -282,22 +288,23 @@ TEST_CASE(WISP_ARITH_NAME ": the ends of an interval are outside, a hit at the o
 }
 
 TEST_CASE(WISP_ARITH_NAME ": the same triangles make the same tree, of no more bytes than planned") {
+    const TreeKind kind = each_kind_of_tree();
     Mt19937 random(51, 1, 2, 3);
     for (int run = 0; run < 60; ++run) {
         const uint32_t count = random() % 700;
         const double limit = std::ldexp(1, static_cast<int>(random() % 12) - 4);
         const double size = limit * std::ldexp(2, -static_cast<int>(random() % 8));
         const Triangles triangles = random_triangles(count, 60 + static_cast<uint32_t>(run), limit, size);
-        const Planted one(triangles), two(triangles);
+        const Planted one(triangles, kind), two(triangles, kind);
         CHECK(one.arena.mark() < one.arena.peak());
         REQUIRE(one.tree.node_count == two.tree.node_count);
         REQUIRE(one.tree.group_count == two.tree.group_count);
-        uint32_t different = 0;
-        for (uint32_t i = 0; i < one.tree.node_count; ++i) {
-            const TriangleNode &a = one.tree.nodes[i], &b = two.tree.nodes[i];
-            different += a.value != b.value || a.link != b.link ? 1 : 0;
-        }
-        CHECK(different == 0);
+        const size_t bytes = one.tree.node_count * (kind == TreeKind::bvh ? sizeof(BoxNode) : sizeof(TriangleNode));
+        const auto nodes = [kind](const Planted &planted) {
+            return kind == TreeKind::bvh ? static_cast<const void *>(planted.tree.boxes) : planted.tree.nodes;
+        };
+        if (bytes > 0) CHECK(std::memcmp(nodes(one), nodes(two), bytes) == 0);
+        CHECK(one.tree.root == two.tree.root);
         std::set<uint32_t> listed;
         for (uint32_t i = 0; i < one.tree.group_count; ++i)
             for (const uint32_t t : one.tree.groups[i].triangle)
@@ -307,9 +314,10 @@ TEST_CASE(WISP_ARITH_NAME ": the same triangles make the same tree, of no more b
 }
 
 TEST_CASE(WISP_ARITH_NAME ": 20,000 triangles that all overlap fit the plan") {
+    const TreeKind kind = each_kind_of_tree();
     for (const double limit : {0.01, 3.0}) {
         const Triangles triangles = random_triangles(20000, 71, limit, 6);
-        const Planted planted(triangles);
+        const Planted planted(triangles, kind);
         const Vec3 origin = vec(7, 8, 9);
         uint32_t wrong = 0;
         for (int i = 0; i < 8; ++i) {
@@ -326,8 +334,9 @@ TEST_CASE(WISP_ARITH_NAME ": 20,000 triangles that all overlap fit the plan") {
 }
 
 TEST_CASE(WISP_ARITH_NAME ": few nodes and triangles are looked at") {
+    const TreeKind kind = each_kind_of_tree();
     const Triangles triangles = random_triangles(3000, 72, 4, 0.1);
-    const Planted planted(triangles);
+    const Planted planted(triangles, kind);
     Mt19937 random(73, 1, 2, 3);
     TreeCounts counts = {0, 0};
     for (int i = 0; i < 1000; ++i) {
@@ -340,11 +349,12 @@ TEST_CASE(WISP_ARITH_NAME ": few nodes and triangles are looked at") {
 }
 
 TEST_CASE(WISP_ARITH_NAME ": an arena that is too small gives no tree, and is left as it was") {
+    const TreeKind kind = each_kind_of_tree();
     const Triangles triangles = random_triangles(100, 81, 4, 1);
-    std::vector<unsigned char> memory(static_cast<size_t>(triangle_tree_bytes(100)));
+    std::vector<unsigned char> memory(static_cast<size_t>(triangle_tree_bytes(kind, 100)));
     for (const size_t size : {size_t{0}, memory.size() / 8, memory.size() / 2, memory.size() - 600}) {
         Arena arena(memory.data(), size);
-        CHECK_FALSE(make_triangle_tree(triangles.data(), 100, materials, arena).ready);
+        CHECK_FALSE(make_triangle_tree(kind, triangles.data(), 100, materials, arena).ready);
         CHECK(arena.mark() == 0);
     }
 }
