@@ -1,6 +1,9 @@
 // Loops over lanes: values that are computed side by side, whatever the width of the hardware's vectors.
 #pragma once
 #include <cstdint>
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
 
 // Functions whose loops run over `lanes` values. g++ compiles them for AVX2 too, and the program takes the version that
 // the CPU has. (clang 14 has target_clones, but not together with flatten.) The bits are the same in every version:
@@ -30,5 +33,26 @@ template <class T> constexpr T sum_of_lanes(const T (&sum)[lanes]) {
     static_assert(lanes == 8, "the order of additions below is for eight");
     return ((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7]));
 }
+
+// A mask of the lanes where a is not less than b. x86 has instructions for it, which g++ does not find.
+template <class T> WISP_INLINE uint32_t lanes_not_less(const T (&a)[lanes], const T (&b)[lanes]) {
+    uint32_t mask = 0;
+    WISP_NO_UNROLL for (uint32_t l = 0; l < lanes; ++l) mask |= a[l] < b[l] ? 0u : 1u << l;
+    return mask;
+}
+#if defined(__SSE2__)
+WISP_INLINE uint32_t lanes_not_less(const float (&a)[lanes], const float (&b)[lanes]) {
+    uint32_t mask = 0;
+    for (uint32_t l = 0; l < lanes; l += 4)
+        mask |= static_cast<uint32_t>(_mm_movemask_ps(_mm_cmpnlt_ps(_mm_loadu_ps(a + l), _mm_loadu_ps(b + l)))) << l;
+    return mask;
+}
+WISP_INLINE uint32_t lanes_not_less(const double (&a)[lanes], const double (&b)[lanes]) {
+    uint32_t mask = 0;
+    for (uint32_t l = 0; l < lanes; l += 2)
+        mask |= static_cast<uint32_t>(_mm_movemask_pd(_mm_cmpnlt_pd(_mm_loadu_pd(a + l), _mm_loadu_pd(b + l)))) << l;
+    return mask;
+}
+#endif
 
 } // namespace wisp

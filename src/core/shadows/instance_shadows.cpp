@@ -2,6 +2,7 @@
 #include "core/shadows/box_shaft.h"
 #include "core/shadows/instance_shadows.h"
 #include <algorithm>
+#include <utility>
 
 namespace wisp::WISP_ARITH {
 

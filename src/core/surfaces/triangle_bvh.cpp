@@ -2,20 +2,26 @@
 #include "core/surfaces/triangle_bvh.h"
 #include "core/surfaces/triangle_items.h"
 #include <algorithm>
+#include <utility>
 
 namespace wisp::WISP_ARITH {
 
 namespace {
 
 constexpr uint32_t bins = 16;
+// Ranges of triangles are divided in two by cost down to that depth, from then on by halves of their groups.
+constexpr uint32_t max_depth_by_cost = 48, max_depth = max_depth_by_cost + 27;
+static_assert(max_triangles / group_triangles <= 1u << 26);
 constexpr int32_t outside = 1 << (lattice_bits + 1); // no coordinate
 constexpr uint32_t units_per_triangle = 16;          // of work
 
 // The capacities of the lists. Where groups would not suffice, ranges are divided into full ones.
 struct Capacities {
-    uint64_t groups, nodes, items;
+    uint64_t groups, nodes, items, parts;
 };
-constexpr Capacities capacities_for(uint64_t count) { return {count / 4 + 8, count / 4 + 8, count}; }
+constexpr Capacities capacities_for(uint64_t count) {
+    return {count / 4 + 8, count / 4 + 8, count, 2 * (count / 4 + 8)};
+}
 
 constexpr LatticeBox empty_box() { return {{outside, outside, outside}, {-outside, -outside, -outside}}; }
 void include(LatticeBox &box, const LatticeBox &other) {
@@ -35,6 +41,17 @@ uint64_t tests_of(uint32_t count) { return uint64_t{groups_for(count)} * group_t
 
 int32_t middle_of(const LatticeBox &box, uint32_t axis) { return box.low[axis] + box.high[axis]; } // twice
 
+// A range of items that was divided in two, or a leaf. The first half is the next part.
+struct Part {
+    LatticeBox box;
+    uint32_t first, count; // of items
+    uint32_t second;       // the second half
+    // [n - 1]: of n roots at most that stand for the part, so many are for the first half. 0: one root less is as good.
+    // Of one root, the children of the node that it is.
+    uint8_t first_half[lanes];
+};
+constexpr bool is_leaf(const Part &part) { return part.count <= group_triangles; }
+
 class BvhBuilder {
   public:
     BvhBuilder(const Triangle *triangles, uint32_t count, const Material *materials, Arena &arena, Watch watch)
@@ -44,7 +61,8 @@ class BvhBuilder {
         groups_ = arena.make<TriangleGroup>(static_cast<size_t>(capacities.groups));
         nodes_ = arena.make<BoxNode>(static_cast<size_t>(capacities.nodes));
         items_ = arena.make<TriangleItem>(static_cast<size_t>(capacities.items));
-        if (!groups_ || !nodes_ || !items_) {
+        parts_ = arena.make<Part>(static_cast<size_t>(capacities.parts));
+        if (!groups_ || !nodes_ || !items_ || !parts_) {
             arena.rewind(start);
             return;
         }
@@ -171,10 +189,10 @@ class BvhBuilder {
         second.room = range.room - first.room;
     }
 
-    uint32_t make_leaf(const Range &range) {
-        watch_.done(uint64_t{range.count} * units_per_triangle);
-        fill_group(triangles_, materials_, items_ + range.first, range.count, groups_[tree_.group_count]);
-        return leaf_bit | tree_.group_count++ << 3 | (range.count - 1);
+    uint32_t make_leaf(const Part &part) {
+        watch_.done(uint64_t{part.count} * units_per_triangle);
+        fill_group(triangles_, materials_, items_ + part.first, part.count, groups_[tree_.group_count]);
+        return leaf_bit | tree_.group_count++ << 3 | (part.count - 1);
     }
 
     void set_box(BoxNode &node, uint32_t lane, const LatticeBox &box) {
@@ -190,48 +208,136 @@ class BvhBuilder {
         }
     }
 
-    void grow(uint32_t room) {
-        if (tree_.triangle_count == 0) return;
-        Range all = {0, tree_.triangle_count, room, around(tree_.bounds, tree_.step_exponent)};
-        if (all.count <= group_triangles) {
-            tree_.root = make_leaf(all);
-            return;
-        }
+    // Divides all items in two, and the parts again, until all are leaves.
+    void divide_all(uint32_t room) {
         struct Task {
             Range range;
             uint32_t depth;
+            uint32_t whole; // the part whose second half it is
+        };
+        Task stack[max_depth + 1];
+        uint32_t stack_size = 0;
+        stack[stack_size++] = {{0, tree_.triangle_count, room, around(tree_.bounds, tree_.step_exponent)}, 0, 0};
+        while (stack_size > 0) {
+            Task task = stack[--stack_size];
+            parts_[task.whole].second = part_count_;
+            for (;; ++task.depth) {
+                const uint32_t whole = part_count_++;
+                parts_[whole] = {task.range.box, task.range.first, task.range.count, 0, {}};
+                if (is_leaf(parts_[whole])) break;
+                Range first, second;
+                divide(task.range, task.depth < max_depth_by_cost, first, second);
+                stack[stack_size++] = {second, task.depth + 1, whole};
+                task.range = first;
+            }
+        }
+    }
+
+    // Chooses which parts become nodes: such that the sum of their areas is the least (README.md, "Building the tree of
+    // boxes"; Ylitie, Karras, Laine 2017).
+    void choose_nodes() {
+        // [n - 1]: the areas of all nodes below a part, if n roots at most stand for it.
+        struct Costs {
+            uint64_t of[lanes];
+        };
+        Costs stack[max_depth + 1];
+        uint32_t stack_size = 0;
+        int shift = 0;
+        while (area_of(parts_[0].box) >> shift >> 32 != 0) ++shift;
+        for (uint32_t i = part_count_; i-- > 0;) {
+            Part &part = parts_[i];
+            if (is_leaf(part)) {
+                stack[stack_size++] = {};
+                continue;
+            }
+            const Costs &first = stack[stack_size - 1], &second = stack[stack_size - 2];
+            Costs all;
+            for (uint32_t roots = 2; roots <= lanes; ++roots) {
+                uint64_t &best = all.of[roots - 1] = UINT64_MAX;
+                for (uint32_t k = 1; k < roots; ++k) {
+                    const uint64_t cost = first.of[k - 1] + second.of[roots - k - 1];
+                    if (cost >= best) continue;
+                    best = cost;
+                    part.first_half[roots - 1] = static_cast<uint8_t>(k);
+                }
+            }
+            all.of[0] = all.of[lanes - 1] + (area_of(part.box) >> shift) + 1;
+            part.first_half[0] = part.first_half[lanes - 1];
+            for (uint32_t roots = 2; roots <= lanes; ++roots)
+                if (all.of[roots - 1] >= all.of[roots - 2]) {
+                    all.of[roots - 1] = all.of[roots - 2];
+                    part.first_half[roots - 1] = 0;
+                }
+            stack[--stack_size - 1] = all;
+        }
+    }
+
+    struct Children {
+        uint32_t part[lanes];
+        uint32_t count = 0;
+    };
+    Children children_of(uint32_t node) const {
+        struct Task {
+            uint32_t part, roots;
+        };
+        Children children;
+        Task stack[lanes];
+        uint32_t stack_size = 0;
+        const auto halve = [&](uint32_t part, uint32_t for_first, uint32_t roots) {
+            stack[stack_size++] = {parts_[part].second, roots - for_first};
+            stack[stack_size++] = {part + 1, for_first};
+        };
+        halve(node, parts_[node].first_half[0], lanes);
+        while (stack_size > 0) {
+            const auto [index, roots] = stack[--stack_size];
+            const Part &part = parts_[index];
+            uint32_t used = roots;
+            while (used > 1 && part.first_half[used - 1] == 0) --used;
+            if (is_leaf(part) || used == 1)
+                children.part[children.count++] = index;
+            else
+                halve(index, part.first_half[used - 1], used);
+        }
+        return children;
+    }
+
+    void make_nodes() {
+        struct Task {
+            uint32_t part, waiting; // children of the nodes above, on the search's stack
             uint32_t *link;
         };
         Task stack[bvh_stack];
         uint32_t stack_size = 0;
-        stack[stack_size++] = {all, 0, &tree_.root};
+        stack[stack_size++] = {0, 0, &tree_.root};
         while (stack_size > 0) {
             const Task task = stack[--stack_size];
-            Range child[lanes] = {task.range};
-            uint32_t children = 1;
-            while (children < lanes) {
-                uint32_t largest = lanes;
-                for (uint32_t i = 0; i < children; ++i) {
-                    if (child[i].count <= group_triangles) continue;
-                    if (largest == lanes || area_of(child[largest].box) < area_of(child[i].box)) largest = i;
-                }
-                if (largest == lanes) break;
-                Range first, second;
-                divide(child[largest], task.depth < max_depth_by_cost, first, second);
-                child[largest] = first;
-                child[children++] = second;
-            }
+            // Nodes of two have room on any search's stack.
+            const bool deep = task.waiting + lanes + max_depth > bvh_stack;
+            const Children children =
+                deep ? Children{{task.part + 1, parts_[task.part].second}, 2} : children_of(task.part);
             *task.link = tree_.node_count;
             BoxNode &node = nodes_[tree_.node_count++];
             for (uint32_t lane = 0; lane < lanes; ++lane) {
-                set_box(node, lane, lane < children ? child[lane].box : empty_box());
-                node.child[lane] = leaf_bit;
-                if (lane < children && child[lane].count <= group_triangles) node.child[lane] = make_leaf(child[lane]);
+                const bool empty = lane >= children.count;
+                const Part *const part = empty ? nullptr : parts_ + children.part[lane];
+                set_box(node, lane, empty ? empty_box() : part->box);
+                node.child[lane] = !empty && is_leaf(*part) ? make_leaf(*part) : leaf_bit;
             }
-            for (uint32_t lane = children; lane-- > 0;)
-                if (child[lane].count > group_triangles)
-                    stack[stack_size++] = {child[lane], task.depth + 1, &node.child[lane]};
+            for (uint32_t lane = children.count; lane-- > 0;)
+                if (!is_leaf(parts_[children.part[lane]]))
+                    stack[stack_size++] = {children.part[lane], task.waiting + children.count - 1, &node.child[lane]};
         }
+    }
+
+    void grow(uint32_t room) {
+        if (tree_.triangle_count == 0) return;
+        divide_all(room);
+        if (part_count_ == 1) {
+            tree_.root = make_leaf(parts_[0]);
+            return;
+        }
+        choose_nodes();
+        make_nodes();
     }
 
     const Triangle *triangles_;
@@ -239,6 +345,8 @@ class BvhBuilder {
     TriangleGroup *groups_;
     BoxNode *nodes_;
     TriangleItem *items_;
+    Part *parts_;
+    uint32_t part_count_ = 0;
     TriangleTree tree_ = {};
     Watch watch_;
 };
@@ -248,7 +356,7 @@ class BvhBuilder {
 uint64_t bvh_bytes(uint32_t count) {
     const Capacities capacities = capacities_for(count);
     return Arena::bytes<TriangleGroup>(capacities.groups) + Arena::bytes<BoxNode>(capacities.nodes) +
-           Arena::bytes<TriangleItem>(capacities.items);
+           Arena::bytes<TriangleItem>(capacities.items) + Arena::bytes<Part>(capacities.parts);
 }
 
 TriangleTree make_bvh(const Triangle *triangles, uint32_t count, const Material *materials, Arena &arena, Watch watch) {

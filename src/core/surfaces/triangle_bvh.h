@@ -5,6 +5,7 @@
 // that holds p in an interval that holds the distance of a hit at p.
 #pragma once
 #include "core/surfaces/triangle_search.h"
+#include <utility>
 
 namespace wisp {
 
@@ -16,10 +17,8 @@ constexpr uint32_t leaf_bit = 1u << 31;
 constexpr bool is_leaf(uint32_t child) { return (child & leaf_bit) != 0; }
 constexpr uint32_t group_of(uint32_t child) { return (child & ~leaf_bit) >> 3; }
 constexpr uint32_t triangles_in(uint32_t child) { return (child & 7) + 1; }
-// Ranges of triangles are divided by cost down to that depth, from then on by halves, an eighth at each node. The
-// search keeps seven children of each node above the one that it is at.
-constexpr uint32_t max_depth_by_cost = 16, max_bvh_depth = max_depth_by_cost + 9;
-constexpr uint32_t bvh_stack = 7 * max_bvh_depth + 1;
+// The search keeps the other children of each node above the one that it is at.
+constexpr uint32_t bvh_stack = 200;
 
 namespace f32 {
 using BoxPlane = float;
@@ -42,69 +41,72 @@ struct BoxNode {
 TriangleTree make_bvh(const Triangle *triangles, uint32_t count, const Material *materials, Arena &arena, Watch watch);
 uint64_t bvh_bytes(uint32_t count);
 
-// The positions along a ray at which it crosses boxes. For Fixed they are rounded to doubles where the hardware has
-// them: products of 64 bits take several times as long.
-using BoxParameter = std::conditional_t<std::is_same_v<Real, Fixed> && hardware_double, double, Parameter>;
+// Boxes are tested in float, in Fixed only where the hardware has floating point. The margin of a float's ray covers 14
+// units for the hit (triangle_search.h). Doubles and Fixed need less: a unit each to round the direction and the origin
+// to float and to divide by the largest component, and in Fixed what float_reach() adds.
+constexpr bool boxes_in_float = !std::is_same_v<Real, Fixed> || hardware_double;
+using BoxNumber = std::conditional_t<boxes_in_float, float, Fixed>;
+using BoxParameter = decltype(position_of(BoxNumber()));
 
-// A ray's slope along an axis, as PlaneRay has it.
-template <class T> struct BoxSlope { T inverse, to_low, to_high; };
-template <class T> BoxSlope<T> box_slope(T inverse, T to_low, T to_high, Real, int, T) {
-    return {inverse, to_low, to_high};
+inline float float_of(float x) { return x; }
+inline float float_of(double x) { return static_cast<float>(x); }
+inline float float_of(int64_t x) { return static_cast<float>(x) * 0x1p-32f; }
+inline float float_of(Fixed x) { return float_of(x.raw()); }
+
+// In Fixed a hit is found within 8 + |dominant| units of 2^-32, and 2^-32 of the reach: see slope_of(). 24 units of
+// 2^-24 of what is added here are as much.
+inline float float_reach(float reach, float) { return reach; }
+inline float float_reach(double reach, double) { return float_of(reach); }
+inline float float_reach(Fixed reach, Fixed dominant) {
+    return float_of(reach) + (1 + abs(float_of(dominant))) * 0x1p-8f;
 }
-// Each number is rounded to 2^-53 of itself, as are the product with a plane and the difference. All are at most twice
-// the reach times the slope, and the margin. PlaneRay's products are rounded to one.
-inline BoxSlope<double> box_slope(int64_t inverse, int64_t to_low, int64_t to_high, Fixed reach, int shift, double) {
-    const double slope = static_cast<double>(inverse) * 0x1p-32, low = static_cast<double>(to_low),
-                 high = static_cast<double>(to_high);
-    const double more = 0x1p-49 * (2 * static_cast<double>(reach.raw()) * abs(slope) + (low - high)) + 2;
-    return {scale_pow2(slope, shift), low + more, high - more};
-}
-// An end of a search: none that is below or above it is lost to rounding (sign -1 or 1).
-template <class T> T box_end(T end, double, T) { return end; }
-inline double box_end(int64_t end, double sign, double) {
-    const double nearest = static_cast<double>(end);
-    return nearest + sign * 0x1p-52 * abs(nearest);
-}
+
+inline float float_component(float component, float) { return component; }
+inline float float_component(double component, double) { return float_of(component); }
+inline float float_component(Fixed component, Fixed dominant) { return float_of(component) / abs(float_of(dominant)); }
+
+// A ray's growth along an axis from plane to plane of boxes, which in Fixed are counted in steps.
+inline float per_plane(float inverse, int, float) { return inverse; }
+inline float per_plane(float inverse, int step_exponent, int32_t) { return scale_pow2(inverse, step_exponent); }
 
 // The ray as it is tested against boxes.
-struct BoxRay {
-    BoxParameter inverse[3], to_low[3], to_high[3];
-    uint32_t backward[3];
-    int shift;
-
-    BoxRay(const TriangleTree &tree, const TriangleRay &ray) {
-        const PlaneRay planes(tree, ray);
-        const Real reach = reach_of(tree, ray);
-        shift = planes.shift;
-        for (uint32_t a = 0; a < 3; ++a) {
-            const BoxSlope<BoxParameter> slope =
-                box_slope(planes.inverse[a], planes.to_low[a], planes.to_high[a], reach, shift, BoxParameter());
-            inverse[a] = slope.inverse, to_low[a] = slope.to_low, to_high[a] = slope.to_high;
-            backward[a] = planes.backward[a];
-        }
-    }
-};
-
-inline float at_box_plane(float plane, int, float inverse) { return plane * inverse; }
-inline double at_box_plane(float plane, int, double inverse) { return static_cast<double>(plane) * inverse; }
-inline double at_box_plane(int32_t plane, int, double inverse) { return static_cast<double>(plane) * inverse; }
-inline int64_t at_box_plane(int32_t plane, int shift, int64_t inverse) {
-    return times(static_cast<int64_t>(static_cast<uint64_t>(int64_t{plane}) << shift), inverse);
+inline PlaneRay<float> box_ray(const TriangleTree &tree, const TriangleRay &ray, float) {
+    const Real dominant = ray.direction[static_cast<int>(ray.z)];
+    const auto component = [&](int axis) { return float_component(ray.direction[axis], dominant); };
+    const float origin[3] = {float_of(ray.origin.x), float_of(ray.origin.y), float_of(ray.origin.z)};
+    const float direction[3] = {component(0), component(1), component(2)};
+    PlaneRay<float> boxes(origin, direction, direction[ray.z], float_reach(reach_of(tree, ray), dominant));
+    for (float &inverse : boxes.inverse) inverse = per_plane(inverse, tree.step_exponent, BoxPlane());
+    return boxes;
 }
+inline PlaneRay<Real> box_ray(const TriangleTree &tree, const TriangleRay &ray, Fixed) { return plane_ray(tree, ray); }
+
+inline float at_box_plane(BoxPlane plane, int, float inverse) { return static_cast<float>(plane) * inverse; }
+inline int64_t at_box_plane(int32_t plane, int shift, int64_t inverse) {
+    return times(position_of_steps(plane, shift), inverse);
+}
+
+// An end of a search: none that is below or above it is lost to rounding (sign -1 or 1).
+inline float box_end(float end, float, float) { return end; }
+template <class T> float box_end(T end, float sign, float) {
+    const float nearest = float_of(end);
+    return nearest + sign * 0x1p-22f * abs(nearest);
+}
+inline int64_t box_end(int64_t end, float, int64_t) { return end; }
 
 // A box's plane in the tree's steps.
 inline int32_t steps_of(float plane, int step_exponent) { return floor_to_int(scale_pow2(plane, -step_exponent)); }
 inline int32_t steps_of(int32_t plane, int) { return plane; }
 
 // The children whose boxes the ray crosses between two parameters, as a mask, and where it enters each.
-WISP_INLINE uint32_t crossed_children(const BoxNode &node, const BoxRay &ray, BoxParameter begin, BoxParameter end,
-                                      BoxParameter (&from)[lanes]) {
+WISP_INLINE uint32_t crossed_children(const BoxNode &node, const PlaneRay<BoxNumber> &ray, int shift,
+                                      BoxParameter begin, BoxParameter end, BoxParameter (&from)[lanes]) {
     const BoxPlane *const near_x = node.plane[ray.backward[0]][0], *const far_x = node.plane[1 - ray.backward[0]][0],
                           *const near_y = node.plane[ray.backward[1]][1],
                           *const far_y = node.plane[1 - ray.backward[1]][1],
                           *const near_z = node.plane[ray.backward[2]][2],
                           *const far_z = node.plane[1 - ray.backward[2]][2];
-    const auto at = [&ray](BoxPlane plane, uint32_t axis) { return at_box_plane(plane, ray.shift, ray.inverse[axis]); };
+    const auto at = [&](BoxPlane plane, uint32_t axis) { return at_box_plane(plane, shift, ray.inverse[axis]); };
     BoxParameter to[lanes];
     WISP_NO_UNROLL for (uint32_t l = 0; l < lanes; ++l) {
         const BoxParameter x = at(near_x[l], 0) - ray.to_low[0], y = at(near_y[l], 1) - ray.to_low[1],
@@ -114,17 +116,17 @@ WISP_INLINE uint32_t crossed_children(const BoxNode &node, const BoxRay &ray, Bo
                            w = at(far_z[l], 2) - ray.to_high[2];
         to[l] = min(min(u, v), min(w, end));
     }
-    uint32_t mask = 0;
-    WISP_NO_UNROLL for (uint32_t l = 0; l < lanes; ++l) mask |= from[l] <= to[l] ? 1u << l : 0u;
-    return mask;
+    return lanes_not_less(to, from);
 }
 
 // Calls visit(triangle, hit) for triangles that the ray's line hits, in leaves that the ray crosses between parameters
-// `begin` and `end`, the nearer of two children first. visit may lower `end`, and returns whether the search is over.
-template <class Visit>
+// `begin` and `end`. visit may lower `end`, and returns whether the search is over. nearest_first: of a node's children
+// the nearest is searched first; where any hit will do, putting them in order takes longer than it saves.
+template <bool nearest_first, class Visit>
 WISP_INLINE void search_bvh(const TriangleTree &tree, const TriangleRay &ray, Parameter begin, Parameter &end,
                             uint32_t ignore_triangle, TreeCounts &counts, Visit &&visit) {
-    const BoxRay boxes(tree, ray);
+    const PlaneRay<BoxNumber> boxes = box_ray(tree, ray, BoxNumber());
+    const int shift = plane_shift(tree);
     const Filter filter(tree, ray);
     const BoxParameter first_from = box_end(begin, -1, BoxParameter());
     struct Entry {
@@ -144,17 +146,24 @@ WISP_INLINE void search_bvh(const TriangleTree &tree, const TriangleRay &ray, Pa
             ++visits;
             const BoxNode &node = tree.boxes[now.child];
             BoxParameter from[lanes];
-            uint32_t mask = crossed_children(node, boxes, first_from, last_to, from);
+            uint32_t mask = crossed_children(node, boxes, shift, first_from, last_to, from);
             missed = mask == 0;
             if (missed) break;
-            const uint32_t first = static_cast<uint32_t>(__builtin_ctz(mask)), base = stack_size;
-            now = {node.child[first], from[first]};
-            for (mask &= mask - 1; mask != 0; mask &= mask - 1) {
+            const auto entry = [&](uint32_t lane) { return Entry{node.child[lane], from[lane]}; };
+            const auto take = [&mask] {
                 const uint32_t lane = static_cast<uint32_t>(__builtin_ctz(mask));
-                Entry next = {node.child[lane], from[lane]};
-                if (next.from < now.from) std::swap(next, now);
+                mask &= mask - 1;
+                return lane;
+            };
+            const uint32_t base = stack_size;
+            now = entry(take());
+            while (mask != 0) {
+                Entry next = entry(take());
                 uint32_t at = stack_size++;
-                for (; at > base && stack[at - 1].from < next.from; --at) stack[at] = stack[at - 1];
+                if (nearest_first) {
+                    if (next.from < now.from) std::swap(next, now);
+                    for (; at > base && stack[at - 1].from < next.from; --at) stack[at] = stack[at - 1];
+                }
                 stack[at] = next;
             }
         }

@@ -39,7 +39,7 @@ uint64_t kdtree_bytes(uint32_t count);
 inline float plane_of(uint32_t value, int, float) { return detail::from_bits<float>(value); }
 inline double plane_of(uint32_t value, int, double) { return detail::from_bits<float>(value); }
 inline int64_t plane_of(uint32_t value, int shift, int64_t) {
-    return static_cast<int64_t>(static_cast<uint64_t>(int64_t{static_cast<int32_t>(value)}) << shift);
+    return position_of_steps(static_cast<int32_t>(value), shift);
 }
 
 // Calls visit(triangle, hit) for triangles that the ray's line hits, in leaves that the ray passes between parameters
@@ -48,7 +48,8 @@ template <class Visit>
 WISP_INLINE void search_kdtree(const TriangleTree &tree, const TriangleRay &ray, Parameter begin, Parameter &end,
                                uint32_t ignore_triangle, TreeCounts &counts, Visit &&visit) {
     if (tree.triangle_count == 0) return;
-    const PlaneRay planes(tree, ray);
+    const PlaneRay<Real> planes = plane_ray(tree, ray);
+    const int shift = plane_shift(tree);
     const Filter filter(tree, ray);
     Parameter from = begin, to = end;
     for (int a = 0; a < 3; ++a) {
@@ -71,7 +72,7 @@ WISP_INLINE void search_kdtree(const TriangleTree &tree, const TriangleRay &ray,
         ++visits;
         while (node->axis() != leaf_axis) {
             const uint32_t axis = node->axis();
-            const Parameter crossing = times(plane_of(node->value, planes.shift, Parameter()), planes.inverse[axis]);
+            const Parameter crossing = times(plane_of(node->value, shift, Parameter()), planes.inverse[axis]);
             const Parameter far_from = crossing - planes.to_low[axis], near_to = crossing - planes.to_high[axis];
             const uint32_t near = node->first() + planes.backward[axis], far = near ^ 1;
             ++visits;

@@ -18,12 +18,12 @@ namespace {
 
 // Calls visit(triangle, hit) for triangles that the ray's line hits, in leaves that the ray passes between parameters
 // `begin` and `end`. visit may lower `end`, and returns whether the search is over.
-template <class Visit>
+template <bool nearest_first, class Visit>
 WISP_INLINE void search(const TriangleTree &tree, const TriangleRay &ray, Parameter begin, Parameter &end,
                         uint32_t ignore_triangle, TreeCounts &counts, Visit &&visit) {
     if (tree.triangle_count == 0) return;
     if (tree.kind == TreeKind::bvh)
-        search_bvh(tree, ray, begin, end, ignore_triangle, counts, visit);
+        search_bvh<nearest_first>(tree, ray, begin, end, ignore_triangle, counts, visit);
     else
         search_kdtree(tree, ray, begin, end, ignore_triangle, counts, visit);
 }
@@ -36,20 +36,21 @@ WISP_INLINE bool find_nearest(const TriangleTree &tree, const TriangleRay &ray, 
     const Real dominant = ray.direction[static_cast<int>(ray.z)];
     Parameter search_end = span_of(end, dominant).high;
     hit = {end, no_triangle, Real(0), Real(0), no_triangle};
-    search(tree, ray, span_of(begin, dominant).low, search_end, ignore_triangle, counts,
-           [&](uint32_t marked, const TriangleHit &found) {
-               if (opaque_only && (marked & transmissive_bit) != 0) return false;
-               const uint32_t triangle = marked & ~transmissive_bit;
-               if (!(found.distance > begin) || !(found.distance < end)) return false;
-               if (hit.distance < found.distance || (found.distance == hit.distance && hit.triangle < triangle)) {
-                   if (found.distance - hit.distance <= beyond) hit.lowest = min(hit.lowest, triangle);
-                   return false;
-               }
-               const bool is_close = hit.distance - found.distance <= beyond;
-               hit = {found.distance, triangle, found.u, found.v, is_close ? min(hit.lowest, triangle) : triangle};
-               search_end = span_of(found.distance + beyond, dominant).high;
-               return false;
-           });
+    search<true>(
+        tree, ray, span_of(begin, dominant).low, search_end, ignore_triangle, counts,
+        [&](uint32_t marked, const TriangleHit &found) {
+            if (opaque_only && (marked & transmissive_bit) != 0) return false;
+            const uint32_t triangle = marked & ~transmissive_bit;
+            if (!(found.distance > begin) || !(found.distance < end)) return false;
+            if (hit.distance < found.distance || (found.distance == hit.distance && hit.triangle < triangle)) {
+                if (found.distance - hit.distance <= beyond) hit.lowest = min(hit.lowest, triangle);
+                return false;
+            }
+            const bool is_close = hit.distance - found.distance <= beyond;
+            hit = {found.distance, triangle, found.u, found.v, is_close ? min(hit.lowest, triangle) : triangle};
+            search_end = span_of(found.distance + beyond, dominant).high;
+            return false;
+        });
     return hit.triangle != no_triangle;
 }
 
@@ -68,14 +69,14 @@ WISP_MULTIVERSIONED bool lowest_hit(const TriangleTree &tree, const TriangleRay 
     const Real dominant = ray.direction[static_cast<int>(ray.z)];
     Parameter search_end = span_of(end, dominant).high;
     hit = {end, no_triangle, Real(0), Real(0), no_triangle};
-    search(tree, ray, span_of(begin, dominant).low, search_end, ignore_triangle, counts,
-           [&](uint32_t marked, const TriangleHit &found) {
-               const uint32_t triangle = marked & ~transmissive_bit;
-               if (triangle < first || !(triangle < hit.triangle)) return false;
-               if (found.distance < begin || !(found.distance < end)) return false;
-               hit = {found.distance, triangle, found.u, found.v, triangle};
-               return false;
-           });
+    search<true>(tree, ray, span_of(begin, dominant).low, search_end, ignore_triangle, counts,
+                 [&](uint32_t marked, const TriangleHit &found) {
+                     const uint32_t triangle = marked & ~transmissive_bit;
+                     if (triangle < first || !(triangle < hit.triangle)) return false;
+                     if (found.distance < begin || !(found.distance < end)) return false;
+                     hit = {found.distance, triangle, found.u, found.v, triangle};
+                     return false;
+                 });
     return hit.triangle != no_triangle;
 }
 
@@ -84,13 +85,13 @@ WISP_MULTIVERSIONED bool any_hit(const TriangleTree &tree, const TriangleRay &ra
     const Real dominant = ray.direction[static_cast<int>(ray.z)];
     Parameter search_end = span_of(end, dominant).high;
     occluder = no_triangle;
-    search(tree, ray, span_of(begin, dominant).low, search_end, ignore_triangle, counts,
-           [&](uint32_t triangle, const TriangleHit &found) {
-               if (!(found.distance > begin) || !(found.distance < end)) return false;
-               if ((triangle & transmissive_bit) != 0) return false;
-               occluder = triangle;
-               return true;
-           });
+    search<false>(tree, ray, span_of(begin, dominant).low, search_end, ignore_triangle, counts,
+                  [&](uint32_t triangle, const TriangleHit &found) {
+                      if (!(found.distance > begin) || !(found.distance < end)) return false;
+                      if ((triangle & transmissive_bit) != 0) return false;
+                      occluder = triangle;
+                      return true;
+                  });
     return occluder != no_triangle;
 }
 

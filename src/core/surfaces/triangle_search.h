@@ -70,27 +70,35 @@ inline Real reach_of(const TriangleTree &tree, const TriangleRay &ray) {
     return tree.largest + max(abs(ray.origin.x), max(abs(ray.origin.y), abs(ray.origin.z)));
 }
 
-// The ray as it is tested against planes.
-struct PlaneRay {
+// A ray as it is tested against planes, in numbers of its own. `dominant` is the direction's largest component.
+template <class Number> struct PlaneRay {
+    using Position = decltype(position_of(Number()));
     // A plane is crossed at a parameter from plane * inverse - to_low to plane * inverse - to_high.
-    Parameter inverse[3], to_low[3], to_high[3];
+    Position inverse[3], to_low[3], to_high[3];
     uint32_t backward[3]; // 1: the direction's component is negative
-    int shift;            // Fixed: from steps of planes to units of 2^-32
 
-    PlaneRay(const TriangleTree &tree, const TriangleRay &ray) : shift(tree.step_exponent + 32) {
-        const Real origin[3] = {ray.origin.x, ray.origin.y, ray.origin.z};
-        const Real direction[3] = {ray.direction.x, ray.direction.y, ray.direction.z};
-        const Real reach = reach_of(tree, ray);
+    PlaneRay(const Number (&origin)[3], const Number (&direction)[3], Number dominant, Number reach) {
         for (uint32_t a = 0; a < 3; ++a) {
-            const Slope<Parameter> slope = slope_of(direction[a], direction[ray.z], reach);
-            const Parameter to_origin = times(position_of(origin[a]), slope.inverse);
+            const Slope<Position> slope = slope_of(direction[a], dominant, reach);
+            const Position to_origin = times(position_of(origin[a]), slope.inverse);
             inverse[a] = slope.inverse;
             to_low[a] = to_origin + slope.margin;
             to_high[a] = to_origin - slope.margin;
-            backward[a] = direction[a] < Real(0) ? 1 : 0;
+            backward[a] = direction[a] < Number(0) ? 1 : 0;
         }
     }
 };
+
+inline PlaneRay<Real> plane_ray(const TriangleTree &tree, const TriangleRay &ray) {
+    const Real origin[3] = {ray.origin.x, ray.origin.y, ray.origin.z};
+    const Real direction[3] = {ray.direction.x, ray.direction.y, ray.direction.z};
+    return {origin, direction, direction[ray.z], reach_of(tree, ray)};
+}
+// Fixed: from steps of planes to units of 2^-32.
+inline int plane_shift(const TriangleTree &tree) { return tree.step_exponent + 32; }
+inline int64_t position_of_steps(int32_t plane, int shift) {
+    return static_cast<int64_t>(static_cast<uint64_t>(int64_t{plane}) << shift);
+}
 
 // A filter finds the triangles of a group that may be hit: all that are hit, and few others. In f32 and f64 it computes
 // the test's own sheared corners; the sign of a difference of rounded products is that of the exact difference, or 0.
@@ -183,13 +191,16 @@ struct Filter : Filtering {
             else
                 return abs(v);
         };
-        uint32_t mask = 0;
+        Product least[group_triangles], most[group_triangles], space[group_triangles], below[group_triangles];
         WISP_NO_UNROLL for (uint32_t l = 0; l < group_triangles; ++l) {
             const Product a = cross(2, 1, l), b = cross(0, 2, l), c = cross(1, 0, l);
-            const Product space =
+            least[l] = min(a, min(b, c));
+            most[l] = max(a, max(b, c));
+            space[l] =
                 room(size(x[0][l]) + size(x[1][l]) + size(x[2][l]) + size(y[0][l]) + size(y[1][l]) + size(y[2][l]));
-            mask |= min(a, min(b, c)) < -space && max(a, max(b, c)) > space ? 0u : 1u << l;
+            below[l] = -space[l];
         }
+        const uint32_t mask = lanes_not_less(least, below) | lanes_not_less(space, most);
         return mask & ((1u << count) - 1);
     }
 };

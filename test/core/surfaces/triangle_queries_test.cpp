@@ -77,6 +77,20 @@ Triangles degenerate() {
     return all;
 }
 
+// Clusters of triangles, each at half of the last one's distance from 0, and half as large: a tree of boxes about
+// them is as deep as there are clusters.
+Triangles shrinking(int clusters, uint32_t members) {
+    Triangles all;
+    for (int k = 0; k < clusters; ++k) {
+        const double size = std::ldexp(1, 1 - k);
+        for (Triangle t : random_triangles(members, 80 + static_cast<uint32_t>(k), size, size / 8)) {
+            for (Double3 &p : t.corner) p = moved(p, {2 * size, 2 * size, 2 * size});
+            all.push_back(t);
+        }
+    }
+    return all;
+}
+
 struct TriangleSet {
     std::string name;
     Triangles triangles;
@@ -101,6 +115,7 @@ std::vector<TriangleSet> triangle_sets() {
     sets.push_back({"one triangle 200 times", Triangles(200, triangle_of({-3, -2, 1}, {3, -2, 0}, {0, 3, 0.5}))});
     sets.push_back({"huge and tiny", joined({random_triangles(20, 13, 1000, 4000), random_triangles(200, 14, 4, 0.01),
                                              random_triangles(200, 15, 0.01, 0.001)})});
+    sets.push_back({"shrinking", shrinking(20, 60)});
     Triangles offset = random_triangles(300, 16, 2, 1);
     for (Triangle &t : offset)
         for (Double3 &p : t.corner) p = moved(p, {4000, -3000, 2500});
@@ -311,6 +326,29 @@ TEST_CASE(WISP_ARITH_NAME ": the same triangles make the same tree, of no more b
                 if (t != no_triangle) listed.insert(t & ~transmissive_bit);
         CHECK(listed.size() == one.tree.triangle_count);
     }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": a search of the deepest tree of boxes has room on its stack") {
+    uint32_t most = 0, narrow = 0;
+    for (const uint32_t members : {8, 60, 2000}) {
+        const Planted planted(shrinking(24, members), TreeKind::bvh);
+        std::vector<std::pair<uint32_t, uint32_t>> stack = {{planted.tree.root, 0}}; // and what waits above
+        while (!stack.empty()) {
+            const auto [node, waiting] = stack.back();
+            stack.pop_back();
+            most = std::max(most, waiting + 1);
+            if (is_leaf(node)) continue;
+            const BoxNode &box = planted.tree.boxes[node];
+            uint32_t children = 0;
+            for (uint32_t lane = 0; lane < lanes; ++lane)
+                children += box.plane[0][0][lane] <= box.plane[1][0][lane] ? 1 : 0;
+            for (uint32_t lane = 0; lane < children; ++lane) stack.push_back({box.child[lane], waiting + children - 1});
+            narrow += waiting > 110 && children == 2 ? 1 : 0;
+        }
+    }
+    CHECK(most > 110);
+    CHECK(most <= bvh_stack);
+    CHECK(narrow > 0); // what is below many waiting children is divided in two, not in eight
 }
 
 TEST_CASE(WISP_ARITH_NAME ": 20,000 triangles that all overlap fit the plan") {

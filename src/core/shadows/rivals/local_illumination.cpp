@@ -9,6 +9,7 @@
 // per light because lights need different divisions.
 #include "core/shadows/box_shaft.h"
 #include <algorithm>
+#include <utility>
 
 namespace wisp::WISP_ARITH {
 
