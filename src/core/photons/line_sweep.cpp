@@ -4,6 +4,7 @@
 #include "core/photons/spherical_harmonics.h"
 #include "core/smoke/sparse_grid_lanes.h"
 #include "core/smoke/transmittance.h"
+#include <algorithm>
 
 namespace wisp::WISP_ARITH {
 
@@ -16,14 +17,26 @@ constexpr uint32_t units_of_sample = 4, units_of_node = 1, units_of_direction = 
 // Each line is followed both ways.
 enum { onward, back, both_ways };
 
+// Radiances R are colours, or one number where all lights and smokes are grey: a third of the work, with the same bits.
+template <class R> constexpr int32_t channels_of = std::is_same_v<R, Color> ? 3 : 1;
+template <class R> R radiance_of(const Color &color) {
+    if constexpr (std::is_same_v<R, Color>)
+        return color;
+    else
+        return color.x;
+}
+Real channel_of(const Color &color, int32_t channel) { return color[channel]; }
+Real channel_of(Real grey, int32_t) { return grey; }
+template <class R> struct LaneRadiance { Lanes channel[channels_of<R>]; };
+
 // A step of a line in smoke.
-struct Sample {
+template <class R> struct Sample {
     uint64_t node; // the lowest corner of its cell, in the field
     Vec3 at;       // 0 to 1 along each edge of the cell
     Real weight, transmittance, mean_transmittance;
-    Color source[both_ways];     // radiance that the step tends to, if it is deep
+    R source[both_ways];         // radiance that the step tends to, if it is deep
     Real towards_eye[both_ways]; // 4 pi p from each way
-    Color mean;                  // the sum over both ways of that times what flies along the line in the step
+    R mean;                      // the sum over both ways of that times what flies along the line in the step
 };
 
 // Steps of a line that are computed side by side.
@@ -34,17 +47,17 @@ struct Group {
 };
 
 // At a node: the sums of weights, and of weights times radiance, which become the mean radiance.
-struct Arrived {
-    Color radiance;
+template <class R> struct Arrived {
+    R radiance;
     Real weight;
 };
 
-struct Sweeper : LineSweep {
+template <class R> struct Sweeper : LineSweep {
     const SparseGrid &bricks;
     const LightOfPhotons &photons;
-    Color *scattered[both_ways]; // at the nodes: radiance of photons along the lines, 4 pi p times
-    Arrived *arrived;
-    Sample *samples; // of one line
+    R *scattered[both_ways]; // at the nodes: radiance of photons along the lines, 4 pi p times
+    Arrived<R> *arrived;
+    Sample<R> *samples; // of one line
     Watch watch;
 };
 
@@ -89,7 +102,7 @@ Real scattered_towards(const LineSweep &sweep, const LightOfPhotons &light, uint
 // Sets what photons say of the light that is scattered along an axis, both ways: the series of harmonics up to order 3,
 // whose odd orders change sign with the way. Lines need no more: they themselves are weighted by the phase function.
 // False: the work is stopped.
-bool scatter_along(const Sweeper &in, const Vec3 &axis) {
+template <class R> bool scatter_along(const Sweeper<R> &in, const Vec3 &axis) {
     if (in.phase.isotropic()) return true;
     constexpr int32_t most = nodes_along(2);
     const LightOfPhotons &light = in.photons;
@@ -115,8 +128,9 @@ bool scatter_along(const Sweeper &in, const Vec3 &axis) {
             const Real other = first_order.x * Real(flux_units(flux, 0)) + first_order.y * Real(flux_units(flux, 1)) +
                                first_order.z * Real(flux_units(flux, 2)) +
                                between_nodes(p, light.harmonic_spacing, [&](uint32_t n) { return odd[n]; });
-            in.scattered[onward][node] = light.radiance[node] * max(Real(0), same + other);
-            in.scattered[back][node] = light.radiance[node] * max(Real(0), same - other);
+            const R radiance = radiance_of<R>(light.radiance[node]);
+            in.scattered[onward][node] = radiance * max(Real(0), same + other);
+            in.scattered[back][node] = radiance * max(Real(0), same - other);
         }
     }
     return true;
@@ -141,18 +155,21 @@ bool turn_to_eye(const LineSweep &sweep, const LightOfPhotons &light, Watch watc
 }
 
 // What a light sends to each step, without smoke in between.
-WISP_INLINE void illuminate_steps(const Light &light, const Ray &ray, const Group &group, LaneColor &irradiance) {
+template <class R>
+WISP_INLINE void illuminate_steps(const Light &light, const Ray &ray, const Group &group, LaneRadiance<R> &irradiance) {
     for (uint32_t l = 0; l < lanes; ++l) {
         const auto at = [&](Real t) { return ray.origin + ray.direction * t; };
         const Real middle = group.middle[l], half = group.length[l] * Real(0.5);
         const Color here = illuminate(light, at(middle), at(middle - half), at(middle + half)).irradiance;
-        irradiance.red[l] = here.x, irradiance.green[l] = here.y, irradiance.blue[l] = here.z;
+        for (int32_t c = 0; c < channels_of<R>; ++c) irradiance.channel[c][l] = here[c];
     }
 }
 
 // The same of a point light. Where it is 16 steps away, its inverse square distance from the middle is taken for the
 // mean over the step; the relative error is below 1e-3.
-WISP_INLINE void illuminate_from_point(const Light &light, const Ray &ray, const Group &group, LaneColor &irradiance) {
+template <class R>
+WISP_INLINE void illuminate_from_point(const Light &light, const Ray &ray, const Group &group,
+                                       LaneRadiance<R> &irradiance) {
     const Vec3 from = ray.origin - light.position;
     bool is_near = false;
     for (uint32_t l = 0; l < lanes; ++l) {
@@ -161,15 +178,13 @@ WISP_INLINE void illuminate_from_point(const Light &light, const Ray &ray, const
         const Real distance = sqrt(x * x + y * y + z * z), near = Real(16) * group.length[l];
         const Real inverse = Real(1) / max(max(distance, near), Real(0x1p-10));
         is_near |= distance < near;
-        irradiance.red[l] = light.color.x * inverse * inverse;
-        irradiance.green[l] = light.color.y * inverse * inverse;
-        irradiance.blue[l] = light.color.z * inverse * inverse;
+        for (int32_t c = 0; c < channels_of<R>; ++c) irradiance.channel[c][l] = light.color[c] * inverse * inverse;
     }
     if (is_near) illuminate_steps(light, ray, group, irradiance);
 }
 
 // The phase function from a light to each way of a line, in each step, or 1 / (4 pi).
-WISP_INLINE void find_phases(const Sweeper &in, const Light &light, const Ray &ray, const Group &group,
+WISP_INLINE void find_phases(const LineSweep &in, const Light &light, const Ray &ray, const Group &group,
                              Lanes (&p)[both_ways]) {
     for (uint32_t l = 0; l < lanes; ++l) {
         p[onward][l] = p[back][l] = inv_four_pi<Real>;
@@ -183,12 +198,14 @@ WISP_INLINE void find_phases(const Sweeper &in, const Light &light, const Ray &r
 }
 
 // Makes samples of the steps of a group that lie in smoke. Returns their number.
-WISP_MULTIVERSIONED uint32_t sample_group(const Sweeper &in, const Ray &ray, const Group &group, Sample *samples) {
+template <class R>
+WISP_INLINE uint32_t make_samples(const Sweeper<R> &in, const Ray &ray, const Group &group, Sample<R> *samples) {
+    constexpr int32_t channels = channels_of<R>;
     const int32_t ways = in.phase.isotropic() ? 1 : both_ways; // that differ
     LaneCells at;
     find_cells(group.points, 1, 1, at);
     Lanes depth = {}, scaled = {};
-    LaneColor scattered = {}, emitted = {}, arriving[both_ways] = {}, irradiance;
+    LaneRadiance<R> scattered = {}, emitted = {}, arriving[both_ways] = {}, irradiance;
     for (uint32_t s = 0; s < in.medium->count; ++s) {
         const SmokeVolume &smoke = in.medium->smokes[s];
         if (!smoke.field.is_resampled) continue;
@@ -200,8 +217,11 @@ WISP_MULTIVERSIONED uint32_t sample_group(const Sweeper &in, const Ray &ray, con
             depth[l] += sigma[l] * group.length[l];
             scaled[l] += weight[l];
         }
-        add(scattered, weight, smoke.albedo);
-        add(emitted, weight, glow);
+        for (int32_t c = 0; c < channels; ++c)
+            for (uint32_t l = 0; l < lanes; ++l) {
+                scattered.channel[c][l] += weight[l] * smoke.albedo[c];
+                emitted.channel[c][l] += weight[l] * glow[c];
+            }
     }
     const OpticalDepthGrid &depths = *in.depths;
     find_cells(group.points, depths.spacing, static_cast<int32_t>(depths.light_count), at);
@@ -218,48 +238,44 @@ WISP_MULTIVERSIONED uint32_t sample_group(const Sweeper &in, const Ray &ray, con
         for (int32_t way = 0; way < ways; ++way)
             for (uint32_t l = 0; l < lanes; ++l) {
                 const Real part = tau[l] * p[way][l];
-                arriving[way].red[l] += irradiance.red[l] * part;
-                arriving[way].green[l] += irradiance.green[l] * part;
-                arriving[way].blue[l] += irradiance.blue[l] * part;
+                for (int32_t c = 0; c < channels; ++c) arriving[way].channel[c][l] += irradiance.channel[c][l] * part;
             }
         for (uint32_t l = 0; l < lanes; ++l) at.node[l] += static_cast<int32_t>(nodes_of(depths.spacing));
     }
     find_cells(group.points, in.spacing, 1, at);
-    LaneColor source[both_ways];
-    for (int32_t way = 0; way < ways; ++way) {
-        const Color *light = in.scattered[way];
-        Lanes red, green, blue;
-        interpolate(
-            at, [light](int32_t node) { return light[node].x; }, red);
-        interpolate(
-            at, [light](int32_t node) { return light[node].y; }, green);
-        interpolate(
-            at, [light](int32_t node) { return light[node].z; }, blue);
-        for (uint32_t l = 0; l < lanes; ++l) {
-            const Real weight = scaled[l] > Real(0) ? scaled[l] : Real(1);
-            source[way].red[l] = (scattered.red[l] * (arriving[way].red[l] + red[l]) + emitted.red[l]) / weight;
-            source[way].green[l] =
-                (scattered.green[l] * (arriving[way].green[l] + green[l]) + emitted.green[l]) / weight;
-            source[way].blue[l] = (scattered.blue[l] * (arriving[way].blue[l] + blue[l]) + emitted.blue[l]) / weight;
+    LaneRadiance<R> source[both_ways];
+    for (int32_t way = 0; way < ways; ++way)
+        for (int32_t c = 0; c < channels; ++c) {
+            const R *light = in.scattered[way];
+            Lanes here;
+            interpolate(
+                at, [light, c](int32_t node) { return channel_of(light[node], c); }, here);
+            for (uint32_t l = 0; l < lanes; ++l) {
+                const Real weight = scaled[l] > Real(0) ? scaled[l] : Real(1);
+                const Real arrives = arriving[way].channel[c][l] + here[l];
+                source[way].channel[c][l] = (scattered.channel[c][l] * arrives + emitted.channel[c][l]) / weight;
+            }
         }
-    }
     Lanes transmittance, mean;
     for (uint32_t l = 0; l < lanes; ++l) transmittance[l] = exp(-depth[l]);
     for (uint32_t l = 0; l < lanes; ++l) mean[l] = mean_transmittance_of(depth[l], transmittance[l]);
     uint32_t count = 0;
     for (uint32_t l = 0; l < group.count; ++l) {
         if (!(scaled[l] > Real(0))) continue;
-        Sample &sample = samples[count++];
+        Sample<R> &sample = samples[count++];
         sample.node = static_cast<uint64_t>(at.node[l]);
         sample.at = Vec3(at.x[l], at.y[l], at.z[l]);
         sample.weight = scaled[l] * group.length[l];
         sample.transmittance = transmittance[l];
         sample.mean_transmittance = mean[l];
-        sample.mean = Color(Real(0));
+        sample.mean = R(Real(0));
         const Vec3 out = direction_between(ray.origin + ray.direction * group.middle[l], in.eye);
         for (int32_t way = 0; way < both_ways; ++way) {
-            const LaneColor &of_way = source[way < ways ? way : 0];
-            sample.source[way] = Color(of_way.red[l], of_way.green[l], of_way.blue[l]);
+            const LaneRadiance<R> &of_way = source[way < ways ? way : 0];
+            if constexpr (channels == 3)
+                sample.source[way] = Color(of_way.channel[0][l], of_way.channel[1][l], of_way.channel[2][l]);
+            else
+                sample.source[way] = of_way.channel[0][l];
             sample.towards_eye[way] =
                 ways == 1 ? Real(1) : four_pi<Real> * in.phase(way == onward ? ray.direction : -ray.direction, out);
         }
@@ -267,15 +283,24 @@ WISP_MULTIVERSIONED uint32_t sample_group(const Sweeper &in, const Ray &ray, con
     return count;
 }
 
+WISP_MULTIVERSIONED uint32_t sample_group(const Sweeper<Color> &in, const Ray &ray, const Group &group,
+                                          Sample<Color> *samples) {
+    return make_samples(in, ray, group, samples);
+}
+WISP_MULTIVERSIONED uint32_t sample_group(const Sweeper<Real> &in, const Ray &ray, const Group &group,
+                                          Sample<Real> *samples) {
+    return make_samples(in, ray, group, samples);
+}
+
 // Passes a sample one way, and adds to it what flies through: of a source that is even in it, the mean of
 // S + (L - S) e^-s over the step.
-void pass(Sample &sample, int32_t way, Color &radiance) {
-    const Color above = radiance - sample.source[way];
+template <class R> void pass(Sample<R> &sample, int32_t way, R &radiance) {
+    const R above = radiance - sample.source[way];
     sample.mean += (sample.source[way] + above * sample.mean_transmittance) * sample.towards_eye[way];
     radiance = sample.source[way] + above * sample.transmittance;
 }
 
-void deposit(const Sweeper &in, const Sample &sample) {
+template <class R> void deposit(const Sweeper<R> &in, const Sample<R> &sample) {
     const uint32_t n = static_cast<uint32_t>(nodes_along(in.spacing));
     const Vec3 &t = sample.at;
     const Real both = Real(0.5) * (sample.towards_eye[onward] + sample.towards_eye[back]);
@@ -293,7 +318,7 @@ constexpr int32_t most_steps(int32_t spacing) { return 14 / spacing + 2; }
 // The number of parts of the steps in a brick: so many that none is deeper than 1/4, but at most 4. The source of light
 // counts as even within a part.
 constexpr int32_t most_parts = 4;
-int32_t parts_in_brick(const Sweeper &in, uint32_t brick, Real longest) {
+int32_t parts_in_brick(const LineSweep &in, uint32_t brick, Real longest) {
     Real sigma = Real(0);
     for (uint32_t s = 0; s < in.medium->count; ++s)
         if (in.medium->smokes[s].field.is_resampled) sigma += in.medium->smokes[s].field.resampled.majorants[brick];
@@ -301,7 +326,7 @@ int32_t parts_in_brick(const Sweeper &in, uint32_t brick, Real longest) {
 }
 
 // Makes samples of a line: of each brick in equal steps, at most `spacing` cells long. Returns their number.
-uint32_t sample_line(const Sweeper &in, const Ray &ray, Real begin, Real end) {
+template <class R> uint32_t sample_line(const Sweeper<R> &in, const Ray &ray, Real begin, Real end) {
     const Vec3 step = ray.direction * in.bricks.inverse_cell;
     const Real longest = largest(in.bricks.cell) * Real(in.spacing);
     Group group;
@@ -339,13 +364,13 @@ uint32_t sample_line(const Sweeper &in, const Ray &ray, Real begin, Real end) {
 }
 
 // One line, both ways. False: the work is stopped.
-bool follow(const Sweeper &in, const Ray &ray) {
+template <class R> bool follow(const Sweeper<R> &in, const Ray &ray) {
     Real begin = Real(0), end = infinite_distance;
     if (!clip(in.bricks.bounds, ray, begin, end)) return true;
     const uint32_t count = sample_line(in, ray, begin, end);
-    Color radiance(Real(0));
+    R radiance(Real(0));
     for (uint32_t i = 0; i < count; ++i) pass(in.samples[i], onward, radiance);
-    radiance = Color(Real(0));
+    radiance = R(Real(0));
     for (uint32_t i = count; i-- > 0;) {
         pass(in.samples[i], back, radiance);
         deposit(in, in.samples[i]);
@@ -354,7 +379,7 @@ bool follow(const Sweeper &in, const Ray &ray) {
 }
 
 // Lines along one axis, from a place that differs from axis to axis.
-bool sweep_axis(const Sweeper &in, const Frame &frame, Pcg32 &generator) {
+template <class R> bool sweep_axis(const Sweeper<R> &in, const Frame &frame, Pcg32 &generator) {
     const Box &box = in.bricks.bounds;
     const Vec3 middle = (box.low + box.high) * Real(0.5), half = (box.high - box.low) * Real(0.5);
     const auto reach = [&half](const Vec3 &d) { return abs(d.x) * half.x + abs(d.y) * half.y + abs(d.z) * half.z; };
@@ -376,7 +401,7 @@ bool sweep_axis(const Sweeper &in, const Frame &frame, Pcg32 &generator) {
 }
 
 // Makes means of the sums: the same at a node in every brick that holds it. False: the work is stopped.
-bool average(const Sweeper &in) {
+template <class R> bool average(const Sweeper<R> &in) {
     const int32_t n = nodes_along(in.spacing);
     const uint32_t nodes = nodes_of(in.spacing);
     for (uint64_t brick = 0; brick < in.bricks.count; ++brick) {
@@ -384,11 +409,11 @@ bool average(const Sweeper &in) {
         for (uint32_t k = 0; k < nodes; ++k) {
             const Cell node = cell_of_index(n, k);
             if (min(node.x, min(node.y, node.z)) > 0 && max(node.x, max(node.y, node.z)) < n - 1) continue;
-            Arrived sum = {Color(Real(0)), Real(0)};
+            Arrived<R> sum = {R(Real(0)), Real(0)};
             bool first = true; // of the holders
             for_each_holder(in.bricks, in.bricks.position[brick], node, n, [&](uint32_t other, uint32_t there) {
                 first = first && other >= brick;
-                const Arrived &here = in.arrived[uint64_t{other} * nodes + there];
+                const Arrived<R> &here = in.arrived[uint64_t{other} * nodes + there];
                 sum = {sum.radiance + here.radiance, sum.weight + here.weight};
             });
             if (!first) continue;
@@ -397,14 +422,14 @@ bool average(const Sweeper &in) {
         }
     }
     // Each sample holds what flies along its line both ways.
-    for (Arrived *i = in.arrived; i < in.arrived + uint64_t{in.bricks.count} * nodes; ++i)
+    for (Arrived<R> *i = in.arrived; i < in.arrived + uint64_t{in.bricks.count} * nodes; ++i)
         if (i->weight > Real(0)) i->radiance = i->radiance / (i->weight * Real(2));
     return true;
 }
 
-bool sweep_set(const Sweeper &in, int32_t set) {
+template <class R> bool sweep_set(const Sweeper<R> &in, int32_t set) {
     const uint64_t count = uint64_t{in.bricks.count} * nodes_of(in.spacing);
-    if (!fill(in.arrived, count, Arrived{Color(Real(0)), Real(0)}, in.watch)) return false;
+    if (!fill(in.arrived, count, Arrived<R>{R(Real(0)), Real(0)}, in.watch)) return false;
     Pcg32 generator(static_cast<uint64_t>(set));
     for (int32_t k = 0; k < axes_of_set; ++k) {
         const Frame frame = axis_of_set(set, k);
@@ -434,30 +459,31 @@ Real share_of_photons(const SparseGrid &bricks, const Disagreement *disagreement
 }
 
 // Both ways of finding the light at the nodes.
-struct Ways {
+template <class R> struct Ways {
     const bool *known;
-    Color *photons;          // replaced by what both say
-    Arrived *first, *second; // of the sets of lines
+    Color *photons;             // replaced by what both say
+    Arrived<R> *first, *second; // of the sets of lines
 
     bool both(uint64_t i) const { return known[i] && first[i].weight > Real(0) && second[i].weight > Real(0); }
-    Color of_lines(uint64_t i) const { return (first[i].radiance + second[i].radiance) * Real(0.5); }
+    R of_lines(uint64_t i) const { return (first[i].radiance + second[i].radiance) * Real(0.5); }
 };
 
-Disagreement disagreement_in(const Ways &ways, uint64_t begin, uint64_t end) {
+template <class R> Disagreement disagreement_in(const Ways<R> &ways, uint64_t begin, uint64_t end) {
     Disagreement sum = {Real(0), Real(0)};
     for (uint64_t i = begin; i < end; ++i) {
         if (!ways.both(i)) continue;
-        const Color lines = ways.of_lines(i);
+        const R lines = ways.of_lines(i);
         for (int32_t c = 0; c < 3; ++c) {
-            sum.of_sets += abs(ways.first[i].radiance[c] - lines[c]);
-            sum.of_ways += abs(ways.photons[i][c] - lines[c]);
+            sum.of_sets += abs(channel_of(ways.first[i].radiance, c) - channel_of(lines, c));
+            sum.of_ways += abs(ways.photons[i][c] - channel_of(lines, c));
         }
     }
     return sum;
 }
 
 // Mixes both ways at the nodes of a brick.
-void mix_ways(const LineSweep &sweep, const Ways &ways, const Disagreement *disagreement, uint32_t brick) {
+template <class R>
+void mix_ways(const LineSweep &sweep, const Ways<R> &ways, const Disagreement *disagreement, uint32_t brick) {
     const SparseGrid &bricks = *sweep.depths->bricks;
     Real share[8];
     for (int32_t corner = 0; corner < 8; ++corner)
@@ -470,8 +496,8 @@ void mix_ways(const LineSweep &sweep, const Ways &ways, const Disagreement *disa
         const Vec3 t = Vec3(Real(node.x), Real(node.y), Real(node.z)) * (Real(sweep.spacing) * Real(1.0 / brick_cells));
         Real photons = Real(0); // products that are 0 on a face: every brick that holds the node finds the same
         for (uint32_t corner = 0; corner < 8; ++corner) photons += share[corner] * corner_weight(t, corner);
-        const Color lines = ways.of_lines(i);
-        ways.photons[i] = lines + (ways.photons[i] - lines) * photons;
+        const R lines = ways.of_lines(i);
+        ways.photons[i] = Color(lines + (radiance_of<R>(ways.photons[i]) - lines) * photons);
     }
 }
 
@@ -494,6 +520,55 @@ uint64_t samples_of_line(uint64_t bricks, int32_t spacing) {
     return bricks * static_cast<uint64_t>(most_parts * most_steps(spacing));
 }
 
+bool is_grey(const Color &color) { return color.x == color.y && color.y == color.z; }
+bool is_grey(const LineSweep &sweep, const LightOfPhotons &light) {
+    for (uint32_t l = 0; l < sweep.depths->light_count; ++l)
+        if (!is_grey(sweep.depths->lights[l].color)) return false;
+    for (uint32_t s = 0; s < sweep.medium->count; ++s) {
+        const SmokeVolume &smoke = sweep.medium->smokes[s];
+        if (!is_grey(smoke.albedo) || !is_grey(smoke.emission)) return false;
+    }
+    const uint64_t points = uint64_t{sweep.depths->bricks->count} * nodes_of(sweep.spacing);
+    return std::all_of(light.radiance, light.radiance + points, [](const Color &color) { return is_grey(color); });
+}
+
+template <class R> bool sweep_all(const LineSweep &sweep, const LightOfPhotons &light, Arena &arena, Watch watch) {
+    const SparseGrid &bricks = *sweep.depths->bricks;
+    const uint64_t nodes = nodes_of(sweep.spacing);
+    const uint64_t points = uint64_t{bricks.count} * nodes;
+    Arrived<R> *first = arena.make<Arrived<R>>(points), *second = arena.make<Arrived<R>>(points);
+    Disagreement *disagreement = arena.make<Disagreement>(bricks.count);
+    Sample<R> *samples = arena.make<Sample<R>>(
+        samples_of_line(min(uint64_t{bricks.count}, places_of_line(bricks.lattice.count)), sweep.spacing));
+    const bool isotropic = sweep.phase.isotropic();
+    R *scattered[both_ways];
+    if constexpr (std::is_same_v<R, Color>)
+        for (R *&of_way : scattered) of_way = isotropic ? light.radiance : arena.make<R>(points);
+    else
+        for (R *&of_way : scattered) of_way = isotropic && &of_way != scattered ? scattered[0] : arena.make<R>(points);
+    if (!first || !second || !disagreement || !samples || !scattered[onward] || !scattered[back]) return false;
+    watch.expect(points * units_of_sample * axes_of_set);
+    if (!isotropic) watch.expect(points * units_of_direction * axes_of_set * 2);
+    if constexpr (std::is_same_v<R, Real>)
+        for (uint64_t i = 0; isotropic && i < points; ++i) scattered[onward][i] = light.radiance[i].x;
+    for (int32_t set = 0; set < 2; ++set)
+        if (!sweep_set<R>(
+                {sweep, bricks, light, {scattered[onward], scattered[back]}, set == 0 ? first : second, samples, watch},
+                set))
+            return false;
+    if (!turn_to_eye(sweep, light, watch)) return false;
+    const Ways<R> ways = {light.known, light.radiance, first, second};
+    for (uint32_t brick = 0; brick < bricks.count; ++brick) {
+        disagreement[brick] = disagreement_in(ways, brick * nodes, (brick + 1) * nodes);
+        if (!watch.go_on(static_cast<uint32_t>(nodes) * units_of_node)) return false;
+    }
+    for (uint32_t brick = 0; brick < bricks.count; ++brick) {
+        mix_ways(sweep, ways, disagreement, brick);
+        if (!watch.go_on(static_cast<uint32_t>(nodes) * units_of_node)) return false;
+    }
+    return true;
+}
+
 } // namespace
 
 bool suits_lines(const LineSweep &sweep) {
@@ -509,38 +584,14 @@ bool may_suit_lines(const Scene &scene, const SparseGridPlan &bricks, int32_t sp
 
 uint64_t line_sweep_bytes(uint64_t bricks, uint64_t of_line, int32_t spacing, bool isotropic) {
     const uint64_t points = bricks * nodes_of(spacing);
-    return (isotropic ? 0 : both_ways * Arena::bytes<Color>(points)) + 2 * Arena::bytes<Arrived>(points) +
-           Arena::bytes<Disagreement>(bricks) + Arena::bytes<Sample>(samples_of_line(of_line, spacing));
+    return (isotropic ? 0 : both_ways * Arena::bytes<Color>(points)) + 2 * Arena::bytes<Arrived<Color>>(points) +
+           Arena::bytes<Disagreement>(bricks) + Arena::bytes<Sample<Color>>(samples_of_line(of_line, spacing));
 }
 
 bool sweep_lines(const LineSweep &sweep, const LightOfPhotons &light, Arena &arena, Watch watch) {
-    const SparseGrid &bricks = *sweep.depths->bricks;
-    const uint64_t nodes = nodes_of(sweep.spacing);
-    const uint64_t points = uint64_t{bricks.count} * nodes;
     const size_t mark = arena.mark();
-    Arrived *first = arena.make<Arrived>(points), *second = arena.make<Arrived>(points);
-    Disagreement *disagreement = arena.make<Disagreement>(bricks.count);
-    Sample *samples = arena.make<Sample>(
-        samples_of_line(min(uint64_t{bricks.count}, places_of_line(bricks.lattice.count)), sweep.spacing));
-    Color *scattered[both_ways];
-    for (Color *&of_way : scattered) of_way = sweep.phase.isotropic() ? light.radiance : arena.make<Color>(points);
-    watch.expect(points * units_of_sample * axes_of_set);
-    if (!sweep.phase.isotropic()) watch.expect(points * units_of_direction * axes_of_set * 2);
-    bool done = first && second && disagreement && samples && scattered[onward] && scattered[back];
-    for (int32_t set = 0; done && set < 2; ++set)
-        done = sweep_set(
-            {sweep, bricks, light, {scattered[onward], scattered[back]}, set == 0 ? first : second, samples, watch},
-            set);
-    done = done && turn_to_eye(sweep, light, watch);
-    const Ways ways = {light.known, light.radiance, first, second};
-    for (uint32_t brick = 0; done && brick < bricks.count; ++brick) {
-        disagreement[brick] = disagreement_in(ways, brick * nodes, (brick + 1) * nodes);
-        done = watch.go_on(static_cast<uint32_t>(nodes) * units_of_node);
-    }
-    for (uint32_t brick = 0; done && brick < bricks.count; ++brick) {
-        mix_ways(sweep, ways, disagreement, brick);
-        done = watch.go_on(static_cast<uint32_t>(nodes) * units_of_node);
-    }
+    const bool done = is_grey(sweep, light) ? sweep_all<Real>(sweep, light, arena, watch)
+                                            : sweep_all<Color>(sweep, light, arena, watch);
     arena.rewind(mark);
     return done;
 }

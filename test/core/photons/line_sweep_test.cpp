@@ -16,7 +16,9 @@ namespace {
 
 // The light at the nodes of a box that glows and scatters nothing, gathered along lines towards an eye far away.
 struct GlowingBox {
-    explicit GlowingBox(double sigma, double g = 0) : built({box(sigma)}, 1) {
+    // with_hue: the photons of the first node, which is unknown, are not grey.
+    explicit GlowingBox(double sigma, double g = 0, const Double3 &emission = {1, 0.5, 0.25}, bool with_hue = false)
+        : built({box(sigma, emission)}, 1) {
         const uint64_t points = uint64_t{built.bricks().count} * nodes_of(spacing);
         const uint64_t of_line = std::min<uint64_t>(built.bricks().count, places_of_line(built.bricks().lattice.count));
         std::vector<unsigned char> memory(line_sweep_bytes(built.bricks().count, of_line, spacing, g == 0));
@@ -27,21 +29,25 @@ struct GlowingBox {
         const std::unique_ptr<bool[]> known(new bool[points]);
         std::fill(known.get(), known.get() + points, true);
         radiance.assign(points, Color(Real(0)));
+        known[0] = false;
+        if (with_hue) radiance[0] = Color(real(0), real(0), real(0.5));
         const LineSweep sweep = {&built.medium, &depths, spacing, 0, Phase(real(g)), vec(0, 0, 1e4)};
         const LightOfPhotons light = {known.get(), radiance.data(), g == 0 ? nullptr : dark.data(),
                                       g == 0 ? nullptr : dark.data(), 2 * spacing};
         REQUIRE(suits_lines(sweep));
         REQUIRE(sweep_lines(sweep, light, arena));
         CHECK(arena.mark() == 0);
-        for (size_t part = 0; part < 8; ++part) {
+        // Colours take all of the bytes, grey light more than three eighths.
+        const size_t too_little = emission.x == emission.z ? 4 : 8;
+        for (size_t part = 0; part < too_little; ++part) {
             Arena small(memory.data(), memory.size() * part / 8);
             CHECK_FALSE(sweep_lines(sweep, light, small));
         }
     }
-    static SmokeDescription box(double sigma) {
+    static SmokeDescription box(double sigma, const Double3 &emission) {
         SmokeDescription source = box_smoke({half, half, half}, sigma, 2 * half);
         source.albedo = {0, 0, 0};
-        source.emission = {1, 0.5, 0.25};
+        source.emission = emission;
         return source;
     }
     static constexpr double half = 12;
@@ -104,6 +110,22 @@ TEST_CASE(WISP_ARITH_NAME ": lines bring the light of a glowing box to all its n
         CHECK(std::sqrt(squares / count) < (g == 0 ? 0.025 : 0.03));
         CHECK(worst < 0.1);
         CHECK(sum == doctest::Approx(expected_sum).epsilon(g == 0 ? 0.004 : 0.006));
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": grey light has the bits of each channel of coloured light") {
+    for (const double g : {0.0, 0.5}) {
+        CAPTURE(g);
+        const GlowingBox grey(0.1, g, {1, 1, 1}), with_hue(0.1, g, {1, 1, 1}, true);
+        REQUIRE(grey.radiance.size() == with_hue.radiance.size());
+        CHECK(with_hue.radiance[0].x != with_hue.radiance[0].z);
+        size_t lit = 0;
+        for (size_t i = 1; i < grey.radiance.size(); ++i) {
+            const Color &one = grey.radiance[i], &three = with_hue.radiance[i];
+            CHECK((one.x == three.x && one.y == three.y && one.z == three.z));
+            lit += one.x > Real(0) ? 1 : 0;
+        }
+        CHECK(lit > 1000);
     }
 }
 
