@@ -10,8 +10,11 @@
 // the number of lanes and the order of their sums are fixed, and contraction is off.
 #if defined(__x86_64__) && defined(__linux__) && defined(WISP_MULTIVERSION) && !defined(__clang__)
 #define WISP_MULTIVERSIONED __attribute__((target_clones("avx2", "default"), flatten))
+// ... and for AVX-512, which has masks of lanes: rays through triangles gain by it, smoke does not.
+#define WISP_MULTIVERSIONED_WITH_MASKS __attribute__((target_clones("arch=x86-64-v4", "avx2", "default"), flatten))
 #else
 #define WISP_MULTIVERSIONED
+#define WISP_MULTIVERSIONED_WITH_MASKS
 #endif
 
 // Before a loop over lanes: keeps g++ from unrolling a loop that should become one vector instruction.

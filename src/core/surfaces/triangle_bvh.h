@@ -150,15 +150,12 @@ WISP_INLINE void search_bvh(const TriangleTree &tree, const TriangleRay &ray, Pa
             missed = mask == 0;
             if (missed) break;
             const auto entry = [&](uint32_t lane) { return Entry{node.child[lane], from[lane]}; };
-            const auto take = [&mask] {
-                const uint32_t lane = static_cast<uint32_t>(__builtin_ctz(mask));
-                mask &= mask - 1;
-                return lane;
-            };
             const uint32_t base = stack_size;
-            now = entry(take());
-            while (mask != 0) {
-                Entry next = entry(take());
+            now = entry(static_cast<uint32_t>(__builtin_ctz(mask)));
+            for (mask &= mask - 1; mask != 0;) {
+                const uint32_t lane = 31 - static_cast<uint32_t>(__builtin_clz(mask));
+                mask ^= 1u << lane;
+                Entry next = entry(lane);
                 uint32_t at = stack_size++;
                 if (nearest_first) {
                     if (next.from < now.from) std::swap(next, now);

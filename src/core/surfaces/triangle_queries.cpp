@@ -54,18 +54,21 @@ WISP_INLINE bool find_nearest(const TriangleTree &tree, const TriangleRay &ray, 
     return hit.triangle != no_triangle;
 }
 
-WISP_MULTIVERSIONED bool nearest_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end,
-                                     uint32_t ignore_triangle, SurfaceHit &hit, TreeCounts &counts, Real beyond) {
+WISP_MULTIVERSIONED_WITH_MASKS bool nearest_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end,
+                                                uint32_t ignore_triangle, SurfaceHit &hit, TreeCounts &counts,
+                                                Real beyond) {
     return find_nearest<false>(tree, ray, begin, end, ignore_triangle, hit, counts, beyond);
 }
 
-WISP_MULTIVERSIONED bool nearest_opaque_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end,
-                                            uint32_t ignore_triangle, SurfaceHit &hit, TreeCounts &counts) {
+WISP_MULTIVERSIONED_WITH_MASKS bool nearest_opaque_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin,
+                                                       Real end, uint32_t ignore_triangle, SurfaceHit &hit,
+                                                       TreeCounts &counts) {
     return find_nearest<true>(tree, ray, begin, end, ignore_triangle, hit, counts, Real(0));
 }
 
-WISP_MULTIVERSIONED bool lowest_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end,
-                                    uint32_t ignore_triangle, uint32_t first, SurfaceHit &hit, TreeCounts &counts) {
+WISP_MULTIVERSIONED_WITH_MASKS bool lowest_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end,
+                                               uint32_t ignore_triangle, uint32_t first, SurfaceHit &hit,
+                                               TreeCounts &counts) {
     const Real dominant = ray.direction[static_cast<int>(ray.z)];
     Parameter search_end = span_of(end, dominant).high;
     hit = {end, no_triangle, Real(0), Real(0), no_triangle};
@@ -80,8 +83,8 @@ WISP_MULTIVERSIONED bool lowest_hit(const TriangleTree &tree, const TriangleRay 
     return hit.triangle != no_triangle;
 }
 
-WISP_MULTIVERSIONED bool any_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end,
-                                 uint32_t ignore_triangle, uint32_t &occluder, TreeCounts &counts) {
+WISP_MULTIVERSIONED_WITH_MASKS bool any_hit(const TriangleTree &tree, const TriangleRay &ray, Real begin, Real end,
+                                            uint32_t ignore_triangle, uint32_t &occluder, TreeCounts &counts) {
     const Real dominant = ray.direction[static_cast<int>(ray.z)];
     Parameter search_end = span_of(end, dominant).high;
     occluder = no_triangle;
