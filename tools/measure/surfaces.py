@@ -69,7 +69,7 @@ def work(frame):
 
 def culling(name, scene, count, title, notes=""):
     arithmetic = os.environ.get("ARITH") or "f32"
-    tree = os.environ.get("TREE") or "bvh"
+    tree = os.environ.get("TREE") or "box"
     size = quick("96x96", "512x512")
     same = f"--frame-count {count} --size {size} --spp 1 --arith {arithmetic} --tree {tree} --digest -v"
 

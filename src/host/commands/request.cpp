@@ -2,10 +2,12 @@
 #include "host/base/text.h"
 #include "host/commands/defaults.h"
 #include "host/commands/request.h"
+#include "host/prepare/chosen_scene.h"
 #include "host/results/fingerprint.h"
 #include "wisp/photon_sums.h"
 #include "wisp/settings.h"
 #include <algorithm>
+#include <filesystem>
 
 namespace wisp {
 
@@ -28,6 +30,24 @@ Options::Frames frames_of(const Request &request) {
     return *options.frames;
 }
 
+// The scene file, or the scene that is chosen for a file of smoke.
+SceneFile scene_of(const std::string &name, const Options &options, const CommandLine &line) {
+    namespace fs = std::filesystem;
+    if (!is_smoke_file(name)) {
+        for (const auto &[option, value] : line.options)
+            if (option == "up" || option == "ground" || option == "write-scene")
+                throw Error(exit_usage, name,
+                            "option '" + option + "' is for a file of smoke by itself, found a scene");
+        return read_scene(name);
+    }
+    if (!options.write_scene.empty()) {
+        const fs::path folder = fs::absolute(options.write_scene).parent_path();
+        write_file(options.write_scene,
+                   choose_scene(name, fs::proximate(fs::absolute(name), folder).string(), options));
+    }
+    return parse_scene(name + " (chosen scene)", choose_scene(name, fs::path(name).filename().string(), options));
+}
+
 } // namespace
 
 namespace {
@@ -46,11 +66,12 @@ Request read_request(const CommandLine &line) {
     request.name = line.files[0];
     install_signal_handlers();
     const EndAtOnce at_once(printable("wisp: error: " + stopped(request.name)), "");
-    request.file = read_scene(request.name);
+    request.file = scene_of(request.name, request.options, line);
     request.options = Options();
     for (const SceneFile::Default &setting : request.file.defaults) try {
             if (setting.option == "output" || setting.option == "stats" || setting.option == "error-out" ||
-                setting.option == "map-out" || setting.option == "map-in" || setting.option == "max-error")
+                setting.option == "map-out" || setting.option == "map-in" || setting.option == "max-error" ||
+                setting.option == "up" || setting.option == "ground" || setting.option == "write-scene")
                 throw InputError(setting.where,
                                  "option '" + setting.option + "' in a scene, expected it on the command line");
             set_option(request.options, setting.option, setting.value, setting.where);

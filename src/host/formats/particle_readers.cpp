@@ -4,6 +4,7 @@
 #include "host/base/memory.h"
 #include "host/formats/particle_readers.h"
 #include "host/formats/particles.h"
+#include <algorithm>
 #include <cmath>
 
 namespace wisp {
@@ -128,6 +129,13 @@ Particles parse_particles(const std::string &name, const unsigned char *data, si
             return format.parse(reader);
         }
     fail_unknown(name, content);
+}
+
+bool is_particles(const unsigned char *data, size_t size) {
+    const std::string_view content(reinterpret_cast<const char *>(data), size);
+    return is_gzip(data, size) || std::any_of(std::begin(formats), std::end(formats), [content](const Format &format) {
+               return starts_with(content, format.magic);
+           });
 }
 
 } // namespace wisp

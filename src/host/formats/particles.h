@@ -28,5 +28,7 @@ struct Particles {
 Particles read_particles(const std::string &path);
 // The same for the `size` bytes at `data`; `name` stands in front of errors.
 Particles parse_particles(const std::string &name, const unsigned char *data, size_t size);
+// Whether the first bytes of a file are those of one of these formats, or of gzip.
+bool is_particles(const unsigned char *data, size_t size);
 
 } // namespace wisp

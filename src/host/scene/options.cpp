@@ -175,15 +175,22 @@ const OptionTable<Options> &scene_options() {
         {"lights", "all|cuts",
          "which lights a point of a surface asks: all; clusters of them, split where they may err by 2 % (all)",
          to_word(&Options::lights, {"all", "cuts"})},
-        {"tree", "bvh|kd",
-         "over triangles: of boxes, or a kd-tree as in the papers; pictures are the same, --stats counts differ (bvh)",
-         to_word(&Options::tree, {"bvh", "kd"})},
+        {"tree", "box|kd",
+         "over triangles: of boxes, or a kd-tree as in the papers; pictures are the same, --stats counts differ (box)",
+         to_word(&Options::tree, {"box", "kd"})},
         {"depth", "N", "longest chain of reflected and refracted rays behind a camera ray (10)",
          to_integer_in(&Options::depth, 0, 64)},
         {"shadows", shadow_method_choices + 1,
          "how shadows of surfaces are found: by rays; the last occluder first; by what was met before; without rays "
          "where proved, of cells, of voxels; by lists of what a light sees, of what may be in the way (exact)",
          to_word(&Options::shadows, {std::begin(shadow_method_names), std::end(shadow_method_names)})},
+        {"up", "y|z", "of a file of smoke by itself: the axis that points up (y)", to_word(&Options::up, {"y", "z"})},
+        {"ground", "yes|no", "of a file of smoke by itself: whether it has a ground that catches its shadow (yes)",
+         [](Options &options, const std::string &value) {
+             options.ground = one_of(value, {"yes", "no"}) == 0;
+         }},
+        {"write-scene", "FILE", "of a file of smoke by itself: saves the scene that was chosen for it, to go on from",
+         to_text(&Options::write_scene)},
         {"frame-count", "N", "divide the animation's time into N frames instead of the scene's own number",
          to_integer_in(&Options::frame_count, 1, 1000000000)},
     };

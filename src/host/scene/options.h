@@ -63,6 +63,10 @@ struct Options {
     bool digest = false;
     enum class Progress { automatic, always, never } progress = Progress::automatic;
     bool quiet = false, verbose = false;
+    // Of a file of smoke by itself: the scene that is chosen for it, and the file that it is written to.
+    enum class Up { y, z } up = Up::y;
+    bool ground = true;
+    std::string write_scene;
 };
 
 // The table of them.

@@ -1,0 +1,332 @@
+#include "host/prepare/chosen_scene.h"
+#include "host/base/double3_algebra.h"
+#include "host/base/error.h"
+#include "host/base/files.h"
+#include "host/formats/particles.h"
+#include "host/formats/volume.h"
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <utility>
+#include <vector>
+
+namespace wisp {
+
+namespace {
+
+// The smoke of one file: its particles, or the samples of its grid that are above 0.
+struct Cloud {
+    std::vector<Double3> points;
+    std::vector<double> areas;  // extinction cross-sections for an extinction of 1; empty: 1 each
+    std::vector<double> radius; // smoothing lengths in the file; empty: none
+    double reach = 0;           // of a sample of a grid; 0: of particles
+    bool has_mass = false;
+
+    double area(size_t i) const { return areas.empty() ? 1 : areas[i]; }
+};
+
+Cloud cloud_of(const Volume &volume) {
+    Cloud cloud;
+    double edge[3], volume_of_cell = 1;
+    const uint32_t count[3] = {volume.nx, volume.ny, volume.nz};
+    for (size_t a = 0; a < 3; ++a) {
+        edge[a] = (volume.high[a] - volume.low[a]) / count[a];
+        volume_of_cell *= edge[a];
+    }
+    cloud.reach = std::max({edge[0], edge[1], edge[2]});
+    size_t i = 0;
+    for (uint32_t z = 0; z < volume.nz; ++z)
+        for (uint32_t y = 0; y < volume.ny; ++y)
+            for (uint32_t x = 0; x < volume.nx; ++x, ++i) {
+                if (!(volume.density[i] > 0)) continue;
+                cloud.points.push_back({volume.low[0] + (x + 0.5) * edge[0], volume.low[1] + (y + 0.5) * edge[1],
+                                        volume.low[2] + (z + 0.5) * edge[2]});
+                cloud.areas.push_back(static_cast<double>(volume.density[i]) * volume_of_cell);
+            }
+    return cloud;
+}
+
+Cloud read_cloud(const std::string &path) {
+    const Bytes bytes = read_file(path);
+    if (is_volume(bytes.data(), bytes.size())) return cloud_of(parse_volume(path, bytes.data(), bytes.size()));
+    Particles table = parse_particles(path, bytes.data(), bytes.size());
+    Cloud cloud;
+    for (const auto &p : table.position) cloud.points.push_back({p[0], p[1], p[2]});
+    cloud.has_mass = !table.mass.empty();
+    cloud.areas = std::move(table.mass);
+    cloud.radius = std::move(table.smoothing_length);
+    return cloud;
+}
+
+// ---- Sequences
+
+struct Sequence {
+    int64_t first = 0, step = 1, count = 1;
+    int64_t number(int64_t frame) const { return first + frame * step; }
+};
+
+// The numbers of the files of a numbered name that are there, from the lowest on, as far as they are evenly spaced.
+Sequence find_sequence(const std::string &pattern) {
+    if (!has_number(pattern)) return {};
+    const std::filesystem::path folder = std::filesystem::path(pattern).parent_path();
+    std::vector<int64_t> numbers;
+    std::error_code fault;
+    for (const auto &entry : std::filesystem::directory_iterator(folder.empty() ? "." : folder, fault)) {
+        const std::string name = (folder / entry.path().filename()).string();
+        // The number's digits are those that differ from the pattern: all that could stand there are tried.
+        for (size_t begin = 0; begin < name.size(); ++begin) {
+            size_t end = begin;
+            while (end < name.size() && end - begin < 18 && name[end] >= '0' && name[end] <= '9') ++end;
+            const auto number = to_integer(std::string_view(name).substr(begin, end - begin));
+            if (!number || numbered(pattern, *number) != name) continue;
+            numbers.push_back(*number);
+            break;
+        }
+    }
+    if (numbers.empty()) throw InputError(pattern, "no file has a name like this, expected some with numbers in it");
+    std::sort(numbers.begin(), numbers.end());
+    Sequence sequence = {numbers[0], 1, 1};
+    if (numbers.size() > 1) sequence.step = numbers[1] - numbers[0];
+    while (sequence.count < static_cast<int64_t>(numbers.size()) &&
+           numbers[static_cast<size_t>(sequence.count)] == sequence.number(sequence.count))
+        ++sequence.count;
+    return sequence;
+}
+
+// ---- Extents
+
+// The axes of the picture, of length 1: `back` points to the eye.
+struct Axes {
+    Double3 right, up, back;
+};
+struct Extent {
+    double low = 1e300, high = -1e300;
+    double size() const { return high - low; }
+    double middle() const { return 0.5 * (low + high); }
+    void include(const Extent &other) { low = std::min(low, other.low), high = std::max(high, other.high); }
+};
+
+// Where the points lie along an axis. Strays are left out: where the outermost thousandth on either side makes the
+// extent more than twice as long, it does not count.
+Extent extent_along(const std::vector<Double3> &points, const Double3 &axis) {
+    std::vector<double> at;
+    for (const Double3 &p : points) at.push_back(dot(p, axis));
+    const auto [low, high] = std::minmax_element(at.begin(), at.end());
+    const Extent all = {*low, *high};
+    const size_t outermost = at.size() / 1000;
+    if (outermost == 0) return all;
+    const auto nth = [&](size_t n) {
+        std::nth_element(at.begin(), at.begin() + static_cast<ptrdiff_t>(n), at.end());
+        return at[n];
+    };
+    const Extent most = {nth(outermost), nth(at.size() - 1 - outermost)};
+    const double margin = 0.1 * most.size();
+    return all.size() > 2 * most.size() && most.size() > 0 ? Extent{most.low - margin, most.high + margin} : all;
+}
+
+// ---- The smoke's numbers
+
+// The distance between neighbouring points: the edge of a cube for each, in a volume that is found by counting cubes of
+// twice that edge that hold points. It is found for points on a surface or a line, too.
+double spacing_of(const std::vector<Double3> &points) {
+    Double3 low = points[0], high = points[0];
+    for (const Double3 &p : points) {
+        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    }
+    const double count = static_cast<double>(points.size()), longest = largest(high - low);
+    if (!(longest > 0)) return 0;
+    double spacing = longest / cbrt(count);
+    std::vector<uint64_t> cubes;
+    for (int round = 0; round < 30; ++round) {
+        const double edge = std::max(2 * spacing, longest * 0x1p-20);
+        cubes.clear();
+        for (const Double3 &p : points) {
+            const auto along = [edge](double x) { return static_cast<uint64_t>(x / edge); };
+            cubes.push_back(along(p.x - low.x) << 42 | along(p.y - low.y) << 21 | along(p.z - low.z));
+        }
+        std::sort(cubes.begin(), cubes.end());
+        const auto taken = std::unique(cubes.begin(), cubes.end()) - cubes.begin();
+        const double better = edge * cbrt(static_cast<double>(taken) / count);
+        if (better > 0.99 * spacing && better < 1.01 * spacing) break;
+        spacing = better;
+    }
+    return spacing;
+}
+
+// The area that the smoke covers, seen from afar along an axis. A point covers a disc of this radius.
+double covered_area(const std::vector<Double3> &points, const Axes &axes, double radius) {
+    constexpr int64_t most = 2048; // cells along an edge
+    const Extent x = extent_along(points, axes.right), y = extent_along(points, axes.up);
+    const double longest = std::max(x.size(), y.size()) + 2 * radius;
+    const double cell = std::max(radius / 4, longest / static_cast<double>(most));
+    const auto cells = static_cast<int64_t>(longest / cell) + 1, reach = static_cast<int64_t>(radius / cell);
+    std::vector<bool> covered(static_cast<size_t>(cells * cells));
+    for (const Double3 &p : points) {
+        const double px = dot(p, axes.right) - x.low + radius, py = dot(p, axes.up) - y.low + radius;
+        if (!(px >= 0 && px < longest && py >= 0 && py < longest)) continue; // a stray
+        const auto cx = static_cast<int64_t>(px / cell), cy = static_cast<int64_t>(py / cell);
+        for (int64_t dy = -reach; dy <= reach; ++dy)
+            for (int64_t dx = -reach; dx <= reach; ++dx) {
+                const int64_t at_x = cx + dx, at_y = cy + dy;
+                if (dx * dx + dy * dy > reach * reach || at_x < 0 || at_y < 0 || at_x >= cells || at_y >= cells)
+                    continue;
+                covered[static_cast<size_t>(at_y * cells + at_x)] = true;
+            }
+    }
+    return static_cast<double>(std::count(covered.begin(), covered.end(), true)) * cell * cell;
+}
+
+// What all frames have in common.
+struct Choice {
+    Axes axes;
+    Double3 vertical;       // of the world
+    Extent right, up, back; // of all frames, along the axes
+    Extent height;          // along the vertical
+    size_t count = 0;       // of points, in the frame that has most
+    double radius = 0;      // smoothing length; 0: the files have it, or hold grids
+    double extinction = 0;
+    bool is_grid = false, has_mass = false;
+};
+
+// The camera looks from a quarter to the right of the front, and 12 degrees from above.
+Axes axes_of(const Double3 &vertical, const Double3 &front) {
+    constexpr double sine = 0.4226, cosine = 0.9063, above = 0.2079, level = 0.9781; // of 25 and 12 degrees
+    const Double3 side = cross(vertical, front);
+    const Double3 back = unit(side * (sine * level) + front * (cosine * level) + vertical * above);
+    const Double3 right = unit(cross(vertical, back));
+    return {right, cross(back, right), back};
+}
+
+// The mean optical depth of rays that meet smoke.
+constexpr double mean_depth = 2;
+// Smoothing lengths are so many times the spacing of particles (Monaghan 2005: 1.2 to 1.5).
+constexpr double lengths_of_spacing = 1.2;
+
+// Takes the frame's extents, and, where it has most points so far, its numbers.
+void include(const std::string &path, Choice &choice) {
+    Cloud cloud = read_cloud(path);
+    if (cloud.points.empty()) return;
+    double radius = 0, reach = cloud.reach;
+    if (reach == 0 && !cloud.radius.empty()) {
+        const auto middle = cloud.radius.begin() + static_cast<ptrdiff_t>(cloud.radius.size() / 2);
+        std::nth_element(cloud.radius.begin(), middle, cloud.radius.end());
+        reach = 2 * *middle;
+    } else if (reach == 0) {
+        const double spacing = spacing_of(cloud.points);
+        radius = spacing > 0 ? lengths_of_spacing * spacing : 1;
+        reach = 2 * radius;
+    }
+    const auto extend = [&](const Double3 &axis, Extent &all) {
+        const Extent here = extent_along(cloud.points, axis);
+        all.include({here.low - reach, here.high + reach});
+    };
+    extend(choice.axes.right, choice.right);
+    extend(choice.axes.up, choice.up);
+    extend(choice.axes.back, choice.back);
+    extend(choice.vertical, choice.height);
+    if (cloud.points.size() <= choice.count) return;
+    choice.count = cloud.points.size();
+    choice.radius = radius;
+    choice.is_grid = cloud.reach > 0;
+    choice.has_mass = cloud.has_mass;
+    double area = 0;
+    for (size_t i = 0; i < cloud.points.size(); ++i) area += cloud.area(i);
+    choice.extinction = area > 0 ? mean_depth * covered_area(cloud.points, choice.axes, reach) / area : 1;
+}
+
+// ---- The text
+
+std::string number(double x, const char *format = "%.4g") {
+    char text[32];
+    std::snprintf(text, sizeof text, format, x);
+    return text;
+}
+std::string words(const Double3 &v) {
+    return number(v.x, "%.7g") + " " + number(v.y, "%.7g") + " " + number(v.z, "%.7g");
+}
+
+// A line of the scene, and why.
+std::string line(const std::string &statement, const std::string &why) { return statement + "   # " + why + "\n"; }
+
+std::string view(const Choice &choice, const Options &options) {
+    constexpr double tangent = 0.26795, filled = 0.85; // of half of 30 degrees; how much of the picture smoke takes
+    const double wanted = std::clamp(choice.right.size() / choice.up.size(), 9.0 / 16, 16.0 / 9);
+    const int width = options.width.value_or(static_cast<int>(64 * std::sqrt(wanted)) * 8),
+              height = options.height.value_or(static_cast<int>(64 / std::sqrt(wanted)) * 8);
+    const double aspect = static_cast<double>(width) / height;
+    const double distance =
+        choice.back.size() / 2 + std::max(choice.up.size(), choice.right.size() / aspect) / (2 * tangent * filled);
+    const Axes &axes = choice.axes;
+    const Double3 at =
+        axes.right * choice.right.middle() + axes.up * choice.up.middle() + axes.back * choice.back.middle();
+    return line("v from " + words(at + axes.back * distance) + " at " + words(at) + " up " + words(choice.vertical) +
+                    " angle 30 hither 0.01 resolution " + std::to_string(width) + " " + std::to_string(height),
+                "frames all smoke");
+}
+
+// From above on the left, and from the right.
+std::string lights(const Axes &axes) {
+    const auto parallel = [&](double right, double up, double back, const char *color) {
+        return "ld " + words(unit(axes.right * -right + axes.up * -up + axes.back * -back)) + "  " + color;
+    };
+    return line(parallel(-0.6, 0.8, 0.5, "8 7.6 7"), "key light") +
+           line(parallel(0.9, 0.3, 0.6, "1.6 1.8 2.2"), "fill light");
+}
+
+std::string ground(const Choice &choice) {
+    const Axes &axes = choice.axes;
+    const Double3 forward = cross(choice.vertical, axes.right);
+    const double reach = 20 * std::max({choice.right.size(), choice.up.size(), choice.back.size()});
+    const Double3 smoke =
+        axes.right * choice.right.middle() + axes.up * choice.up.middle() + axes.back * choice.back.middle();
+    const Double3 below = smoke + choice.vertical * (choice.height.low - dot(smoke, choice.vertical));
+    std::string text =
+        line("f 0.9 0.95 1 0.05 0 0 0 1", "the ground's material") + line("p 4", "the ground, right below the smoke");
+    for (const auto &[x, y] : {std::pair(-1, -1), std::pair(1, -1), std::pair(1, 1), std::pair(-1, 1)})
+        text += "  " + words(below + axes.right * (x * reach) + forward * (y * reach)) + "\n";
+    return text;
+}
+
+std::string smoke(const Choice &choice, const std::string &named, const Sequence &sequence) {
+    std::string text = "smoke " + named + " {\n";
+    if (choice.radius > 0) text += line("  radius " + number(choice.radius), "1.2 times the spacing of the particles");
+    if (!choice.is_grid && !choice.has_mass) text += "  mass 1\n";
+    text += line("  extinction " + number(choice.extinction), "for a mean optical depth of 2 where a ray meets smoke");
+    text += "  albedo 0.9 0.9 0.9\n  phase 0\n";
+    if (sequence.count > 1 || sequence.first != 0)
+        text += line("  frames " + std::to_string(sequence.first) + " " + std::to_string(sequence.step),
+                     "the first file's number, and the step");
+    return text + "}\n";
+}
+
+} // namespace
+
+bool is_smoke_file(const std::string &path) {
+    if (has_number(path)) return true;
+    std::ifstream file(path, std::ios::binary);
+    unsigned char begin[64];
+    file.read(reinterpret_cast<char *>(begin), sizeof begin);
+    const auto size = static_cast<size_t>(file.gcount());
+    return is_volume(begin, size) || is_particles(begin, size);
+}
+
+std::string choose_scene(const std::string &path, const std::string &named, const Options &options) {
+    if (named.find_first_of(" \t") != std::string::npos)
+        throw InputError(path, "a blank in the name, expected none: a scene cannot name such a file");
+    const Sequence sequence = find_sequence(path);
+    const bool z_up = options.up == Options::Up::z;
+    Choice choice = {};
+    choice.vertical = z_up ? Double3{0, 0, 1} : Double3{0, 1, 0};
+    choice.axes = axes_of(choice.vertical, z_up ? Double3{0, -1, 0} : Double3{0, 0, 1});
+    for (int64_t frame = 0; frame < sequence.count; ++frame) include(numbered(path, sequence.number(frame)), choice);
+    if (choice.count == 0)
+        throw InputError(path, "no smoke, expected particles, or a density grid with samples above 0");
+    return "# A scene about " + named + ", chosen by wisp. Change any number.\n" + view(choice, options) +
+           line("b 0.03 0.04 0.06", "background") + lights(choice.axes) +
+           (sequence.count > 1 ? line("a 0 1 " + std::to_string(sequence.count), "one frame for each file") : "") +
+           smoke(choice, named, sequence) + (options.ground ? ground(choice) : "");
+}
+
+} // namespace wisp

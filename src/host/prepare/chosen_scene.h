@@ -1,0 +1,17 @@
+// A scene about a file of smoke by itself: camera, lights, ground and the smoke's own numbers, chosen from the data.
+#pragma once
+#include "host/scene/options.h"
+#include <string>
+
+namespace wisp {
+
+// Whether a file holds particles or a density grid, by its first bytes; of a numbered name, whether it is a sequence.
+// Throws InputError for a file that cannot be read.
+bool is_smoke_file(const std::string &path);
+
+// The text of the scene (README, "A scene about a file"). `path` may be a numbered name, of which all files that are
+// there are frames. The scene names it as `named`. The text is a function of the data and the options alone. Throws
+// InputError for files that cannot be read, and that hold no smoke.
+std::string choose_scene(const std::string &path, const std::string &named, const Options &options);
+
+} // namespace wisp

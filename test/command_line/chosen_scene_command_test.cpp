@@ -1,0 +1,64 @@
+// Files of smoke by themselves, without a scene.
+#include "support/command_line.h"
+
+using namespace wisp;
+
+TEST_CASE_FIXTURE(CommandLineTest, "a file of smoke by itself is rendered, by the scene that --write-scene leaves") {
+    write("g.vol", volume(3, 4, 2, 1, 1, 1, std::vector<float>(24, 0.5f)));
+    for (const std::string name : {"puff.vtk", "g.vol"}) {
+        const std::string more = " --photons 2000 --size 24x16 --digest --write-scene ";
+        const Ran alone = wisp("render " + file(name) + " -o " + file("a.pfm") + more + file("chosen.aff"));
+        CHECK(alone.status == 0);
+        CHECK(alone.err.empty());
+        const Ran scene =
+            wisp("render " + file("chosen.aff") + " -o " + file("b.pfm") + " --photons 2000 --size 24x16");
+        CHECK(scene.status == 0);
+        CHECK(text_of(file("a.pfm")) == text_of(file("b.pfm")));
+        CHECK(text_of(file("chosen.aff")).find("smoke " + name + " {") != std::string::npos);
+        CHECK(wisp("plan " + file(name)).status == 0);
+        CHECK(wisp("inspect " + file(name) + " 3 4 --photons 500 --size 24x16").status == 0);
+    }
+}
+
+TEST_CASE_FIXTURE(CommandLineTest, "a scene written to another folder names the file from there") {
+    std::filesystem::create_directory(file("below"));
+    const std::string options = " --photons 500 --size 9x7 -q -o ";
+    CHECK(
+        wisp("render " + file("puff.vtk") + options + file("a.pfm") + " --write-scene " + file("below/c.aff")).status ==
+        0);
+    CHECK(text_of(file("below/c.aff")).find("smoke ../puff.vtk {") != std::string::npos);
+    CHECK(wisp("render " + file("below/c.aff") + options + file("b.pfm")).status == 0);
+    CHECK(text_of(file("a.pfm")) == text_of(file("b.pfm")));
+}
+
+TEST_CASE_FIXTURE(CommandLineTest, "a sequence of files by itself has a picture for each") {
+    write("s_7.vtk", puff(30));
+    write("s_8.vtk", puff(50));
+    const Ran ran = wisp("render " + file("s_%d.vtk") + " --photons 500 --size 9x7 -q --digest -o " + file("o_%d.pfm"));
+    CHECK(ran.status == 0);
+    CHECK(lines(ran.out) == 2);
+    CHECK(text_of(file("o_0.pfm")) != text_of(file("o_1.pfm")));
+}
+
+TEST_CASE_FIXTURE(CommandLineTest, "what is no smoke, and options that have no meaning, are refused in a line") {
+    const auto refused = [&](const std::string &arguments, int status, const std::string &text) {
+        const Ran ran = wisp(arguments + " -o " + file("a.png"));
+        CHECK(ran.status == status);
+        CHECK(lines(ran.err) == 1);
+        CHECK(ran.err.find(text) != std::string::npos);
+    };
+    refused("render " + s() + " --up z", 2, "option 'up' is for a file of smoke by itself, found a scene");
+    refused("render " + s() + " --write-scene " + file("c.aff"), 2, "option 'write-scene' is for a file of smoke");
+    refused("render " + file("puff.vtk") + " --up x", 2, "expected y, z");
+    refused("render " + file("puff.vtk") + " --ground maybe", 2, "expected yes, no");
+    refused("render " + file("none_%d.vtk"), 3, "no file has a name like this");
+    write("empty.vtk", puff(0));
+    refused("render " + file("empty.vtk"), 3, "no smoke, expected particles");
+    write("cut.vtk", puff(40).substr(0, 200));
+    refused("render " + file("cut.vtk"), 3, "cut.vtk:");
+    write("a b.vtk", puff(40));
+    refused("render '" + file("a b.vtk") + "'", 3, "a blank in the name");
+    refused("render " + file("puff.vtk") + " --write-scene " + file("no/c.aff"), 5, "could not be written");
+    write("s2.aff", scene("puff.vtk", "render up z\n"));
+    refused("render " + file("s2.aff"), 3, "option 'up' in a scene");
+}
