@@ -11,7 +11,7 @@ B           ?= build
 DATA        ?= ../shared/data
 # V=1 shows whole commands.
 V           ?=
-PACKAGES     = g++ make python3 zlib1g-dev libglm-dev doctest-dev libstb-dev libmpfr-dev
+PACKAGES     = g++ make python3 zlib1g-dev libglm-dev doctest-dev libstb-dev libnanovdb-dev libmpfr-dev
 
 # ---- Flags
 # What the bits rest on (checked at start-up by the self-test): IEEE arithmetic, never contracted.
@@ -37,7 +37,9 @@ HOST        := $(call below,src/host)
 CORE_O       = $(foreach a,$(ARITHMETICS),$(CORE:%=$B/core/$a/%.o))
 HOST_O       = $(HOST:%=$B/host/%.o)
 LIBRARY_O    = $(CORE_O) $(filter-out %/main.o,$(HOST_O))
-PROGRAMS     = $B/wisp $B/plume $B/wake $B/scene_source
+# libopenvdb-dev and libboost-dev, where they are.
+OPENVDB      = $(and $(wildcard /usr/include/openvdb/openvdb.h),$(wildcard /usr/include/boost/version.hpp))
+PROGRAMS     = $B/wisp $B/plume $B/wake $B/scene_source $(if $(OPENVDB),$B/vdb_to_nvdb)
 
 # ---- What a user makes
 # A target's line of `make help` stands behind ##.
@@ -63,6 +65,9 @@ $B/wisp: $(CORE_O) $(HOST_O)
 	$(call say,LD) $(CXX) $(FLAGS) $^ -lz -o $@
 $B/plume $B/wake: $B/%: $B/tools/plume/%.o $(LIBRARY_O)
 	$(call say,LD) $(CXX) $(FLAGS) $^ -lz -o $@
+# Reads OpenVDB files for wisp.
+$B/vdb_to_nvdb: $B/tools/vdb/vdb_to_nvdb.o
+	$(call say,LD) $(CXX) $(FLAGS) $^ -Wl,--copy-dt-needed-entries -lopenvdb -ltbb -o $@
 $B/scene_source: $B/tools/portability/scene_source.o $(LIBRARY_O)
 	$(call say,LD) $(CXX) $(FLAGS) $^ -lz -o $@
 

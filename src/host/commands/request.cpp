@@ -35,7 +35,7 @@ SceneFile scene_of(const std::string &name, const Options &options, const Comman
     namespace fs = std::filesystem;
     if (!is_smoke_file(name)) {
         for (const auto &[option, value] : line.options)
-            if (option == "up" || option == "ground" || option == "write-scene")
+            if (option == "up" || option == "ground" || option == "grid" || option == "write-scene")
                 throw Error(exit_usage, name,
                             "option '" + option + "' is for a file of smoke by itself, found a scene");
         return read_scene(name);
@@ -71,7 +71,8 @@ Request read_request(const CommandLine &line) {
     for (const SceneFile::Default &setting : request.file.defaults) try {
             if (setting.option == "output" || setting.option == "stats" || setting.option == "error-out" ||
                 setting.option == "map-out" || setting.option == "map-in" || setting.option == "max-error" ||
-                setting.option == "up" || setting.option == "ground" || setting.option == "write-scene")
+                setting.option == "up" || setting.option == "ground" || setting.option == "grid" ||
+                setting.option == "write-scene")
                 throw InputError(setting.where,
                                  "option '" + setting.option + "' in a scene, expected it on the command line");
             set_option(request.options, setting.option, setting.value, setting.where);

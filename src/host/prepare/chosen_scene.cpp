@@ -40,16 +40,17 @@ Cloud cloud_of(const Volume &volume) {
         for (uint32_t y = 0; y < volume.ny; ++y)
             for (uint32_t x = 0; x < volume.nx; ++x, ++i) {
                 if (!(volume.density[i] > 0)) continue;
-                cloud.points.push_back({volume.low[0] + (x + 0.5) * edge[0], volume.low[1] + (y + 0.5) * edge[1],
-                                        volume.low[2] + (z + 0.5) * edge[2]});
+                cloud.points.push_back(volume.axis[0] * (volume.low[0] + (x + 0.5) * edge[0]) +
+                                       volume.axis[1] * (volume.low[1] + (y + 0.5) * edge[1]) +
+                                       volume.axis[2] * (volume.low[2] + (z + 0.5) * edge[2]));
                 cloud.areas.push_back(static_cast<double>(volume.density[i]) * volume_of_cell);
             }
     return cloud;
 }
 
-Cloud read_cloud(const std::string &path) {
+Cloud read_cloud(const std::string &path, const std::string &grid) {
     const Bytes bytes = read_file(path);
-    if (is_volume(bytes.data(), bytes.size())) return cloud_of(parse_volume(path, bytes.data(), bytes.size()));
+    if (is_volume(bytes.data(), bytes.size())) return cloud_of(parse_volume(path, bytes.data(), bytes.size(), grid));
     Particles table = parse_particles(path, bytes.data(), bytes.size());
     Cloud cloud;
     for (const auto &p : table.position) cloud.points.push_back({p[0], p[1], p[2]});
@@ -205,8 +206,8 @@ constexpr double mean_depth = 2;
 constexpr double lengths_of_spacing = 1.2;
 
 // Takes the frame's extents, and, where it has most points so far, its numbers.
-void include(const std::string &path, Choice &choice) {
-    Cloud cloud = read_cloud(path);
+void include(const std::string &path, const std::string &grid, Choice &choice) {
+    Cloud cloud = read_cloud(path, grid);
     if (cloud.points.empty()) return;
     double radius = 0, reach = cloud.reach;
     if (reach == 0 && !cloud.radius.empty()) {
@@ -289,8 +290,9 @@ std::string ground(const Choice &choice) {
     return text;
 }
 
-std::string smoke(const Choice &choice, const std::string &named, const Sequence &sequence) {
+std::string smoke(const Choice &choice, const std::string &named, const std::string &grid, const Sequence &sequence) {
     std::string text = "smoke " + named + " {\n";
+    if (!grid.empty()) text += "  grid " + grid + "\n";
     if (choice.radius > 0) text += line("  radius " + number(choice.radius), "1.2 times the spacing of the particles");
     if (!choice.is_grid && !choice.has_mass) text += "  mass 1\n";
     text += line("  extinction " + number(choice.extinction), "for a mean optical depth of 2 where a ray meets smoke");
@@ -320,13 +322,14 @@ std::string choose_scene(const std::string &path, const std::string &named, cons
     Choice choice = {};
     choice.vertical = z_up ? Double3{0, 0, 1} : Double3{0, 1, 0};
     choice.axes = axes_of(choice.vertical, z_up ? Double3{0, -1, 0} : Double3{0, 0, 1});
-    for (int64_t frame = 0; frame < sequence.count; ++frame) include(numbered(path, sequence.number(frame)), choice);
+    for (int64_t frame = 0; frame < sequence.count; ++frame)
+        include(numbered(path, sequence.number(frame)), options.grid, choice);
     if (choice.count == 0)
         throw InputError(path, "no smoke, expected particles, or a density grid with samples above 0");
     return "# A scene about " + named + ", chosen by wisp. Change any number.\n" + view(choice, options) +
            line("b 0.03 0.04 0.06", "background") + lights(choice.axes) +
            (sequence.count > 1 ? line("a 0 1 " + std::to_string(sequence.count), "one frame for each file") : "") +
-           smoke(choice, named, sequence) + (options.ground ? ground(choice) : "");
+           smoke(choice, named, options.grid, sequence) + (options.ground ? ground(choice) : "");
 }
 
 } // namespace wisp

@@ -74,18 +74,19 @@ std::vector<Particle> load_particles(const std::vector<Node> &nodes, const Scene
 }
 
 // A box of one cell in the units of the scene, transformed as particles are.
-GridDescription place_grid(const std::vector<Node> &nodes, const SceneFile::SmokeVolume &smoke, const Double3 &low,
-                           const Double3 &high) {
+// `low` and `high` are its corners along the axes.
+GridDescription place_grid(const std::vector<Node> &nodes, const SceneFile::SmokeVolume &smoke,
+                           const std::array<Double3, 3> &axis, const Double3 &low, const Double3 &high) {
     GridDescription grid = {};
     grid.nx = grid.ny = grid.nz = 1;
     grid.extinction = smoke.extinction;
-    grid.center = placed_in_world(nodes, smoke.node, (low + high) * 0.5);
+    const Double3 middle = (low + high) * 0.5;
+    grid.center = placed_in_world(nodes, smoke.node, axis[0] * middle.x + axis[1] * middle.y + axis[2] * middle.z);
     grid.half = (high - low) * (0.5 * scale_in_world(nodes, smoke.node));
     for (double half : {grid.half.x, grid.half.y, grid.half.z})
         if (!(half >= 1e-100 && half <= 1e100))
             throw InputError(smoke.where, "an edge of the grid is outside 1e-100 to 1e100, expected one within");
-    for (int i = 0; i < 3; ++i)
-        grid.axis[i] = turned_in_world(nodes, smoke.node, {double(i == 0), double(i == 1), double(i == 2)});
+    for (size_t i = 0; i < 3; ++i) grid.axis[i] = turned_in_world(nodes, smoke.node, axis[i]);
     return grid;
 }
 
@@ -97,13 +98,16 @@ void load(const std::vector<Node> &nodes, const SceneFile::SmokeVolume &smoke, i
     source.asymmetry = smoke.phase;
     source.emission = smoke.emission;
     if (smoke.box) {
-        source.grid = place_grid(nodes, smoke, smoke.box->low, smoke.box->high);
+        source.grid = place_grid(nodes, smoke, Volume().axis, smoke.box->low, smoke.box->high);
         source.grid.extinction *= smoke.box->density;
         return;
     }
     const std::string path = numbered(smoke.file, smoke.first_frame + frame * smoke.frame_step);
     const Bytes bytes = named_at(smoke.where, [&] { return read_file(path); });
     if (!is_volume(bytes.data(), bytes.size())) {
+        if (!smoke.grid.empty())
+            throw InputError(smoke.where,
+                             "found 'grid', expected none for " + path + ": only density grids have names");
         particles = load_particles(nodes, smoke, path, bytes, notes);
         return;
     }
@@ -111,8 +115,8 @@ void load(const std::vector<Node> &nodes, const SceneFile::SmokeVolume &smoke, i
         throw InputError(smoke.of_particles.where, "found '" + smoke.of_particles.key +
                                                        "', expected none for the density grid " + path +
                                                        ": only particles have it");
-    Volume volume = named_at(smoke.where, [&] { return parse_volume(path, bytes.data(), bytes.size()); });
-    source.grid = place_grid(nodes, smoke, {volume.low[0], volume.low[1], volume.low[2]},
+    Volume volume = named_at(smoke.where, [&] { return parse_volume(path, bytes.data(), bytes.size(), smoke.grid); });
+    source.grid = place_grid(nodes, smoke, volume.axis, {volume.low[0], volume.low[1], volume.low[2]},
                              {volume.high[0], volume.high[1], volume.high[2]});
     source.grid.nx = static_cast<int32_t>(volume.nx);
     source.grid.ny = static_cast<int32_t>(volume.ny);

@@ -189,6 +189,8 @@ const OptionTable<Options> &scene_options() {
          [](Options &options, const std::string &value) {
              options.ground = one_of(value, {"yes", "no"}) == 0;
          }},
+        {"grid", "NAME", "of a .vdb or .nvdb by itself: which of its grids (density, or the only one)",
+         to_text(&Options::grid)},
         {"write-scene", "FILE", "of a file of smoke by itself: saves the scene that was chosen for it, to go on from",
          to_text(&Options::write_scene)},
         {"frame-count", "N", "divide the animation's time into N frames instead of the scene's own number",

@@ -66,7 +66,7 @@ struct Options {
     // Of a file of smoke by itself: the scene that is chosen for it, and the file that it is written to.
     enum class Up { y, z } up = Up::y;
     bool ground = true;
-    std::string write_scene;
+    std::string write_scene, grid;
 };
 
 // The table of them.

@@ -275,11 +275,14 @@ class SceneParser {
                 if (smoke.box) tokens_.fail("found '" + key + "', expected none in a box: only particles have it");
                 smoke.of_particles = {tokens_.where(), key};
             }
+            if (smoke.box && key == "grid") tokens_.fail("found 'grid', expected none in a box: it has no file");
             if (smoke.box && key == "frames") tokens_.fail("found 'frames', expected none in a box: it has no files");
             if (key == "kernel") {
                 const std::string name(tokens_.take("spline or poly6"));
                 if (name != "spline" && name != "poly6") tokens_.fail("found '" + name + "', expected spline or poly6");
                 smoke.kernel = name == "spline" ? Kernel::spline : Kernel::poly6;
+            } else if (key == "grid") {
+                smoke.grid = tokens_.name("the name of a grid");
             } else if (key == "radius") {
                 smoke.radius = tokens_.number_in("a smoothing length above 0", 1e-30, 1e30);
             } else if (key == "mass") {
@@ -303,7 +306,7 @@ class SceneParser {
                 smoke.first_frame = tokens_.integer("the first file's number", 0, 1000000000);
                 smoke.frame_step = tokens_.integer("the step from frame to frame", -1000000, 1000000);
             } else {
-                const std::string names = "kernel radius mass extinction albedo phase emission transform frames";
+                const std::string names = "grid kernel radius mass extinction albedo phase emission transform frames";
                 tokens_.fail("there is no '" + key + "' in smoke, expected " + names + " or }" +
                              did_you_mean(key, split(names, ' ')));
             }

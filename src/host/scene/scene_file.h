@@ -34,6 +34,7 @@ struct SceneFile {
     struct SmokeVolume {
         std::string file;       // as found from the working directory; `%04d` = number of the frame
         std::optional<Box> box; // instead of a file
+        std::string grid;       // of the grids in the file; empty: `density`, or the only one
         std::string where;      // `FILE:LINE` of the statement
         struct {
             std::string where, key; // empty: none

@@ -8,7 +8,7 @@
 //     per sample  f32, x fastest, then y
 #include "host/base/byte_reader.h"
 #include "host/base/memory.h"
-#include "host/formats/volume.h"
+#include "host/formats/volume_readers.h"
 #include <cmath>
 
 namespace wisp {
@@ -71,11 +71,11 @@ void read_samples(ByteReader &in, Volume &volume) {
 
 } // namespace
 
-bool is_volume(const unsigned char *data, size_t size) {
+bool is_vol(const unsigned char *data, size_t size) {
     return size >= magic.size() && std::memcmp(data, magic.data(), magic.size()) == 0;
 }
 
-Volume parse_volume(const std::string &name, const unsigned char *data, size_t size) {
+Volume parse_vol(const std::string &name, const unsigned char *data, size_t size) {
     ByteReader in(name, data, size, Encoding::little_endian);
     if (in.bytes(magic.size()) != magic) in.fail("not a VOL file, expected 'VOL' at its start");
     const int64_t version = integer(in, Scalar::u8);
