@@ -14,7 +14,7 @@ void promise(bool holds) {
 }
 
 void read(const wisp::Bytes &bytes) {
-    wisp::PfmRecord pfm;
+    wisp::SavedRecord pfm;
     try {
         pfm = wisp::parse_record(bytes, "name");
     } catch (const wisp::InputError &error) {

@@ -2,6 +2,8 @@
 #include "host/base/error.h"
 #include "host/base/files.h"
 #include "host/base/memory.h"
+#include "host/base/text.h"
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -155,5 +157,17 @@ void check_writable(const std::string &path) {
 }
 
 void tidy_up(const std::string &path) { remove_aside(path, 0); }
+
+std::vector<int64_t> numbers_of_files(const std::string &pattern) {
+    const std::filesystem::path path = pattern;
+    const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+    std::vector<int64_t> numbers;
+    std::error_code error;
+    for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
+        if (const auto number = number_in(path.filename().string(), entry->path().filename().string()))
+            numbers.push_back(*number);
+    std::sort(numbers.begin(), numbers.end());
+    return numbers;
+}
 
 } // namespace wisp

@@ -24,6 +24,9 @@ void write_file(const std::string &path, const std::string &text);
 // is not there or not writable, it is a folder. Leaves nothing, and what is there as it is.
 void check_writable(const std::string &path);
 
+// The numbers of the files that a name with `%04d` stands for, in ascending order.
+std::vector<int64_t> numbers_of_files(const std::string &pattern);
+
 // Removes the PATH.part that a killed process has left, but not one that another process is writing.
 void tidy_up(const std::string &path);
 

@@ -128,11 +128,18 @@ std::optional<int64_t> to_integer(std::string_view text) {
     return number;
 }
 
-std::string two_digits(double number) {
+namespace {
+
+std::string digits_of(double number, int digits) {
     char text[32];
-    std::snprintf(text, sizeof text, "%.2g", number);
+    std::snprintf(text, sizeof text, "%.*g", digits, number);
     return text;
 }
+
+} // namespace
+
+std::string two_digits(double number) { return digits_of(number, 2); }
+std::string six_digits(double number) { return digits_of(number, 6); }
 
 namespace {
 
@@ -162,6 +169,16 @@ std::string numbered(const std::string &pattern, int64_t number) {
 bool has_number(const std::string &pattern) {
     size_t begin, end, digits;
     return find_number(pattern, begin, end, digits);
+}
+
+std::optional<int64_t> number_in(const std::string &pattern, const std::string &name) {
+    size_t begin, end, digits;
+    if (!find_number(pattern, begin, end, digits)) return std::nullopt;
+    const size_t behind = pattern.size() - end;
+    if (name.size() < begin + behind) return std::nullopt;
+    const auto number = to_integer(std::string_view(name).substr(begin, name.size() - begin - behind));
+    if (!number || numbered(pattern, *number) != name) return std::nullopt;
+    return number;
 }
 
 } // namespace wisp

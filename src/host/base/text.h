@@ -31,9 +31,12 @@ std::optional<int64_t> to_integer(std::string_view text);
 
 // For people: `1.2`, `0.00034`, `5.6e+07`.
 std::string two_digits(double number);
+std::string six_digits(double number);
 
 // `pattern` with the number in place of its first `%d` or `%04d` (one or two digits); the pattern itself without one.
 std::string numbered(const std::string &pattern, int64_t number);
 bool has_number(const std::string &pattern);
+// The number with which `pattern` is `name`; nothing where there is none.
+std::optional<int64_t> number_in(const std::string &pattern, const std::string &name);
 
 } // namespace wisp

@@ -15,6 +15,9 @@ int plan_command(const std::vector<std::string> &arguments);
 // `wisp inspect SCENE X Y`: how a pixel came to be what it is, as text, with --json as JSON.
 int inspect_command(const std::vector<std::string> &arguments);
 
+// `wisp info FILE`: what a file is and holds, as text, with --json as JSON.
+int info_command(const std::vector<std::string> &arguments);
+
 // `wisp compare A B`: prints how picture A differs from B; with `--json -` as JSON. Returns exit_done when all bits
 // match or, given
 // --tolerance, when the relative RMSE is at most that; else exit_difference.
@@ -30,6 +33,7 @@ int stitch_command(const std::vector<std::string> &arguments);
 // The lines of help on the options that only this command has.
 std::string inspect_help();
 std::string plan_help();
+std::string info_help();
 std::string compare_help();
 
 } // namespace wisp

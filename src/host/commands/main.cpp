@@ -30,6 +30,8 @@ constexpr Command commands[] = {
      true},
     {"inspect", "wisp inspect SCENE X Y [options] a pixel explained: its rays, hits, shadows, smoke and sums",
      inspect_command, true},
+    {"info", "wisp info FILE [--json]         what a file is and holds: particles, grid, scene, map, passes, picture",
+     info_command, false},
     {"compare", "wisp compare A B [options]      how two .pfm pictures differ; exit 1 when they do", compare_command,
      false},
     {"merge", "wisp merge A B [...] -o FILE    the picture of several .passes together, or .map as one .map",
@@ -49,8 +51,8 @@ std::string help_text() {
         "the pixel in the crop is rendered first, so that shadows are decided by what was learnt there, else the "
         "pixel\n"
         "alone; and\n" +
-        inspect_help() + "\nOptions of plan, beside those of render:\n" + plan_help() + "\nOptions of compare:\n" +
-        compare_help() +
+        inspect_help() + "\nOptions of plan, beside those of render:\n" + plan_help() + "\nOptions of info:\n" +
+        info_help() + "\nOptions of compare:\n" + compare_help() +
         "\nExit: 0 done, 1 pictures differ, 2 wrong usage, 3 bad input, 4 does not fit in memory, 5 could not write,\n"
         "128 + N stopped by signal N; frames that are there already as they would be made are kept\n";
     return text;

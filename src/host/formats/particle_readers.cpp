@@ -6,6 +6,7 @@
 #include "host/formats/particles.h"
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace wisp {
 namespace {
@@ -17,9 +18,9 @@ struct Format {
     Particles (*parse)(ByteReader &);
 };
 constexpr Format formats[] = {
-    {"# vtk DataFile Version", ".vtk", "a legacy VTK file", Encoding::text, parse_vtk},
-    {"Bgeo", ".bgeo", "a BGEO file", Encoding::big_endian, parse_bgeo},
-    {"ply", ".ply", "a PLY file", Encoding::text, parse_ply},
+    {"# vtk DataFile Version", ".vtk", "legacy VTK", Encoding::text, parse_vtk},
+    {"Bgeo", ".bgeo", "BGEO", Encoding::big_endian, parse_bgeo},
+    {"ply", ".ply", "PLY", Encoding::text, parse_ply},
 };
 
 // Related formats that are not read, and how to convert them.
@@ -53,7 +54,7 @@ bool ends_with(std::string_view text, std::string_view end) {
         if (starts_with(content, stranger.magic)) throw InputError(start, stranger.message);
     for (const Format &format : formats)
         if (ends_with(lower_case(name), format.suffix))
-            throw InputError(start, std::string("not ") + format.description + ", expected '" +
+            throw InputError(start, std::string("not a ") + format.description + " file, expected '" +
                                         std::string(format.magic) + "' at its start");
     throw InputError(start, "not a particle file, expected legacy VTK, BGEO version 5 or PLY");
 }
@@ -126,16 +127,18 @@ Particles parse_particles(const std::string &name, const unsigned char *data, si
     for (const Format &format : formats)
         if (starts_with(content, format.magic)) {
             ByteReader reader(name, data, size, format.encoding);
-            return format.parse(reader);
+            Particles particles = format.parse(reader);
+            particles.format = format.description;
+            return particles;
         }
     fail_unknown(name, content);
 }
 
 bool is_particles(const unsigned char *data, size_t size) {
     const std::string_view content(reinterpret_cast<const char *>(data), size);
-    return is_gzip(data, size) || std::any_of(std::begin(formats), std::end(formats), [content](const Format &format) {
-               return starts_with(content, format.magic);
-           });
+    const auto begins = [content](const auto &kind) { return starts_with(content, kind.magic); };
+    return is_gzip(data, size) || std::any_of(std::begin(formats), std::end(formats), begins) ||
+           std::any_of(std::begin(strangers), std::end(strangers), begins);
 }
 
 } // namespace wisp

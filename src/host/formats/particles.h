@@ -10,6 +10,7 @@ namespace wisp {
 // Lengths are in scene units, masses in kg. The doubles hold what the file holds, 32-bit or 64-bit floats, exactly.
 // A file may have no particles.
 struct Particles {
+    const char *format = "";                     // legacy VTK, BGEO or PLY
     std::vector<std::array<double, 3>> position; // finite
     // Each is empty, or has one finite value per particle.
     std::vector<double> density;
@@ -28,7 +29,8 @@ struct Particles {
 Particles read_particles(const std::string &path);
 // The same for the `size` bytes at `data`; `name` stands in front of errors.
 Particles parse_particles(const std::string &name, const unsigned char *data, size_t size);
-// Whether the first bytes of a file are those of one of these formats, or of gzip.
+
+// Whether the bytes begin like such a file or a related one, which is refused with advice, or are compressed.
 bool is_particles(const unsigned char *data, size_t size);
 
 } // namespace wisp

@@ -62,8 +62,8 @@ Bytes pfm_bytes(const Picture &picture) {
 
 Picture parse_pfm(const Bytes &bytes, const std::string &name) {
     ByteReader reader(name, bytes.data(), bytes.size(), Encoding::little_endian); // binary: errors name the byte
+    if (!is_pfm(bytes)) reader.fail("this is not a PFM picture, expected PF or Pf");
     const std::string_view kind = reader.peek(2);
-    if (kind != "PF" && kind != "Pf") reader.fail("this is not a PFM picture, expected PF or Pf");
     reader.bytes(kind.size());
     Picture picture;
     picture.width = read_side(reader, "width");
@@ -90,6 +90,8 @@ Picture parse_pfm(const Bytes &bytes, const std::string &name) {
     }
     return picture;
 }
+
+bool is_pfm(const Bytes &bytes) { return bytes.size() >= 2 && bytes[0] == 'P' && (bytes[1] == 'F' || bytes[1] == 'f'); }
 
 Picture read_pfm(const std::string &path) { return parse_pfm(read_file(path), path); }
 

@@ -22,6 +22,7 @@ Bytes pfm_bytes(const Picture &picture);
 // sides of 1 to max_side pixels, scale 1 or -1, no comments, nothing after the last row. Bits are kept, NaN's too.
 // Throws InputError `NAME: byte N: ...`, N counted from 0.
 Picture parse_pfm(const Bytes &bytes, const std::string &name);
+bool is_pfm(const Bytes &bytes); // by its first bytes
 constexpr int max_side = 1000000;
 
 // parse_pfm() of the file's bytes.

@@ -6,7 +6,6 @@
 #include "host/formats/volume.h"
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <fstream>
 #include <utility>
 #include <vector>
@@ -70,23 +69,8 @@ struct Sequence {
 // The numbers of the files of a numbered name that are there, from the lowest on, as far as they are evenly spaced.
 Sequence find_sequence(const std::string &pattern) {
     if (!has_number(pattern)) return {};
-    const std::filesystem::path folder = std::filesystem::path(pattern).parent_path();
-    std::vector<int64_t> numbers;
-    std::error_code fault;
-    for (const auto &entry : std::filesystem::directory_iterator(folder.empty() ? "." : folder, fault)) {
-        const std::string name = (folder / entry.path().filename()).string();
-        // The number's digits are those that differ from the pattern: all that could stand there are tried.
-        for (size_t begin = 0; begin < name.size(); ++begin) {
-            size_t end = begin;
-            while (end < name.size() && end - begin < 18 && name[end] >= '0' && name[end] <= '9') ++end;
-            const auto number = to_integer(std::string_view(name).substr(begin, end - begin));
-            if (!number || numbered(pattern, *number) != name) continue;
-            numbers.push_back(*number);
-            break;
-        }
-    }
+    const std::vector<int64_t> numbers = numbers_of_files(pattern);
     if (numbers.empty()) throw InputError(pattern, "no file has a name like this, expected some with numbers in it");
-    std::sort(numbers.begin(), numbers.end());
     Sequence sequence = {numbers[0], 1, 1};
     if (numbers.size() > 1) sequence.step = numbers[1] - numbers[0];
     while (sequence.count < static_cast<int64_t>(numbers.size()) &&
@@ -260,8 +244,10 @@ std::string view(const Choice &choice, const Options &options) {
     const double distance =
         choice.back.size() / 2 + std::max(choice.up.size(), choice.right.size() / aspect) / (2 * tangent * filled);
     const Axes &axes = choice.axes;
-    const Double3 at =
+    const auto rounded = [distance](double x) { return std::fabs(x) < 1e-9 * distance ? 0.0 : x; };
+    const Double3 middle =
         axes.right * choice.right.middle() + axes.up * choice.up.middle() + axes.back * choice.back.middle();
+    const Double3 at = {rounded(middle.x), rounded(middle.y), rounded(middle.z)};
     return line("v from " + words(at + axes.back * distance) + " at " + words(at) + " up " + words(choice.vertical) +
                     " angle 30 hither 0.01 resolution " + std::to_string(width) + " " + std::to_string(height),
                 "frames all smoke");

@@ -157,18 +157,6 @@ Double3 aligned_half(const GridDescription &grid) {
             std::fabs(a[0].z) * h.x + std::fabs(a[1].z) * h.y + std::fabs(a[2].z) * h.z};
 }
 
-std::vector<SmokeExtent> extents_of(const PreparedScene &prepared) {
-    std::vector<SmokeExtent> extents(prepared.smokes.size());
-    for (size_t i = 0; i < extents.size(); ++i) {
-        for (const Particle &p : prepared.particles[i]) extents[i].add(p.position, p.h);
-        const GridDescription &grid = prepared.smokes[i].grid;
-        if (!prepared.smokes[i].is_grid()) continue;
-        extents[i].add(grid.center - aligned_half(grid), step_length(grid));
-        extents[i].add(grid.center + aligned_half(grid), step_length(grid));
-    }
-    return extents;
-}
-
 // Scales one smoke to normalised lengths, and sums up its area and range of smoothing lengths. A grid's largest density
 // becomes 1 to 2, so that fixed point keeps the digits of every sample.
 void normalize(SmokeDescription &source, std::vector<Particle> &particles, std::vector<float> &densities,
@@ -363,6 +351,18 @@ void check_range(const std::string &name, const SceneFile &file, const PreparedS
 }
 
 } // namespace
+
+std::vector<SmokeExtent> extents_of(const PreparedScene &prepared) {
+    std::vector<SmokeExtent> extents(prepared.smokes.size());
+    for (size_t i = 0; i < extents.size(); ++i) {
+        for (const Particle &p : prepared.particles[i]) extents[i].add(p.position, p.h);
+        const GridDescription &grid = prepared.smokes[i].grid;
+        if (!prepared.smokes[i].is_grid()) continue;
+        extents[i].add(grid.center - aligned_half(grid), step_length(grid));
+        extents[i].add(grid.center + aligned_half(grid), step_length(grid));
+    }
+    return extents;
+}
 
 int64_t frame_count_of(const SceneFile &file, const Options &options) {
     return options.frame_count.value_or(file.animation ? file.animation->frames : 1);

@@ -3,6 +3,7 @@
 #pragma once
 #include "host/base/messages.h"
 #include "host/prepare/prepare_surfaces.h"
+#include "host/prepare/unit.h"
 #include "host/scene/options.h"
 #include "host/scene/scene_file.h"
 #include <vector>
@@ -27,6 +28,9 @@ struct PreparedScene {
     Double3 center = {0, 0, 0}; // p' = (p - center) * scale: from the units of the scene's file to the core's
     double scale = 1;
 };
+
+// How far each smoke reaches, in the units that `prepared` is in.
+std::vector<SmokeExtent> extents_of(const PreparedScene &prepared);
 
 // The number of frames of the animation, and the time of a frame. Without a statement `a` every frame is at time 0.
 int64_t frame_count_of(const SceneFile &file, const Options &options);

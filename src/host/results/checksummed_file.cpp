@@ -1,6 +1,7 @@
 #include "host/base/sha256.h"
 #include "host/base/text.h"
 #include "host/results/checksummed_file.h"
+#include <algorithm>
 
 namespace wisp {
 
@@ -59,6 +60,11 @@ Bytes checksummed_bytes(const std::string &first, const std::string &lines, cons
     Bytes bytes(head.begin(), head.end());
     bytes.insert(bytes.end(), words.begin(), words.end());
     return bytes;
+}
+
+bool has_first_line(const Bytes &bytes, const std::string &first) {
+    const std::string line = first + "\n";
+    return bytes.size() >= line.size() && std::equal(line.begin(), line.end(), bytes.begin());
 }
 
 void read_checksum(ByteReader &reader, const std::string &first, const char *kind) {

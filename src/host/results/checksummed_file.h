@@ -27,6 +27,9 @@ int64_t read_integer(ByteReader &reader, const char *what, int64_t low, int64_t 
 // A file of the line `first`, the checksum, `lines` (whole lines) and `words`.
 Bytes checksummed_bytes(const std::string &first, const std::string &lines, const Bytes &words);
 
+// Whether the first line is `first`.
+bool has_first_line(const Bytes &bytes, const std::string &first);
+
 // Reads the first two lines. Fails unless the first line is `first`, which files of `kind` have, and the SHA-256 is
 // right.
 void read_checksum(ByteReader &reader, const std::string &first, const char *kind);

@@ -111,4 +111,6 @@ MapFile parse_map(const Bytes &bytes, const std::string &name) {
     return map;
 }
 
+bool is_map(const Bytes &bytes) { return has_first_line(bytes, first_line); }
+
 } // namespace wisp

@@ -26,5 +26,6 @@ void check_map(const MapFile &map, const std::string &scene, bool to_eye, uint64
 // file, a damaged or truncated one, and for impossible numbers.
 Bytes map_bytes(const MapFile &map);
 MapFile parse_map(const Bytes &bytes, const std::string &name);
+bool is_map(const Bytes &bytes); // by its first line
 
 } // namespace wisp

@@ -103,4 +103,6 @@ Passes parse_passes(const Bytes &bytes, const std::string &name) {
     return passes;
 }
 
+bool is_passes(const Bytes &bytes) { return has_first_line(bytes, first_line); }
+
 } // namespace wisp

@@ -31,5 +31,6 @@ void add_passes(Passes &passes, const Passes &more, const std::string &name);
 // parse_passes() throws InputError for another file, and for a damaged or truncated one.
 Bytes passes_bytes(const Passes &passes);
 Passes parse_passes(const Bytes &bytes, const std::string &name);
+bool is_passes(const Bytes &bytes); // by its first line
 
 } // namespace wisp

@@ -31,6 +31,34 @@ Bytes with_record(const Bytes &png, const PictureRecord &record) {
     return add_png_text(png, keyword, std::string(text.begin(), text.end()));
 }
 
+// The lines of a record up to the SHA-256 of its picture.
+SavedRecord read_record(ByteReader &reader) {
+    read_checksum(reader, first_line, "record of a picture");
+    const auto key = [&reader](const std::string &word) {
+        if (reader.word(word.c_str()) != word) reader.fail("expected '" + word + "'");
+    };
+    const auto number = [&reader](const char *what, int64_t low, int64_t high) {
+        return static_cast<int>(read_integer(reader, what, low, high));
+    };
+    SavedRecord saved;
+    PictureRecord &record = saved.record;
+    key("scene");
+    record.scene = reader.word("a SHA-256");
+    key("size");
+    record.width = number("a width", 1, longest_side);
+    record.height = number("a height", 1, longest_side);
+    key("crop");
+    const char *within = "a crop within the picture";
+    record.crop.x0 = number(within, 0, record.width - 1);
+    record.crop.y0 = number(within, 0, record.height - 1);
+    record.crop.x1 = number(within, record.crop.x0 + int64_t{1}, record.width);
+    record.crop.y1 = number(within, record.crop.y0 + int64_t{1}, record.height);
+    key("picture");
+    saved.sha256 = reader.word("a SHA-256");
+    reader.end_line();
+    return saved;
+}
+
 void put_big_endian(Bytes &bytes, uint32_t word) {
     for (int shift = 24; shift >= 0; shift -= 8) bytes.push_back(static_cast<uint8_t>(word >> shift));
 }
@@ -78,33 +106,35 @@ std::optional<Bytes> recorded_bytes(const std::string &path, const PictureRecord
     }
 }
 
-PfmRecord parse_record(const Bytes &bytes, const std::string &name) {
+SavedRecord parse_record(const Bytes &bytes, const std::string &name) {
     ByteReader reader(name, bytes.data(), bytes.size());
-    read_checksum(reader, first_line, "record of a picture");
-    const auto key = [&reader](const std::string &word) {
-        if (reader.word(word.c_str()) != word) reader.fail("expected '" + word + "'");
-    };
-    const auto number = [&reader](const char *what, int64_t low, int64_t high) {
-        return static_cast<int>(read_integer(reader, what, low, high));
-    };
-    PfmRecord pfm;
-    PictureRecord &record = pfm.record;
-    key("scene");
-    record.scene = reader.word("a SHA-256");
-    key("size");
-    record.width = number("a width", 1, longest_side);
-    record.height = number("a height", 1, longest_side);
-    key("crop");
-    const char *within = "a crop within the picture";
-    record.crop.x0 = number(within, 0, record.width - 1);
-    record.crop.y0 = number(within, 0, record.height - 1);
-    record.crop.x1 = number(within, record.crop.x0 + int64_t{1}, record.width);
-    record.crop.y1 = number(within, record.crop.y0 + int64_t{1}, record.height);
-    key("picture");
-    pfm.sha256 = reader.word("a SHA-256");
-    reader.end_line();
+    const SavedRecord saved = read_record(reader);
     if (reader.left() > 0) reader.fail("more bytes after the record of a .pfm, expected the end");
-    return pfm;
+    return saved;
+}
+
+bool is_record(const Bytes &bytes) { return has_first_line(bytes, first_line); }
+
+std::optional<RecordedPng> record_in_png(const Bytes &png, const std::string &name) {
+    const std::string start = std::string("tEXt") + keyword + '\0';
+    ByteReader chunks(name, png.data(), png.size(), Encoding::big_endian);
+    chunks.bytes(8); // the signature
+    while (chunks.left() > 0) {
+        const size_t from = png.size() - chunks.left(), size = static_cast<size_t>(chunks.number(Scalar::u32));
+        const std::string_view chunk = chunks.bytes(4 + size); // type and data
+        chunks.bytes(4);                                       // CRC
+        if (chunk.substr(0, 4) == "IEND") break;
+        if (chunk.substr(0, start.size()) != start) continue;
+        const std::string_view text = chunk.substr(start.size());
+        ByteReader reader(name, reinterpret_cast<const uint8_t *>(text.data()), text.size());
+        RecordedPng recorded = {read_record(reader), png};
+        if (reader.word("exposure") != "exposure") reader.fail("expected 'exposure'");
+        recorded.saved.record.exposure = reader.number_in_line(Scalar::f64);
+        const auto begin = recorded.picture.begin() + static_cast<ptrdiff_t>(from);
+        recorded.picture.erase(begin, begin + static_cast<ptrdiff_t>(chunk_frame + size));
+        return recorded;
+    }
+    return std::nullopt;
 }
 
 } // namespace wisp

@@ -23,14 +23,24 @@ void write_recorded(const std::string &path, const Bytes &picture, const Picture
 // The bytes of the picture at `path` without its record; nothing unless its record is `record`, of these very bytes.
 std::optional<Bytes> recorded_bytes(const std::string &path, const PictureRecord &record);
 
-// The contents of FILE.pfm.wisp: a record, and the SHA-256 of the picture that it describes. Throws InputError for
-// another file, a damaged or truncated one, and for a crop beyond the picture.
-struct PfmRecord {
+// A record as it is in a file, and the SHA-256 of the picture that it describes.
+struct SavedRecord {
     PictureRecord record;
     std::string sha256;
 };
-PfmRecord parse_record(const Bytes &bytes, const std::string &name);
+// The contents of FILE.pfm.wisp. Throws InputError for another file, a damaged or truncated one, and for a crop beyond
+// the picture.
+SavedRecord parse_record(const Bytes &bytes, const std::string &name);
+bool is_record(const Bytes &bytes); // by its first line
 std::string record_path(const std::string &path);
+
+// The record in a PNG that read_png() takes, and the bytes of the picture without it; nothing where it has none. Throws
+// InputError as parse_record().
+struct RecordedPng {
+    SavedRecord saved;
+    Bytes picture;
+};
+std::optional<RecordedPng> record_in_png(const Bytes &png, const std::string &name);
 
 // The PNG with `text` in a tEXt chunk of this keyword, before the last chunk, IEND.
 Bytes add_png_text(const Bytes &png, const std::string &keyword, const std::string &text);

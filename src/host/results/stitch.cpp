@@ -23,7 +23,7 @@ uint64_t area_of(const Crop &crop) {
 
 Part read_part(const std::string &name) {
     const std::string record_name = record_path(name);
-    const PfmRecord pfm = parse_record(read_file(record_name), record_name);
+    const SavedRecord pfm = parse_record(read_file(record_name), record_name);
     const Bytes bytes = read_file(name);
     const Crop &crop = pfm.record.crop;
     Part part = {name, pfm.record, parse_pfm(bytes, name)};

@@ -33,6 +33,11 @@ TEST_CASE("text: frame numbers take the place of %04d") {
     CHECK(numbered("%s%02d", 3) == "%s03");
     CHECK(has_number("%d"));
     CHECK(!has_number("%x"));
+    CHECK(number_in("a_%04d.png", "a_0007.png") == 7);
+    CHECK(number_in("a_%04d.png", "a_12345.png") == 12345);
+    for (const char *other : {"a_7.png", "a_00007.png", "a_0007.pn", "a_.png", "a_xxxx.png", "a.png", ""})
+        CHECK(!number_in("a_%04d.png", other));
+    CHECK(!number_in("a.png", "a.png"));
 }
 
 TEST_CASE("text: a line of it is printable, and UTF-8 stays readable") {

@@ -1,0 +1,134 @@
+#include "host/commands/plan_lines.h"
+#include "host/scene/shadow_words.h"
+
+namespace wisp {
+
+namespace {
+
+// What the numbers of the scene and the options add to a row of the core's plan.
+class RowText {
+  public:
+    RowText(const Request &request, const PreparedScene &prepared, const Settings &settings, const Plan &plan)
+        : request_(request), prepared_(prepared), scene_(prepared.scene), settings_(settings), plan_(plan) {}
+
+    std::string of(Stage stage) const {
+        switch (stage) {
+        case Stage::triangle_trees: return triangle_trees();
+        case Stage::lights: return number(scene_.light_count) + " lights";
+        case Stage::shadows:
+            return std::string(shadow_method_descriptions[static_cast<int>(settings_.shadows)]) + ", " +
+                   number(scene_.light_count) + " lights";
+        case Stage::shading: return shading();
+        case Stage::particle_tree: return density();
+        case Stage::bricks:
+            return plan_.bricks > 0 ? density() + " resampled to " + number(plan_.bricks) + " bricks of 8 x 8 x 8 cells"
+                                    : std::string();
+        case Stage::light_depths: return "at most; around smoke";
+        case Stage::photons: return photons();
+        case Stage::gather:
+            if (settings_.method == Method::map) return "up to " + number(settings_.gather) + " nearest particles";
+            return "up to " + number(settings_.gather) +
+                   " nearest photons, the paper's estimate: up to 1.4 times too bright where they are far";
+        case Stage::irradiance: return "at most, and what making it takes; bricks around smoke";
+        case Stage::camera_rays: return camera_rays();
+        default: return "";
+        }
+    }
+
+  private:
+    static std::string number(uint64_t n) { return std::to_string(n); }
+
+    std::string triangle_trees() const {
+        uint64_t visible = 0;
+        for (uint32_t i = 0; i < scene_.instance_count; ++i) visible += scene_.instances[i].visible;
+        return number(scene_.static_count) + " triangles in one tree, built once" +
+               (scene_.instance_count
+                    ? "; " + number(scene_.instance_triangle_count) + " in those of " + number(scene_.instance_count) +
+                          " bodies (" + number(visible) + " visible), built once and placed in each frame"
+                    : "") +
+               (scene_.deforming_count ? "; " + number(scene_.deforming_count) + " in one for each frame" : "");
+    }
+
+    std::string shading() const {
+        bool mirrors = false, passes = false;
+        for (uint32_t i = 0; i < scene_.material_count; ++i) {
+            const Material &m = scene_.materials[i];
+            mirrors |= m.specular.x > 0 || m.specular.y > 0 || m.specular.z > 0;
+            passes |= m.transmission > 0;
+        }
+        uint64_t texels = 0;
+        for (uint32_t i = 0; i < scene_.texture_count; ++i)
+            texels +=
+                static_cast<uint64_t>(scene_.textures[i].width) * static_cast<uint64_t>(scene_.textures[i].height);
+        const std::string textures = scene_.texture_count
+                                         ? number(scene_.texture_count) +
+                                               (scene_.texture_count == 1 ? " texture of " : " textures of ") +
+                                               number(texels) + " texels; "
+                                         : "";
+        if (!mirrors && !passes) return textures + "nothing mirrors or lets light through";
+        return textures + (mirrors ? "reflected" : "") + (mirrors && passes ? " and " : "") +
+               (passes ? "refracted" : "") + " rays, at most " + number(settings_.depth) + " in a chain";
+    }
+
+    std::string density() const {
+        uint64_t particles = 0, samples = 0;
+        for (const auto &smoke : prepared_.particles) particles += smoke.size();
+        for (const SmokeDescription &smoke : prepared_.smokes) samples += smoke.grid.count();
+        return (particles ? number(particles) + " particles" : "") + (particles && samples ? ", " : "") +
+               (samples ? number(samples) + " samples of grids" : "");
+    }
+
+    std::string photons() const {
+        const Options &options = request_.options;
+        if (settings_.method != Method::map)
+            return number(settings_.photons) + " to emit, at most " + number(plan_.photon_capacity) +
+                   " stored: positions" +
+                   (plan_.photon_directions != Plan::Directions::none ? ", directions"
+                                                                      : ", no directions (isotropic)") +
+                   (plan_.photon_powers ? ", powers" : ", no powers (all are equal)");
+        std::string origin = " photons to emit";
+        if (options.batches)
+            origin += ", of them batches " + number(options.batches->first) + ":" + number(options.batches->last);
+        if (!options.map_in.empty()) origin = " photons of " + numbered(options.map_in, request_.frames.first);
+        const std::string packed = plan_.bricks > 0                                    ? ""
+                                   : plan_.photon_directions != Plan::Directions::none ? ": packed to 8 bytes each"
+                                                                                       : ": packed to 4 bytes each";
+        return number(settings_.photons) + origin +
+               (plan_.bricks > 0 ? ", kept at the bricks' nodes: " : ", kept on the particles: ") +
+               (plan_.photon_powers ? "power in R G B" : "one power (all are equal)") +
+               (plan_.photon_directions == Plan::Directions::to_eye ? ", as scattered to the eye"
+                : plan_.photon_directions == Plan::Directions::none ? ", no flux (isotropic)"
+                : settings_.direction == Direction::mean            ? ", mean direction"
+                : plan_.photon_directions == Plan::Directions::flux ? ", flux"
+                                                                    : ", flux and spherical harmonics of directions") +
+               packed;
+    }
+
+    std::string camera_rays() const {
+        uint64_t samples = settings_.samples;
+        if (settings_.goal == Goal::reference) samples *= settings_.last_pass - settings_.first_pass;
+        return number(samples) + " a pixel";
+    }
+
+    const Request &request_;
+    const PreparedScene &prepared_;
+    const Scene &scene_;
+    const Settings &settings_;
+    const Plan &plan_;
+};
+
+} // namespace
+
+std::vector<PlanLine> plan_lines(const Request &request, const PreparedScene &prepared, const Settings &settings,
+                                 const Plan &plan) {
+    const RowText text(request, prepared, settings, plan);
+    std::vector<PlanLine> lines;
+    for (uint32_t i = 0; i < stage_count; ++i) {
+        const PlanRow &row = plan.rows[i];
+        const std::string numbers = row.needed ? text.of(static_cast<Stage>(i)) : std::string();
+        lines.push_back({row.name, row.room, row.needed, row.bytes, numbers.empty() ? row.reason : numbers});
+    }
+    return lines;
+}
+
+} // namespace wisp
