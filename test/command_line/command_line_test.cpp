@@ -269,7 +269,27 @@ TEST_CASE("command line: progress is shown only where it is wanted") {
 
 TEST_CASE("command line: help and version") {
     const CommandLineTest test;
-    CHECK(test.wisp("help").out.find("--photons") != std::string::npos);
+    const std::string help = test.wisp("help").out;
+    CHECK(help.find("--photons") != std::string::npos);
+    const auto widest = [](const std::string &text) {
+        size_t most = 0;
+        for (size_t begin = 0, end; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1)
+            most = std::max(most, end - begin);
+        return most;
+    };
+    CHECK(widest(help) <= 100);
+    for (const std::string command : {"render", "plan", "inspect", "info", "compare", "merge", "stitch"}) {
+        CAPTURE(command);
+        const Ran ran = test.wisp(command + " --help");
+        CHECK(ran.status == 0);
+        CHECK(ran.err.empty());
+        CHECK(ran.out.rfind("wisp " + command, 0) == 0);
+        CHECK(ran.out.find("Example: wisp " + command + " ") != std::string::npos);
+        CHECK((ran.out.find("--photons") != std::string::npos) ==
+              (command == "render" || command == "plan" || command == "inspect"));
+        CHECK(widest(ran.out) <= 100);
+        CHECK(test.wisp(command + " -h").out == ran.out);
+    }
     const Ran version = test.wisp("version");
     CHECK(version.out.find("wisp ") == 0);
     CHECK(version.out.find("f32 f64 fixed") != std::string::npos);

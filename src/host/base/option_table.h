@@ -6,6 +6,7 @@
 #pragma once
 #include "host/base/error.h"
 #include "host/base/text.h"
+#include <algorithm>
 #include <functional>
 
 namespace wisp {
@@ -54,13 +55,14 @@ void set_option(const OptionTable<Target> &table, Target &target, const std::str
     }
 }
 
-// The table as lines of help.
-template <class Target> std::string help_lines(const OptionTable<Target> &table) {
+// The table as lines of help: all options, or those of these names.
+template <class Target>
+std::string help_lines(const OptionTable<Target> &table, const std::vector<std::string> &names = {}) {
     std::string text;
     for (const OptionRow<Target> &row : table) {
-        std::string left = std::string("  --") + row.name + (row.value ? std::string(" ") + row.value : "");
-        if (left.size() < 30) left.resize(30, ' ');
-        text += left + " " + row.help + "\n";
+        if (!names.empty() && std::find(names.begin(), names.end(), row.name) == names.end()) continue;
+        const std::string option = std::string("  --") + row.name + (row.value ? std::string(" ") + row.value : "");
+        text += in_columns(option, row.help);
     }
     return text;
 }

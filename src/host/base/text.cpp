@@ -138,6 +138,24 @@ std::string digits_of(double number, int digits) {
 
 } // namespace
 
+std::string in_columns(const std::string &left, const std::string &right) {
+    constexpr size_t column = 31, width = 100;
+    const std::string margin(column - 1, ' ');
+    std::string text, line = left;
+    if (left.size() >= column)
+        text = left + "\n", line = margin;
+    else
+        line.resize(column - 1, ' ');
+    for (const std::string &word : split(right, ' ')) {
+        if (line.size() + 1 + word.size() > width) {
+            text += line + "\n";
+            line = margin;
+        }
+        line += " " + word;
+    }
+    return text + line + "\n";
+}
+
 std::string two_digits(double number) { return digits_of(number, 2); }
 std::string six_digits(double number) { return digits_of(number, 6); }
 

@@ -29,6 +29,9 @@ std::string did_you_mean(std::string_view word, const std::vector<std::string> &
 std::optional<double> to_number(std::string_view text);
 std::optional<int64_t> to_integer(std::string_view text);
 
+// `left`, and `right` beside it from column 31 on, in lines of at most 100 characters.
+std::string in_columns(const std::string &left, const std::string &right);
+
 // For people: `1.2`, `0.00034`, `5.6e+07`.
 std::string two_digits(double number);
 std::string six_digits(double number);

@@ -30,10 +30,12 @@ int merge_command(const std::vector<std::string> &arguments);
 // `wisp stitch PART.pfm ... -o WHOLE`: the picture (.png, .pfm) of parts rendered with --crop.
 int stitch_command(const std::vector<std::string> &arguments);
 
-// The lines of help on the options that only this command has.
+// The lines of help on the options that a command has beside those of rendering.
 std::string inspect_help();
 std::string plan_help();
 std::string info_help();
 std::string compare_help();
+std::string merge_help();
+std::string stitch_help();
 
 } // namespace wisp

@@ -18,43 +18,57 @@ namespace wisp {
 namespace {
 
 struct Command {
-    const char *name, *usage;
+    const char *name, *usage, *what, *example;
     int (*run)(const std::vector<std::string> &arguments);
+    std::string (*help)(); // on its options
     // Needs this process's floating point to be IEEE's, and says itself where a signal stops it.
     bool renders;
 };
 
+std::string render_help() { return help_lines(scene_options()); }
+
 constexpr Command commands[] = {
-    {"render", "wisp render SCENE [options]     pictures, one per frame", render_command, true},
-    {"plan", "wisp plan SCENE [options]       the stages that this scene needs, and the bytes of each", plan_command,
-     true},
-    {"inspect", "wisp inspect SCENE X Y [options] a pixel explained: its rays, hits, shadows, smoke and sums",
-     inspect_command, true},
-    {"info", "wisp info FILE [--json]         what a file is and holds: particles, grid, scene, map, passes, picture",
-     info_command, false},
-    {"compare", "wisp compare A B [options]      how two .pfm pictures differ; exit 1 when they do", compare_command,
-     false},
-    {"merge", "wisp merge A B [...] -o FILE    the picture of several .passes together, or .map as one .map",
-     merge_command, false},
-    {"stitch", "wisp stitch A B [...] -o FILE   the picture of parts rendered with --crop, as .pfm", stitch_command,
-     false},
+    {"render", "SCENE [options]", "pictures, one per frame; of a scene, or of a file of smoke by itself",
+     "wisp render smoke.bgeo -o smoke.png --size 800x600", render_command, render_help, true},
+    {"plan", "SCENE [options]", "the stages that this scene needs, and the bytes of each",
+     "wisp plan scene.aff --photons 4M", plan_command, plan_help, true},
+    {"inspect", "SCENE X Y [options]", "a pixel explained: its rays, hits, shadows, smoke and sums",
+     "wisp inspect scene.aff 120 64", inspect_command, inspect_help, true},
+    {"info", "FILE [--json]", "what a file is and holds: particles, grid, scene, map, passes, picture",
+     "wisp info smoke.vdb", info_command, info_help, false},
+    {"compare", "A B [options]", "how two pictures differ; exit 1 when they do",
+     "wisp compare a.pfm b.pfm --tolerance 0.01", compare_command, compare_help, false},
+    {"merge", "A B [...] -o FILE", "the picture of several .passes together, or .map as one .map",
+     "wisp merge a.passes b.passes -o truth.pfm", merge_command, merge_help, false},
+    {"stitch", "A B [...] -o FILE", "the picture of parts rendered with --crop",
+     "wisp stitch top.pfm bottom.pfm -o whole.png", stitch_command, stitch_help, false},
 };
+
+std::string usage_of(const Command &command) {
+    return in_columns(std::string("wisp ") + command.name + " " + command.usage, command.what);
+}
+
+constexpr char how_to_write[] = "written --x V or --x=V; -o is --output, -q --quiet, -v --verbose";
+
+std::string help_on(const Command &command) {
+    return usage_of(command) + "\nExample: " + command.example + "\n\nOptions, " + how_to_write + ":\n" +
+           command.help() + (command.help != render_help && command.renders ? render_help() : "");
+}
 
 std::string help_text() {
     std::string text;
-    for (const Command &command : commands) text += command.usage + std::string("\n");
-    text +=
-        "wisp help | version\n\n"
-        "Options, written --x V or --x=V; -o is --output, -q --quiet, -v --verbose:\n" +
-        help_lines(scene_options()) +
-        "\nOptions of inspect: those of render but files, --reference and --shadows paper; with --crop what is before\n"
-        "the pixel in the crop is rendered first, so that shadows are decided by what was learnt there, else the "
-        "pixel\n"
-        "alone; and\n" +
-        inspect_help() + "\nOptions of plan, beside those of render:\n" + plan_help() + "\nOptions of info:\n" +
-        info_help() + "\nOptions of compare:\n" + compare_help() +
-        "\nExit: 0 done, 1 pictures differ, 2 wrong usage, 3 bad input, 4 does not fit in memory, 5 could not write,\n"
-        "128 + N stopped by signal N; frames that are there already as they would be made are kept\n";
+    for (const Command &command : commands) text += usage_of(command);
+    text += in_columns("wisp COMMAND --help", "the options of one command, and an example") +
+            in_columns("wisp help | version", "all of this; compiler and flags") + "\nOptions, " + how_to_write +
+            ":\n" + render_help() +
+            "\nOptions of inspect: those of render but files, --reference and --shadows paper; with --crop what is\n"
+            "before the pixel in the crop is rendered first, so that shadows are decided by what was learnt\n"
+            "there, else the pixel alone; and\n" +
+            inspect_help() + "\nOptions of plan, beside those of render:\n" + plan_help() + "\nOptions of info:\n" +
+            info_help() + "\nOptions of compare:\n" + compare_help() +
+            "\nExit: 0 done, 1 pictures differ, 2 wrong usage, 3 bad input, 4 does not fit in memory, 5 could\n"
+            "not write, 128 + N stopped by signal N; frames that are there already as they would be made are\n"
+            "kept\n";
     return text;
 }
 
@@ -76,6 +90,10 @@ int run(const std::vector<std::string> &words) {
     }
     for (const Command &command : commands) {
         if (name != command.name) continue;
+        if (words.size() > 1 && (words[1] == "--help" || words[1] == "-h")) {
+            std::fputs(help_on(command).c_str(), stdout);
+            return exit_done;
+        }
         std::optional<EndAtOnce> at_once;
         if (!command.renders) {
             install_signal_handlers();

@@ -20,9 +20,16 @@ int merge_maps(const std::vector<std::string> &files, const Options &options) {
 
 } // namespace
 
+namespace {
+
+const std::vector<std::string> merge_options = {"output", "error-out", "exposure", "digest", "quiet", "verbose"};
+
+} // namespace
+
+std::string merge_help() { return help_lines(scene_options(), merge_options); }
+
 int merge_command(const std::vector<std::string> &arguments) {
-    const CommandLine line = parse_arguments("merge", scene_options(), arguments,
-                                             {"output", "error-out", "exposure", "digest", "quiet", "verbose"});
+    const CommandLine line = parse_arguments("merge", scene_options(), arguments, merge_options);
     Options options;
     for (const auto &[name, value] : line.options) set_option(options, name, value);
     if (line.files.empty()) throw Error(exit_usage, "found no file to merge, expected some .passes or .map");

@@ -5,9 +5,16 @@
 
 namespace wisp {
 
+namespace {
+
+const std::vector<std::string> stitch_options = {"output", "exposure", "digest", "quiet", "verbose"};
+
+} // namespace
+
+std::string stitch_help() { return help_lines(scene_options(), stitch_options); }
+
 int stitch_command(const std::vector<std::string> &arguments) {
-    const CommandLine line =
-        parse_arguments("stitch", scene_options(), arguments, {"output", "exposure", "digest", "quiet", "verbose"});
+    const CommandLine line = parse_arguments("stitch", scene_options(), arguments, stitch_options);
     Options options;
     for (const auto &[name, value] : line.options) set_option(options, name, value);
     if (line.files.empty()) throw Error(exit_usage, "found no part to stitch, expected .pfm files of --crop");

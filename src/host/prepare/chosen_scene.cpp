@@ -193,6 +193,10 @@ constexpr double lengths_of_spacing = 1.2;
 void include(const std::string &path, const std::string &grid, Choice &choice) {
     Cloud cloud = read_cloud(path, grid);
     if (cloud.points.empty()) return;
+    for (const Double3 &p : cloud.points)
+        if (!(largest_component(p) <= 1e30))
+            throw InputError(path,
+                             "a particle is outside +-1e30, expected all within, or a scene that says what to show");
     double radius = 0, reach = cloud.reach;
     if (reach == 0 && !cloud.radius.empty()) {
         const auto middle = cloud.radius.begin() + static_cast<ptrdiff_t>(cloud.radius.size() / 2);

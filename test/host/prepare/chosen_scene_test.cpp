@@ -147,7 +147,8 @@ TEST_CASE_FIXTURE(ChosenSceneTest, "chosen scene: one particle, equal ones, and 
           file("none.vtk") + ": no smoke, expected particles, or a density grid with samples above 0");
     CHECK(refusal_of([&] { choose("x_%d.vtk"); }) ==
           file("x_%d.vtk") + ": no file has a name like this, expected some with numbers in it");
-    CHECK_FALSE(choose("one.vtk").graph.nodes.size() > 0);
+    write("far.vtk", {{0, 0, 0}, {1e31, 0, 0}});
+    CHECK(refusal_of([&] { choose("far.vtk"); }).rfind(file("far.vtk") + ": a particle is outside +-1e30", 0) == 0);
 }
 
 TEST_CASE_FIXTURE(ChosenSceneTest, "chosen scene: a ground lies right below the smoke, unless it is not wanted") {
