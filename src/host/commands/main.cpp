@@ -43,7 +43,8 @@ std::string help_text() {
     for (const Command &command : commands) text += command.usage + std::string("\n");
     text +=
         "wisp help | version\n\n"
-        "Options, written --x V or --x=V; -o is --output, -q --quiet, -v --verbose:\n" +
+        "Options, written --x V or --x=V; -o is --output, -q --quiet, -v --verbose. Photons, rays, passes and other\n"
+        "counts may be 250k, 2M, 1G (thousands, millions, thousand millions) or 2.5e5:\n" +
         help_lines(scene_options()) +
         "\nOptions of inspect: those of render but files, --reference and --shadows paper; with --crop what is before\n"
         "the pixel in the crop is rendered first, so that shadows are decided by what was learnt there, else the "
