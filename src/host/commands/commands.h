@@ -15,9 +15,9 @@ int plan_command(const std::vector<std::string> &arguments);
 // `wisp inspect SCENE X Y`: how a pixel came to be what it is, as text, with --json as JSON.
 int inspect_command(const std::vector<std::string> &arguments);
 
-// `wisp compare A B`: prints how picture A differs from B; with `--json -` as JSON. Returns exit_done when all bits
-// match or, given
-// --tolerance, when the relative RMSE is at most that; else exit_difference.
+// `wisp compare A B`: prints how picture A differs from B, both .pfm or .png; with `--json -` as JSON. Returns
+// exit_done when all bits match or, given --tolerance, --max-flip or --max-ulps, when they differ by no more; else
+// exit_difference.
 int compare_command(const std::vector<std::string> &arguments);
 
 // `wisp merge A.passes B.passes ... -o FILE`: the picture (.png, .pfm) of all passes together, or their sums (.passes);
