@@ -1,6 +1,7 @@
 // `wisp compare` as a user meets it.
 #include "host/base/error.h"
 #include "host/images/compare.h"
+#include "host/images/exr.h"
 #include "support/command_line.h"
 #include <limits>
 
@@ -116,6 +117,13 @@ TEST_CASE("compare command: pictures of other kinds, known by their contents") {
     std::string printed;
     CHECK(run(folder, {png, png}, printed) == exit_done);
     CHECK(run(folder, {pfm, png}, printed) == exit_done); // equal to the bit
+    const std::string exr = folder.file("a.exr");
+    write_file(exr, exr_bytes(row({0, grey, 1})));
+    CHECK(run(folder, {exr, pfm}, printed) == exit_done);
+    CHECK(run(folder, {other, exr}, printed) == exit_difference);
+    folder.write("b.exr", text_of(exr).substr(0, 200));
+    CHECK(run(folder, {folder.file("b.exr"), exr}, printed) == exit_input);
+    CHECK(printed.rfind(folder.file("b.exr: byte "), 0) == 0);
     CHECK(run(folder, {png, other}, printed) == exit_difference);
     CHECK(printed.find("first differing pixel           2 0\n") != std::string::npos);
     CHECK(run(folder, {other, pfm, "--json", "-"}, printed) == exit_difference);
@@ -127,11 +135,15 @@ TEST_CASE("compare command: pictures of other kinds, known by their contents") {
     CHECK(printed.rfind(other + ": byte ", 0) == 0);
     folder.write("b.png", "JFIF");
     CHECK(run(folder, {other, pfm}, printed) == exit_input);
-    CHECK(printed == other + ": byte 0: not a picture, expected a PFM or a PNG");
-    write_file(folder.file("large.png"), png_bytes(Picture{2000, 2000, std::vector<float>(12000000)}));
-    const Ran ran = folder.wisp_within(100000, "compare " + folder.file("large.png") + " " + pfm);
-    folder.refuses(ran, exit_memory);
-    CHECK(ran.err.find("the picture needs 100000000 bytes") != std::string::npos);
+    CHECK(printed == other + ": byte 0: not a picture, expected a PFM, a PNG or an EXR");
+    const Picture large{2000, 2000, std::vector<float>(12000000)};
+    write_file(folder.file("large.png"), png_bytes(large));
+    write_file(folder.file("large.exr"), exr_bytes(large));
+    for (const auto &[name, bytes] : {std::pair("large.png", "100000000"), {"large.exr", "144768000"}}) {
+        const Ran ran = folder.wisp_within(100000, "compare " + folder.file(name) + " " + pfm);
+        folder.refuses(ran, exit_memory);
+        CHECK(ran.err.find(std::string("the picture needs ") + bytes + " bytes") != std::string::npos);
+    }
 }
 
 TEST_CASE("compare command: the noise of B") {

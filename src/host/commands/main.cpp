@@ -30,12 +30,12 @@ constexpr Command commands[] = {
      true},
     {"inspect", "wisp inspect SCENE X Y [options] a pixel explained: its rays, hits, shadows, smoke and sums",
      inspect_command, true},
-    {"compare", "wisp compare A B [options]      how two pictures differ, .pfm or .png; exit 1 when they do",
+    {"compare", "wisp compare A B [options]      how two pictures differ, .pfm, .exr or .png; exit 1 when they do",
      compare_command, false},
     {"merge", "wisp merge A B [...] -o FILE    the picture of several .passes together, or .map as one .map",
      merge_command, false},
-    {"stitch", "wisp stitch A B [...] -o FILE   the picture of parts rendered with --crop, as .pfm", stitch_command,
-     false},
+    {"stitch", "wisp stitch A B [...] -o FILE   the picture of parts rendered with --crop, as .pfm or .exr",
+     stitch_command, false},
 };
 
 std::string help_text() {

@@ -1,4 +1,5 @@
 #include "host/base/error.h"
+#include "host/images/exr.h"
 #include "host/images/picture_reader.h"
 #include "host/images/texture_readers.h"
 #include <array>
@@ -31,8 +32,9 @@ bool is_pfm(const Bytes &bytes) { return bytes.size() >= 2 && bytes[0] == 'P' &&
 
 Picture parse_picture(const Bytes &bytes, const std::string &name) {
     if (is_png(bytes)) return picture_of(read_png(bytes, name, picture_limits));
+    if (is_exr(bytes)) return parse_exr(bytes, name);
     if (is_pfm(bytes)) return parse_pfm(bytes, name);
-    throw InputError(name + ": byte 0", "not a picture, expected a PFM or a PNG");
+    throw InputError(name + ": byte 0", "not a picture, expected a PFM, a PNG or an EXR");
 }
 
 Picture read_picture(const std::string &path) { return parse_picture(read_file(path), path); }

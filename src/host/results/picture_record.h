@@ -1,6 +1,6 @@
 // Records of pictures: what a picture's file shows, and the SHA-256 of its bytes. A .png has its record in a chunk
-// (tEXt `wisp`). A .pfm holds pixels alone, so its record is a second file, FILE.pfm.wisp. A later run keeps the files
-// that it would make again, and `wisp stitch` reads where each part belongs.
+// (tEXt `wisp`), an .exr in an attribute of that name. A .pfm holds pixels alone, so its record is a second file,
+// FILE.pfm.wisp. A later run keeps the files that it would make again, and `wisp stitch` reads where each part belongs.
 #pragma once
 #include "host/base/files.h"
 #include "wisp/scene.h"
@@ -23,14 +23,17 @@ void write_recorded(const std::string &path, const Bytes &picture, const Picture
 // The bytes of the picture at `path` without its record; nothing unless its record is `record`, of these very bytes.
 std::optional<Bytes> recorded_bytes(const std::string &path, const PictureRecord &record);
 
-// The contents of FILE.pfm.wisp: a record, and the SHA-256 of the picture that it describes. Throws InputError for
-// another file, a damaged or truncated one, and for a crop beyond the picture.
+// The contents of FILE.pfm.wisp, or of the attribute of an .exr: a record, and the SHA-256 of the picture that it
+// describes. Throws InputError for another file, a damaged or truncated one, and for a crop beyond the picture.
 struct PfmRecord {
     PictureRecord record;
     std::string sha256;
 };
 PfmRecord parse_record(const Bytes &bytes, const std::string &name);
 std::string record_path(const std::string &path);
+
+// The record of the .pfm or .exr at `path`, and the bytes that it is to describe: those of the file without the record.
+PfmRecord read_record(const std::string &path, Bytes &picture);
 
 // The PNG with `text` in a tEXt chunk of this keyword, before the last chunk, IEND.
 Bytes add_png_text(const Bytes &png, const std::string &keyword, const std::string &text);

@@ -1,6 +1,7 @@
 #include "host/base/option_table.h"
 #include "host/scene/options.h"
 #include "host/scene/shadow_words.h"
+#include <algorithm>
 #include <cmath>
 
 namespace wisp {
@@ -35,8 +36,9 @@ auto to_range(std::optional<Options::Range> Options::*member) {
 
 void set_output(Options &options, const std::string &value) {
     if (value == "-") return options.outputs.push_back("-.pfm");
-    if (!ends_in(value, ".png") && !ends_in(value, ".pfm") && !ends_in(value, ".passes") && !ends_in(value, ".map"))
-        throw OptionError{"a file name that ends in .png, .pfm, .passes or .map, or -"};
+    const std::string kinds[] = {".png", ".pfm", ".exr", ".passes", ".map"};
+    if (std::none_of(std::begin(kinds), std::end(kinds), [&](const std::string &kind) { return ends_in(value, kind); }))
+        throw OptionError{"a file name that ends in .png, .pfm, .exr, .passes or .map, or -"};
     options.outputs.push_back(value);
 }
 
@@ -83,8 +85,8 @@ void set_memory(Options &options, const std::string &value) {
 const OptionTable<Options> &scene_options() {
     static const OptionTable<Options> table = {
         {"output", "FILE",
-         ".png (8-bit sRGB), .pfm (linear float), .passes, .map; repeatable; %04d = frame number; - or -.png: standard "
-         "output, as .pfm or as .png",
+         ".png (8-bit sRGB), .pfm or .exr (linear float), .passes, .map; repeatable; %04d = frame number; - or -.png: "
+         "standard output, as .pfm or as .png",
          set_output},
         {"arith", "f32|f64|fixed", "number system (f32)", to_word(&Options::arithmetic, {"f32", "f64", "fixed"})},
         {"size", "WxH", "pixels (the scene's resolution)", set_size},

@@ -1,5 +1,6 @@
 // A picture is read as what it is, whatever its name: PFM to the bit, PNG by the exact inverse of how it is written.
 #include "host/base/error.h"
+#include "host/images/exr.h"
 #include "host/images/picture_reader.h"
 #include <doctest/doctest.h>
 #include <zlib.h>
@@ -62,8 +63,9 @@ TEST_CASE("picture reader: every byte of a PNG is read as the light that is writ
 
 TEST_CASE("picture reader: the kind is that of the first bytes") {
     const Picture two{1, 2, {1, 0, 1, 0, 1, 0}};
-    for (const Bytes &bytes : {pfm_bytes(two), png_bytes(two)}) CHECK(parse_picture(bytes, "x").rgb == two.rgb);
-    const std::string other = "x: byte 0: not a picture, expected a PFM or a PNG";
+    for (const Bytes &bytes : {pfm_bytes(two), png_bytes(two), exr_bytes(two)})
+        CHECK(parse_picture(bytes, "x").rgb == two.rgb);
+    const std::string other = "x: byte 0: not a picture, expected a PFM, a PNG or an EXR";
     CHECK(refusal({}) == other);
     CHECK(refusal({'P'}) == other);
     CHECK(refusal({'P', '6', '\n'}) == other);
