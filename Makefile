@@ -11,7 +11,7 @@ B           ?= build
 DATA        ?= ../shared/data
 # V=1 shows whole commands.
 V           ?=
-PACKAGES     = g++ make python3 zlib1g-dev libglm-dev doctest-dev libstb-dev libnanovdb-dev libmpfr-dev
+PACKAGES     = g++ make python3 zlib1g-dev libglm-dev doctest-dev libstb-dev libtinyexr-dev libnanovdb-dev libmpfr-dev
 
 # ---- Flags
 # What the bits rest on (checked at start-up by the self-test): IEEE arithmetic, never contracted.

@@ -61,7 +61,7 @@ TEST_CASE("command line: wrong usage ends with 2, and a line that says what was 
         {scene + "--frames 0:1 -o a.png",
          "option 'output': found 'a.png' for several frames, expected a name with %04d"},
         {scene + "-o a.jpg",
-         "option 'output': found 'a.jpg', expected a file name that ends in .png, .pfm, .passes or .map, or -"},
+         "option 'output': found 'a.jpg', expected a file name that ends in .png, .pfm, .exr, .passes or .map, or -"},
         {scene + "--quiet=1", "option '--quiet' takes no value"},
         {surfaces + "--shadows soft",
          "option 'shadows': found 'soft', expected trace, cache, paper, exact, voxel, lightbuffer, lie"},
@@ -459,7 +459,7 @@ TEST_CASE("command line: merge refuses what does not belong together, and writes
             "--verbose");
     refuses(a + " -o " + test.file("x.jpg"), 2,
             "option 'output': found '" + test.file("x.jpg") +
-                "', expected a file name that ends in .png, .pfm, .passes or .map, or -");
+                "', expected a file name that ends in .png, .pfm, .exr, .passes or .map, or -");
     refuses(a + " --error-out " + test.file("x.png"), 2,
             "option 'error-out': found '" + test.file("x.png") + "', expected a file name that ends in .pfm");
 

@@ -193,7 +193,7 @@ TEST_CASE("info command: particle maps and passes, known by their content") {
 
 TEST_CASE("info command: what is broken, strange or not there is one error") {
     InfoTest test;
-    const std::string kinds = ", expected one of .vtk .bgeo .ply .vol .nvdb .vdb .aff .nff .map .passes .pfm .png .ppm .wisp";
+    const std::string kinds = ", expected one of .vtk .bgeo .ply .vol .nvdb .vdb .aff .nff .map .passes .pfm .exr .png .ppm .wisp";
     const auto refused = [&](const std::string &name, const std::string &content, const std::string &error) {
         test.write(name, content);
         test.refused(test.file(name), error);

@@ -30,7 +30,8 @@ struct SequenceCommandTest : CommandLineTest {
                end + " 0 -1 0 0 1 0 " + end + " -1 0 0 1\nrender spp 1\n";
     }
     std::string command(const std::string &options) const {
-        return "render " + file("t.aff") + " -o " + file("f_%02d.pfm") + " -o " + file("f_%02d.png") + " " + options;
+        return "render " + file("t.aff") + " -o " + file("f_%02d.pfm") + " -o " + file("f_%02d.png") + " -o " +
+               file("f_%02d.exr") + " " + options;
     }
     Ran render(const std::string &options = "") const { return wisp(command(options)); }
     // How many frames were kept of all.
@@ -130,18 +131,19 @@ TEST_CASE("sequence command: frames that are there are kept, others made, and th
     CHECK(first.err.empty());
     CHECK(lines(first.out) == 5);
     const std::set<std::string> all = test.names();
-    CHECK(all.size() == 2 + 5 + 5 * 3); // puff.vtk and s.aff of every test; here, out and err
+    CHECK(all.size() == 2 + 5 + 5 * 4); // puff.vtk and s.aff of every test; here, out and err
     const std::string last = text_of(test.file("f_04.png"));
     const Ran again = test.render("--digest");
     CHECK(test.kept_of(again) == 5);
     CHECK(again.out == first.out);
     CHECK(test.render("--digest -q").err.empty());
     // What is gone is made again.
-    for (const char *name : {"f_01.pfm", "f_02.png", "f_04.pfm.wisp"}) std::filesystem::remove(test.file(name));
+    for (const char *name : {"f_01.pfm", "f_02.png", "f_02.exr", "f_04.pfm.wisp"})
+        std::filesystem::remove(test.file(name));
     CHECK(test.kept() == 2);
     CHECK(test.names() == all);
     // What is not what was written, anywhere; what is half of it; and what follows it.
-    for (const std::string name : {"f_01.pfm", "f_02.png", "f_04.pfm.wisp"}) {
+    for (const std::string name : {"f_01.pfm", "f_02.png", "f_03.exr", "f_04.pfm.wisp"}) {
         const std::string whole = text_of(test.file(name));
         CAPTURE(name);
         for (size_t at : {size_t{0}, size_t{30}, whole.size() / 2, whole.size() - 300, whole.size() - 40,
@@ -159,7 +161,7 @@ TEST_CASE("sequence command: frames that are there are kept, others made, and th
         }
     }
     // A picture under the name of another frame, with its record.
-    for (const char *kind : {".pfm", ".pfm.wisp", ".png"})
+    for (const char *kind : {".pfm", ".pfm.wisp", ".png", ".exr"})
         test.write(std::string("f_00") + kind, text_of(test.file(std::string("f_03") + kind)));
     CHECK(test.kept() == 4);
     CHECK(test.render("--digest").out == first.out);

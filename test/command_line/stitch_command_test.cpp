@@ -75,6 +75,42 @@ TEST_CASE("stitch command: a picture in 2, 3 and 7 parts is that of one run, as 
     CHECK(!test.has("all.pfm.wisp"));
 }
 
+TEST_CASE("stitch command: parts and the whole may be .exr, which carries its record") {
+    Table test;
+    const std::string command = "render fixtures/surfaces.aff -q --spp 1 --frames 2 --size 40x31 ";
+    REQUIRE(test.wisp(command + "-o " + test.file("one.exr") + " -o " + test.file("one.pfm")).status == 0);
+    const std::string top = test.file("top.exr"), rest = test.file("rest.exr"), low = test.file("low.pfm");
+    REQUIRE(test.wisp(command + "--crop 0,0,40,9 -o " + top).status == 0);
+    REQUIRE(test.wisp(command + "--crop 0,9,40,31 -o " + rest + " -o " + low).status == 0);
+    CHECK(!test.has("top.exr.wisp"));
+    for (const std::string &other : {rest, low}) {
+        const Ran ran =
+            test.wisp("stitch " + top + " " + other + " -o " + test.file("all.exr") + " -o " + test.file("all.pfm"));
+        CHECK(ran.err.empty());
+        CHECK(test.same("all.exr", "one.exr"));
+        CHECK(test.same("all.pfm", "one.pfm"));
+    }
+    const auto refuses = [&](const std::string &line) {
+        test.refuses(test.wisp("stitch " + top + " " + rest + " -o " + test.file("x.exr")), 3, line);
+        CHECK(!test.has("x.exr"));
+    };
+    const std::string whole = text_of(top);
+    std::string other = whole;
+    other[other.find("screenWindowWidth")] = 'S'; // what says nothing about pixels
+    test.write("top.exr", other);
+    refuses(top + ": not the picture of its record, expected the one as rendered");
+    test.write("top.exr", whole.substr(0, 100));
+    refuses("");
+    other = whole;
+    other[other.find("crop 0") + 5] = '1';
+    test.write("top.exr", other);
+    refuses("");
+    test.write("top.exr", text_of(test.file("one.exr")));
+    refuses(top + ": no record of what it shows, expected a picture of --crop as rendered");
+    test.write("top.exr", text_of(low));
+    refuses(top + ": byte 0: this is not an EXR, expected its magic number");
+}
+
 TEST_CASE("stitch command: frames and batches of photons in 2, 3 and 7 parts are those of one run") {
     const Table test;
     const std::string frames = "render fixtures/surfaces.aff -q --spp 1 --size 20x15 --frame-count 14 --digest -o ";
@@ -126,11 +162,11 @@ TEST_CASE("stitch command: parts that are no whole are refused in one line, and 
                 name(d) + ": a part of another picture than " + name(a) +
                     ": another scene, frame, size, options, arithmetic or version, expected the same");
     }
-    refuses("", 2, "found no part to stitch, expected .pfm files of --crop");
-    refuses(a + " x.png", 2, "found 'x.png' to stitch, expected a .pfm file of --crop");
+    refuses("", 2, "found no part to stitch, expected .pfm or .exr files of --crop");
+    refuses(a + " x.png", 2, "found 'x.png' to stitch, expected a .pfm or .exr file of --crop");
     refuses(a + " --spp 2", 2,
             "there is no option '--spp' of stitch, expected --output, --exposure, --digest, --quiet or --verbose");
-    refuses(a + " -o x.map", 2, "option 'output': found 'x.map', expected .pfm or .png of stitch");
+    refuses(a + " -o x.map", 2, "option 'output': found 'x.map', expected .pfm, .exr or .png of stitch");
     test.refuses(test.wisp("stitch" + a), 2, "found nothing to make of the parts, expected --output or --digest");
     // A picture that is no part, one without its record, with that of another, and damaged ones.
     const std::string none = test.file("none.pfm");

@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 #include <filesystem>
 
+extern "C" int fuzz_exr(const uint8_t *data, size_t size);
 extern "C" int fuzz_map(const uint8_t *data, size_t size);
 extern "C" int fuzz_particles(const uint8_t *data, size_t size);
 extern "C" int fuzz_passes(const uint8_t *data, size_t size);
@@ -29,6 +30,9 @@ void replay(const std::string &folder, size_t least, int (*target)(const uint8_t
 
 } // namespace
 
+TEST_CASE("every input of the fuzz corpus of EXR pictures is read or refused") {
+    replay("test/corpus/exr", 20, fuzz_exr);
+}
 TEST_CASE("every input of the fuzz corpus of particle maps is read or refused") {
     replay("test/corpus/map", 30, fuzz_map);
 }

@@ -69,11 +69,19 @@ std::string help_lines(const OptionTable<Target> &table, const std::vector<std::
 
 // Values, checked. Each throws OptionError.
 
-inline int64_t integer_in(const std::string &value, int64_t low, int64_t high) {
-    const auto number = to_integer(value);
+inline int64_t in_range(std::optional<int64_t> number, int64_t low, int64_t high) {
     if (!number || *number < low || *number > high)
         throw OptionError{"a whole number from " + std::to_string(low) + " to " + std::to_string(high)};
     return *number;
+}
+
+inline int64_t integer_in(const std::string &value, int64_t low, int64_t high) {
+    return in_range(to_integer(value), low, high);
+}
+
+// How many there are of something, as to_count() reads it.
+inline int64_t count_in(const std::string &value, int64_t low, int64_t high) {
+    return in_range(to_count(value), low, high);
 }
 
 // A number for which `accepts` is true, else what was expected.
@@ -104,9 +112,9 @@ template <class Target> auto to_text(std::string Target::*member) {
 }
 
 // Number, or std::optional of one.
-template <class Target, class Number> auto to_integer_in(Number Target::*member, int64_t low, int64_t high) {
+template <class Target, class Number> auto to_count_in(Number Target::*member, int64_t low, int64_t high) {
     return [=](Target &target, const std::string &value) {
-        target.*member = static_cast<Number>(integer_in(value, low, high));
+        target.*member = static_cast<Number>(count_in(value, low, high));
     };
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
 
 namespace wisp {
 
@@ -126,6 +127,44 @@ std::optional<int64_t> to_integer(std::string_view text) {
     const auto [end, error] = std::from_chars(text.data(), last, number);
     if (error != std::errc() || end != last) return std::nullopt;
     return number;
+}
+
+namespace {
+
+// Takes the power of ten off the end of a count: that of `e5`, `e+05`, `k`, `M` or `G`, or 0. Nothing for an exponent
+// that is not one or that no count has.
+std::optional<size_t> take_power(std::string_view &text) {
+    static constexpr std::string_view letters = "kMG";
+    if (text.empty()) return std::nullopt;
+    if (const size_t letter = letters.find(text.back()); letter != letters.npos) {
+        text.remove_suffix(1);
+        return 3 * (letter + 1);
+    }
+    const size_t e = text.find_first_of("eE");
+    if (e == text.npos) return 0;
+    std::string_view exponent = text.substr(e + 1);
+    if (exponent.substr(0, 1) == "+") exponent.remove_prefix(1);
+    const auto power = exponent.substr(0, 1) == "-" ? std::nullopt : to_integer(exponent);
+    if (!power || *power > std::numeric_limits<int64_t>::digits10) return std::nullopt;
+    text = text.substr(0, e);
+    return static_cast<size_t>(*power);
+}
+
+} // namespace
+
+std::optional<int64_t> to_count(std::string_view text) {
+    static constexpr const char *digits = "0123456789";
+    if (const auto number = to_integer(text)) return number;
+    const auto power = take_power(text);
+    if (!power || text.find_first_of(digits) == text.npos ||
+        text.find_first_not_of(digits + std::string(".")) != text.npos)
+        return std::nullopt;
+    const size_t point = std::min(text.find('.'), text.size());
+    const std::string whole(text.substr(0, point));
+    std::string fraction(text.substr(std::min(point + 1, text.size())));
+    while (!fraction.empty() && fraction.back() == '0') fraction.pop_back();
+    if (fraction.size() > *power) return std::nullopt;
+    return to_integer(whole + fraction + std::string(*power - fraction.size(), '0'));
 }
 
 namespace {

@@ -29,6 +29,11 @@ std::string did_you_mean(std::string_view word, const std::vector<std::string> &
 std::optional<double> to_number(std::string_view text);
 std::optional<int64_t> to_integer(std::string_view text);
 
+// A count as people write it: `250000`, `2.5e5`, `250k`, `0.25M`, where k is a thousand, M a million and G a thousand
+// millions. Nothing where the text is none of these, is no whole number or is above the largest int64_t; digits alone
+// may have a sign `-`.
+std::optional<int64_t> to_count(std::string_view text);
+
 // `left`, and `right` beside it from column 31 on, in lines of at most 100 characters.
 std::string in_columns(const std::string &left, const std::string &right);
 

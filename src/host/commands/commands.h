@@ -18,16 +18,16 @@ int inspect_command(const std::vector<std::string> &arguments);
 // `wisp info FILE`: what a file is and holds, as text, with --json as JSON.
 int info_command(const std::vector<std::string> &arguments);
 
-// `wisp compare A B`: prints how picture A differs from B; with `--json -` as JSON. Returns exit_done when all bits
-// match or, given
-// --tolerance, when the relative RMSE is at most that; else exit_difference.
+// `wisp compare A B`: prints how picture A differs from B, each a .pfm, .exr or .png; with `--json -` as JSON. Returns
+// exit_done when all bits match or, given --tolerance, --max-flip or --max-ulps, when they differ by no more; else
+// exit_difference.
 int compare_command(const std::vector<std::string> &arguments);
 
-// `wisp merge A.passes B.passes ... -o FILE`: the picture (.png, .pfm) of all passes together, or their sums (.passes);
-// or one .map of the sums of several.
+// `wisp merge A.passes B.passes ... -o FILE`: the picture (.png, .pfm, .exr) of all passes together, or their sums
+// (.passes); or one .map of the sums of several.
 int merge_command(const std::vector<std::string> &arguments);
 
-// `wisp stitch PART.pfm ... -o WHOLE`: the picture (.png, .pfm) of parts rendered with --crop.
+// `wisp stitch PART ... -o WHOLE`: the picture (.png, .pfm, .exr) of parts (.pfm, .exr) rendered with --crop.
 int stitch_command(const std::vector<std::string> &arguments);
 
 // The lines of help on the options that a command has beside those of rendering.

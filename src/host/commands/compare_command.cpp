@@ -1,25 +1,34 @@
 #include "host/commands/arguments.h"
 #include "host/commands/commands.h"
 #include "host/images/compare.h"
+#include "host/images/picture_reader.h"
 #include <cstdio>
-#include <optional>
 
 namespace wisp {
 
 namespace {
 
 struct CompareOptions {
-    std::optional<double> tolerance; // of the relative RMSE; without it bits must match
-    std::string error;               // B's standard errors; empty: not known
-    std::string json, diff;          // file names; empty: not wanted
+    Limits limits;
+    std::string error;      // B's standard errors; empty: not known
+    std::string json, diff; // file names; empty: not wanted
 };
 
 const OptionTable<CompareOptions> &compare_options() {
     static const OptionTable<CompareOptions> table = {
-        {"tolerance", "REL", "allows that relative RMSE; without it bits must match",
+        {"tolerance", "REL", "allows that relative RMSE; without this and the next two bits must match",
          [](CompareOptions &options, const std::string &value) {
-             options.tolerance = number_that(
+             options.limits.relative_rmse = number_that(
                  value, [](double x) { return x >= 0; }, "a number of at least 0");
+         }},
+        {"max-flip", "F", "allows that mean FLIP",
+         [](CompareOptions &options, const std::string &value) {
+             options.limits.mean_flip = number_that(
+                 value, [](double x) { return x >= 0 && x <= 1; }, "a number from 0 to 1");
+         }},
+        {"max-ulps", "N", "allows values that many float32 numbers apart; of several limits all hold",
+         [](CompareOptions &options, const std::string &value) {
+             options.limits.ulps = static_cast<uint64_t>(count_in(value, 0, nan_ulps - 1));
          }},
         {"error", "FILE", "the standard errors of B, as .pfm", to_text(&CompareOptions::error)},
         {"json", "FILE", "the figures as JSON; -: on standard output instead",
@@ -51,18 +60,17 @@ int compare_command(const std::vector<std::string> &arguments) {
     const bool files_json = !options.json.empty() && options.json != "-";
     if (files_json) check_writable(options.json);
     if (!options.diff.empty()) check_writable(options.diff);
-    const Picture a = read_pfm(name_a), b = read_pfm(name_b);
+    const Picture a = read_picture(name_a), b = read_picture(name_b);
     Difference difference = compare(a, b, name_a, name_b);
     if (!options.error.empty()) weigh_noise(difference, b, read_pfm(options.error), name_b, options.error);
+    judge(difference, options.limits);
 
     const std::string json = difference_json(difference);
     if (files_json) write_file(options.json, json);
     if (!options.diff.empty()) write_file(options.diff, png_bytes(difference_picture(a, b)));
     const std::string &printed = options.json == "-" ? json : difference_text(difference);
     std::fwrite(printed.data(), 1, printed.size(), stdout);
-
-    const bool allowed = options.tolerance && difference.relative_rmse <= *options.tolerance; // NaN is not
-    return difference.differing_pixels == 0 || allowed ? exit_done : exit_difference;
+    return *difference.verdict == Verdict::different ? exit_difference : exit_done;
 }
 
 } // namespace wisp

@@ -5,6 +5,7 @@
 #include "host/commands/file_facts.h"
 #include "host/formats/particles.h"
 #include "host/formats/volume.h"
+#include "host/images/exr.h"
 #include "host/images/texture_readers.h"
 #include "host/prepare/particle_sample.h"
 #include "host/results/map_file.h"
@@ -153,6 +154,13 @@ void add_pfm_file(Facts &facts, const std::string &path, const Bytes &bytes) {
     std::error_code ignored;
     if (std::filesystem::exists(record, ignored))
         add_record_of(facts, parse_record(read_plain_file(record), record), bytes);
+}
+
+void add_exr_file(Facts &facts, const std::string &path, const Bytes &bytes) {
+    const Picture picture = parse_exr(bytes, path);
+    add_channels(facts, picture.width, picture.height, picture.rgb);
+    Bytes without = bytes;
+    if (const auto record = take_exr_record(without, path)) add_record_of(facts, *record, without);
 }
 
 void add_png_file(Facts &facts, const std::string &path, const Bytes &bytes) {

@@ -11,6 +11,7 @@ void add_grid_file(Facts &facts, const std::string &path, const Bytes &bytes);
 void add_map_file(Facts &facts, const std::string &path, const Bytes &bytes);
 void add_passes_file(Facts &facts, const std::string &path, const Bytes &bytes);
 void add_pfm_file(Facts &facts, const std::string &path, const Bytes &bytes);
+void add_exr_file(Facts &facts, const std::string &path, const Bytes &bytes);
 void add_png_file(Facts &facts, const std::string &path, const Bytes &bytes);
 void add_ppm_file(Facts &facts, const std::string &path, const Bytes &bytes);
 void add_record_file(Facts &facts, const std::string &path, const Bytes &bytes);

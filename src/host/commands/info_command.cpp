@@ -6,6 +6,7 @@
 #include "host/commands/scene_facts.h"
 #include "host/formats/particles.h"
 #include "host/formats/volume.h"
+#include "host/images/exr.h"
 #include "host/images/picture.h"
 #include "host/images/texture_readers.h"
 #include "host/prepare/chosen_scene.h"
@@ -56,6 +57,7 @@ const std::vector<Kind> &kinds() {
         {"particle map", is_map, {".map"}, add_map_file},
         {"passes of --reference", is_passes, {".passes"}, add_passes_file},
         {"picture, linear 32-bit values", is_pfm, {".pfm"}, add_pfm_file},
+        {"picture, linear values", is_exr, {".exr"}, add_exr_file},
         {"picture, 8-bit sRGB values", is_png, {".png"}, add_png_file},
         {"picture, 8-bit sRGB values", nullptr, {".ppm"}, add_ppm_file},
         {"record of a picture", is_record, {".wisp"}, add_record_file},

@@ -36,11 +36,11 @@ constexpr Command commands[] = {
      "wisp inspect scene.aff 120 64", inspect_command, inspect_help, true},
     {"info", "FILE [--json]", "what a file is and holds: particles, grid, scene, map, passes, picture",
      "wisp info smoke.vdb", info_command, info_help, false},
-    {"compare", "A B [options]", "how two pictures differ; exit 1 when they do",
+    {"compare", "A B [options]", "how two pictures differ, .pfm, .exr or .png; exit 1 when they do",
      "wisp compare a.pfm b.pfm --tolerance 0.01", compare_command, compare_help, false},
     {"merge", "A B [...] -o FILE", "the picture of several .passes together, or .map as one .map",
      "wisp merge a.passes b.passes -o truth.pfm", merge_command, merge_help, false},
-    {"stitch", "A B [...] -o FILE", "the picture of parts rendered with --crop",
+    {"stitch", "A B [...] -o FILE", "the picture of parts rendered with --crop, .pfm or .exr",
      "wisp stitch top.pfm bottom.pfm -o whole.png", stitch_command, stitch_help, false},
 };
 
@@ -48,7 +48,9 @@ std::string usage_of(const Command &command) {
     return in_columns(std::string("wisp ") + command.name + " " + command.usage, command.what);
 }
 
-constexpr char how_to_write[] = "written --x V or --x=V; -o is --output, -q --quiet, -v --verbose";
+constexpr char how_to_write[] =
+    "written --x V or --x=V; -o is --output, -q --quiet, -v --verbose. Counts may be\n250k, "
+    "2M, 1G (thousands, millions, thousand millions) or 2.5e5";
 
 std::string help_on(const Command &command) {
     return usage_of(command) + "\nExample: " + command.example + "\n\nOptions, " + how_to_write + ":\n" +

@@ -2,6 +2,7 @@
 #include "host/base/messages.h"
 #include "host/base/sha256.h"
 #include "host/commands/output.h"
+#include "host/images/exr.h"
 #include "wisp/settings.h"
 #include <algorithm>
 #include <cstdio>
@@ -71,6 +72,11 @@ std::string digest_name(const Options &options, int64_t frame) {
     return "-";
 }
 
+Bytes picture_file(const Options &options, const std::string &output, const Picture &picture, const Bytes &pfm) {
+    if (ends_in(output, ".png")) return png_bytes(picture, options.exposure);
+    return ends_in(output, ".exr") ? exr_bytes(picture) : pfm;
+}
+
 } // namespace
 
 void check_outputs(const Options &options, const Options::Frames &frames, const std::string &scene) {
@@ -118,7 +124,7 @@ void write_outputs(const Options &options, const Picture &picture, const Bytes &
             write_output(options, path, passes_bytes(*passes));
             continue;
         }
-        const Bytes bytes = ends_in(output, ".png") ? png_bytes(picture, options.exposure) : pfm;
+        const Bytes bytes = picture_file(options, output, picture, pfm);
         if (!record || !carries_record(options, output)) {
             write_output(options, path, bytes);
             continue;

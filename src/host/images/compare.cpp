@@ -107,6 +107,17 @@ std::string figure(double value) {
 
 std::string json_figure(double value) { return std::isfinite(value) ? figure(value) : "null"; }
 
+const char *verdict_word(Verdict verdict) {
+    constexpr const char *words[] = {"equal", "within", "different"};
+    return words[static_cast<size_t>(verdict)];
+}
+
+std::string verdict_text(const Difference &d) {
+    constexpr const char *words[] = {"equal to the bit", "within the tolerance", "different"};
+    return std::string("the pictures are ") + words[static_cast<size_t>(*d.verdict)] +
+           (d.exceeded.empty() ? "" : ": " + d.exceeded) + "\n";
+}
+
 // Error 0, 1/4 .. 1 in 8-bit sRGB: five colours of the map "magma" that is usual for FLIP.
 constexpr double ramp[5][3] = {{0, 0, 0}, {81, 18, 124}, {183, 55, 121}, {252, 137, 97}, {252, 253, 191}};
 
@@ -162,6 +173,23 @@ void weigh_noise(Difference &difference, const Picture &b, const Picture &error,
     difference.relative_rmse_beyond_noise = relative(std::isnan(beyond) ? beyond : std::sqrt(std::max(beyond, 0.0)));
 }
 
+void judge(Difference &difference, const Limits &limits) {
+    std::string &exceeded = difference.exceeded;
+    exceeded = difference.largest_ulps == nan_ulps ? "a NaN meets another value" : "";
+    const auto check = [&exceeded](const char *what, double value, auto limit) {
+        if (!limit || value <= static_cast<double>(*limit)) return;
+        exceeded +=
+            (exceeded.empty() ? "" : ", ") + std::string(what) + " above " + figure(static_cast<double>(*limit));
+    };
+    check("relative RMSE", difference.relative_rmse, limits.relative_rmse);
+    check("mean FLIP", difference.mean_flip, limits.mean_flip);
+    check("largest difference in ulps", static_cast<double>(difference.largest_ulps), limits.ulps);
+    const bool limited = limits.relative_rmse || limits.mean_flip || limits.ulps;
+    difference.verdict = difference.differing_pixels == 0 ? Verdict::equal
+                         : limited && exceeded.empty()    ? Verdict::within
+                                                          : Verdict::different;
+}
+
 std::string difference_text(const Difference &d) {
     const std::string pixels = std::to_string(uint64_t(d.width) * d.height);
     std::string text;
@@ -183,6 +211,7 @@ std::string difference_text(const Difference &d) {
     }
     line("PSNR", figure(d.psnr) + " dB");
     line("mean FLIP", figure(d.mean_flip));
+    if (d.verdict) text += verdict_text(d);
     return text;
 }
 
@@ -199,7 +228,8 @@ std::string difference_json(const Difference &d) {
            (d.relative_noise ? ",\n  \"relative_noise\": " + json_figure(*d.relative_noise) +
                                    ",\n  \"relative_rmse_beyond_noise\": " + json_figure(*d.relative_rmse_beyond_noise)
                              : "") +
-           ",\n  \"psnr\": " + json_figure(d.psnr) + ",\n  \"mean_flip\": " + json_figure(d.mean_flip) + " }\n";
+           ",\n  \"psnr\": " + json_figure(d.psnr) + ",\n  \"mean_flip\": " + json_figure(d.mean_flip) +
+           (d.verdict ? std::string(",\n  \"verdict\": \"") + verdict_word(*d.verdict) + "\"" : "") + " }\n";
 }
 
 Picture difference_picture(const Picture &a, const Picture &b) {

@@ -8,6 +8,15 @@
 
 namespace wisp {
 
+// Whether pictures are equal to the bit, differ within what is allowed, or differ by more.
+enum class Verdict { equal, within, different };
+
+// What is allowed. Where nothing is given, bits must match.
+struct Limits {
+    std::optional<double> relative_rmse, mean_flip;
+    std::optional<uint64_t> ulps; // of the largest difference
+};
+
 // Of picture A against picture B. Two values differ when their bits do. Equal values count as difference 0 even where
 // they are NaN or infinite; where a NaN meets another value, the absolute difference and RMSE are NaN.
 struct Difference {
@@ -25,6 +34,8 @@ struct Difference {
     // Given B's standard errors: their root mean square, and what RMSE has beyond it (sqrt(RMSE^2 - noise^2), 0 where
     // noise explains all of it), both relative to the mean of B.
     std::optional<double> relative_noise, relative_rmse_beyond_noise;
+    std::optional<Verdict> verdict; // given limits
+    std::string exceeded;           // in words: a NaN on one side only, and the limits that it breaks
 };
 constexpr uint64_t nan_ulps = uint64_t{1} << 32;
 
@@ -37,11 +48,14 @@ Difference compare(const Picture &a, const Picture &b, const std::string &name_a
 void weigh_noise(Difference &difference, const Picture &b, const Picture &error, const std::string &name_b = "B",
                  const std::string &name_error = "error");
 
-// The figures, one a line, for people.
+// Sets the verdict. Within the limits is what breaks none of them; no limit allows a NaN on one side only.
+void judge(Difference &difference, const Limits &limits);
+
+// The figures, one a line, and the verdict in words, for people.
 std::string difference_text(const Difference &difference);
 
-// The figures as one JSON object, its keys the names above, but `first_differing_pixel`: [x, y] or null. What JSON
-// cannot hold, infinity and NaN, is null.
+// The figures as one JSON object, its keys the names above, but `first_differing_pixel`: [x, y] or null, and
+// `verdict`: "equal", "within" or "different". What JSON cannot hold, infinity and NaN, is null.
 std::string difference_json(const Difference &difference);
 
 // Each pixel's FLIP error, 0 to 1, from black over purple and orange to pale yellow. Sizes must be equal.

@@ -2,6 +2,7 @@
 // believes their lengths and does not look at their check sums: each chunk lies within the file, and the sides fit a
 // file of its size. So a hostile file takes memory in proportion to its own size, beyond an allowance.
 #include "host/base/byte_reader.h"
+#include "host/base/memory.h"
 #include "host/images/texture_readers.h"
 #include <memory>
 #include <zlib.h>
@@ -12,43 +13,46 @@
 #define STBI_NO_STDIO
 #define STBI_NO_SIMD
 #define STBI_NO_LINEAR
-#define STBI_MAX_DIMENSIONS 16384
+#define STBI_MAX_DIMENSIONS 65536
 #include <stb/stb_image.h>
 
 namespace wisp {
 
-static_assert(STBI_MAX_DIMENSIONS == max_texture_side, "what is refused here is no more than what stb_image refuses");
+static_assert(STBI_MAX_DIMENSIONS >= max_texture_side, "what is refused here is no more than what stb_image refuses");
 
 namespace {
 
 constexpr unsigned char signature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
 
-// Texels may take this many times the file's bytes, plus the allowance, which is a picture of one colour with sides of
-// 4729.
-constexpr uint64_t largest_ratio = 256, allowance = uint64_t{1} << 26;
+// Enough for a picture of one colour with sides of 4729.
+constexpr uint64_t allowance = uint64_t{1} << 26;
+
+// Of a texel, while it is decoded: as filtered, with opacity, without, as the caller gets it and as linear light.
+constexpr uint64_t most_bytes_of_texel = 25;
 
 uint32_t read_u32(ByteReader &in) { return static_cast<uint32_t>(in.number(Scalar::u32)); }
 
-void check_side(const ByteReader &in, const char *what, uint32_t side) {
-    if (side < 1 || side > max_texture_side)
-        in.fail(std::to_string(side) + ", expected a " + what + " from 1 to " + std::to_string(max_texture_side));
+uint32_t read_side(ByteReader &in, const char *what, const PngLimits &limits) {
+    const uint32_t side = read_u32(in);
+    if (side < 1 || side > static_cast<uint32_t>(limits.side))
+        in.fail(std::to_string(side) + ", expected a " + what + " from 1 to " + std::to_string(limits.side));
+    return side;
 }
 
 // The header's chunk: sides, bits a value, and four bytes that stb_image looks at.
-void check_header(ByteReader &in, const Bytes &bytes) {
-    const uint32_t width = read_u32(in);
-    check_side(in, "width", width);
-    const uint32_t height = read_u32(in);
-    check_side(in, "height", height);
+void check_header(ByteReader &in, const Bytes &bytes, const PngLimits &limits) {
+    const uint32_t width = read_side(in, "width", limits), height = read_side(in, "height", limits);
     const double depth = in.number(Scalar::u8);
     if (depth == 16) in.fail("16 bits a value, expected at most 8");
-    if (uint64_t{3} * width * height > allowance + largest_ratio * bytes.size())
-        in.fail(std::to_string(width) + " x " + std::to_string(height) + " texels, expected no more than " +
-                std::to_string(largest_ratio) + " times the file's bytes");
+    const uint64_t texels = uint64_t{width} * height;
+    if (3 * texels > allowance + limits.ratio * bytes.size())
+        in.fail(std::to_string(width) + " x " + std::to_string(height) + " " + limits.what +
+                ", expected no more than " + std::to_string(limits.ratio) + " times the file's bytes");
+    require_memory(in.name(), "the picture", most_bytes_of_texel * texels);
     in.bytes(4);
 }
 
-void check_chunks(const Bytes &bytes, const std::string &name) {
+void check_chunks(const Bytes &bytes, const std::string &name, const PngLimits &limits) {
     ByteReader in(name, bytes.data(), bytes.size(), Encoding::big_endian);
     in.bytes(sizeof signature);
     for (bool first = true;; first = false) {
@@ -58,7 +62,7 @@ void check_chunks(const Bytes &bytes, const std::string &name) {
         const std::string_view whole = in.peek(4 + size_t{size}), type = in.bytes(4);
         if (first && type != "IHDR") in.fail("chunk " + ByteReader::quoted(type) + ", expected 'IHDR'");
         if (first)
-            check_header(in, bytes);
+            check_header(in, bytes, limits);
         else
             in.bytes(size);
         const auto sum = crc32(0, reinterpret_cast<const Bytef *>(whole.data()), static_cast<uInt>(whole.size()));
@@ -74,8 +78,8 @@ bool is_png(const Bytes &bytes) {
     return bytes.size() >= sizeof signature && std::equal(signature, signature + sizeof signature, bytes.begin());
 }
 
-Texels read_png(const Bytes &bytes, const std::string &name) {
-    check_chunks(bytes, name);
+Texels read_png(const Bytes &bytes, const std::string &name, const PngLimits &limits) {
+    check_chunks(bytes, name, limits);
     if (bytes.size() > INT32_MAX) throw InputError(name + ": byte 0", "a PNG of more bytes than expected, 2147483647");
     Texels texels;
     int channels;

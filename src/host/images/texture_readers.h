@@ -16,6 +16,17 @@ struct Texels {
 Texels read_ppm(const Bytes &bytes, const std::string &name);
 
 bool is_png(const Bytes &bytes); // by its first bytes
-Texels read_png(const Bytes &bytes, const std::string &name);
+
+// What a PNG may ask for before it is decoded: sides, and bytes of texels. Those may be `ratio` times the file's bytes,
+// beyond an allowance, so that a hostile file takes memory in proportion to its own size.
+struct PngLimits {
+    int side;
+    uint64_t ratio;
+    const char *what; // what errors call texels
+};
+constexpr PngLimits texture_limits = {max_texture_side, 256, "texels"};
+
+// Throws Error(exit_memory) for a PNG that does not fit in memory.
+Texels read_png(const Bytes &bytes, const std::string &name, const PngLimits &limits = texture_limits);
 
 } // namespace wisp

@@ -1,4 +1,5 @@
 #include "host/base/sha256.h"
+#include "host/images/exr.h"
 #include "host/results/checksummed_file.h"
 #include "host/results/picture_record.h"
 #include <cstdio>
@@ -26,9 +27,13 @@ Bytes record_bytes(const PictureRecord &record, const Bytes &picture) {
     return checksummed_bytes(first_line, lines, {});
 }
 
+std::string record_text(const PictureRecord &record, const Bytes &picture) {
+    const Bytes text = record_bytes(record, picture);
+    return std::string(text.begin(), text.end());
+}
+
 Bytes with_record(const Bytes &png, const PictureRecord &record) {
-    const Bytes text = record_bytes(record, png);
-    return add_png_text(png, keyword, std::string(text.begin(), text.end()));
+    return add_png_text(png, keyword, record_text(record, png));
 }
 
 // The lines of a record up to the SHA-256 of its picture.
@@ -83,6 +88,10 @@ void write_recorded(const std::string &path, const Bytes &picture, const Picture
         write_file(path, with_record(picture, record));
         return;
     }
+    if (ends_in(path, ".exr")) {
+        write_file(path, add_exr_text(picture, keyword, record_text(record, picture)));
+        return;
+    }
     write_file(path, picture);
     write_file(record_path(path), record_bytes(record, picture));
 }
@@ -91,6 +100,10 @@ void write_recorded(const std::string &path, const Bytes &picture, const Picture
 std::optional<Bytes> recorded_bytes(const std::string &path, const PictureRecord &record) {
     try {
         Bytes bytes = read_plain_file(path);
+        if (ends_in(path, ".exr")) {
+            const auto text = take_exr_text(bytes, keyword, path);
+            return text == record_text(record, bytes) ? std::optional(bytes) : std::nullopt;
+        }
         if (!record.exposure) {
             if (read_plain_file(record_path(path)) != record_bytes(record, bytes)) return std::nullopt;
             return bytes;
@@ -135,6 +148,25 @@ std::optional<RecordedPng> record_in_png(const Bytes &png, const std::string &na
         return recorded;
     }
     return std::nullopt;
+}
+
+std::optional<SavedRecord> take_exr_record(Bytes &exr, const std::string &path) {
+    const auto text = take_exr_text(exr, keyword, path);
+    if (!text) return std::nullopt;
+    return parse_record(Bytes(text->begin(), text->end()), path + ": attribute " + keyword);
+}
+
+SavedRecord read_record(const std::string &path, Bytes &picture) {
+    if (!ends_in(path, ".exr")) {
+        const std::string beside = record_path(path);
+        const SavedRecord record = parse_record(read_file(beside), beside);
+        picture = read_file(path);
+        return record;
+    }
+    picture = read_file(path);
+    const auto record = take_exr_record(picture, path);
+    if (!record) throw InputError(path, "no record of what it shows, expected a picture of --crop as rendered");
+    return *record;
 }
 
 } // namespace wisp

@@ -1,6 +1,6 @@
 // Records of pictures: what a picture's file shows, and the SHA-256 of its bytes. A .png has its record in a chunk
-// (tEXt `wisp`). A .pfm holds pixels alone, so its record is a second file, FILE.pfm.wisp. A later run keeps the files
-// that it would make again, and `wisp stitch` reads where each part belongs.
+// (tEXt `wisp`), an .exr in an attribute of that name. A .pfm holds pixels alone, so its record is a second file,
+// FILE.pfm.wisp. A later run keeps the files that it would make again, and `wisp stitch` reads where each part belongs.
 #pragma once
 #include "host/base/files.h"
 #include "wisp/scene.h"
@@ -41,6 +41,10 @@ struct RecordedPng {
     Bytes picture;
 };
 std::optional<RecordedPng> record_in_png(const Bytes &png, const std::string &name);
+// The record in an .exr, which is then without it; nothing where it has none.
+std::optional<SavedRecord> take_exr_record(Bytes &exr, const std::string &path);
+// The record of the .pfm or .exr at `path`, and the bytes that it is to describe: those of the file without the record.
+SavedRecord read_record(const std::string &path, Bytes &picture);
 
 // The PNG with `text` in a tEXt chunk of this keyword, before the last chunk, IEND.
 Bytes add_png_text(const Bytes &png, const std::string &keyword, const std::string &text);

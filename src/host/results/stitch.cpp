@@ -1,5 +1,7 @@
 #include "host/base/error.h"
 #include "host/base/sha256.h"
+#include "host/base/text.h"
+#include "host/images/picture_reader.h"
 #include "host/results/picture_record.h"
 #include "host/results/stitch.h"
 #include "wisp/settings.h"
@@ -22,14 +24,14 @@ uint64_t area_of(const Crop &crop) {
 }
 
 Part read_part(const std::string &name) {
-    const std::string record_name = record_path(name);
-    const SavedRecord pfm = parse_record(read_file(record_name), record_name);
-    const Bytes bytes = read_file(name);
-    const Crop &crop = pfm.record.crop;
-    Part part = {name, pfm.record, parse_pfm(bytes, name)};
-    if (sha256(bytes.data(), bytes.size()).text != pfm.sha256 || part.picture.width != crop.width() ||
+    Bytes bytes;
+    const SavedRecord found = read_record(name, bytes);
+    const Crop &crop = found.record.crop;
+    Part part = {name, found.record, parse_picture(bytes, name)};
+    if (sha256(bytes.data(), bytes.size()).text != found.sha256 || part.picture.width != crop.width() ||
         part.picture.height != crop.height())
-        throw InputError(name, "not the picture of " + record_name + ", expected the one as rendered");
+        throw InputError(name, "not the picture of " + (ends_in(name, ".exr") ? "its record" : record_path(name)) +
+                                   ", expected the one as rendered");
     return part;
 }
 

@@ -6,7 +6,7 @@
 
 namespace wisp {
 
-// The whole picture of parts, which are .pfm files made with `--crop`, each with its record beside it. Throws
+// The whole picture of parts, which are .pfm or .exr files made with `--crop`, each with its record. Throws
 // InputError for parts of different pictures, for a part that its record does not describe, and for a pixel in two
 // parts or in none.
 Picture stitch(const std::vector<std::string> &parts);

@@ -1,6 +1,7 @@
 #include "host/base/option_table.h"
 #include "host/scene/options.h"
 #include "host/scene/shadow_words.h"
+#include <algorithm>
 #include <cmath>
 
 namespace wisp {
@@ -22,21 +23,22 @@ double positive(const std::string &value) {
         value, [](double x) { return x > 0 && x <= 1000; }, "a number above 0, at most 1000.000000");
 }
 
-// A half-open range.
+// A half-open range, of what is counted from 0.
 auto to_range(std::optional<Options::Range> Options::*member) {
     return [=](Options &options, const std::string &value) {
         const auto parts = split(value, ':');
         if (parts.size() != 2) throw OptionError{"A:B"};
-        const int64_t first = integer_in(parts[0], 0, INT32_MAX - 1);
-        const int64_t last = integer_in(parts[1], first + 1, INT32_MAX);
+        const int64_t first = count_in(parts[0], 0, INT32_MAX - 1);
+        const int64_t last = count_in(parts[1], first + 1, INT32_MAX);
         options.*member = Options::Range{static_cast<uint32_t>(first), static_cast<uint32_t>(last)};
     };
 }
 
 void set_output(Options &options, const std::string &value) {
     if (value == "-") return options.outputs.push_back("-.pfm");
-    if (!ends_in(value, ".png") && !ends_in(value, ".pfm") && !ends_in(value, ".passes") && !ends_in(value, ".map"))
-        throw OptionError{"a file name that ends in .png, .pfm, .passes or .map, or -"};
+    const std::string kinds[] = {".png", ".pfm", ".exr", ".passes", ".map"};
+    if (std::none_of(std::begin(kinds), std::end(kinds), [&](const std::string &kind) { return ends_in(value, kind); }))
+        throw OptionError{"a file name that ends in .png, .pfm, .exr, .passes or .map, or -"};
     options.outputs.push_back(value);
 }
 
@@ -83,13 +85,13 @@ void set_memory(Options &options, const std::string &value) {
 const OptionTable<Options> &scene_options() {
     static const OptionTable<Options> table = {
         {"output", "FILE",
-         ".png (8-bit sRGB), .pfm (linear float), .passes, .map; repeatable; %04d = frame number; - or -.png: standard "
-         "output, as .pfm or as .png",
+         ".png (8-bit sRGB), .pfm or .exr (linear float), .passes, .map; repeatable; %04d = frame number; - or -.png: "
+         "standard output, as .pfm or as .png",
          set_output},
         {"arith", "f32|f64|fixed", "number system (f32)", to_word(&Options::arithmetic, {"f32", "f64", "fixed"})},
         {"size", "WxH", "pixels (the scene's resolution)", set_size},
-        {"spp", "N", "rays a pixel (4)", to_integer_in(&Options::samples, 1, 65536)},
-        {"seed", "N", "of the photons (1)", to_integer_in(&Options::seed, 0, INT64_MAX)},
+        {"spp", "N", "rays a pixel (4)", to_count_in(&Options::samples, 1, 65536)},
+        {"seed", "N", "of the photons (1)", to_count_in(&Options::seed, 0, INT64_MAX)},
         {"smoke", "direct|map|volume",
          "photon map, whose estimate from the nearest photons is the paper's and up to 1.4 times too bright in small "
          "dense smoke; particle map; photon map of resampled smoke (map, direct where smoke cannot be)",
@@ -112,7 +114,7 @@ const OptionTable<Options> &scene_options() {
          to_word(&Options::deposit, {"exact", "path", "kernel"})},
         {"direction", "flux|mean", "what is kept of the photons' directions: their flux, or their mean (flux)",
          to_word(&Options::direction, {"flux", "mean"})},
-        {"photons", "N", "photons emitted (1000000)", to_integer_in(&Options::photons, 0, INT64_MAX)},
+        {"photons", "N", "photons emitted (1000000)", to_count_in(&Options::photons, 0, INT64_MAX)},
         {"max-error", "E",
          "chooses photons and cells, or the reference where these do not suffice, for a relative RMSE of at most E: "
          "some pixels of the first frame are measured before, for about as long as a few frames take",
@@ -121,7 +123,7 @@ const OptionTable<Options> &scene_options() {
                  value, [](double x) { return x >= 0.001 && x <= 1; }, "a number from 0.001 to 1");
          }},
         {"gather", "K", "most photons or particles in an estimate by knn (500)",
-         to_integer_in(&Options::gather, 2, 1000000)},
+         to_count_in(&Options::gather, 2, 1000000)},
         {"gather-radius", "R", "largest radius of an estimate, in smoothing lengths (2)",
          [](Options &options, const std::string &value) { options.gather_radius = positive(value); }},
         {"step", "S",
@@ -179,7 +181,7 @@ const OptionTable<Options> &scene_options() {
          "over triangles: of boxes, or a kd-tree as in the papers; pictures are the same, --stats counts differ (box)",
          to_word(&Options::tree, {"box", "kd"})},
         {"depth", "N", "longest chain of reflected and refracted rays behind a camera ray (10)",
-         to_integer_in(&Options::depth, 0, 64)},
+         to_count_in(&Options::depth, 0, 64)},
         {"shadows", shadow_method_choices + 1,
          "how shadows of surfaces are found: by rays; the last occluder first; by what was met before; without rays "
          "where proved, of cells, of voxels; by lists of what a light sees, of what may be in the way (exact)",
@@ -194,7 +196,7 @@ const OptionTable<Options> &scene_options() {
         {"write-scene", "FILE", "of a file of smoke by itself: saves the scene that was chosen for it, to go on from",
          to_text(&Options::write_scene)},
         {"frame-count", "N", "divide the animation's time into N frames instead of the scene's own number",
-         to_integer_in(&Options::frame_count, 1, 1000000000)},
+         to_count_in(&Options::frame_count, 1, 1000000000)},
     };
     return table;
 }

@@ -26,7 +26,7 @@ struct Options {
         int x0, y0, x1, y1;
     };
 
-    std::vector<std::string> outputs; // .png, .pfm, .passes or .map; `%04d` = frame number
+    std::vector<std::string> outputs; // .png, .pfm, .exr, .passes or .map; `%04d` = frame number
     Arithmetic arithmetic = Arithmetic::f32;
     std::optional<int> width, height;
     uint32_t samples = 4; // rays per pixel, or per pixel and pass

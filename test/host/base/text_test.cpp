@@ -26,6 +26,34 @@ TEST_CASE("text: numbers are decimal, finite, and all of the text") {
     CHECK(!to_integer("9223372036854775808"));
 }
 
+TEST_CASE("text: counts as people write them") {
+    const struct {
+        const char *text;
+        int64_t count;
+    } counts[] = {{"0", 0},          {"250000", 250000}, {"070", 70},
+                  {"-3", -3},        {"1e6", 1000000},   {"1E6", 1000000},
+                  {"2.5e5", 250000}, {"2.50e1", 25},     {"1e+06", 1000000},
+                  {"1e0", 1},        {"1.0", 1},         {".5e1", 5},
+                  {"250k", 250000},  {"2M", 2000000},    {"1G", 1000000000},
+                  {"0.25M", 250000}, {"0k", 0},          {"9.2e18", 9200000000000000000}};
+    for (const auto &c : counts) {
+        CAPTURE(c.text);
+        REQUIRE(to_count(c.text));
+        CHECK(*to_count(c.text) == c.count);
+    }
+    CHECK(*to_count("9223372036854775807") == INT64_MAX);
+    CHECK(*to_count("9223372036854775.807k") == INT64_MAX);
+    CHECK(*to_count("9.223372036854775807e18") == INT64_MAX);
+    for (const std::string &text :
+         split("|.|k|e5|.e5|.k|1.5|1e-3|10e-1|2.55e1|1.2345k|1e|1e+|1e1.0|1e+-3|1e++3|1e6k|1kk|1m|1K|1 k|-1k|-1e3|+1e3|"
+               "1.2.3k|1.-5e3|0x1k|nan|inf|1e19|10e18|1e999999999999999999999|9223372036854775808|"
+               "9223372036854775.808k|9300000000G|9.223372036854775808e18",
+               '|')) {
+        CAPTURE(text);
+        CHECK(!to_count(text));
+    }
+}
+
 TEST_CASE("text: frame numbers take the place of %04d") {
     CHECK(numbered("a_%04d.png", 7) == "a_0007.png");
     CHECK(numbered("a_%d.png", 12345) == "a_12345.png");

@@ -214,6 +214,39 @@ TEST_CASE("compare: text and JSON") {
                                 "  \"mean_flip\": 0.125 }\n");
 }
 
+TEST_CASE("compare: the verdict, in words and in JSON") {
+    const auto verdict = [](const Picture &a, const Picture &b, const Limits &limits) {
+        Difference d = compare(a, b);
+        const std::string text = difference_text(d), json = difference_json(d);
+        judge(d, limits);
+        CHECK(difference_text(d).substr(0, text.size()) == text); // nothing else changes
+        const std::string more = difference_json(d).substr(json.size() - 3);
+        constexpr const char *words[] = {"equal", "within", "different"};
+        CHECK(more == std::string(",\n  \"verdict\": \"") + words[static_cast<size_t>(*d.verdict)] + "\" }\n");
+        return difference_text(d).substr(text.size());
+    };
+    const Picture half = row({1.5f, 1.5f}), one = row({1, 1}), next = row({1, std::nextafterf(1, 2)}); // RMSE 0.5
+    const std::string equal = "the pictures are equal to the bit\n", within = "the pictures are within the tolerance\n",
+                      different = "the pictures are different";
+    CHECK(verdict(one, one, {}) == equal);
+    CHECK(verdict(one, one, {0, 0, 0}) == equal);
+    CHECK(verdict(one, next, {}) == different + "\n");
+    CHECK(verdict(half, one, {0.5, {}, {}}) == within);
+    CHECK(verdict(half, one, {0.49, {}, {}}) == different + ": relative RMSE above 0.49\n");
+    CHECK(verdict(half, one, {{}, 0, {}}) == within); // both are shown as white
+    CHECK(verdict(row({0}), row({1}), {{}, 0.9, {}}) == different + ": mean FLIP above 0.9\n");
+    CHECK(verdict(one, next, {{}, {}, 1}) == within);
+    CHECK(verdict(one, next, {{}, {}, 0}) == different + ": largest difference in ulps above 0\n");
+    CHECK(verdict(half, one, {0.1, 1, 5}) ==
+          different + ": relative RMSE above 0.1, largest difference in ulps above 5\n");
+    CHECK(verdict(row({-0.0f}), row({0}), {}) == different + "\n");
+    CHECK(verdict(row({-0.0f}), row({0}), {0, {}, {}}) == within);
+    // PNG shows both as nan_color, so that FLIP is 0.
+    const Picture magenta{1, 1, {1, 0, 1}};
+    CHECK(verdict(row({not_a_number}), magenta, {{}, 1, {}}) == different + ": a NaN meets another value\n");
+    CHECK(verdict(row({not_a_number}), row({not_a_number}), {}) == equal);
+}
+
 TEST_CASE("compare: what JSON cannot hold is null, and text has no sign of NaN") {
     const std::string equal = difference_json(compare(row({1}), row({1})));
     CHECK(equal.find("\"first_differing_pixel\": null,") != std::string::npos);

@@ -4,6 +4,33 @@
 
 using namespace wisp;
 
+TEST_CASE("options: counts as people write them, within the same ranges") {
+    Options options;
+    const std::pair<const char *, const char *> set[] = {
+        {"photons", "2.5M"}, {"spp", "1k"},      {"gather", "1e6"},    {"passes", "1k:2.5e5"},
+        {"batches", "0:2M"}, {"depth", "6.4e1"}, {"frame-count", "1G"}};
+    for (const auto &[name, value] : set) set_option(options, name, value);
+    CHECK(options.photons == 2500000);
+    CHECK(options.samples == 1000);
+    CHECK(options.gather == 1000000);
+    CHECK(options.passes->first == 1000);
+    CHECK(options.passes->last == 250000);
+    CHECK(options.batches->last == 2000000);
+    CHECK(options.depth == 64);
+    CHECK(*options.frame_count == 1000000000);
+    set_option(options, "memory", "1k");
+    CHECK(*options.memory == 1024);
+
+    const std::pair<const char *, const char *> wrong[] = {
+        {"photons", "1.5"},   {"photons", "1e-3"},   {"photons", "-1k"}, {"photons", "1e19"},
+        {"spp", "66k"},       {"gather", "1.0001M"}, {"depth", "1e2"},   {"passes", "0:2.2G"},
+        {"passes", "1k:1e3"}, {"size", "1kx1k"},     {"frames", "1k"}};
+    for (const auto &[name, value] : wrong) {
+        CAPTURE(value);
+        CHECK_THROWS_AS(set_option(options, name, value), Error);
+    }
+}
+
 TEST_CASE("options: names, forms and ranges") {
     Options options;
     const std::pair<const char *, const char *> set[] = {
@@ -25,6 +52,8 @@ TEST_CASE("options: names, forms and ranges") {
     } wrong[] = {
         {"spp", "0", "option 'spp': found '0', expected a whole number from 1 to 65536"},
         {"spp", "4.5", "option 'spp': found '4.5', expected a whole number from 1 to 65536"},
+        {"photons", "1.5", "option 'photons': found '1.5', expected a whole number from 0 to 9223372036854775807"},
+        {"spp", "1M", "option 'spp': found '1M', expected a whole number from 1 to 65536"},
         {"gather", "1", "option 'gather': found '1', expected a whole number from 2 to 1000000"},
         {"size", "20", "option 'size': found '20', expected WIDTHxHEIGHT"},
         {"crop", "5,5,5,6", "option 'crop': found '5,5,5,6', expected X0 < X1 and Y0 < Y1"},
@@ -37,9 +66,9 @@ TEST_CASE("options: names, forms and ranges") {
         {"light-step", "0.001", "option 'light-step': found '0.001', expected 0, or a number from 0.01 to 1000"},
         {"irradiance-step", "0", "option 'irradiance-step': found '0', expected a number from 0.01 to 1000"},
         {"output", "a.jpg",
-         "option 'output': found 'a.jpg', expected a file name that ends in .png, .pfm, .passes or .map, or -"},
+         "option 'output': found 'a.jpg', expected a file name that ends in .png, .pfm, .exr, .passes or .map, or -"},
         {"output", ".passes",
-         "option 'output': found '.passes', expected a file name that ends in .png, .pfm, .passes or .map, or -"},
+         "option 'output': found '.passes', expected a file name that ends in .png, .pfm, .exr, .passes or .map, or -"},
         {"passes", "3", "option 'passes': found '3', expected A:B"},
         {"passes", "1:2:3", "option 'passes': found '1:2:3', expected A:B"},
         {"passes", "3:3", "option 'passes': found '3:3', expected a whole number from 4 to 2147483647"},
