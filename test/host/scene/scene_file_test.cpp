@@ -338,9 +338,10 @@ TEST_CASE("scene: errors name the file, the line, what is wrong and what was exp
         {"smoke a.vtk {\n phase 1 }", "s.aff:2: found phase 1, expected above -1 and below 1"},
         {"smoke a.vtk {\n phase -1.5 }", "s.aff:2: found phase -1.5, expected above -1 and below 1"},
         {"smoke a.vtk {\n albedo 1 1 1.1 }", "s.aff:2: found 1.1, expected blue from 0 to 1 of the albedo"},
+        {"smoke box 0 0 0 1 1 1 1 {\n grid a }", "s.aff:2: found 'grid', expected none in a box: it has no file"},
         {"smoke a.vtk {\n kernel gauss }", "s.aff:2: found 'gauss', expected spline or poly6"},
-        {"smoke a.vtk {\n colour 1 }", "s.aff:2: there is no 'colour' in smoke, expected kernel radius mass extinction "
-                                       "albedo phase emission transform frames or }"},
+        {"smoke a.vtk {\n colour 1 }", "s.aff:2: there is no 'colour' in smoke, expected grid kernel radius mass "
+                                       "extinction albedo phase emission transform frames or }"},
         {"smoke a.vtk { transform 1 2 1 0 0 1 0 0 0 0 }",
          "s.aff:1: the scales are not equal and above 0, expected a uniform scale"},
         {"smoke a.vtk { transform 1 1 1 0 0 0 9 0 0 0 }", "s.aff:1: found axis 0 0 0, expected some length"},
