@@ -62,3 +62,21 @@ TEST_CASE_FIXTURE(CommandLineTest, "what is no smoke, and options that have no m
     write("s2.aff", scene("puff.vtk", "render up z\n"));
     refused("render " + file("s2.aff"), 3, "option 'up' in a scene");
 }
+
+TEST_CASE_FIXTURE(CommandLineTest, "what a scene leaves out is chosen, and said in a line") {
+    write("bare.aff", "lp 3 3 3 40 40 40\nsmoke puff.vtk {\n}\n");
+    const Ran ran = wisp("render " + file("bare.aff") + " --photons 0 --size 9x7 -o " + file("a.pfm"));
+    CHECK(ran.status == 0);
+    CHECK(lines(ran.err) == 2);
+    CHECK(ran.err.rfind(file("bare.aff") + ":2: chosen for what the smoke leaves out: radius ", 0) == 0);
+    CHECK(ran.err.find("\nchosen, as there is no view: v from ") != std::string::npos);
+    CHECK(wisp("plan " + file("bare.aff") + " -q").err.empty());
+    // With what was said written into it, the scene is the same.
+    const size_t begin = ran.err.find("out: ") + 5, view = ran.err.find("v from");
+    write("full.aff", ran.err.substr(view, ran.err.find('\n', view) - view) +
+                          "\nlp 3 3 3 40 40 40\nsmoke puff.vtk {\n" +
+                          ran.err.substr(begin, ran.err.find('\n') - begin) + "\n}\n");
+    CHECK(wisp("render " + file("full.aff") + " --photons 0 --size 9x7 -o " + file("b.pfm")).err.empty());
+    const Ran same = wisp("compare " + file("a.pfm") + " " + file("b.pfm") + " --tolerance 0.005");
+    CHECK(same.status == 0); // numbers are said with four digits
+}

@@ -95,7 +95,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         check_graph(scene.graph);
         for (const auto &smoke : scene.smokes) {
             promise(smoke.phase > -1 && smoke.phase < 1);
-            promise(smoke.extinction >= 0 && smoke.albedo.x >= 0 && smoke.albedo.x <= 1);
+            promise(smoke.extinction.value_or(1) >= 0 && smoke.albedo.x >= 0 && smoke.albedo.x <= 1);
             promise(!smoke.radius || *smoke.radius > 0);
             promise(is_node(smoke.node, scene.graph));
             for (int32_t i = smoke.node; i >= 0; i = scene.graph.nodes[static_cast<size_t>(i)].parent) {

@@ -95,7 +95,7 @@ void add_choice(Facts &facts, const std::string &path) {
         Facts chosen;
         if (scene.smokes[0].radius) chosen.number("smoothing_length", *scene.smokes[0].radius);
         if (scene.smokes[0].mass) chosen.number("mass", *scene.smokes[0].mass);
-        chosen.number("extinction", scene.smokes[0].extinction).point("eye", scene.view->from);
+        chosen.number("extinction", *scene.smokes[0].extinction).point("eye", scene.view->from);
         chosen.point("at", scene.view->at).integers("size", {scene.view->width, scene.view->height});
         facts.group("render_chooses", chosen);
     } catch (const InputError &error) {

@@ -67,6 +67,7 @@ Request read_request(const CommandLine &line) {
     install_signal_handlers();
     const EndAtOnce at_once(printable("wisp: error: " + stopped(request.name)), "");
     request.file = scene_of(request.name, request.options, line);
+    const std::vector<std::string> chosen = complete_scene(request.file);
     request.options = Options();
     for (const SceneFile::Default &setting : request.file.defaults) try {
             if (setting.option == "output" || setting.option == "stats" || setting.option == "error-out" ||
@@ -84,6 +85,8 @@ Request read_request(const CommandLine &line) {
         if (std::find(request.given.begin(), request.given.end(), name) == request.given.end())
             request.given.push_back(name);
     }
+    if (!request.options.quiet)
+        for (const std::string &text : chosen) print_note(text);
     request.frames = frames_of(request);
     return request;
 }

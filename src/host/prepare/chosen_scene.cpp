@@ -4,6 +4,7 @@
 #include "host/base/files.h"
 #include "host/formats/particles.h"
 #include "host/formats/volume.h"
+#include "host/scene/placement.h"
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -53,6 +54,10 @@ Cloud read_cloud(const std::string &path, const std::string &grid) {
     Particles table = parse_particles(path, bytes.data(), bytes.size());
     Cloud cloud;
     for (const auto &p : table.position) cloud.points.push_back({p[0], p[1], p[2]});
+    for (const Double3 &p : cloud.points)
+        if (!(largest_component(p) <= 1e30))
+            throw InputError(path,
+                             "a particle is outside +-1e30, expected all within, or a scene that says what to show");
     cloud.has_mass = !table.mass.empty();
     cloud.areas = std::move(table.mass);
     cloud.radius = std::move(table.smoothing_length);
@@ -189,40 +194,58 @@ constexpr double mean_depth = 2;
 // Smoothing lengths are so many times the spacing of particles (Monaghan 2005: 1.2 to 1.5).
 constexpr double lengths_of_spacing = 1.2;
 
-// Takes the frame's extents, and, where it has most points so far, its numbers.
-void include(const std::string &path, const std::string &grid, Choice &choice) {
-    Cloud cloud = read_cloud(path, grid);
-    if (cloud.points.empty()) return;
-    for (const Double3 &p : cloud.points)
-        if (!(largest_component(p) <= 1e30))
-            throw InputError(path,
-                             "a particle is outside +-1e30, expected all within, or a scene that says what to show");
-    double radius = 0, reach = cloud.reach;
-    if (reach == 0 && !cloud.radius.empty()) {
-        const auto middle = cloud.radius.begin() + static_cast<ptrdiff_t>(cloud.radius.size() / 2);
-        std::nth_element(cloud.radius.begin(), middle, cloud.radius.end());
-        reach = 2 * *middle;
-    } else if (reach == 0) {
+// What is chosen for one file.
+struct SmokeNumbers {
+    double radius = 0;     // smoothing length; 0: the file has it, or holds a grid
+    double reach = 0;      // of a point, from which rays see it
+    double extinction = 1; // with the file's masses, or 1 each
+};
+
+SmokeNumbers numbers_for(const Cloud &cloud, const Axes &axes, std::optional<double> known_radius = {}) {
+    SmokeNumbers numbers;
+    numbers.reach = cloud.reach;
+    if (cloud.reach == 0 && known_radius) {
+        numbers.reach = 2 * *known_radius;
+    } else if (cloud.reach == 0 && !cloud.radius.empty()) {
+        std::vector<double> radius = cloud.radius;
+        const auto middle = radius.begin() + static_cast<ptrdiff_t>(radius.size() / 2);
+        std::nth_element(radius.begin(), middle, radius.end());
+        numbers.reach = 2 * *middle;
+    } else if (cloud.reach == 0) {
         const double spacing = spacing_of(cloud.points);
-        radius = spacing > 0 ? lengths_of_spacing * spacing : 1;
-        reach = 2 * radius;
+        numbers.radius = spacing > 0 ? lengths_of_spacing * spacing : 1;
+        numbers.reach = 2 * numbers.radius;
     }
+    double area = 0;
+    for (size_t i = 0; i < cloud.points.size(); ++i) area += cloud.area(i);
+    if (area > 0) numbers.extinction = mean_depth * covered_area(cloud.points, axes, numbers.reach) / area;
+    return numbers;
+}
+
+// Extends the camera's frame to points that reach so far.
+void frame(const std::vector<Double3> &points, double reach, Choice &choice) {
     const auto extend = [&](const Double3 &axis, Extent &all) {
-        const Extent here = extent_along(cloud.points, axis);
+        const Extent here = extent_along(points, axis);
         all.include({here.low - reach, here.high + reach});
     };
     extend(choice.axes.right, choice.right);
     extend(choice.axes.up, choice.up);
     extend(choice.axes.back, choice.back);
     extend(choice.vertical, choice.height);
+}
+
+// Takes the frame's extents, and, where it has most points so far, its numbers.
+void include(const std::string &path, const std::string &grid, Choice &choice) {
+    const Cloud cloud = read_cloud(path, grid);
+    if (cloud.points.empty()) return;
+    const SmokeNumbers numbers = numbers_for(cloud, choice.axes);
+    frame(cloud.points, numbers.reach, choice);
     if (cloud.points.size() <= choice.count) return;
     choice.count = cloud.points.size();
-    choice.radius = radius;
+    choice.radius = numbers.radius;
+    choice.extinction = numbers.extinction;
     choice.is_grid = cloud.reach > 0;
     choice.has_mass = cloud.has_mass;
-    double area = 0;
-    for (size_t i = 0; i < cloud.points.size(); ++i) area += cloud.area(i);
-    choice.extinction = area > 0 ? mean_depth * covered_area(cloud.points, choice.axes, reach) / area : 1;
 }
 
 // ---- The text
@@ -239,7 +262,7 @@ std::string words(const Double3 &v) {
 // A line of the scene, and why.
 std::string line(const std::string &statement, const std::string &why) { return statement + "   # " + why + "\n"; }
 
-std::string view(const Choice &choice, const Options &options) {
+SceneFile::View view(const Choice &choice, const Options &options) {
     constexpr double tangent = 0.26795, filled = 0.85; // of half of 30 degrees; how much of the picture smoke takes
     const double wanted = std::clamp(choice.right.size() / choice.up.size(), 9.0 / 16, 16.0 / 9);
     const int width = options.width.value_or(static_cast<int>(64 * std::sqrt(wanted)) * 8),
@@ -252,9 +275,13 @@ std::string view(const Choice &choice, const Options &options) {
     const Double3 middle =
         axes.right * choice.right.middle() + axes.up * choice.up.middle() + axes.back * choice.back.middle();
     const Double3 at = {rounded(middle.x), rounded(middle.y), rounded(middle.z)};
-    return line("v from " + words(at + axes.back * distance) + " at " + words(at) + " up " + words(choice.vertical) +
-                    " angle 30 hither 0.01 resolution " + std::to_string(width) + " " + std::to_string(height),
-                "frames all smoke");
+    return {at + axes.back * distance, at, choice.vertical, 30, width, height};
+}
+
+std::string words(const SceneFile::View &view) {
+    return "v from " + words(view.from) + " at " + words(view.at) + " up " + words(view.up) + " angle " +
+           number(view.angle) + " hither 0.01 resolution " + std::to_string(view.width) + " " +
+           std::to_string(view.height);
 }
 
 // From above on the left, and from the right.
@@ -293,6 +320,41 @@ std::string smoke(const Choice &choice, const std::string &named, const std::str
     return text + "}\n";
 }
 
+Choice choice_of(Options::Up up) {
+    const bool z_up = up == Options::Up::z;
+    Choice choice = {};
+    choice.vertical = z_up ? Double3{0, 0, 1} : Double3{0, 1, 0};
+    choice.axes = axes_of(choice.vertical, z_up ? Double3{0, -1, 0} : Double3{0, 0, 1});
+    return choice;
+}
+
+// What is in a smoke, in its own space. Boxes have their corners.
+Cloud cloud_of(const SceneFile::SmokeVolume &smoke) {
+    if (!smoke.box) return read_cloud(numbered(smoke.file, smoke.first_frame), smoke.grid);
+    const Double3 &low = smoke.box->low, &high = smoke.box->high;
+    Cloud cloud;
+    for (int i = 0; i < 8; ++i)
+        cloud.points.push_back({i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z});
+    cloud.reach = 1e-3 * length(high - low);
+    return cloud;
+}
+
+// Chooses the numbers that one smoke leaves out. Returns what was chosen, with a blank before each.
+std::string complete(SceneFile::SmokeVolume &smoke, const Cloud &cloud, const Axes &axes) {
+    if (cloud.reach > 0 || cloud.points.empty()) return "";
+    std::string chosen;
+    const SmokeNumbers numbers = numbers_for(cloud, axes, smoke.radius);
+    if (!smoke.radius && cloud.radius.empty()) {
+        smoke.radius = numbers.radius;
+        chosen += " radius " + number(numbers.radius);
+    }
+    if (smoke.mass || cloud.has_mass) return chosen;
+    smoke.mass = 1;
+    if (smoke.extinction) return chosen + " mass 1";
+    smoke.extinction = numbers.extinction;
+    return chosen + " mass 1 extinction " + number(numbers.extinction);
+}
+
 } // namespace
 
 bool is_smoke_file(const std::string &path) {
@@ -308,18 +370,40 @@ std::string choose_scene(const std::string &path, const std::string &named, cons
     if (named.find_first_of(" \t") != std::string::npos)
         throw InputError(path, "a blank in the name, expected none: a scene cannot name such a file");
     const Sequence sequence = find_sequence(path);
-    const bool z_up = options.up == Options::Up::z;
-    Choice choice = {};
-    choice.vertical = z_up ? Double3{0, 0, 1} : Double3{0, 1, 0};
-    choice.axes = axes_of(choice.vertical, z_up ? Double3{0, -1, 0} : Double3{0, 0, 1});
+    Choice choice = choice_of(options.up);
     for (int64_t frame = 0; frame < sequence.count; ++frame)
         include(numbered(path, sequence.number(frame)), options.grid, choice);
     if (choice.count == 0)
         throw InputError(path, "no smoke, expected particles, or a density grid with samples above 0");
-    return "# A scene about " + named + ", chosen by wisp. Change any number.\n" + view(choice, options) +
-           line("b 0.03 0.04 0.06", "background") + lights(choice.axes) +
+    return "# A scene about " + named + ", chosen by wisp. Change any number.\n" +
+           line(words(view(choice, options)), "frames all smoke") + line("b 0.03 0.04 0.06", "background") +
+           lights(choice.axes) +
            (sequence.count > 1 ? line("a 0 1 " + std::to_string(sequence.count), "one frame for each file") : "") +
            smoke(choice, named, options.grid, sequence) + (options.ground ? ground(choice) : "");
+}
+
+std::vector<std::string> complete_scene(SceneFile &scene) {
+    std::vector<std::string> lines;
+    Choice choice = choice_of(Options::Up::y);
+    bool any = false;
+    for (SceneFile::SmokeVolume &smoke : scene.smokes) try {
+            if (scene.view && (smoke.box || (smoke.radius && smoke.mass))) continue;
+            Cloud cloud = cloud_of(smoke);
+            if (cloud.points.empty()) continue;
+            const std::string chosen = complete(smoke, cloud, choice.axes);
+            if (!chosen.empty()) lines.push_back(smoke.where + ": chosen for what the smoke leaves out:" + chosen);
+            if (scene.view) continue;
+            for (Double3 &p : cloud.points) p = placed_in_world(scene.graph.nodes, smoke.node, p);
+            frame(cloud.points,
+                  numbers_for(cloud, choice.axes, smoke.radius).reach * scale_in_world(scene.graph.nodes, smoke.node),
+                  choice);
+            any = true;
+        } catch (const InputError &) {
+        } // said where the file is read
+    if (!any) return lines;
+    scene.view = view(choice, {});
+    lines.push_back("chosen, as there is no view: " + words(*scene.view));
+    return lines;
 }
 
 } // namespace wisp

@@ -1,7 +1,9 @@
 // A scene about a file of smoke by itself: camera, lights, ground and the smoke's own numbers, chosen from the data.
 #pragma once
 #include "host/scene/options.h"
+#include "host/scene/scene_file.h"
 #include <string>
+#include <vector>
 
 namespace wisp {
 
@@ -13,5 +15,10 @@ bool is_smoke_file(const std::string &path);
 // there are frames. The scene names it as `named`. The text is a function of the data and the options alone. Throws
 // InputError for files that cannot be read, and that hold no smoke.
 std::string choose_scene(const std::string &path, const std::string &named, const Options &options);
+
+// Chooses what a scene leaves out in the same way: the smoothing length of particles whose file has none, mass and
+// extinction where neither the scene nor the file has a mass, the camera where there is smoke. What a sequence shows
+// first decides. Returns a line for each, which says what was chosen. Files that cannot be read are left alone.
+std::vector<std::string> complete_scene(SceneFile &scene);
 
 } // namespace wisp

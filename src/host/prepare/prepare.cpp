@@ -62,7 +62,7 @@ std::vector<Particle> load_particles(const std::vector<Node> &nodes, const Scene
         particle.h = (smoke.radius ? *smoke.radius : table.smoothing_length[i]) * scale;
         if (!(particle.h >= 1e-100 && particle.h <= 1e100))
             throw InputError(smoke.where, "a smoothing length is outside 1e-100 to 1e100, expected one within");
-        particle.area = smoke.extinction * (smoke.mass ? *smoke.mass : table.mass[i]);
+        particle.area = smoke.extinction.value_or(1) * (smoke.mass ? *smoke.mass : table.mass[i]);
         for (double x : {p.x, p.y, p.z}) farthest = std::max(farthest, std::fabs(x));
         smallest_h = std::min(smallest_h, particle.h);
     }
@@ -79,7 +79,7 @@ GridDescription place_grid(const std::vector<Node> &nodes, const SceneFile::Smok
                            const std::array<Double3, 3> &axis, const Double3 &low, const Double3 &high) {
     GridDescription grid = {};
     grid.nx = grid.ny = grid.nz = 1;
-    grid.extinction = smoke.extinction;
+    grid.extinction = smoke.extinction.value_or(1);
     const Double3 middle = (low + high) * 0.5;
     grid.center = placed_in_world(nodes, smoke.node, axis[0] * middle.x + axis[1] * middle.y + axis[2] * middle.z);
     grid.half = (high - low) * (0.5 * scale_in_world(nodes, smoke.node));

@@ -41,7 +41,7 @@ struct SceneFile {
         } of_particles;             // the last line that only particles can have
         Kernel kernel = Kernel::spline;
         std::optional<double> radius, mass;
-        double extinction = 1;
+        std::optional<double> extinction; // 1, where the mass is known
         Double3 albedo = {0.9, 0.9, 0.9};
         double phase = 0;
         Double3 emission = {0, 0, 0};

@@ -74,7 +74,7 @@ TEST_CASE_FIXTURE(ChosenSceneTest, "chosen scene: rays that meet smoke have a me
     const SceneFile::SmokeVolume &smoke = scene.smokes[0];
     CHECK(*smoke.mass == 1);
     const double covered = 2.5 + 2 * *smoke.radius, area = pi_ * covered * covered;
-    CHECK(smoke.extinction * double(ball.size()) / area == doctest::Approx(2).epsilon(0.03));
+    CHECK(*smoke.extinction * double(ball.size()) / area == doctest::Approx(2).epsilon(0.03));
 }
 
 TEST_CASE_FIXTURE(ChosenSceneTest, "chosen scene: all smoke is in the picture, and fills most of it") {
@@ -141,7 +141,7 @@ TEST_CASE_FIXTURE(ChosenSceneTest, "chosen scene: one particle, equal ones, and 
     write("one.vtk", {{1, 2, 3}});
     CHECK(*choose("one.vtk").smokes[0].radius == 1);
     write("equal.vtk", std::vector<Double3>(10, {1, 2, 3}));
-    CHECK(choose("equal.vtk").smokes[0].extinction > 0);
+    CHECK(*choose("equal.vtk").smokes[0].extinction > 0);
     write("none.vtk", {});
     CHECK(refusal_of([&] { choose("none.vtk"); }) ==
           file("none.vtk") + ": no smoke, expected particles, or a density grid with samples above 0");
@@ -160,4 +160,38 @@ TEST_CASE_FIXTURE(ChosenSceneTest, "chosen scene: a ground lies right below the 
     CHECK(with.find("\np 4") != std::string::npos);
     CHECK(with.rfind(without, 0) == 0); // it is added behind
     CHECK(without.find("\np 4") == std::string::npos);
+}
+
+TEST_CASE_FIXTURE(ChosenSceneTest,
+                  "complete scene: only what is left out is chosen, from the first file of a sequence") {
+    write("s_1.vtk", cube(20, 0.1));
+    write("s_2.vtk", cube(20, 0.5));
+    const auto completed = [&](const std::string &more, bool with_view = true) {
+        const std::string view = "v from 0 0 9 at 0 0 0 up 0 1 0 angle 40 hither 0.1 resolution 4 3\n";
+        SceneFile scene =
+            parse_scene(file("s.aff"), (with_view ? view : "") + "smoke s_%d.vtk {\n frames 1 1\n" + more + "}\n");
+        const std::vector<std::string> lines = complete_scene(scene);
+        return std::pair(scene, lines);
+    };
+    const auto [all, lines] = completed("");
+    CHECK(*all.smokes[0].radius == doctest::Approx(0.12).epsilon(0.1));
+    CHECK(*all.smokes[0].mass == 1);
+    CHECK(*all.smokes[0].extinction > 0);
+    CHECK(all.view->from.z == 9);
+    CHECK(lines.size() == 1);
+    const auto [thin, thin_lines] = completed(" mass 2\n");
+    CHECK(*thin.smokes[0].radius == *all.smokes[0].radius);
+    CHECK(*thin.smokes[0].mass == 2);
+    CHECK_FALSE(thin.smokes[0].extinction); // 1, as ever
+    const auto [given, nothing] = completed(" radius 0.3\n mass 2\n");
+    CHECK(*given.smokes[0].radius == 0.3);
+    CHECK(nothing.empty());
+    // A larger radius covers more, so that the same mean depth takes more extinction.
+    CHECK(*completed(" radius 0.3\n").first.smokes[0].extinction > 1.1 * *all.smokes[0].extinction);
+    // The camera frames the smoke where its transform puts it.
+    const SceneFile moved = completed(" transform 2 2 2 0 0 1 0 50 60 70\n", false).first;
+    for (const Double3 &p : cube(20, 0.2, {50, 60, 70})) {
+        const auto [x, y] = in_picture(*moved.view, p);
+        CHECK(std::max(std::fabs(x), std::fabs(y)) < 0.98);
+    }
 }
