@@ -80,3 +80,16 @@ TEST_CASE_FIXTURE(CommandLineTest, "what a scene leaves out is chosen, and said 
     const Ran same = wisp("compare " + file("a.pfm") + " " + file("b.pfm") + " --tolerance 0.005");
     CHECK(same.status == 0); // numbers are said with four digits
 }
+
+TEST_CASE_FIXTURE(CommandLineTest, "a scene may come from a pipe, and so may its smoke") {
+    const std::string options = " --photons 500 -q -o ";
+    write("s.aff", scene(file("puff.vtk"), ""));
+    CHECK(wisp("render " + s() + options + file("a.pfm")).status == 0);
+    CHECK(run("cat " + s() + " | " + built("wisp") + " render /dev/stdin" + options + file("b.pfm")).status == 0);
+    CHECK(text_of(file("a.pfm")) == text_of(file("b.pfm")));
+    write("p.aff", scene(file("pipe"), ""));
+    CHECK(run("mkfifo " + file("pipe") + "; cat " + file("puff.vtk") + " > " + file("pipe") + " & " + built("wisp") +
+              " render " + file("p.aff") + options + file("c.pfm"))
+              .status == 0);
+    CHECK(text_of(file("a.pfm")) == text_of(file("c.pfm")));
+}

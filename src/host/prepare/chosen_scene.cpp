@@ -7,6 +7,7 @@
 #include "host/scene/placement.h"
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <utility>
 #include <vector>
@@ -320,6 +321,12 @@ std::string smoke(const Choice &choice, const std::string &named, const std::str
     return text + "}\n";
 }
 
+// A pipe cannot.
+bool can_be_read_again(const std::string &path) {
+    std::error_code ignored;
+    return std::filesystem::is_regular_file(path, ignored);
+}
+
 Choice choice_of(Options::Up up) {
     const bool z_up = up == Options::Up::z;
     Choice choice = {};
@@ -359,6 +366,7 @@ std::string complete(SceneFile::SmokeVolume &smoke, const Cloud &cloud, const Ax
 
 bool is_smoke_file(const std::string &path) {
     if (has_number(path)) return true;
+    if (!can_be_read_again(path)) return false;
     std::ifstream file(path, std::ios::binary);
     unsigned char begin[64];
     file.read(reinterpret_cast<char *>(begin), sizeof begin);
@@ -388,6 +396,7 @@ std::vector<std::string> complete_scene(SceneFile &scene) {
     bool any = false;
     for (SceneFile::SmokeVolume &smoke : scene.smokes) try {
             if (scene.view && (smoke.box || (smoke.radius && smoke.mass))) continue;
+            if (!smoke.box && !can_be_read_again(numbered(smoke.file, smoke.first_frame))) continue;
             Cloud cloud = cloud_of(smoke);
             if (cloud.points.empty()) continue;
             const std::string chosen = complete(smoke, cloud, choice.axes);

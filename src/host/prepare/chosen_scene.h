@@ -8,7 +8,7 @@
 namespace wisp {
 
 // Whether a file holds particles or a density grid, by its first bytes; of a numbered name, whether it is a sequence.
-// Throws InputError for a file that cannot be read.
+// A pipe is none, as it can be read only once.
 bool is_smoke_file(const std::string &path);
 
 // The text of the scene (README, "A scene about a file"). `path` may be a numbered name, of which all files that are
@@ -18,7 +18,8 @@ std::string choose_scene(const std::string &path, const std::string &named, cons
 
 // Chooses what a scene leaves out in the same way: the smoothing length of particles whose file has none, mass and
 // extinction where neither the scene nor the file has a mass, the camera where there is smoke. What a sequence shows
-// first decides. Returns a line for each, which says what was chosen. Files that cannot be read are left alone.
+// first decides. Returns a line for each, which says what was chosen. Files that cannot be read are left alone, and so
+// are pipes.
 std::vector<std::string> complete_scene(SceneFile &scene);
 
 } // namespace wisp
