@@ -167,16 +167,6 @@ std::optional<int64_t> to_count(std::string_view text) {
     return to_integer(whole + fraction + std::string(*power - fraction.size(), '0'));
 }
 
-namespace {
-
-std::string digits_of(double number, int digits) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.*g", digits, number);
-    return text;
-}
-
-} // namespace
-
 std::string in_columns(const std::string &left, const std::string &right) {
     constexpr size_t column = 31, width = 100;
     const std::string margin(column - 1, ' ');
@@ -195,6 +185,11 @@ std::string in_columns(const std::string &left, const std::string &right) {
     return text + line + "\n";
 }
 
+std::string digits_of(double number, int digits) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.*g", digits, number);
+    return text;
+}
 std::string two_digits(double number) { return digits_of(number, 2); }
 std::string six_digits(double number) { return digits_of(number, 6); }
 

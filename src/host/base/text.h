@@ -37,7 +37,8 @@ std::optional<int64_t> to_count(std::string_view text);
 // `left`, and `right` beside it from column 31 on, in lines of at most 100 characters.
 std::string in_columns(const std::string &left, const std::string &right);
 
-// For people: `1.2`, `0.00034`, `5.6e+07`.
+// For people: `1.2`, `0.00034`, `5.6e+07` with two digits.
+std::string digits_of(double number, int digits);
 std::string two_digits(double number);
 std::string six_digits(double number);
 

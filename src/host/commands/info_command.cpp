@@ -13,7 +13,6 @@
 #include "host/results/map_file.h"
 #include "host/results/passes.h"
 #include "host/results/picture_record.h"
-#include "host/scene/scene_file.h"
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -90,8 +89,7 @@ Facts facts_of(const std::string &path) {
 // What `wisp render` chooses for a file of smoke by itself.
 void add_choice(Facts &facts, const std::string &path) {
     try {
-        const std::string name = std::filesystem::path(path).filename().string();
-        const SceneFile scene = parse_scene(path + " (chosen scene)", choose_scene(path, name, {}));
+        const SceneFile scene = ChosenScene(path, {}).scene();
         Facts chosen;
         if (scene.smokes[0].radius) chosen.number("smoothing_length", *scene.smokes[0].radius);
         if (scene.smokes[0].mass) chosen.number("mass", *scene.smokes[0].mass);

@@ -30,27 +30,36 @@ Options::Frames frames_of(const Request &request) {
     return *options.frames;
 }
 
-// The scene file, or the scene that is chosen for a file of smoke.
-SceneFile scene_of(const std::string &name, const Options &options, const CommandLine &line) {
-    namespace fs = std::filesystem;
-    if (!is_smoke_file(name)) {
-        for (const auto &[option, value] : line.options)
-            if (option == "up" || option == "ground" || option == "grid" || option == "write-scene")
-                throw Error(exit_usage, name,
-                            "option '" + option + "' is for a file of smoke by itself, found a scene");
-        return read_scene(name);
-    }
-    if (!options.write_scene.empty()) {
-        const fs::path folder = fs::absolute(options.write_scene).parent_path();
-        write_file(options.write_scene,
-                   choose_scene(name, fs::proximate(fs::absolute(name), folder).string(), options));
-    }
-    return parse_scene(name + " (chosen scene)", choose_scene(name, fs::path(name).filename().string(), options));
+// Options that only a command line has: of a file of smoke by itself, and of any scene.
+const std::vector<std::string> options_of_smoke_files = {"up", "ground", "grid", "write-scene"};
+const std::vector<std::string> options_of_runs = {"output", "stats", "error-out", "map-out", "map-in", "max-error"};
+
+bool is_among(const std::string &name, const std::vector<std::string> &names) {
+    return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-} // namespace
+void write_scene(const std::string &path, const std::string &smoke, const ChosenScene &chosen) {
+    namespace fs = std::filesystem;
+    const fs::path folder = fs::absolute(path).parent_path();
+    write_file(path, chosen.text(fs::proximate(fs::absolute(smoke), folder).string()));
+}
 
-namespace {
+// The scene file, with what it leaves out, of which `notes` say what was chosen; or the scene that is chosen for a file
+// of smoke.
+SceneFile scene_of(const std::string &name, const Options &options, const CommandLine &line,
+                   std::vector<std::string> &notes) {
+    if (is_smoke_file(name)) {
+        const ChosenScene chosen(name, options);
+        if (!options.write_scene.empty()) write_scene(options.write_scene, name, chosen);
+        return chosen.scene();
+    }
+    for (const auto &[option, value] : line.options)
+        if (is_among(option, options_of_smoke_files))
+            throw Error(exit_usage, name, "option '" + option + "' is for a file of smoke by itself, found a scene");
+    SceneFile scene = read_scene(name);
+    notes = complete_scene(scene);
+    return scene;
+}
 
 std::string stopped(const std::string &name) { return name + ": stopped by "; }
 std::string in_frame(int64_t frame) { return " in frame " + std::to_string(frame); }
@@ -66,14 +75,11 @@ Request read_request(const CommandLine &line) {
     request.name = line.files[0];
     install_signal_handlers();
     const EndAtOnce at_once(printable("wisp: error: " + stopped(request.name)), "");
-    request.file = scene_of(request.name, request.options, line);
-    const std::vector<std::string> chosen = complete_scene(request.file);
+    std::vector<std::string> notes;
+    request.file = scene_of(request.name, request.options, line, notes);
     request.options = Options();
     for (const SceneFile::Default &setting : request.file.defaults) try {
-            if (setting.option == "output" || setting.option == "stats" || setting.option == "error-out" ||
-                setting.option == "map-out" || setting.option == "map-in" || setting.option == "max-error" ||
-                setting.option == "up" || setting.option == "ground" || setting.option == "grid" ||
-                setting.option == "write-scene")
+            if (is_among(setting.option, options_of_runs) || is_among(setting.option, options_of_smoke_files))
                 throw InputError(setting.where,
                                  "option '" + setting.option + "' in a scene, expected it on the command line");
             set_option(request.options, setting.option, setting.value, setting.where);
@@ -82,11 +88,10 @@ Request read_request(const CommandLine &line) {
         }
     for (const auto &[name, value] : line.options) {
         set_option(request.options, name, value);
-        if (std::find(request.given.begin(), request.given.end(), name) == request.given.end())
-            request.given.push_back(name);
+        if (!is_among(name, request.given)) request.given.push_back(name);
     }
     if (!request.options.quiet)
-        for (const std::string &text : chosen) print_note(text);
+        for (const std::string &note : notes) print_note(note);
     request.frames = frames_of(request);
     return request;
 }

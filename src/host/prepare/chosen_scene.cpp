@@ -2,13 +2,14 @@
 #include "host/base/double3_algebra.h"
 #include "host/base/error.h"
 #include "host/base/files.h"
+#include "host/base/text.h"
 #include "host/formats/particles.h"
 #include "host/formats/volume.h"
 #include "host/scene/placement.h"
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -175,10 +176,13 @@ struct Choice {
     Double3 vertical;       // of the world
     Extent right, up, back; // of all frames, along the axes
     Extent height;          // along the vertical
-    size_t count = 0;       // of points, in the frame that has most
-    double radius = 0;      // smoothing length; 0: the files have it, or hold grids
+    // Of the frame that has most points.
+    size_t count = 0;
+    std::optional<double> radius; // smoothing length; none: the files have it, or hold grids
     double extinction = 0;
     bool is_grid = false, has_mass = false;
+
+    Double3 middle() const { return axes.right * right.middle() + axes.up * up.middle() + axes.back * back.middle(); }
 };
 
 // The camera looks from a quarter to the right of the front, and 12 degrees from above.
@@ -195,32 +199,28 @@ constexpr double mean_depth = 2;
 // Smoothing lengths are so many times the spacing of particles (Monaghan 2005: 1.2 to 1.5).
 constexpr double lengths_of_spacing = 1.2;
 
-// What is chosen for one file.
-struct SmokeNumbers {
-    double radius = 0;     // smoothing length; 0: the file has it, or holds a grid
-    double reach = 0;      // of a point, from which rays see it
-    double extinction = 1; // with the file's masses, or 1 each
-};
+// The smoothing length of particles whose file has none.
+std::optional<double> radius_for(const Cloud &cloud) {
+    if (cloud.reach > 0 || !cloud.radius.empty()) return std::nullopt;
+    const double spacing = spacing_of(cloud.points);
+    return spacing > 0 ? lengths_of_spacing * spacing : 1;
+}
 
-SmokeNumbers numbers_for(const Cloud &cloud, const Axes &axes, std::optional<double> known_radius = {}) {
-    SmokeNumbers numbers;
-    numbers.reach = cloud.reach;
-    if (cloud.reach == 0 && known_radius) {
-        numbers.reach = 2 * *known_radius;
-    } else if (cloud.reach == 0 && !cloud.radius.empty()) {
-        std::vector<double> radius = cloud.radius;
-        const auto middle = radius.begin() + static_cast<ptrdiff_t>(radius.size() / 2);
-        std::nth_element(radius.begin(), middle, radius.end());
-        numbers.reach = 2 * *middle;
-    } else if (cloud.reach == 0) {
-        const double spacing = spacing_of(cloud.points);
-        numbers.radius = spacing > 0 ? lengths_of_spacing * spacing : 1;
-        numbers.reach = 2 * numbers.radius;
-    }
+// From how far rays see a point. `radius`: the smoothing length, where it is not the file's.
+double reach_of(const Cloud &cloud, std::optional<double> radius) {
+    if (cloud.reach > 0) return cloud.reach;
+    if (radius) return 2 * *radius;
+    std::vector<double> sorted = cloud.radius;
+    const auto middle = sorted.begin() + static_cast<ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    return 2 * *middle;
+}
+
+// With the file's masses, or 1 each.
+double extinction_for(const Cloud &cloud, const Axes &axes, double reach) {
     double area = 0;
     for (size_t i = 0; i < cloud.points.size(); ++i) area += cloud.area(i);
-    if (area > 0) numbers.extinction = mean_depth * covered_area(cloud.points, axes, numbers.reach) / area;
-    return numbers;
+    return area > 0 ? mean_depth * covered_area(cloud.points, axes, reach) / area : 1;
 }
 
 // Extends the camera's frame to points that reach so far.
@@ -239,26 +239,21 @@ void frame(const std::vector<Double3> &points, double reach, Choice &choice) {
 void include(const std::string &path, const std::string &grid, Choice &choice) {
     const Cloud cloud = read_cloud(path, grid);
     if (cloud.points.empty()) return;
-    const SmokeNumbers numbers = numbers_for(cloud, choice.axes);
-    frame(cloud.points, numbers.reach, choice);
+    const std::optional<double> radius = radius_for(cloud);
+    const double reach = reach_of(cloud, radius);
+    frame(cloud.points, reach, choice);
     if (cloud.points.size() <= choice.count) return;
     choice.count = cloud.points.size();
-    choice.radius = numbers.radius;
-    choice.extinction = numbers.extinction;
+    choice.radius = radius;
+    choice.extinction = extinction_for(cloud, choice.axes, reach);
     choice.is_grid = cloud.reach > 0;
     choice.has_mass = cloud.has_mass;
 }
 
 // ---- The text
 
-std::string number(double x, const char *format = "%.4g") {
-    char text[32];
-    std::snprintf(text, sizeof text, format, x);
-    return text;
-}
-std::string words(const Double3 &v) {
-    return number(v.x, "%.7g") + " " + number(v.y, "%.7g") + " " + number(v.z, "%.7g");
-}
+std::string number(double x) { return digits_of(x, 4); }
+std::string words(const Double3 &v) { return digits_of(v.x, 7) + " " + digits_of(v.y, 7) + " " + digits_of(v.z, 7); }
 
 // A line of the scene, and why.
 std::string line(const std::string &statement, const std::string &why) { return statement + "   # " + why + "\n"; }
@@ -271,12 +266,10 @@ SceneFile::View view(const Choice &choice, const Options &options) {
     const double aspect = static_cast<double>(width) / height;
     const double distance =
         choice.back.size() / 2 + std::max(choice.up.size(), choice.right.size() / aspect) / (2 * tangent * filled);
-    const Axes &axes = choice.axes;
     const auto rounded = [distance](double x) { return std::fabs(x) < 1e-9 * distance ? 0.0 : x; };
-    const Double3 middle =
-        axes.right * choice.right.middle() + axes.up * choice.up.middle() + axes.back * choice.back.middle();
+    const Double3 middle = choice.middle();
     const Double3 at = {rounded(middle.x), rounded(middle.y), rounded(middle.z)};
-    return {at + axes.back * distance, at, choice.vertical, 30, width, height};
+    return {at + choice.axes.back * distance, at, choice.vertical, 30, width, height};
 }
 
 std::string words(const SceneFile::View &view) {
@@ -298,8 +291,7 @@ std::string ground(const Choice &choice) {
     const Axes &axes = choice.axes;
     const Double3 forward = cross(choice.vertical, axes.right);
     const double reach = 20 * std::max({choice.right.size(), choice.up.size(), choice.back.size()});
-    const Double3 smoke =
-        axes.right * choice.right.middle() + axes.up * choice.up.middle() + axes.back * choice.back.middle();
+    const Double3 smoke = choice.middle();
     const Double3 below = smoke + choice.vertical * (choice.height.low - dot(smoke, choice.vertical));
     std::string text =
         line("f 0.9 0.95 1 0.05 0 0 0 1", "the ground's material") + line("p 4", "the ground, right below the smoke");
@@ -308,23 +300,36 @@ std::string ground(const Choice &choice) {
     return text;
 }
 
-std::string smoke(const Choice &choice, const std::string &named, const std::string &grid, const Sequence &sequence) {
-    std::string text = "smoke " + named + " {\n";
+// What stands in the braces of the smoke.
+std::string smoke(const Choice &choice, const std::string &grid, const Sequence &sequence) {
+    std::string text;
     if (!grid.empty()) text += "  grid " + grid + "\n";
-    if (choice.radius > 0) text += line("  radius " + number(choice.radius), "1.2 times the spacing of the particles");
+    if (choice.radius)
+        text += line("  radius " + number(*choice.radius),
+                     number(lengths_of_spacing) + " times the spacing of the particles");
     if (!choice.is_grid && !choice.has_mass) text += "  mass 1\n";
-    text += line("  extinction " + number(choice.extinction), "for a mean optical depth of 2 where a ray meets smoke");
+    text += line("  extinction " + number(choice.extinction),
+                 "for a mean optical depth of " + number(mean_depth) + " where a ray meets smoke");
     text += "  albedo 0.9 0.9 0.9\n  phase 0\n";
     if (sequence.count > 1 || sequence.first != 0)
         text += line("  frames " + std::to_string(sequence.first) + " " + std::to_string(sequence.step),
                      "the first file's number, and the step");
-    return text + "}\n";
+    return text;
 }
 
 // A pipe cannot.
 bool can_be_read_again(const std::string &path) {
     std::error_code ignored;
     return std::filesystem::is_regular_file(path, ignored);
+}
+
+// Whether `is` says so of the first bytes. Not of a pipe.
+template <class Is> bool begins(const std::string &path, Is is) {
+    if (!can_be_read_again(path)) return false;
+    std::ifstream file(path, std::ios::binary);
+    unsigned char begin[64];
+    file.read(reinterpret_cast<char *>(begin), sizeof begin);
+    return is(begin, static_cast<size_t>(file.gcount()));
 }
 
 Choice choice_of(Options::Up up) {
@@ -350,44 +355,56 @@ Cloud cloud_of(const SceneFile::SmokeVolume &smoke) {
 std::string complete(SceneFile::SmokeVolume &smoke, const Cloud &cloud, const Axes &axes) {
     if (cloud.reach > 0 || cloud.points.empty()) return "";
     std::string chosen;
-    const SmokeNumbers numbers = numbers_for(cloud, axes, smoke.radius);
-    if (!smoke.radius && cloud.radius.empty()) {
-        smoke.radius = numbers.radius;
-        chosen += " radius " + number(numbers.radius);
+    if (!smoke.radius) {
+        smoke.radius = radius_for(cloud);
+        if (smoke.radius) chosen += " radius " + number(*smoke.radius);
     }
     if (smoke.mass || cloud.has_mass) return chosen;
     smoke.mass = 1;
-    if (smoke.extinction) return chosen + " mass 1";
-    smoke.extinction = numbers.extinction;
-    return chosen + " mass 1 extinction " + number(numbers.extinction);
+    chosen += " mass 1";
+    if (smoke.extinction) return chosen;
+    smoke.extinction = extinction_for(cloud, axes, reach_of(cloud, smoke.radius));
+    return chosen + " extinction " + number(*smoke.extinction);
+}
+
+// Whether nothing of it is to be chosen, or it cannot be read for that.
+bool is_passed_over(const SceneFile::SmokeVolume &smoke, bool has_view) {
+    if (smoke.box) return has_view;
+    const std::string file = numbered(smoke.file, smoke.first_frame);
+    return !can_be_read_again(file) || (has_view && ((smoke.radius && smoke.mass) || begins(file, is_volume)));
 }
 
 } // namespace
 
 bool is_smoke_file(const std::string &path) {
-    if (has_number(path)) return true;
-    if (!can_be_read_again(path)) return false;
-    std::ifstream file(path, std::ios::binary);
-    unsigned char begin[64];
-    file.read(reinterpret_cast<char *>(begin), sizeof begin);
-    const auto size = static_cast<size_t>(file.gcount());
-    return is_volume(begin, size) || is_particles(begin, size);
+    return has_number(path) || begins(path, [](const unsigned char *data, size_t size) {
+               return is_volume(data, size) || is_particles(data, size);
+           });
 }
 
-std::string choose_scene(const std::string &path, const std::string &named, const Options &options) {
-    if (named.find_first_of(" \t") != std::string::npos)
-        throw InputError(path, "a blank in the name, expected none: a scene cannot name such a file");
+ChosenScene::ChosenScene(const std::string &path, const Options &options) : path_(path) {
     const Sequence sequence = find_sequence(path);
     Choice choice = choice_of(options.up);
     for (int64_t frame = 0; frame < sequence.count; ++frame)
         include(numbered(path, sequence.number(frame)), options.grid, choice);
     if (choice.count == 0)
         throw InputError(path, "no smoke, expected particles, or a density grid with samples above 0");
-    return "# A scene about " + named + ", chosen by wisp. Change any number.\n" +
-           line(words(view(choice, options)), "frames all smoke") + line("b 0.03 0.04 0.06", "background") +
-           lights(choice.axes) +
-           (sequence.count > 1 ? line("a 0 1 " + std::to_string(sequence.count), "one frame for each file") : "") +
-           smoke(choice, named, options.grid, sequence) + (options.ground ? ground(choice) : "");
+    before_ = line(words(view(choice, options)), "frames all smoke") + line("b 0.03 0.04 0.06", "background") +
+              lights(choice.axes);
+    if (sequence.count > 1) before_ += line("a 0 1 " + std::to_string(sequence.count), "one frame for each file");
+    smoke_ = smoke(choice, options.grid, sequence);
+    if (options.ground) behind_ = ground(choice);
+}
+
+std::string ChosenScene::text(const std::string &named) const {
+    if (named.find_first_of(" \t") != std::string::npos)
+        throw InputError(path_, "a blank in the name, expected none: a scene cannot name such a file");
+    return "# A scene about " + named + ", chosen by wisp. Change any number.\n" + before_ + "smoke " + named + " {\n" +
+           smoke_ + "}\n" + behind_;
+}
+
+SceneFile ChosenScene::scene() const {
+    return parse_scene(path_ + " (chosen scene)", text(std::filesystem::path(path_).filename().string()));
 }
 
 std::vector<std::string> complete_scene(SceneFile &scene) {
@@ -395,17 +412,14 @@ std::vector<std::string> complete_scene(SceneFile &scene) {
     Choice choice = choice_of(Options::Up::y);
     bool any = false;
     for (SceneFile::SmokeVolume &smoke : scene.smokes) try {
-            if (scene.view && (smoke.box || (smoke.radius && smoke.mass))) continue;
-            if (!smoke.box && !can_be_read_again(numbered(smoke.file, smoke.first_frame))) continue;
+            if (is_passed_over(smoke, scene.view.has_value())) continue;
             Cloud cloud = cloud_of(smoke);
             if (cloud.points.empty()) continue;
             const std::string chosen = complete(smoke, cloud, choice.axes);
             if (!chosen.empty()) lines.push_back(smoke.where + ": chosen for what the smoke leaves out:" + chosen);
             if (scene.view) continue;
             for (Double3 &p : cloud.points) p = placed_in_world(scene.graph.nodes, smoke.node, p);
-            frame(cloud.points,
-                  numbers_for(cloud, choice.axes, smoke.radius).reach * scale_in_world(scene.graph.nodes, smoke.node),
-                  choice);
+            frame(cloud.points, reach_of(cloud, smoke.radius) * scale_in_world(scene.graph.nodes, smoke.node), choice);
             any = true;
         } catch (const InputError &) {
         } // said where the file is read

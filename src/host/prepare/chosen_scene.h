@@ -11,10 +11,20 @@ namespace wisp {
 // A pipe is none, as it can be read only once.
 bool is_smoke_file(const std::string &path);
 
-// The text of the scene (README, "A scene about a file"). `path` may be a numbered name, of which all files that are
-// there are frames. The scene names it as `named`. The text is a function of the data and the options alone. Throws
-// InputError for files that cannot be read, and that hold no smoke.
-std::string choose_scene(const std::string &path, const std::string &named, const Options &options);
+// The scene (README, "A scene about a file"), a function of the data and the options alone.
+class ChosenScene {
+  public:
+    // Reads the file at `path`, or where that is a numbered name all files that are there: each is a frame. Throws
+    // InputError for files that cannot be read, and that hold no smoke.
+    ChosenScene(const std::string &path, const Options &options);
+
+    // As a scene file that names the file of smoke so. Throws InputError for a name that no scene can have.
+    std::string text(const std::string &named) const;
+    SceneFile scene() const;
+
+  private:
+    std::string path_, before_, smoke_, behind_; // the statements before the smoke, in its braces, and behind it
+};
 
 // Chooses what a scene leaves out in the same way: the smoothing length of particles whose file has none, mass and
 // extinction where neither the scene nor the file has a mass, the camera where there is smoke. What a sequence shows

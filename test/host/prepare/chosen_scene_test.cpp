@@ -24,7 +24,7 @@ struct ChosenSceneTest : TemporaryFolder {
         for (const Double3 &p : points) out << p.x << " " << p.y << " " << p.z << "\n";
     }
     SceneFile choose(const std::string &name, const Options &options = {}) const {
-        return parse_scene(file("s.aff"), choose_scene(file(name), name, options));
+        return parse_scene(file("s.aff"), ChosenScene(file(name), options).text(name));
     }
 };
 
@@ -131,10 +131,10 @@ TEST_CASE_FIXTURE(ChosenSceneTest, "chosen scene: a sequence has one frame for e
 TEST_CASE_FIXTURE(ChosenSceneTest, "chosen scene: the order of the particles does not matter, nor does their place") {
     std::vector<Double3> points = cube(9, 0.25);
     write("c.vtk", points);
-    const std::string text = choose_scene(file("c.vtk"), "c.vtk", {});
+    const std::string text = ChosenScene(file("c.vtk"), {}).text("c.vtk");
     std::reverse(points.begin(), points.end());
     write("c.vtk", points);
-    CHECK(choose_scene(file("c.vtk"), "c.vtk", {}) == text);
+    CHECK(ChosenScene(file("c.vtk"), {}).text("c.vtk") == text);
 }
 
 TEST_CASE_FIXTURE(ChosenSceneTest, "chosen scene: one particle, equal ones, and none") {
@@ -154,9 +154,9 @@ TEST_CASE_FIXTURE(ChosenSceneTest, "chosen scene: one particle, equal ones, and 
 TEST_CASE_FIXTURE(ChosenSceneTest, "chosen scene: a ground lies right below the smoke, unless it is not wanted") {
     write("c.vtk", cube(10, 0.1, {0, 5, 0}));
     Options options;
-    const std::string with = choose_scene(file("c.vtk"), "c.vtk", options);
+    const std::string with = ChosenScene(file("c.vtk"), options).text("c.vtk");
     options.ground = false;
-    const std::string without = choose_scene(file("c.vtk"), "c.vtk", options);
+    const std::string without = ChosenScene(file("c.vtk"), options).text("c.vtk");
     CHECK(with.find("\np 4") != std::string::npos);
     CHECK(with.rfind(without, 0) == 0); // it is added behind
     CHECK(without.find("\np 4") == std::string::npos);
