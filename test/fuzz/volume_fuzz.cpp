@@ -1,6 +1,6 @@
 // Any bytes read as a density grid give an error of one line, or a grid; one of VOL is written as the same bytes.
 #include "host/base/error.h"
-#include "host/formats/volume.h"
+#include "host/formats/volume_readers.h"
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -33,7 +33,7 @@ std::string written(const wisp::Volume &volume) {
 } // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
-    if (size >= 4 && std::memcmp(data, " BDV", 4) == 0) return 0; // another program reads OpenVDB's
+    if (wisp::is_vdb(data, size)) return 0; // another program reads these
     try {
         const wisp::Volume volume = wisp::parse_volume("name", data, size);
         promise(wisp::is_volume(data, size));
@@ -41,7 +41,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
             promise(volume.low[k] < volume.high[k] && std::isfinite(volume.high[k] - volume.low[k]));
         promise(volume.density.size() / volume.nx / volume.ny == volume.nz);
         for (float density : volume.density) promise(std::isfinite(density) && density >= 0);
-        if (std::memcmp(data, "VOL", 3) == 0) promise(written(volume) == std::string(data, data + size));
+        if (wisp::is_vol(data, size)) promise(written(volume) == std::string(data, data + size));
     } catch (const wisp::InputError &error) {
         const std::string line = error.what();
         promise(line.rfind("name: byte ", 0) == 0);

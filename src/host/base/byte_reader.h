@@ -134,6 +134,18 @@ class ByteReader {
         return is_text() ? to_number(word_in_line("another number"), type) : packed_number(type);
     }
 
+    // The bits of the next packed number, for integers that no double holds.
+    uint64_t packed_bits(Scalar type) {
+        const size_t size = size_of(type);
+        if (left() < size) fail_here("the file ends, expected a number of " + std::to_string(size) + " bytes");
+        last_ = position_;
+        position_ += size;
+        uint64_t bits = 0;
+        for (size_t i = 0; i < size; ++i)
+            bits = bits << 8 | data_[encoding_ == Encoding::big_endian ? last_ + i : position_ - 1 - i];
+        return bits;
+    }
+
     // Steps over numbers.
     void skip_numbers(uint64_t count, Scalar type) {
         require(count, least_size(type), "numbers");
@@ -179,13 +191,7 @@ class ByteReader {
     }
 
     double packed_number(Scalar type) {
-        const size_t size = size_of(type);
-        if (left() < size) fail_here("the file ends, expected a number of " + std::to_string(size) + " bytes");
-        last_ = position_;
-        position_ += size;
-        uint64_t bits = 0;
-        for (size_t i = 0; i < size; ++i)
-            bits = bits << 8 | data_[encoding_ == Encoding::big_endian ? last_ + i : position_ - 1 - i];
+        const uint64_t bits = packed_bits(type);
         switch (type) {
         case Scalar::i8: return static_cast<int8_t>(bits);
         case Scalar::u8: return static_cast<uint8_t>(bits);

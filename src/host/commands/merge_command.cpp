@@ -8,6 +8,8 @@ namespace wisp {
 
 namespace {
 
+const std::vector<std::string> merge_options = {"output", "error-out", "exposure", "digest", "quiet", "verbose"};
+
 int merge_maps(const std::vector<std::string> &files, const Options &options) {
     if (options.outputs.size() > 1 || !options.error_out.empty() || options.digest || options.exposure != 0)
         throw Error(exit_usage, "maps are merged to a map, expected one --output and no other option with it");
@@ -17,12 +19,6 @@ int merge_maps(const std::vector<std::string> &files, const Options &options) {
     write_output(options, options.outputs[0], map_bytes(map));
     return exit_done;
 }
-
-} // namespace
-
-namespace {
-
-const std::vector<std::string> merge_options = {"output", "error-out", "exposure", "digest", "quiet", "verbose"};
 
 } // namespace
 

@@ -34,21 +34,14 @@ struct Description {
     std::string name;
 };
 
-uint64_t unsigned_of(ByteReader &in, Scalar type) {
-    uint64_t value = 0;
-    const std::string_view raw = in.bytes(size_of(type));
-    for (size_t i = raw.size(); i-- > 0;) value = value << 8 | static_cast<unsigned char>(raw[i]);
-    return value;
-}
-
 Description read_description(ByteReader &in) {
     Description grid;
-    grid.grid_bytes = unsigned_of(in, Scalar::u64);
+    grid.grid_bytes = in.packed_bits(Scalar::u64);
     in.bytes(24); // the size in the file, a hash of the name, the number of voxels
-    grid.type = unsigned_of(in, Scalar::u32);
-    grid.grid_class = unsigned_of(in, Scalar::u32);
+    grid.type = in.packed_bits(Scalar::u32);
+    grid.grid_class = in.packed_bits(Scalar::u32);
     in.bytes(96); // boxes, and the size of a voxel
-    const uint64_t name_bytes = unsigned_of(in, Scalar::u32);
+    const uint64_t name_bytes = in.packed_bits(Scalar::u32);
     in.bytes(36);
     const std::string_view name = in.bytes(name_bytes);
     grid.name = std::string(name.substr(0, name.find('\0')));
@@ -96,7 +89,7 @@ std::vector<uint64_t> read_grid(ByteReader &in, const Description &grid, uint64_
     auto *to = reinterpret_cast<unsigned char *>(words.data());
     for (uint64_t done = 0; done < grid.grid_bytes; done += block) {
         const uint64_t size = std::min(block, grid.grid_bytes - done);
-        const std::string_view raw = in.bytes(codec == zip ? unsigned_of(in, Scalar::u64) : size);
+        const std::string_view raw = in.bytes(codec == zip ? in.packed_bits(Scalar::u64) : size);
         if (!keep) continue;
         uLongf unpacked = static_cast<uLongf>(size);
         if (codec == plain)
@@ -222,10 +215,10 @@ bool is_nvdb(const unsigned char *data, size_t size) {
 Volume parse_nvdb(const std::string &name, const unsigned char *data, size_t size, const std::string &wanted) {
     ByteReader in(name, data, size, Encoding::little_endian);
     in.bytes(magic.size());
-    const uint64_t version = unsigned_of(in, Scalar::u32), major = version >> 21, minor = version >> 10 & 0x7ff;
+    const uint64_t version = in.packed_bits(Scalar::u32), major = version >> 21, minor = version >> 10 & 0x7ff;
     if (major != 32 || minor < 3 || minor > 4)
         in.fail("NanoVDB version " + std::to_string(major) + "." + std::to_string(minor) + ", expected 32.3 or 32.4");
-    const uint64_t count = unsigned_of(in, Scalar::u16), codec = unsigned_of(in, Scalar::u16);
+    const uint64_t count = in.packed_bits(Scalar::u16), codec = in.packed_bits(Scalar::u16);
     if (codec > zip)
         in.fail(codec == blosc ? "compressed with blosc, expected zip or none: convert it with nanovdb_convert --zip"
                                : "an unknown compression, expected zip or none");

@@ -18,20 +18,20 @@ std::string converter() {
     return (std::filesystem::read_symlink("/proc/self/exe", fault).parent_path() / "vdb_to_nvdb").string();
 }
 
-// What a program writes to its standard output, and its status. Its standard error is this process's.
-int output_of(const std::string &program, const std::string &argument, const std::string &name, Bytes &output) {
+// What the program writes about the file to its standard output, and its status. Its standard error is this process's.
+int output_of(const std::string &program, const std::string &path, Bytes &output) {
     int ends[2];
-    if (pipe2(ends, O_CLOEXEC) != 0) throw InputError(name, "no pipe to vdb_to_nvdb, expected one");
+    if (pipe2(ends, O_CLOEXEC) != 0) throw InputError(path, "no pipe to vdb_to_nvdb, expected one");
     const pid_t child = fork();
     if (child == 0) {
         dup2(ends[1], STDOUT_FILENO);
-        execl(program.c_str(), program.c_str(), argument.c_str(), static_cast<char *>(nullptr));
+        execl(program.c_str(), program.c_str(), path.c_str(), static_cast<char *>(nullptr));
         _exit(127);
     }
     close(ends[1]);
     if (child < 0) {
         close(ends[0]);
-        throw InputError(name, "no process for vdb_to_nvdb, expected one");
+        throw InputError(path, "no process for vdb_to_nvdb, expected one");
     }
     constexpr size_t at_once = 1 << 20;
     for (ssize_t got = 1; got > 0;) {
@@ -61,7 +61,7 @@ Bytes nvdb_of_vdb(const std::string &path) {
                                    " to read it: install libopenvdb-dev and libboost-dev, then run make; or convert "
                                    "it to .nvdb");
     Bytes bytes;
-    const int status = output_of(program, path, path, bytes);
+    const int status = output_of(program, path, bytes);
     if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return bytes;
     if (WIFEXITED(status) && WEXITSTATUS(status) == exit_input)
         throw InputError(path, std::string(bytes.begin(), bytes.end()));

@@ -160,8 +160,8 @@ void check_zip(const Bytes &bytes, const std::string &name, size_t at, size_t si
 void check_chunk(const Bytes &bytes, const std::string &name, const Header &header, uint64_t chunk) {
     const size_t entry = header.table + 8 * chunk, first = header.table + 8 * header.chunks();
     ByteReader table(name, bytes.data() + entry, 8, Encoding::little_endian);
-    const double offset = table.number(Scalar::u64);
-    if (offset < static_cast<double>(first) || offset > static_cast<double>(bytes.size() - 8))
+    const uint64_t offset = table.packed_bits(Scalar::u64);
+    if (offset < first || offset > bytes.size() - 8)
         fail_at(name, entry, "a chunk that is not in the file, expected one behind the header");
     const size_t at = static_cast<size_t>(offset);
     ByteReader in(name, bytes.data() + at, bytes.size() - at, Encoding::little_endian);
