@@ -36,9 +36,9 @@ const std::map<std::string, std::string> excused = {
 
 // Options of other programs that documents name.
 const std::set<std::string> foreign_options = {
-    "--frame", "--rate", "--sph", // build/plume
-    "--scene",                    // tools/measure/random_smoke.py
-    "--outfile",                  // imgtool of pbrt
+    "--frame",   "--rate", "--sph", // build/plume
+    "--scene",                      // tools/measure/random_smoke.py
+    "--outfile",                    // imgtool of pbrt
 };
 
 std::vector<Path> documents() {
@@ -94,15 +94,17 @@ std::vector<Line> scenes_of(const Path &document) {
     return scenes;
 }
 
-// A folder in which a reader's commands run as they stand: build/wisp, the fixtures made small, and files of the
-// reader's own.
+// A folder in which a reader's commands run as they stand: with build/wisp, with the fixtures made small, and with
+// files of the reader's own (smoke.bgeo, smoke.nvdb, scene.aff and side.aff).
 struct ReadersFolder : CommandLineTest {
     ReadersFolder() {
         namespace fs = std::filesystem;
         fs::create_directory(file("build"));
         // A file of smoke by itself has no scene that could be made small.
-        write("build/wisp", "#!/bin/sh\ncase \"$1 $2\" in 'render smoke'*|'render wake_'*) set -- \"$@\" --photons 2000 "
-                            "--size 64x48 ;; esac\nexec " + fs::absolute(built("wisp")).string() + " \"$@\"\n");
+        write("build/wisp",
+              "#!/bin/sh\ncase \"$1 $2\" in 'render smoke'*|'render wake_'*) set -- \"$@\" --photons 2000 "
+              "--size 64x48 ;; esac\nexec " +
+                  fs::absolute(built("wisp")).string() + " \"$@\"\n");
         fs::permissions(file("build/wisp"), fs::perms::owner_all);
         fs::create_directory(file("fixtures"));
         for (const auto &entry : fs::directory_iterator("fixtures")) {
@@ -111,7 +113,7 @@ struct ReadersFolder : CommandLineTest {
                 write("fixtures/" + name, small(text_of(entry.path().string())));
             else
                 fs::create_symlink(fs::absolute(entry.path()), file("fixtures/" + name));
-            fs::create_symlink("fixtures/" + name, file(name));
+            fs::create_symlink("fixtures/" + name, file(name)); // for scenes of the documents
         }
         fs::copy("test/corpus/particles/bgeo.bgeo", file("smoke.bgeo"));
         fs::copy("test/corpus/volume/fog_zip.nvdb", file("smoke.nvdb"));
@@ -119,7 +121,8 @@ struct ReadersFolder : CommandLineTest {
         write("side.aff", box("6 0.5 0.5"));
     }
     static std::string box(const std::string &eye) {
-        return "v from " + eye + " at 0 0 0 up 0 1 0 angle 35 hither 1 resolution 400 400\nb 0.1 0.1 0.2\n"
+        return "v from " + eye +
+               " at 0 0 0 up 0 1 0 angle 35 hither 1 resolution 400 400\nb 0.1 0.1 0.2\n"
                "lp 3 3 3 40 40 40\nsmoke box -1 -1 -1 1 1 1 1 { }\nrender spp 1\nrender photons 3000\n";
     }
     // A scene in 64 x 48 pixels and with 3,000 photons at most.
@@ -128,18 +131,17 @@ struct ReadersFolder : CommandLineTest {
         return std::regex_replace(scene, std::regex("render photons \\d+"), "render photons 3000");
     }
     Ran bash(const std::string &command) const {
-        write_command(command);
+        std::ofstream(file("command")) << command << "\n";
         return run("cd " + file("") + " && bash -o pipefail command");
     }
-    void write_command(const std::string &command) const { std::ofstream(file("command")) << command << "\n"; }
 };
 
 // What wisp says it expected instead of a word that it does not know.
 std::set<std::string> expected_words(CommandLineTest &folder, const std::string &scene) {
     folder.write("unknown.aff", scene);
     const std::string error = folder.wisp("plan " + folder.file("unknown.aff")).err;
-    std::istringstream words(std::regex_replace(
-        error, std::regex("^[^]*expected (one of )?|( or a comment)?\\n$|( or)? \\}"), ""));
+    std::istringstream words(
+        std::regex_replace(error, std::regex("^[^]*expected (one of )?|( or a comment)?\\n$|( or)? \\}"), ""));
     std::set<std::string> found;
     for (std::string word; words >> word;) found.insert(word);
     REQUIRE_MESSAGE(found.size() > 3, error);
@@ -188,12 +190,14 @@ TEST_CASE("documents: command lines run as they stand, with status 0 or the one 
             const std::vector<std::string> status = found_in(line.text, "#.*\\(exit (\\d+)\\)");
             const Ran result = folder.bash(command);
             CHECK_MESSAGE(result.status == (status.empty() ? 0 : std::stoi(status[0])),
-                          place(line) << ": " << command << "\n" << result.out << result.err);
+                          place(line) << ": " << command << "\n"
+                                      << result.out << result.err);
             ++ran;
         }
     }
     for (const auto &[command, why] : excused)
-        CHECK_MESSAGE(not_run.count(command) == 1, "no document has the excused line: " << command << " (" << why << ")");
+        CHECK_MESSAGE(not_run.count(command) == 1,
+                      "no document has the excused line: " << command << " (" << why << ")");
     CHECK(ran > 30);
 }
 
@@ -215,7 +219,8 @@ TEST_CASE("documents: scenes render without a word, and every statement is in on
             std::ofstream(folder.file("example.aff")) << scene.text << "render photons 2000\n";
             const Ran result = folder.bash("build/wisp render example.aff --size 8x8 -o example_%04d.pfm");
             CHECK_MESSAGE((result.status == 0 && result.err.find("warning:") == std::string::npos),
-                          place(scene) << ":\n" << scene.text << result.err);
+                          place(scene) << ":\n"
+                                       << scene.text << result.err);
         }
     CommandLineTest unknown;
     std::set<std::string> words = expected_words(unknown, "zz");
@@ -248,7 +253,8 @@ TEST_CASE("documents: links lead to a page and a heading, and README.md leads to
             for (const std::string &link : found_in(line.text, "\\]\\(([^)]+)\\)")) {
                 if (link.rfind("http", 0) == 0) continue;
                 const size_t hash = std::min(link.find('#'), link.size());
-                const Path page = hash == 0 ? document : (document.parent_path() / link.substr(0, hash)).lexically_normal();
+                const Path page =
+                    hash == 0 ? document : (document.parent_path() / link.substr(0, hash)).lexically_normal();
                 CHECK_MESSAGE(std::filesystem::exists(page), place(line) << ": " << link);
                 if (page.extension() != ".md" || !std::filesystem::exists(page)) continue;
                 if (hash < link.size())
