@@ -1,4 +1,4 @@
-// Lights: irradiance, and its mean past a step (units: README, Lights).
+// Lights: irradiance, and its mean past a step (units: lights/README, Radiometry).
 #include "core/lights/light.h"
 #include "support/built_smoke.h"
 #include <cmath>
