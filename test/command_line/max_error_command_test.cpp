@@ -48,7 +48,7 @@ struct MaxErrorTest : CommandLineTest {
 
 TEST_CASE("max-error: the picture errs by no more than is asked for, and by no less than a quarter") {
     const MaxErrorTest test;
-    const std::pair<const char *, double> cases[] = {{"0", 0.2}, {"0.5", 0.06}};
+    const std::pair<const char *, double> cases[] = {{"0", 0.1}, {"0.5", 0.06}};
     for (const auto &[phase, asked] : cases) {
         CAPTURE(phase);
         test.write_box(3, phase);

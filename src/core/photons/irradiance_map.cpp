@@ -321,7 +321,7 @@ Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, const 
     if (!read) return map;
     if (fluence.harmonics && !pack_harmonics(fluence, arena, watch, map)) return map;
     const LineSweep sweep = {&medium,   gather.depths, fluence.spacing, fluence.sigma_shift, common_phase(medium),
-                             gather.eye};
+                             gather.eye,  gather.turns};
     if (gather.depths && suits_lines(sweep)) {
         if (!fill_all_unknown(points)) return map;
         const LightOfPhotons light = {points.known, points.radiance, points.flux, map.harmonics, map.harmonic_spacing};

@@ -43,7 +43,7 @@ inline uint64_t bytes_of(const Irradiance &map) {
     return uint64_t{map.points} * (map.flux ? 8 : 4) + uint64_t{map.bricks->count} * per_brick;
 }
 // What a map takes from the arena at most; `of_fluence`: one that is made of the fluence grid.
-// `of_line`: 0, or its light is gathered once more along lines that cross so many bricks at most.
+// `of_line`: 0, or its light is gathered again along lines that cross so many bricks at most.
 uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, bool flux, bool of_fluence,
                           bool harmonics, uint64_t of_line);
 
@@ -51,9 +51,10 @@ uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, 
 struct LineGather {
     const OpticalDepthGrid *depths; // to the lights; nullptr: there is no gather
     Vec3 eye;
+    int32_t turns; // LineSweep::turns
 };
 
-// The map of the fluence at the nodes, gathered once more along lines. With `tolerance` > 0 the map is adaptive: each
+// The map of the fluence at the nodes, gathered again along lines. With `tolerance` > 0 the map is adaptive: each
 // brick has as few points as keep all others within that fraction of the brick's largest value.
 Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, const LineGather &gather, Real tolerance,
                            Arena &arena, Watch watch = {});

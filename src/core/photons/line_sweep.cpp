@@ -10,7 +10,6 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr int32_t axes_of_set = 16;
 constexpr uint64_t places_of_brick = 32; // of the lattice, for each brick: where there are more, lines do not pay
 constexpr uint32_t units_of_sample = 4, units_of_node = 1, units_of_direction = 4; // of work
 
@@ -59,6 +58,7 @@ template <class R> struct Sweeper : LineSweep {
     Arrived<R> *arrived;
     Sample<R> *samples; // of one line
     Watch watch;
+    Real weight = Real(1); // of the axis that is followed
 };
 
 Real distance_of_lines(const Vec3 &cell, int32_t spacing) { return largest(cell) * Real(2 * spacing); }
@@ -68,21 +68,43 @@ struct Frame {
     Vec3 along, across, up;
 };
 
-// Axis k of a set: golden sections around the pole, in rings of equal area on one hemisphere (spherical Fibonacci
-// points). The second set has another pole.
-Frame axis_of_set(int32_t set, int32_t k) {
-    const Real height = (Real(k) + Real(0.5)) / Real(axes_of_set), radius = sqrt(Real(1) - height * height);
-    Real sine, cosine;
-    sincos_turns(Real(k) * Real(0.6180339887498949), sine, cosine);
-    // The rows of (2 3 6; 3 -6 2; 6 2 -3) / 7 are at right angles to each other.
-    const auto turned = [set](Real x, Real y, Real z) {
-        return set == 0 ? Vec3(x, y, z)
-                        : Vec3(Real(2) * x + Real(3) * y + Real(6) * z, Real(3) * x - Real(6) * y + Real(2) * z,
-                               Real(6) * x + Real(2) * y - Real(3) * z) *
-                              Real(1.0 / 7);
+// Lebedev's rule of degree 11 (1976) for integrals over the sphere, which is McLaren's (1963): axes, which are followed
+// both ways, and weights relative to their mean.
+constexpr int32_t axis_count = 25;
+constexpr int8_t rule_axes[axis_count][3] = {
+    {1, 0, 0},  {0, 1, 0},  {0, 0, 1},  {0, 1, 1},  {0, 1, -1}, {1, 0, 1},  {-1, 0, 1}, {1, 1, 0},  {1, -1, 0},
+    {1, 1, 1},  {-1, 1, 1}, {1, -1, 1}, {1, 1, -1}, {1, 1, 3},  {-1, 1, 3}, {1, -1, 3}, {1, 1, -3}, {1, 3, 1},
+    {-1, 3, 1}, {1, -3, 1}, {1, 3, -1}, {3, 1, 1},  {-3, 1, 1}, {3, -1, 1}, {3, 1, -1}};
+Real weight_of_axis(int32_t k) {
+    return Real(50 * (k < 3 ? 4.0 / 315 : k < 9 ? 64.0 / 2835 : k < 13 ? 27.0 / 1280 : 14641.0 / 725760));
+}
+
+// Turns of the rule: rows at right angles to each other, of one length. None is the rule as it is, whose symmetry is
+// that of a box.
+constexpr struct {
+    int32_t rows[3][3], length;
+} turns[] = {{{{2, 3, 6}, {3, -6, 2}, {6, 2, -3}}, 7},
+             {{{8, 4, 1}, {-4, 7, 4}, {1, -4, 8}}, 9},
+             {{{9, 6, 2}, {-6, 7, 6}, {2, -6, 9}}, 11},
+             {{{12, 4, 3}, {-3, 12, -4}, {-4, 3, 12}}, 13},
+             {{{14, 5, 2}, {-5, 10, 10}, {2, -10, 11}}, 15}};
+
+// A set of lines: along the axes of the rule, turned by turns[first_turn], turns[first_turn + 2], ...
+struct LineSet {
+    int32_t first_turn, count;
+};
+
+Frame axis_of_set(const LineSet &set, int32_t turn, int32_t k) {
+    const auto &turned = turns[set.first_turn + 2 * turn];
+    const int8_t(&axis)[3] = rule_axes[k];
+    const auto dot_row = [&](int32_t i) {
+        const int32_t(&row)[3] = turned.rows[i];
+        return Real(row[0] * axis[0] + row[1] * axis[1] + row[2] * axis[2]);
     };
-    const Vec3 along = turned(radius * cosine, radius * sine, height), across = turned(-sine, cosine, Real(0));
-    return {along, across, cross(along, across)};
+    Frame frame;
+    frame.along = normalize(Vec3(dot_row(0), dot_row(1), dot_row(2)));
+    make_frame(frame.along, frame.across, frame.up);
+    return frame;
 }
 
 // 4 pi times the mean of the phase function towards `out` over the light of photons at a node.
@@ -265,7 +287,7 @@ WISP_INLINE uint32_t make_samples(const Sweeper<R> &in, const Ray &ray, const Gr
         Sample<R> &sample = samples[count++];
         sample.node = static_cast<uint64_t>(at.node[l]);
         sample.at = Vec3(at.x[l], at.y[l], at.z[l]);
-        sample.weight = scaled[l] * group.length[l];
+        sample.weight = scaled[l] * group.length[l] * in.weight;
         sample.transmittance = transmittance[l];
         sample.mean_transmittance = mean[l];
         sample.mean = R(Real(0));
@@ -300,14 +322,19 @@ template <class R> void pass(Sample<R> &sample, int32_t way, R &radiance) {
     radiance = sample.source[way] + above * sample.transmittance;
 }
 
+uint32_t offset_of_corner(uint32_t corner, int32_t nodes_along) {
+    const uint32_t n = static_cast<uint32_t>(nodes_along);
+    return (corner & 1) + n * ((corner >> 1 & 1) + n * (corner >> 2));
+}
+
 template <class R> void deposit(const Sweeper<R> &in, const Sample<R> &sample) {
-    const uint32_t n = static_cast<uint32_t>(nodes_along(in.spacing));
+    const int32_t n = nodes_along(in.spacing);
     const Vec3 &t = sample.at;
     const Real both = Real(0.5) * (sample.towards_eye[onward] + sample.towards_eye[back]);
     for (uint32_t corner = 0; corner < 8; ++corner) {
         const Real weight = sample.weight * (corner & 1 ? t.x : Real(1) - t.x) * (corner & 2 ? t.y : Real(1) - t.y) *
                             (corner & 4 ? t.z : Real(1) - t.z);
-        const uint64_t node = sample.node + (corner & 1) + n * ((corner >> 1 & 1) + n * (corner >> 2));
+        const uint64_t node = sample.node + offset_of_corner(corner, n);
         in.arrived[node].radiance += sample.mean * weight;
         in.arrived[node].weight += weight * both;
     }
@@ -400,41 +427,50 @@ template <class R> bool sweep_axis(const Sweeper<R> &in, const Frame &frame, Pcg
     return true;
 }
 
-// Makes means of the sums: the same at a node in every brick that holds it. False: the work is stopped.
-template <class R> bool average(const Sweeper<R> &in) {
-    const int32_t n = nodes_along(in.spacing);
-    const uint32_t nodes = nodes_of(in.spacing);
-    for (uint64_t brick = 0; brick < in.bricks.count; ++brick) {
-        if (!in.watch.go_on(nodes * units_of_node)) return false;
+// Adds the sums of all bricks that hold a node. False: the work is stopped.
+template <class R> bool add_over_holders(const SparseGrid &bricks, int32_t spacing, Arrived<R> *sums, Watch watch) {
+    const int32_t n = nodes_along(spacing);
+    const uint32_t nodes = nodes_of(spacing);
+    for (uint64_t brick = 0; brick < bricks.count; ++brick) {
+        if (!watch.go_on(nodes * units_of_node)) return false;
         for (uint32_t k = 0; k < nodes; ++k) {
             const Cell node = cell_of_index(n, k);
             if (min(node.x, min(node.y, node.z)) > 0 && max(node.x, max(node.y, node.z)) < n - 1) continue;
             Arrived<R> sum = {R(Real(0)), Real(0)};
             bool first = true; // of the holders
-            for_each_holder(in.bricks, in.bricks.position[brick], node, n, [&](uint32_t other, uint32_t there) {
+            for_each_holder(bricks, bricks.position[brick], node, n, [&](uint32_t other, uint32_t there) {
                 first = first && other >= brick;
-                const Arrived<R> &here = in.arrived[uint64_t{other} * nodes + there];
+                const Arrived<R> &here = sums[uint64_t{other} * nodes + there];
                 sum = {sum.radiance + here.radiance, sum.weight + here.weight};
             });
             if (!first) continue;
-            for_each_holder(in.bricks, in.bricks.position[brick], node, n,
-                            [&](uint32_t other, uint32_t there) { in.arrived[uint64_t{other} * nodes + there] = sum; });
+            for_each_holder(bricks, bricks.position[brick], node, n,
+                            [&](uint32_t other, uint32_t there) { sums[uint64_t{other} * nodes + there] = sum; });
         }
     }
+    return true;
+}
+
+// Makes means of the sums: the same at a node in every brick that holds it. False: the work is stopped.
+template <class R> bool average(const Sweeper<R> &in) {
+    if (!add_over_holders(in.bricks, in.spacing, in.arrived, in.watch)) return false;
+    const uint64_t nodes = nodes_of(in.spacing);
     // Each sample holds what flies along its line both ways.
     for (Arrived<R> *i = in.arrived; i < in.arrived + uint64_t{in.bricks.count} * nodes; ++i)
         if (i->weight > Real(0)) i->radiance = i->radiance / (i->weight * Real(2));
     return true;
 }
 
-template <class R> bool sweep_set(const Sweeper<R> &in, int32_t set) {
+template <class R> bool sweep_set(Sweeper<R> in, const LineSet &set) {
     const uint64_t count = uint64_t{in.bricks.count} * nodes_of(in.spacing);
     if (!fill(in.arrived, count, Arrived<R>{R(Real(0)), Real(0)}, in.watch)) return false;
-    Pcg32 generator(static_cast<uint64_t>(set));
-    for (int32_t k = 0; k < axes_of_set; ++k) {
-        const Frame frame = axis_of_set(set, k);
-        if (!scatter_along(in, frame.along) || !sweep_axis(in, frame, generator)) return false;
-    }
+    Pcg32 generator(static_cast<uint64_t>(set.first_turn));
+    for (int32_t turn = 0; turn < set.count; ++turn)
+        for (int32_t k = 0; k < axis_count; ++k) {
+            const Frame frame = axis_of_set(set, turn, k);
+            in.weight = weight_of_axis(k);
+            if (!scatter_along(in, frame.along) || !sweep_axis(in, frame, generator)) return false;
+        }
     return average(in);
 }
 
@@ -520,6 +556,83 @@ uint64_t samples_of_line(uint64_t bricks, int32_t spacing) {
     return bricks * static_cast<uint64_t>(most_parts * most_steps(spacing));
 }
 
+// The mean of sigma_t over the corners of one of the finest cells.
+Real mean_extinction(const Medium &medium, uint32_t brick, const Cell &cell) {
+    Real sum = Real(0);
+    for (uint32_t s = 0; s < medium.count; ++s) {
+        if (!medium.smokes[s].field.is_resampled) continue;
+        const Real *nodes = medium.smokes[s].field.resampled.nodes(brick);
+        constexpr int32_t n = nodes_along(1);
+        for (uint32_t corner = 0; corner < 8; ++corner)
+            sum += nodes[static_cast<uint32_t>((cell.z * n + cell.y) * n + cell.x) + offset_of_corner(corner, n)];
+    }
+    return sum * Real(1.0 / 8);
+}
+
+// Along an edge of a node's cell, t in [a, b]: the integrals of (1 - t)^2, t (1 - t) and t^2, and of 1 - t and t.
+struct TentIntegrals {
+    Real low_low, low_high, high_high, low, high;
+
+    TentIntegrals(Real a, Real b) {
+        const Real first = b - a, second = (b * b - a * a) * Real(0.5), third = (b * b * b - a * a * a) * Real(1.0 / 3);
+        low_low = first - Real(2) * second + third;
+        low_high = second - third;
+        high_high = third;
+        low = first - second;
+        high = second;
+    }
+};
+
+// Takes away the blur of the tents: nodes hold D_n = sum_m M_nm R_m / sum_m M_nm of the light R that is sought, where
+// M_nm is the integral of sigma_t t_n t_m. One step of Van Cittert (1931): R = D + (D - M D / sum M). Sigma_t is the
+// mean of its nodes in each of the finest cells. `blurred` is room for as many nodes. False: the work is stopped.
+template <class R> bool sharpen(const LineSweep &sweep, const bool *known, R *light, Arrived<R> *blurred, Watch watch) {
+    const SparseGrid &bricks = *sweep.depths->bricks;
+    const int32_t n = nodes_along(sweep.spacing);
+    const uint32_t nodes = nodes_of(sweep.spacing);
+    if (!fill(blurred, uint64_t{bricks.count} * nodes, Arrived<R>{R(Real(0)), Real(0)}, watch)) return false;
+    for (uint32_t brick = 0; brick < bricks.count; ++brick) {
+        if (!watch.go_on(nodes_of(1) * units_of_node)) return false;
+        const R *from = light + uint64_t{brick} * nodes;
+        Arrived<R> *to = blurred + uint64_t{brick} * nodes;
+        for (uint32_t k = 0; k < brick_cells * brick_cells * brick_cells; ++k) {
+            const Cell cell = cell_of_index(brick_cells, k);
+            const Real sigma = mean_extinction(*sweep.medium, brick, cell);
+            if (!(sigma > Real(0))) continue;
+            const Real weight = scale_pow2(sigma, sweep.sigma_shift);
+            const Cell lowest = {cell.x / sweep.spacing, cell.y / sweep.spacing, cell.z / sweep.spacing};
+            const auto integrals = [&](int32_t fine, int32_t coarse) {
+                const Real inverse = Real(1) / Real(sweep.spacing);
+                const Real begin = Real(fine - coarse * sweep.spacing) * inverse;
+                return TentIntegrals(begin, begin + inverse);
+            };
+            const TentIntegrals along[3] = {integrals(cell.x, lowest.x), integrals(cell.y, lowest.y),
+                                            integrals(cell.z, lowest.z)};
+            const uint32_t first = static_cast<uint32_t>((lowest.z * n + lowest.y) * n + lowest.x);
+            R corners[8];
+            for (uint32_t i = 0; i < 8; ++i) corners[i] = from[first + offset_of_corner(i, n)];
+            for (uint32_t axis = 0; axis < 3; ++axis)
+                for (uint32_t i = 0; i < 8; ++i) {
+                    if (i >> axis & 1) continue;
+                    const R low = corners[i], high = corners[i | 1u << axis];
+                    corners[i] = low * along[axis].low_low + high * along[axis].low_high;
+                    corners[i | 1u << axis] = low * along[axis].low_high + high * along[axis].high_high;
+                }
+            for (uint32_t i = 0; i < 8; ++i) {
+                Arrived<R> &node = to[first + offset_of_corner(i, n)];
+                node.radiance += corners[i] * weight;
+                node.weight += weight * (i & 1 ? along[0].high : along[0].low) *
+                               (i & 2 ? along[1].high : along[1].low) * (i & 4 ? along[2].high : along[2].low);
+            }
+        }
+    }
+    if (!add_over_holders(bricks, sweep.spacing, blurred, watch)) return false;
+    for (uint64_t i = 0; i < uint64_t{bricks.count} * nodes; ++i)
+        if (known[i] && blurred[i].weight > Real(0))
+            light[i] = max(light[i] + (light[i] - blurred[i].radiance / blurred[i].weight), R(Real(0)));
+    return true;
+}
+
 bool is_grey(const Color &color) { return color.x == color.y && color.y == color.z; }
 bool is_grey(const LineSweep &sweep, const LightOfPhotons &light) {
     for (uint32_t l = 0; l < sweep.depths->light_count; ++l)
@@ -532,40 +645,48 @@ bool is_grey(const LineSweep &sweep, const LightOfPhotons &light) {
     return std::all_of(light.radiance, light.radiance + points, [](const Color &color) { return is_grey(color); });
 }
 
+// Replaces the light of photons by what they and both sets say. False: the work is stopped.
+template <class R> bool mix_sets(const LineSweep &sweep, const Ways<R> &ways, Disagreement *disagreement, Watch watch) {
+    const uint32_t bricks = sweep.depths->bricks->count, nodes = nodes_of(sweep.spacing);
+    for (uint32_t brick = 0; brick < bricks; ++brick) {
+        disagreement[brick] = disagreement_in(ways, uint64_t{brick} * nodes, (uint64_t{brick} + 1) * nodes);
+        if (!watch.go_on(nodes * units_of_node)) return false;
+    }
+    for (uint32_t brick = 0; brick < bricks; ++brick) {
+        mix_ways(sweep, ways, disagreement, brick);
+        if (!watch.go_on(nodes * units_of_node)) return false;
+    }
+    return true;
+}
+
 template <class R> bool sweep_all(const LineSweep &sweep, const LightOfPhotons &light, Arena &arena, Watch watch) {
     const SparseGrid &bricks = *sweep.depths->bricks;
-    const uint64_t nodes = nodes_of(sweep.spacing);
-    const uint64_t points = uint64_t{bricks.count} * nodes;
+    const uint64_t points = uint64_t{bricks.count} * nodes_of(sweep.spacing);
     Arrived<R> *first = arena.make<Arrived<R>>(points), *second = arena.make<Arrived<R>>(points);
     Disagreement *disagreement = arena.make<Disagreement>(bricks.count);
     Sample<R> *samples = arena.make<Sample<R>>(
         samples_of_line(min(uint64_t{bricks.count}, places_of_line(bricks.lattice.count)), sweep.spacing));
     const bool isotropic = sweep.phase.isotropic();
-    R *scattered[both_ways];
-    if constexpr (std::is_same_v<R, Color>)
-        for (R *&of_way : scattered) of_way = isotropic ? light.radiance : arena.make<R>(points);
-    else
-        for (R *&of_way : scattered) of_way = isotropic && &of_way != scattered ? scattered[0] : arena.make<R>(points);
-    if (!first || !second || !disagreement || !samples || !scattered[onward] || !scattered[back]) return false;
-    watch.expect(points * units_of_sample * axes_of_set);
-    if (!isotropic) watch.expect(points * units_of_direction * axes_of_set * 2);
-    if constexpr (std::is_same_v<R, Real>)
-        for (uint64_t i = 0; isotropic && i < points; ++i) scattered[onward][i] = light.radiance[i].x;
-    for (int32_t set = 0; set < 2; ++set)
-        if (!sweep_set<R>(
-                {sweep, bricks, light, {scattered[onward], scattered[back]}, set == 0 ? first : second, samples, watch},
-                set))
-            return false;
+    R *onward_light = arena.make<R>(points), *back_light = isotropic ? onward_light : arena.make<R>(points);
+    if (!first || !second || !disagreement || !samples || !onward_light || !back_light) return false;
+    const auto sweep_lines_of = [&](const LineSet &set, Arrived<R> *arrived) {
+        const uint64_t axes = static_cast<uint64_t>(axis_count * set.count);
+        watch.expect(points * units_of_sample * axes + (isotropic ? 0 : 2 * points * units_of_direction * axes));
+        return sweep_set<R>({sweep, bricks, light, {onward_light, back_light}, arrived, samples, watch}, set);
+    };
+    if (isotropic) { // a gather before the last, so that this gathers what has hardly any noise
+        for (uint64_t i = 0; i < points; ++i) onward_light[i] = radiance_of<R>(light.radiance[i]);
+        if (!sweep_lines_of({4, 1}, first)) return false;
+        for (uint64_t i = 0; i < points; ++i)
+            if (light.known[i] && first[i].weight > Real(0)) onward_light[i] = first[i].radiance;
+        if (!sharpen(sweep, light.known, onward_light, first, watch)) return false;
+    }
+    if (!sweep_lines_of({0, sweep.turns}, first) || !sweep_lines_of({1, sweep.turns}, second)) return false;
     if (!turn_to_eye(sweep, light, watch)) return false;
-    const Ways<R> ways = {light.known, light.radiance, first, second};
-    for (uint32_t brick = 0; brick < bricks.count; ++brick) {
-        disagreement[brick] = disagreement_in(ways, brick * nodes, (brick + 1) * nodes);
-        if (!watch.go_on(static_cast<uint32_t>(nodes) * units_of_node)) return false;
-    }
-    for (uint32_t brick = 0; brick < bricks.count; ++brick) {
-        mix_ways(sweep, ways, disagreement, brick);
-        if (!watch.go_on(static_cast<uint32_t>(nodes) * units_of_node)) return false;
-    }
+    if (!mix_sets(sweep, Ways<R>{light.known, light.radiance, first, second}, disagreement, watch)) return false;
+    for (uint64_t i = 0; i < points; ++i) onward_light[i] = radiance_of<R>(light.radiance[i]);
+    if (!sharpen(sweep, light.known, onward_light, first, watch)) return false;
+    for (uint64_t i = 0; i < points; ++i) light.radiance[i] = Color(onward_light[i]);
     return true;
 }
 
@@ -584,7 +705,7 @@ bool may_suit_lines(const Scene &scene, const SparseGridPlan &bricks, int32_t sp
 
 uint64_t line_sweep_bytes(uint64_t bricks, uint64_t of_line, int32_t spacing, bool isotropic) {
     const uint64_t points = bricks * nodes_of(spacing);
-    return (isotropic ? 0 : both_ways * Arena::bytes<Color>(points)) + 2 * Arena::bytes<Arrived<Color>>(points) +
+    return (isotropic ? 1 : 2) * Arena::bytes<Color>(points) + 2 * Arena::bytes<Arrived<Color>>(points) +
            Arena::bytes<Disagreement>(bricks) + Arena::bytes<Sample<Color>>(samples_of_line(of_line, spacing));
 }
 

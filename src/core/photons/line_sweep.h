@@ -1,10 +1,13 @@
-// Multiply scattered light, gathered once more along parallel lines (S4-5).
+// Multiply scattered light, gathered again along parallel lines (S4-5).
 //
 // Photons give the light at the nodes of a field, with noise. That light and the lights' own scatter in the smoke.
 // Lines in directions spread over the sphere cross all smoke, carry what is scattered along them from step to step, and
 // leave at the nodes what arrives there: the light that has been scattered once or more. Each value is then a mean over
 // much smoke, and has little of the photons' noise. What it errs by is the small number of directions. The lines form
 // two sets. Their difference says how much that is, and where it is more than the photons' noise, photons count more.
+// At last the blur of the cells is taken away.
+//
+// Where the phase is isotropic, all of that is done for the light that a set of lines gathered first.
 //
 // Where the phase is not isotropic, photons say at each node what is scattered along each line, by their flux and
 // spherical harmonics. What arrives along the lines is weighted by the phase function towards the eye: no moments of
@@ -22,6 +25,7 @@ struct LineSweep {
     int32_t sigma_shift;            // extinctions are scaled by 2^sigma_shift where they are weights
     Phase phase;                    // of all smokes
     Vec3 eye;                       // of all camera rays
+    int32_t turns;                  // of the axes, in each of both sets: 1 or 2
 };
 
 // The light of photons in a field of nodes_of(spacing) values a brick, brick after brick, that was scattered at least

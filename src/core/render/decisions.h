@@ -48,7 +48,7 @@ struct Decisions {
     bool particle_map; // sums of a particle map are read and written, if there are photons
     bool nearest;      // the nearest photons or particles are gathered at every step
     bool irradiance;
-    bool sweeps; // light of photons is gathered once more, along lines
+    bool sweeps; // light of photons is gathered again, along lines
     bool light_cuts;
     MarchKind march;
 };

@@ -159,8 +159,9 @@ Status make_gather(Frame &frame) {
 // S4-4. Where photons were wanted and none came there is nothing to keep.
 Status make_irradiance(Frame &frame) {
     if (frame.decisions.photons == PhotonStore::fluence_grid) {
+        // Four times as many photons have half the noise. Twice as many lines are needed to err as little.
         const LineGather lines = {frame.decisions.sweeps ? &frame.state.smoke.depths : nullptr,
-                                  vec_of(frame.scene.camera.origin)};
+                                  vec_of(frame.scene.camera.origin), frame.settings.photons < 1000000 ? 1 : 2};
         frame.irradiance = WISP_ARITH::make_irradiance(frame.medium(), frame.fluence, lines,
                                                        irradiance_tolerance(frame.settings), frame.arena, frame.watch);
     } else if (frame.decisions.photons == PhotonStore::photon_map) {

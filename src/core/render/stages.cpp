@@ -127,7 +127,7 @@ Need need_irradiance(const Scene &, const Settings &, const Decisions &d) {
                         {d.goal == Goal::photons, photons_alone},
                         {d.photons == PhotonStore::none, "nothing scatters twice"},
                         {!d.irradiance, "--irradiance none: estimated at every step"}},
-                       d.sweeps ? "kept at points around the smoke, and gathered once more if no light stands in it"
+                       d.sweeps ? "kept at points around the smoke, and gathered along lines if no light stands in it"
                                 : "estimates are kept at points around the smoke");
 }
 uint64_t irradiance_map_bytes(const Scene &scene, const Settings &, const Decisions &d, const Sizes &sizes) {

@@ -52,13 +52,19 @@ inline Real phase_of_flux(const Phase &phase, const Vec3 &flux, const Vec3 &out)
     return phase.with_factor(min(anisotropy, Real(1)))(flux / anisotropy, out);
 }
 
-// A unit vector at the given angle to the unit vector d, rotated about d by `turns` in [0, 1) of a full turn. The
-// orthonormal frame is that of Duff et al. (2017), which divides by zero for no d (hard case A8).
-inline Vec3 deflect(const Vec3 &d, Phase::Cosine angle, Real turns) {
+// Unit vectors u and v at right angles to each other and to the unit vector d. This frame of Duff et al. (2017) divides
+// by zero for no d (hard case A8).
+inline void make_frame(const Vec3 &d, Vec3 &u, Vec3 &v) {
     const Real sign = d.z < Real(0) ? Real(-1) : Real(1);
     const Real p = Real(-1) / (sign + d.z), q = d.x * d.y * p;
-    const Vec3 u(Real(1) + sign * d.x * d.x * p, sign * q, -sign * d.x);
-    const Vec3 v(q, sign + d.y * d.y * p, -d.y);
+    u = Vec3(Real(1) + sign * d.x * d.x * p, sign * q, -sign * d.x);
+    v = Vec3(q, sign + d.y * d.y * p, -d.y);
+}
+
+// A unit vector at the given angle to the unit vector d, rotated about d by `turns` in [0, 1) of a full turn.
+inline Vec3 deflect(const Vec3 &d, Phase::Cosine angle, Real turns) {
+    Vec3 u, v;
+    make_frame(d, u, v);
     Real sine, cosine;
     sincos_turns(turns, sine, cosine);
     return normalize(u * (angle.sine * cosine) + v * (angle.sine * sine) + d * angle.cosine);
