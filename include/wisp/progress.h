@@ -9,10 +9,10 @@ namespace wisp {
 enum class Stage : uint8_t {
     frame_cache, triangle_trees, lights, shadows, light_cuts, shading,          // surfaces
     particle_tree, bricks, light_depths, photons, gather, irradiance, sources,  // smoke
-    majorants, march, camera_rays                                               // the picture
+    majorants, march, layers, camera_rays                                       // the picture
 };
 // clang-format on
-constexpr uint32_t stage_count = 16;
+constexpr uint32_t stage_count = 17;
 
 enum class Status : uint8_t {
     done,

@@ -10,6 +10,7 @@
 //     const wisp::Status status = renderer.render(job);
 #pragma once
 #include "wisp/arena.h"
+#include "wisp/layers.h"
 #include "wisp/photon_sums.h"
 #include "wisp/pixel_sums.h"
 #include "wisp/progress.h"
@@ -47,6 +48,8 @@ struct Plan {
     uint64_t bricks;          // of 8 x 8 x 8 cells of resampled smoke; 0 where densities are exact
     uint64_t map_sums;        // numbers in the photon sums of a particle map, at most
     uint64_t max_photons;     // that such sums are sure to hold
+    bool layers[layer_count]; // those that there are, where settings.layers asks for them
+    uint32_t layer_planes;    // their channels
 
     const PlanRow &operator[](Stage stage) const { return rows[static_cast<uint32_t>(stage)]; }
 };
@@ -67,7 +70,7 @@ struct FrameCache {
 // - Goal::photons: the photons of `batches` are added to the sums in `photons`. Sums of all batches together are those
 //   that a picture traces. Unless the status is done, the sums are of no use.
 // - Goal::reference: the samples of the passes are added to `pixels`, one for each pixel of the crop, top row first. A
-//   sample's unit is 2^scene.radiance_exponent.
+//   sample's unit is 2^scene.radiance_exponent. Its `layers` are those from `albedo` on: paths keep no parts apart.
 struct Job {
     const Scene &scene;
     const Settings &settings;
@@ -79,6 +82,9 @@ struct Job {
     FrameCache *cache = nullptr; // nullptr: nothing lives on after this frame
     Batches batches = {};
     PixelSums *pixels = nullptr;
+    // Of settings.layers, or nullptr: plan().layer_planes planes of width() * height() floats, top row first, which are
+    // filled as plan().layers says, in the order of Layer, channel by channel. The picture is the same with them.
+    float *layers = nullptr;
 };
 
 // The library in one arithmetic. `plan` takes no more than a few operations a particle.

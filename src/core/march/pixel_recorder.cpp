@@ -43,9 +43,9 @@ void ray(PixelRecorder &recorder, RayKind kind, uint32_t level, const Ray &ray, 
     send(recorder, TraceEvent::Ray{kind, level, to_double3(ray.origin), to_double3(ray.direction), to_double3(factor),
                                    to_double(weight)});
 }
-void ray_end(PixelRecorder &recorder, bool hit, Color smoke, Real transmittance, Color behind, Color radiance) {
-    send(recorder, TraceEvent::RayEnd{hit, to_double3(smoke), to_double(transmittance), to_double3(behind),
-                                      to_double3(radiance)});
+void ray_end(PixelRecorder &recorder, const RayEndRecord &end) {
+    send(recorder, TraceEvent::RayEnd{end.hit, to_double3(end.smoke), to_double(end.transmittance),
+                                      to_double3(end.behind), to_double3(end.radiance)});
 }
 void unsent(PixelRecorder &recorder, RayKind kind, Color factor, Real weight, bool too_deep) {
     send(recorder, TraceEvent::Unsent{kind, to_double3(factor), to_double(weight), too_deep});
@@ -103,8 +103,6 @@ void shadow_end(PixelRecorder &recorder, uint32_t lane, const Statistics &after,
                                                                                         : ShadowDecision::traced;
 }
 
-void lanes_begin(PixelRecorder &recorder) { recorder.single = recorder.multiple = recorder.emission = {}; }
-
 void lane_lights(PixelRecorder &recorder, const LaneLightRecord &record) {
     for (uint32_t l = 0; l < lanes; ++l) {
         TraceEvent::Light &light = recorder.shadow[l];
@@ -128,33 +126,6 @@ void lane_lights(PixelRecorder &recorder, const LaneLightRecord &record) {
     }
 }
 
-void add(LaneColor &sum, const Real (&extinction)[lanes], const LaneColor &scattered, const Color &albedo) {
-    for (uint32_t l = 0; l < lanes; ++l) {
-        sum.red[l] += extinction[l] * (albedo.x * scattered.red[l]);
-        sum.green[l] += extinction[l] * (albedo.y * scattered.green[l]);
-        sum.blue[l] += extinction[l] * (albedo.z * scattered.blue[l]);
-    }
-}
-void lane_sources(PixelRecorder &recorder, const LaneSourceRecord &record) {
-    add(recorder.single, record.extinction, record.single, record.albedo);
-    add(recorder.multiple, record.extinction, record.multiple, record.albedo);
-    for (uint32_t l = 0; l < lanes; ++l) {
-        recorder.emission.red[l] += record.extinction[l] * record.emission.x;
-        recorder.emission.green[l] += record.extinction[l] * record.emission.y;
-        recorder.emission.blue[l] += record.extinction[l] * record.emission.z;
-    }
-}
-
-Color color_of(const LaneColor &color, uint32_t l) { return Color(color.red[l], color.green[l], color.blue[l]); }
-
-void lane_steps(PixelRecorder &recorder, const LaneStepRecord &record) {
-    for (uint32_t l = 0; l < lanes; ++l)
-        if (record.extinction[l] > Real(0))
-            step(recorder, {record.step[l], record.distance[l], record.length[l], record.extinction[l],
-                            record.optical_depth[l], color_of(recorder.single, l), color_of(recorder.multiple, l),
-                            color_of(recorder.emission, l), color_of(record.radiance, l)});
-}
-
 } // namespace
 
 PixelRecorder make_recorder(const PixelTrace &trace) {
@@ -174,10 +145,10 @@ PixelRecorder make_recorder(const PixelTrace &trace) {
     recorder.light = light;
     recorder.shadow_begin = shadow_begin;
     recorder.shadow_end = shadow_end;
-    recorder.lanes_begin = lanes_begin;
+    recorder.lanes_begin = begin_lanes;
     recorder.lane_lights = lane_lights;
-    recorder.lane_sources = lane_sources;
-    recorder.lane_steps = lane_steps;
+    recorder.lane_sources = add_lane_sources;
+    recorder.lane_steps = end_lanes;
     return recorder;
 }
 

@@ -1,8 +1,9 @@
-// Records one pixel (wisp/pixel_trace.h). The marches and the shading hold a pointer to a recorder, nullptr for every
-// other pixel, and hand it what they compute in the numbers of their arithmetic.
+// Records pixels: one, event by event (wisp/pixel_trace.h), or what all consist of (core/render/layers.h). The marches
+// and the shading hold a pointer to a recorder, nullptr for every other pixel, and hand it what they compute in the
+// numbers of their arithmetic.
 //
-// The functions of a recorder are reached through its pointers alone. make_recorder() names them, in a unit of its own:
-// a program that does not inspect pixels does not link them.
+// The functions of a recorder are reached through its pointers alone. make_recorder() names those of one pixel, in a
+// unit of its own: a program that does not inspect pixels does not link them.
 #pragma once
 #include "core/geometry/ray.h"
 #include "core/lights/light.h"
@@ -25,6 +26,13 @@ struct StepRecord {
     int32_t step;
     Real distance, length, extinction, optical_depth;
     Color single, multiple, emission, radiance;
+};
+struct RayEndRecord {
+    bool hit;
+    Color smoke;
+    Real transmittance;
+    Color behind, radiance;
+    uint64_t node_visits; // of triangle trees, to find what the ray hits
 };
 struct HitRecord {
     Real distance;
@@ -67,12 +75,13 @@ struct LaneStepRecord { // the steps; their sources went to lane_sources() befor
 
 struct PixelRecorder {
     PixelTrace trace;
+    bool every_pixel; // not that of `trace` alone
 
     void (*sample)(PixelRecorder &, uint32_t index, Real column, Real row);
     void (*sample_end)(PixelRecorder &, uint32_t index, Color radiance);
     void (*pixel)(PixelRecorder &, uint32_t samples, Color mean, const float *value);
     void (*ray)(PixelRecorder &, RayKind, uint32_t level, const Ray &, Color factor, Real weight);
-    void (*ray_end)(PixelRecorder &, bool hit, Color smoke, Real transmittance, Color behind, Color radiance);
+    void (*ray_end)(PixelRecorder &, const RayEndRecord &);
     void (*unsent)(PixelRecorder &, RayKind, Color factor, Real weight, bool too_deep);
     void (*hit)(PixelRecorder &, const HitRecord &);
     void (*direct_light)(PixelRecorder &, Color radiance);
@@ -97,6 +106,11 @@ struct PixelRecorder {
 };
 
 PixelRecorder make_recorder(const PixelTrace &trace);
+
+// What lanes_begin, lane_sources and lane_steps do for any recorder: step() is told of each lane.
+void begin_lanes(PixelRecorder &);
+void add_lane_sources(PixelRecorder &, const LaneSourceRecord &);
+void end_lanes(PixelRecorder &, const LaneStepRecord &);
 
 // Whether a pixel is recorded: hardly ever.
 inline bool is_recording(const PixelRecorder *recorder) { return __builtin_expect(recorder != nullptr, false); }

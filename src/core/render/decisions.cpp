@@ -87,6 +87,32 @@ void decide_smoke(const Scene &scene, const Settings &settings, Decisions &d) {
     d.march_grid = !d.resampled && (d.light_depths || d.irradiance);
 }
 
+bool has_glowing_smoke(const Scene &scene) {
+    for (uint32_t i = 0; i < scene.smoke_count; ++i)
+        if (!scene.smokes[i].empty() && any_above_zero(scene.smokes[i].emission)) return true;
+    return false;
+}
+
+// Those that the scene has something for.
+void decide_layers(const Scene &scene, Decisions &d) {
+    const auto set = [&d](Layer layer, bool there) { d.layers[static_cast<uint32_t>(layer)] = there; };
+    const bool lit = d.surfaces && scene.light_count > 0;
+    if (d.goal == Goal::picture) {
+        set(Layer::emission, d.smoke && has_glowing_smoke(scene));
+        set(Layer::single, d.lights_in_smoke > 0);
+        set(Layer::multiple, d.photons != PhotonStore::none || d.paths);
+        set(Layer::surfaces, d.surfaces);
+        set(Layer::background, any_above_zero(scene.background));
+        set(Layer::direct, lit);
+    }
+    set(Layer::albedo, d.surfaces);
+    set(Layer::normal, d.surfaces);
+    set(Layer::depth, d.surfaces);
+    set(Layer::alpha, true);
+    set(Layer::shadow, lit);
+    set(Layer::node_visits, d.surfaces);
+}
+
 } // namespace
 
 Decisions decide(const Scene &scene, const Settings &settings) {
@@ -96,11 +122,11 @@ Decisions decide(const Scene &scene, const Settings &settings) {
     d.surfaces = scene.triangle_count() > 0;
     d.shaded = d.surfaces && d.goal != Goal::photons;
     d.light_cuts = d.shaded && settings.lights == LightChoice::cuts && scene.light_count > 0;
-    if (!d.smoke) return d;
-    if (d.goal == Goal::reference)
+    if (d.smoke && d.goal == Goal::reference)
         d.march = MarchKind::paths;
-    else
+    else if (d.smoke)
         decide_smoke(scene, settings, d);
+    if (settings.layers && d.goal != Goal::photons) decide_layers(scene, d);
     return d;
 }
 

@@ -1,6 +1,7 @@
 // What a scene needs, decided once: every stage asks the Decisions, and no stage decides again.
 #pragma once
 #include "core/photons/photon_tracing.h"
+#include "wisp/layers.h"
 #include "wisp/settings.h"
 
 namespace wisp::WISP_ARITH {
@@ -51,6 +52,7 @@ struct Decisions {
     bool sweeps; // light of photons is gathered again, along lines
     bool light_cuts;
     MarchKind march;
+    bool layers[layer_count];
 };
 
 Decisions decide(const Scene &scene, const Settings &settings);

@@ -15,8 +15,13 @@ inline void expect_samples(const Frame &frame, uint64_t times) {
     frame.watch.expect(pixels * frame.settings.samples * times * units_of_sample);
 }
 
-// Fills job.rgb with the means of radiance(ray, x, y, sample, recorder): x and y are the pixel's column and row. The
-// recorder is nullptr for all pixels but the one that is recorded.
+// nullptr for a pixel that is not recorded.
+inline PixelRecorder *recorder_of(const Frame &frame, int32_t x, int32_t y) {
+    PixelRecorder *const any = frame.recorder;
+    return any && (any->every_pixel || (any->trace.x == x && any->trace.y == y)) ? any : nullptr;
+}
+
+// Fills job.rgb with the means of radiance(ray, x, y, sample, recorder): x and y are the pixel's column and row.
 template <class Radiance> Status expose_film(const Frame &frame, Radiance &&radiance) {
     const Scene &scene = frame.scene;
     const Crop &crop = frame.settings.crop;
@@ -28,8 +33,7 @@ template <class Radiance> Status expose_film(const Frame &frame, Radiance &&radi
     for (int32_t y = crop.y0; y < crop.y1; y += crop.step) {
         for (int32_t x = crop.x0; x < crop.x1; x += crop.step) {
             Color sum(Real(0));
-            const bool recorded = frame.recorder && frame.recorder->trace.x == x && frame.recorder->trace.y == y;
-            PixelRecorder *const recorder = recorded ? frame.recorder : nullptr;
+            PixelRecorder *const recorder = recorder_of(frame, x, y);
             for (uint32_t i = 0; i < samples; ++i) {
                 const Real column = Real(x) + pattern.u(i), row_ = Real(y) + pattern.v(i);
                 const Ray ray = view.ray_through(column, row_);

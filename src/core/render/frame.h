@@ -4,6 +4,7 @@
 #include "core/march/particle_march.h"
 #include "core/march/ray_march.h"
 #include "core/render/decisions.h"
+#include "core/render/layers.h"
 #include "core/render/path_tracer.h"
 #include "core/render/whitted.h"
 #include "wisp/wisp.h"
@@ -45,7 +46,7 @@ struct Frame {
     const Job &job;
     const Decisions &decisions;
     FrameState &state;
-    PixelRecorder *recorder; // of one pixel, or nullptr
+    PixelRecorder *recorder; // of one pixel, of all for their layers, or nullptr
 
     const Scene &scene = job.scene;
     const Settings &settings = job.settings;

@@ -49,7 +49,7 @@ template <class AnyMarcher> Status trace_smoke(Frame &frame, AnyMarcher &marcher
         const Color radiance = smoke.radiance + background * smoke.transmittance;
         frame.statistics.rays.saturated += is_saturated(radiance);
         if (is_recording(recorder))
-            recorder->ray_end(*recorder, false, smoke.radiance, smoke.transmittance, background, radiance);
+            recorder->ray_end(*recorder, {false, smoke.radiance, smoke.transmittance, background, radiance, 0});
         return radiance;
     });
 }
@@ -102,8 +102,14 @@ Status trace_paths(Frame &frame) {
                            exp(-optical_depth(*own.paths.medium, part, end))};
         };
     }
-    const auto sample = [&](const Ray &ray) {
+    const auto sample = [&](const Ray &ray, PixelRecorder *recorder) {
+        whitted.recorder = recorder;
         if (frame.decisions.surfaces) return trace(whitted, ray);
+        if (is_recording(recorder)) {
+            recorder->ray(*recorder, RayKind::camera, 0, ray, Color(Real(1)), Real(1));
+            recorder->ray_end(*recorder, {false, Color(Real(0)), exp(-optical_depth(medium, ray, infinite_distance)),
+                                          Color(Real(0)), Color(Real(0)), 0});
+        }
         Color behind = vec_of(scene.background);
         if (largest(behind) > Real(0)) behind = behind * exp(-optical_depth(medium, ray, infinite_distance));
         return sample_radiance(frame.paths, ray, infinite_distance, behind, sampler.generator);
@@ -115,16 +121,25 @@ Status trace_paths(Frame &frame) {
     expect_samples(frame, passes);
     for (uint32_t pass = 0; pass < passes; ++pass) {
         PixelSums *pixel = frame.job.pixels;
+        // What rays meet first is the same in every pass.
+        PixelRecorder *const recorder = pass == 0 && frame.job.layers ? frame.recorder : nullptr;
         for (int32_t y = crop.y0; y < crop.y1; y += crop.step) {
             for (int32_t x = crop.x0; x < crop.x1; x += crop.step, ++pixel) {
                 sampler.generator = pass_generator(settings, settings.first_pass + pass, x, y);
                 Pcg32 rounding(~uint64_t{Pcg32(sampler.generator)()}); // its numbers are not those of the paths
                 for (uint32_t i = 0; i < settings.samples; ++i) {
-                    const Color color = sample(view.ray_through(Real(x) + pattern.u(i), Real(y) + pattern.v(i)));
+                    const Real column = Real(x) + pattern.u(i), row = Real(y) + pattern.v(i);
+                    if (is_recording(recorder)) recorder->sample(*recorder, i, column, row);
+                    const Color color = sample(view.ray_through(column, row), recorder);
+                    if (is_recording(recorder)) recorder->sample_end(*recorder, i, color);
                     add_sample(pixel->channels[0], color.x, rounding());
                     add_sample(pixel->channels[1], color.y, rounding());
                     add_sample(pixel->channels[2], color.z, rounding());
                     ++frame.statistics.rays.primary;
+                }
+                if (is_recording(recorder)) {
+                    constexpr float unknown[3] = {}; // it is the mean of all passes
+                    recorder->pixel(*recorder, settings.samples, Color(Real(0)), unknown);
                 }
                 if (!frame.watch.done(uint64_t{settings.samples} * units_of_sample)) return Status::stopped;
             }
@@ -176,6 +191,15 @@ Status make_march(Frame &frame) {
                          extinctions, frame.gather,           &frame.statistics, frame.watch};
     }
     return Status::done;
+}
+
+Status make_layers(Frame &frame) {
+    if (!frame.job.layers || frame.recorder) return Status::done;
+    const Crop &crop = frame.settings.crop;
+    frame.recorder = make_layer_recorder(
+        frame.scene, frame.decisions.layers, frame.whitted.materials, frame.settings.depth, frame.job.layers,
+        static_cast<uint64_t>(crop.width()) * static_cast<uint64_t>(crop.height()), frame.arena);
+    return frame.recorder ? Status::done : Status::out_of_memory;
 }
 
 Status trace_camera_rays(Frame &frame) {

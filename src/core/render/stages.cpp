@@ -159,6 +159,14 @@ Need need_march(const Scene &, const Settings &, const Decisions &d) {
         d.surfaces ? "all rays through the smoke, up to what they hit" : "camera rays through the smoke");
 }
 
+Need need_layers(const Scene &, const Settings &settings, const Decisions &d) {
+    return need_unless({{!settings.layers, "not asked for"}, {d.goal == Goal::photons, photons_alone}},
+                       "what the picture consists of is kept apart");
+}
+uint64_t layer_bytes(const Scene &, const Settings &settings, const Decisions &, const Sizes &) {
+    return WISP_ARITH::layer_bytes(settings.depth);
+}
+
 Need need_camera_rays(const Scene &, const Settings &, const Decisions &d) {
     return need_unless({{d.goal == Goal::photons, photons_alone}}, "the picture");
 }
@@ -208,6 +216,8 @@ const StageRow stage_rows[stage_count] = {
         {nullptr, nullptr, find_majorants}},
     {Stage::march, "march", "march", StageGroup::render, need_march, march_bytes,
         {nullptr, nullptr, make_march}},
+    {Stage::layers, "layers", "render", StageGroup::render, need_layers, layer_bytes,
+        {nullptr, nullptr, make_layers}},
     {Stage::camera_rays, "camera rays", "render", StageGroup::render, need_camera_rays, nullptr,
         {nullptr, nullptr, trace_camera_rays}},
 };
@@ -246,6 +256,10 @@ Plan plan(const Scene &scene, const Settings &settings) {
                              : d.photons == PhotonStore::fluence_grid && d.photon_needs.harmonics
                                  ? Plan::Directions::harmonics
                                  : Plan::Directions::flux;
+    for (uint32_t i = 0; i < layer_count; ++i) {
+        plan.layers[i] = d.layers[i];
+        plan.layer_planes += d.layers[i] ? channels_of(static_cast<Layer>(i)) : 0;
+    }
     plan.photon_powers = d.photon_needs.powers;
     plan.bricks = d.resampled ? sizes.grid.count : 0;
     if (d.photons == PhotonStore::photon_map) plan.photon_capacity = plan_photons(scene, settings).capacity;

@@ -50,6 +50,7 @@ Status make_sources(Frame &);
 
 Status find_majorants(Frame &);
 Status make_march(Frame &);
+Status make_layers(Frame &);
 Status trace_camera_rays(Frame &);
 
 uint64_t photon_bytes(const Scene &, const Settings &, const Decisions &, const Sizes &);

@@ -245,9 +245,9 @@ Color shade(const Whitted &tracer, const Beam &beam, const Hit &hit, uint32_t de
 
 Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight) {
     if (!tracer.watch.go_on(units_of_ray)) return Color(Real(0));
-    TreeCounts unused = {};
+    TreeCounts asked = {};
     const Hit hit =
-        tracer.nearest_hit(*tracer.surfaces, beam.ray, begin, infinite_distance, beam.ignore_triangle, unused);
+        tracer.nearest_hit(*tracer.surfaces, beam.ray, begin, infinite_distance, beam.ignore_triangle, asked);
     if (depth == 0) record_primary_hit(*tracer.shadows, beam.ray, hit);
     Segment smoke = empty_segment();
     if (tracer.medium)
@@ -256,7 +256,8 @@ Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth,
     const Color radiance = tracer.medium ? smoke.radiance + behind * smoke.transmittance : behind;
     tracer.statistics->rays.saturated += is_saturated(radiance);
     if (is_recording(tracer.recorder))
-        tracer.recorder->ray_end(*tracer.recorder, hit.found, smoke.radiance, smoke.transmittance, behind, radiance);
+        tracer.recorder->ray_end(*tracer.recorder,
+                                 {hit.found, smoke.radiance, smoke.transmittance, behind, radiance, asked.node_visits});
     return radiance;
 }
 
