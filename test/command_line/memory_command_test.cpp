@@ -12,7 +12,8 @@ namespace {
 // The sum of a plan's rows and its picture.
 uint64_t needed(const Request &request, const PreparedScene &prepared) {
     const Settings settings = settings_of(request.options, prepared);
-    return checked_plan(request, prepared.scene, settings).arena_bytes + picture_bytes(request.options, settings);
+    const Plan plan = checked_plan(request, prepared.scene, settings);
+    return plan.arena_bytes + picture_bytes(request.options, settings, plan);
 }
 
 struct Planned {
@@ -64,7 +65,8 @@ TEST_CASE("memory: a refusal names the largest stage, and an option that makes t
         const Planned planned({{test.file(one.scene)}, one.options});
         const Settings settings = settings_of(planned.request.options, planned.prepared);
         const Plan plan = checked_plan(planned.request, planned.prepared.scene, settings);
-        const uint64_t picture = picture_bytes(planned.request.options, settings), all = plan.arena_bytes + picture;
+        const uint64_t picture = picture_bytes(planned.request.options, settings, plan),
+                       all = plan.arena_bytes + picture;
         uint64_t largest = picture;
         std::string name = "picture";
         for (const PlanRow &row : plan.rows) {

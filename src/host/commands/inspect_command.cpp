@@ -57,7 +57,8 @@ void check(const Request &request) {
                     {"map-out", !options.map_out.empty()},
                     {"batches", options.batches.has_value()},
                     {"stats", !options.stats.empty()},
-                    {"digest", options.digest}};
+                    {"digest", options.digest},
+                    {"layers", options.layers}};
     for (const auto &option : of_files)
         if (option.given) refuse(option.name, "it makes no picture");
     if (options.reference) refuse("reference", "its pixels are sums of paths");

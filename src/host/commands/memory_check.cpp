@@ -1,6 +1,7 @@
 #include "host/base/error.h"
 #include "host/base/text.h"
 #include "host/commands/memory_check.h"
+#include "host/results/render_layers.h"
 #include "wisp/pixel_sums.h"
 #include <algorithm>
 #include <new>
@@ -39,8 +40,8 @@ std::optional<uint64_t> bytes_with(const Change &change, const Request &request,
         check_options(changed);
         Settings with_change = settings_of(changed.options, prepared);
         if (change.option != std::string("size")) with_change.crop = settings.crop; // of inspect, one pixel
-        return checked_plan(changed, prepared.scene, with_change).arena_bytes +
-               picture_bytes(changed.options, with_change);
+        const Plan plan = checked_plan(changed, prepared.scene, with_change);
+        return plan.arena_bytes + picture_bytes(changed.options, with_change, plan);
     } catch (const Error &) {
         return std::nullopt;
     }
@@ -58,16 +59,17 @@ std::string advice(const Request &request, const PreparedScene &prepared, const 
 
 } // namespace
 
-uint64_t picture_bytes(const Options &options, const Settings &settings) {
+uint64_t picture_bytes(const Options &options, const Settings &settings, const Plan &plan) {
     if (options.batches) return 0;
     const Crop &c = settings.crop;
     const uint64_t pixels = static_cast<uint64_t>(c.x1 - c.x0) * static_cast<uint64_t>(c.y1 - c.y0);
-    return pixels * (2 * 3 * sizeof(float) + (settings.goal == Goal::reference ? sizeof(PixelSums) : 0));
+    const uint64_t floats = 3 + layer_planes(settings, plan);
+    return pixels * (2 * floats * sizeof(float) + (settings.goal == Goal::reference ? sizeof(PixelSums) : 0));
 }
 
 void check_memory(const Request &request, const PreparedScene &prepared, const Settings &settings, const Plan &plan,
                   uint64_t available) {
-    const uint64_t picture = picture_bytes(request.options, settings), needed = plan.arena_bytes + picture;
+    const uint64_t picture = picture_bytes(request.options, settings, plan), needed = plan.arena_bytes + picture;
     const bool optional = request.options.memory && *request.options.memory <= available;
     const uint64_t most = optional ? *request.options.memory : available;
     if (needed <= most) return;

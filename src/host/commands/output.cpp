@@ -16,6 +16,9 @@ bool is_standard_output(const std::string &path) {
     return path == "-" || (path.compare(0, 2, "-.") == 0 && path.find('/') == std::string::npos);
 }
 
+// A .pfm that is no stream has room for its layers beside it.
+bool has_files_beside(const std::string &output) { return ends_in(output, ".pfm") && !is_standard_output(output); }
+
 // What an option writes to.
 struct Target {
     const char *option;
@@ -28,6 +31,9 @@ std::vector<Target> targets_of(const Options &options, int64_t frame) {
         targets.push_back({"output", numbered(output, frame)});
         if (carries_record(options, output) && ends_in(output, ".pfm"))
             targets.push_back({"output", record_path(numbered(output, frame))});
+        if (options.layers && has_files_beside(output)) // which of them the scene has is not known yet
+            for (const LayerNames &layer : layer_names())
+                targets.push_back({"layers", layer_path(numbered(output, frame), layer.word)});
     }
     const Target others[] = {{"map-out", numbered(options.map_out, frame)},
                              {"error-out", numbered(options.error_out, frame)},
@@ -72,9 +78,10 @@ std::string digest_name(const Options &options, int64_t frame) {
     return "-";
 }
 
-Bytes picture_file(const Options &options, const std::string &output, const Picture &picture, const Bytes &pfm) {
+Bytes picture_file(const Options &options, const std::string &output, const Picture &picture, const Bytes &pfm,
+                   const PictureLayers &layers) {
     if (ends_in(output, ".png")) return png_bytes(picture, options.exposure);
-    return ends_in(output, ".exr") ? exr_bytes(picture) : pfm;
+    return ends_in(output, ".exr") ? exr_bytes(picture, layers) : pfm;
 }
 
 } // namespace
@@ -101,6 +108,8 @@ void write_output(const Options &options, const std::string &path, const Bytes &
     if (options.verbose) print_note("wrote " + path);
 }
 
+bool holds_layers(const std::string &output) { return ends_in(output, ".exr") || has_files_beside(output); }
+
 bool carries_record(const Options &options, const std::string &output) {
     return (options.crop || has_number(output)) && !ends_in(output, ".passes") && !is_standard_output(output) &&
            options.shadows != ShadowMethod::paper;
@@ -117,14 +126,19 @@ PictureRecord record_of(const Options &options, const std::string &output, const
 }
 
 void write_outputs(const Options &options, const Picture &picture, const Bytes &pfm, const Passes *passes,
-                   int64_t frame, const std::optional<PictureRecord> &record) {
+                   int64_t frame, const std::optional<PictureRecord> &record, const PictureLayers &layers) {
     for (const std::string &output : options.outputs) {
         const std::string path = numbered(output, frame);
         if (ends_in(output, ".passes")) {
             write_output(options, path, passes_bytes(*passes));
             continue;
         }
-        const Bytes bytes = picture_file(options, output, picture, pfm);
+        if (has_files_beside(output))
+            for_each_layer(picture, layers, [&](const LayerNames &names, const float *plane) {
+                write_output(options, layer_path(path, names.word),
+                             pfm_bytes(picture.width, picture.height, plane, names.channels.size()));
+            });
+        const Bytes bytes = picture_file(options, output, picture, pfm, layers);
         if (!record || !carries_record(options, output)) {
             write_output(options, path, bytes);
             continue;

@@ -1,5 +1,6 @@
 // The outputs of a picture: files, their records, and the digest.
 #pragma once
+#include "host/images/layers.h"
 #include "host/results/passes.h"
 #include "host/results/picture_record.h"
 #include "host/scene/options.h"
@@ -25,9 +26,13 @@ PictureRecord record_of(const Options &options, const std::string &output, const
 // Prints the SHA-256 of the bytes of a .pfm, in the form that `sha256sum -c` reads.
 void print_digest(const Options &options, const Bytes &pfm, int64_t frame);
 
+// Whether an output can hold layers: an .exr in itself, a .pfm in files beside it.
+bool holds_layers(const std::string &output);
+
 // Writes every output of a picture and prints its digest. `pfm`: the picture's bytes. `passes`: the sums of
 // --reference, else nullptr. `record`: of the picture, where outputs are to carry one.
 void write_outputs(const Options &options, const Picture &picture, const Bytes &pfm, const Passes *passes,
-                   int64_t frame, const std::optional<PictureRecord> &record = std::nullopt);
+                   int64_t frame, const std::optional<PictureRecord> &record = std::nullopt,
+                   const PictureLayers &layers = {});
 
 } // namespace wisp

@@ -10,6 +10,7 @@
 #include "host/commands/run_warnings.h"
 #include "host/prepare/particle_report.h"
 #include "host/results/fingerprint.h"
+#include "host/results/render_layers.h"
 #include <cstdio>
 
 namespace wisp {
@@ -74,7 +75,7 @@ int plan_command(const std::vector<std::string> &arguments) {
         saved_map(request, request.frames.first, fingerprint_of_map(request, prepared, settings, plan), plan);
 
     std::vector<PlanLine> lines = plan_lines(request, prepared, settings, plan);
-    const uint64_t picture = picture_bytes(options, settings);
+    const uint64_t picture = picture_bytes(options, settings, plan);
     std::vector<std::string> remarks;
     if (options.verbose && !how.json) {
         for (const std::string &note : prepared.notes) remarks.push_back(printable(note));
@@ -86,9 +87,11 @@ int plan_command(const std::vector<std::string> &arguments) {
         return exit_done;
     }
     lines.push_back({"arena", "", true, plan.arena_bytes, "all of it, in " + arithmetic});
-    lines.push_back({"picture", "", !options.batches, picture,
-                     std::to_string(settings.crop.width()) + " x " + std::to_string(settings.crop.height()) +
-                         " pixels, beside the arena"});
+    lines.push_back(
+        {"picture", "", !options.batches, picture,
+         std::to_string(settings.crop.width()) + " x " + std::to_string(settings.crop.height()) + " pixels" +
+             (options.layers ? " and " + std::to_string(layer_planes(settings, plan)) + " channels of layers" : "") +
+             ", beside the arena"});
     print_text(lines);
     for (const std::string &remark : remarks) std::printf("%s\n", remark.c_str());
     return exit_done;

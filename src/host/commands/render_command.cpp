@@ -10,9 +10,11 @@
 #include "host/commands/request.h"
 #include "host/commands/run_warnings.h"
 #include "host/results/fingerprint.h"
+#include "host/results/render_layers.h"
 #include "host/results/statistics_json.h"
 #include "wisp/photon_sums.h"
 #include "wisp/settings.h"
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -27,6 +29,7 @@ bool can_keep(const Options &options) {
     bool exact = false;
     for (const std::string &output : options.outputs) {
         if (!carries_record(options, output)) return false;
+        if (options.layers && ends_in(output, ".pfm")) return false; // files of layers beside it carry no record
         exact = exact || ends_in(output, ".pfm");
     }
     return exact || (!options.digest && options.stats.empty());
@@ -161,6 +164,7 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     report.seconds.read = now() - start;
 
     Picture picture;
+    PictureLayers layers;
     Passes passes;
     Arena arena(sequence.block.get(), plan.arena_bytes);
     ProgressMeter progress(options, frame, plan);
@@ -186,6 +190,10 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
             sequence.smoke = smoke;
         }
     }
+    if (settings.layers) {
+        layers = make_layers(settings, plan);
+        job.layers = layers.values.data();
+    }
     at_once.reset();
     // Batches of photons that a map has already are not traced again.
     if (settings.goal != Goal::photons || traced) status = renderer_of(options.arithmetic).render(job);
@@ -208,8 +216,10 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     }
     if (!options.map_out.empty()) write_output(options, numbered(options.map_out, frame), map_bytes(map));
     if (!options.batches) {
+        if (settings.layers) finish_layers(layers, prepared.scale, settings, plan, passes);
         const Bytes pfm = pfm_bytes(picture);
-        write_outputs(options, picture, pfm, settings.goal == Goal::reference ? &passes : nullptr, frame, record);
+        write_outputs(options, picture, pfm, settings.goal == Goal::reference ? &passes : nullptr, frame, record,
+                      layers);
         sequence.digest.update(pfm.data(), pfm.size());
     }
     report.seconds.trees = progress.seconds(StageGroup::trees);
@@ -227,6 +237,9 @@ void check_purpose(const Options &options) {
         !options.digest)
         throw Error(exit_usage, "found nothing to make of the scene, expected --output, --digest, --stats, --map-out "
                                 "or --error-out");
+    if (options.layers && std::none_of(options.outputs.begin(), options.outputs.end(), holds_layers))
+        throw Error(exit_usage, "option 'layers': found no output that holds them, expected a .exr, or a .pfm with "
+                                "files beside it");
 }
 
 } // namespace

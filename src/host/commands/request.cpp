@@ -32,7 +32,8 @@ Options::Frames frames_of(const Request &request) {
 
 // Options that only a command line has: of a file of smoke by itself, and of any scene.
 const std::vector<std::string> options_of_smoke_files = {"up", "ground", "grid", "write-scene"};
-const std::vector<std::string> options_of_runs = {"output", "stats", "error-out", "map-out", "map-in", "max-error"};
+const std::vector<std::string> options_of_runs = {"output", "stats",     "error-out", "map-out",
+                                                  "map-in", "max-error", "layers"};
 
 bool is_among(const std::string &name, const std::vector<std::string> &names) {
     return std::find(names.begin(), names.end(), name) != names.end();
@@ -127,6 +128,7 @@ Settings settings_of(const Options &options, const PreparedScene &prepared) {
     const Options::Range passes = options.passes.value_or(Options::Range{0, 16});
     settings.first_pass = passes.first;
     settings.last_pass = passes.last;
+    settings.layers = options.layers;
     return settings;
 }
 
@@ -205,9 +207,14 @@ void check_map_options(const Options &options, bool several) {
     if (!options.batches) return;
     if (options.map_out.empty())
         throw Error(exit_usage, "option 'batches' makes no picture, expected --map-out with it");
-    if (!options.outputs.empty() || options.digest)
-        throw Error(exit_usage, std::string("option '") + (options.digest ? "digest" : "output") +
-                                    "' does not go with --batches: they make no picture");
+    const struct {
+        const char *name;
+        bool given;
+    } of_picture[] = {{"digest", options.digest}, {"output", !options.outputs.empty()}, {"layers", options.layers}};
+    for (const auto &option : of_picture)
+        if (option.given)
+            throw Error(exit_usage,
+                        std::string("option '") + option.name + "' does not go with --batches: they make no picture");
     const uint64_t batches = batch_count(options.photons);
     if (options.batches->last > batches)
         throw Error(exit_usage, "option 'batches': found '" + std::to_string(options.batches->first) + ":" +

@@ -62,7 +62,7 @@ Facts rendering_of(const Request &request, const PreparedScene &prepared) {
     const Plan plan = checked_plan(request, prepared.scene, settings);
     Facts facts;
     facts.word("arith", renderer_of(request.options.arithmetic).name);
-    facts.count("bytes", plan.arena_bytes + picture_bytes(request.options, settings));
+    facts.count("bytes", plan.arena_bytes + picture_bytes(request.options, settings, plan));
     Facts stages;
     for (const PlanLine &line : plan_lines(request, prepared, settings, plan))
         if (line.needed) stages.word(line.name.c_str(), line.reason);

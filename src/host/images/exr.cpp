@@ -6,6 +6,7 @@
 #include "host/base/memory.h"
 #include "host/images/exr.h"
 #include <array>
+#include <map>
 #include <memory>
 #include <tinyexr.h>
 #include <zlib.h>
@@ -230,16 +231,16 @@ struct Unpacked {
     }
 };
 
-// B, G and R: in the order of their names, as the format wants it.
-using Channels = std::array<std::vector<float>, 3>;
+// By their names, in whose order the format wants them.
+using Channels = std::map<std::string, const float *>;
 
-Channels channels_of(const Picture &picture) {
-    Channels channels;
+std::array<std::vector<float>, 3> planes_of(const Picture &picture) {
+    std::array<std::vector<float>, 3> planes;
     for (size_t c = 0; c < 3; ++c) {
-        channels[c].reserve(picture.rgb.size() / 3);
-        for (size_t i = 2 - c; i < picture.rgb.size(); i += 3) channels[c].push_back(picture.rgb[i]);
+        planes[c].reserve(picture.rgb.size() / 3);
+        for (size_t i = c; i < picture.rgb.size(); i += 3) planes[c].push_back(picture.rgb[i]);
     }
-    return channels;
+    return planes;
 }
 
 void put_u32(Bytes &bytes, size_t word) {
@@ -261,26 +262,35 @@ bool is_exr(const Bytes &bytes) {
     return bytes.size() >= sizeof magic && std::equal(magic, magic + sizeof magic, bytes.begin());
 }
 
-Bytes exr_bytes(const Picture &picture) {
-    require_memory("", "the EXR of a picture", 3 * picture.rgb.size() * sizeof(float)); // channels, chunks, file
-    Channels channels = channels_of(picture);
-    EXRChannelInfo infos[3] = {};
-    int types[3];
-    unsigned char *images[3];
-    for (size_t c = 0; c < 3; ++c) {
-        infos[c].name[0] = "BGR"[c];
-        types[c] = TINYEXR_PIXELTYPE_FLOAT;
-        images[c] = reinterpret_cast<unsigned char *>(channels[c].data());
+Bytes exr_bytes(const Picture &picture, const PictureLayers &layers) {
+    // Channels, chunks and the file; layers are in planes already.
+    require_memory("", "the EXR of a picture", (3 * picture.rgb.size() + 2 * layers.values.size()) * sizeof(float));
+    const std::array<std::vector<float>, 3> rgb = planes_of(picture);
+    Channels channels = {{"R", rgb[0].data()}, {"G", rgb[1].data()}, {"B", rgb[2].data()}};
+    for_each_layer(picture, layers, [&](const LayerNames &names, const float *plane) {
+        for (const std::string &name : names.channels) {
+            channels[name] = plane;
+            plane += rgb[0].size();
+        }
+    });
+    std::vector<EXRChannelInfo> infos;
+    std::vector<unsigned char *> images; // tinyexr only reads them
+    for (const auto &[name, plane] : channels) {
+        EXRChannelInfo info = {};
+        name.copy(info.name, sizeof info.name - 1);
+        infos.push_back(info);
+        images.push_back(reinterpret_cast<unsigned char *>(const_cast<float *>(plane)));
     }
+    std::vector<int> types(channels.size(), TINYEXR_PIXELTYPE_FLOAT);
     EXRHeader header;
     EXRImage image;
     InitEXRHeader(&header);
     InitEXRImage(&image);
-    header.num_channels = image.num_channels = 3;
-    header.channels = infos;
-    header.pixel_types = header.requested_pixel_types = types;
+    header.num_channels = image.num_channels = static_cast<int>(channels.size());
+    header.channels = infos.data();
+    header.pixel_types = header.requested_pixel_types = types.data();
     header.compression_type = TINYEXR_COMPRESSIONTYPE_ZIP;
-    image.images = images;
+    image.images = images.data();
     image.width = picture.width;
     image.height = picture.height;
     unsigned char *file = nullptr;

@@ -1,15 +1,15 @@
 // OpenEXR: linear light as it is. What it holds is https://openexr.com/en/latest/OpenEXRFileLayout.html.
 #pragma once
-#include "host/images/picture.h"
+#include "host/images/layers.h"
 #include <optional>
 
 namespace wisp {
 
 bool is_exr(const Bytes &bytes); // by its first bytes
 
-// The picture as channels B, G and R of 32-bit floats, which keep every bit, packed as ZIP. The same bits give the same
-// bytes. Throws Error(exit_memory).
-Bytes exr_bytes(const Picture &picture);
+// The picture as channels B, G and R of 32-bit floats, which keep every bit, packed as ZIP, among those of its layers.
+// The same bits give the same bytes. Throws Error(exit_memory).
+Bytes exr_bytes(const Picture &picture, const PictureLayers &layers = {});
 
 // An EXR as exr_bytes() or another program writes it: one part in rows, not packed or as RLE, ZIPS or ZIP, with
 // channels R, G and B of half or float numbers; others are ignored. The picture is that of the data window, sides and

@@ -30,6 +30,24 @@ bool read_little_endian(ByteReader &reader) {
 
 void append(Bytes &bytes, const std::string &text) { bytes.insert(bytes.end(), text.begin(), text.end()); }
 
+// value(i): channel i % channels of pixel i / channels, rows from the top.
+template <class Value> Bytes pfm_of(int width, int height, size_t channels, Value value) {
+    Bytes bytes;
+    const size_t row = channels * static_cast<size_t>(width);
+    bytes.reserve(64 + 4 * row * static_cast<size_t>(height));
+    append(bytes,
+           (channels == 3 ? "PF\n" : "Pf\n") + std::to_string(width) + " " + std::to_string(height) + "\n-1.0\n");
+    for (size_t y = static_cast<size_t>(height); y-- > 0;) {
+        for (size_t i = y * row; i < (y + 1) * row; ++i) {
+            const float number = value(i);
+            uint32_t bits;
+            std::memcpy(&bits, &number, 4);
+            for (int shift = 0; shift < 32; shift += 8) bytes.push_back(static_cast<uint8_t>(bits >> shift));
+        }
+    }
+    return bytes;
+}
+
 // The linear value from which byte k + 1 is shown instead of k, for k = 0..254: there 255 sRGB(L) = k + 1/2.
 std::array<double, 255> srgb_thresholds() {
     std::array<double, 255> thresholds;
@@ -46,18 +64,12 @@ double power_of_two(double x) {
 } // namespace
 
 Bytes pfm_bytes(const Picture &picture) {
-    Bytes bytes;
-    bytes.reserve(64 + 4 * picture.rgb.size());
-    append(bytes, "PF\n" + std::to_string(picture.width) + " " + std::to_string(picture.height) + "\n-1.0\n");
-    const size_t row = 3 * static_cast<size_t>(picture.width);
-    for (size_t y = picture.height; y-- > 0;) {
-        for (size_t i = y * row; i < (y + 1) * row; ++i) {
-            uint32_t bits;
-            std::memcpy(&bits, &picture.rgb[i], 4);
-            for (int shift = 0; shift < 32; shift += 8) bytes.push_back(static_cast<uint8_t>(bits >> shift));
-        }
-    }
-    return bytes;
+    return pfm_of(picture.width, picture.height, 3, [&](size_t i) { return picture.rgb[i]; });
+}
+
+Bytes pfm_bytes(int width, int height, const float *planes, size_t channels) {
+    const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
+    return pfm_of(width, height, channels, [=](size_t i) { return planes[i % channels * pixels + i / channels]; });
 }
 
 Picture parse_pfm(const Bytes &bytes, const std::string &name) {

@@ -17,6 +17,8 @@ struct Picture {
 // The picture as PFM: `PF\n`, `W H\n`, `-1.0\n`, rows from the bottom, little-endian. The same bits give the same
 // bytes.
 Bytes pfm_bytes(const Picture &picture);
+// The same of one plane (`Pf`), or of three, one behind the other, rows from the top.
+Bytes pfm_bytes(int width, int height, const float *planes, size_t channels);
 
 // A PFM as pfm_bytes() or another program writes it: PF, or Pf (its grey fills all three channels), either byte order,
 // sides of 1 to max_side pixels, scale 1 or -1, no comments, nothing after the last row. Bits are kept, NaN's too.

@@ -139,6 +139,7 @@ std::string fingerprint_of_picture(const Scene &scene, const std::string &shapes
                s.direction, s.estimate, s.density_step, s.light_step, s.irradiance, s.irradiance_step, s.method,
                s.paths, s.lights, s.goal == Goal::reference);
     if (s.goal == Goal::reference) digest.add(s.first_pass, s.last_pass);
+    if (s.layers) digest.add(s.layers); // an .exr has them in it
     return digest.finish();
 }
 

@@ -133,6 +133,13 @@ const OptionTable<Options> &scene_options() {
              options.step = positive(value);
              if (*options.step < 1e-4) throw OptionError{"a number of at least 0.0001"};
          }},
+        {"layers", nullptr,
+         "what the picture consists of, too: emission, single and multiple scattering, surfaces, background, which add "
+         "up "
+         "to it to the bit; direct light, albedo, normal, depth, alpha, shadow, node visits, samples, of --reference "
+         "its "
+         "standard error; as channels of an .exr, or as FILE.WORD.pfm beside a FILE.pfm",
+         to_switch(&Options::layers)},
         {"reference", nullptr, "unbiased path tracing instead: slow, for measuring error",
          to_switch(&Options::reference)},
         {"passes", "A:B", "of --reference, half-open (0:16): so many times --spp rays a pixel",

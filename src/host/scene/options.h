@@ -52,6 +52,7 @@ struct Options {
     std::optional<IrradianceMap> irradiance;
     std::optional<double> irradiance_step;
     std::optional<double> light_step; // 0: no optical depths to the lights are kept
+    bool layers = false;
     bool reference = false;
     std::optional<Range> passes;
     std::string error_out, map_out, map_in; // files; empty: none
