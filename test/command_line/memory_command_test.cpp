@@ -58,6 +58,8 @@ TEST_CASE("memory: a refusal names the largest stage, and an option that makes t
                  {"s.aff", {{"size", "4000x3000"}}},
                  {"box.aff", {{"arith", "f64"}}},
                  {"triangle.aff", {}},
+                 {"triangle.aff", {{"size", "4000x3000"}, {"layers", "1"}}},
+                 {"triangle.aff", {{"size", "4000x3000"}, {"reference", "1"}, {"layers", "1"}}},
                  {"triangle.aff", {{"size", "4000x3000"}, {"reference", "1"}}}};
     int advised = 0;
     for (const auto &one : cases) {

@@ -2,6 +2,7 @@
 // broken or hostile is refused in one line.
 #include "host/base/error.h"
 #include "host/images/exr.h"
+#include "support/exr_channels.h"
 #include "support/refusal.h"
 #include <cstring>
 #include <doctest/doctest.h>
@@ -142,6 +143,21 @@ TEST_CASE("exr: channels B, G and R of floats, packed as ZIP in 16 rows, as the 
         CHECK(wrong == 0);
     }
     CHECK(packed > 0);
+}
+
+TEST_CASE("exr: layers are channels in the order of their names, and every bit of them is kept") {
+    const Picture picture = picture_of(7, 20), other = picture_of(5, 28);
+    PictureLayers layers;
+    layers.names = {layer_names()[0], layer_names()[8], layer_names()[7]}; // emission.R ..., Z, N.X ...
+    layers.values.assign(other.rgb.begin(), other.rgb.end());
+    for (int i = 0; i < 4 * 7 * 20; ++i) layers.values.push_back(static_cast<float>(i));
+    const Bytes bytes = exr_bytes(picture, layers);
+    const auto channels = exr_channels(bytes);
+    CHECK(channels.size() == 10);
+    size_t plane = 0;
+    for (const char *name : {"emission.R", "emission.G", "emission.B", "Z", "N.X", "N.Y", "N.Z"})
+        CHECK(std::memcmp(channels.at(name).data(), &layers.values[140 * plane++], 4 * 140) == 0);
+    CHECK(same_bits(parse_exr(bytes, "layers.exr"), picture)); // others are ignored
 }
 
 TEST_CASE("exr: files of other programs: half numbers, more channels, any place and order of rows") {

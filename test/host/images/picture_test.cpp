@@ -117,6 +117,14 @@ TEST_CASE("picture: PFM of a letter F, bottom row first, with a known SHA-256") 
           "a0041c064991fa739c2a84c8fbe58073bef4eaa67e7e85aa087309a00f02bea3");
 }
 
+TEST_CASE("picture: planes become a PFM of grey, or of three channels") {
+    const float planes[] = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12}; // of 2 x 2 pixels
+    CHECK(pfm_bytes(2, 2, planes, 3) == pfm_bytes({2, 2, {1, 5, 9, 2, 6, 10, 3, 7, 11, 4, 8, 12}}));
+    const Bytes grey = pfm_bytes(2, 2, planes, 1);
+    CHECK(grey.size() == std::string("Pf\n2 2\n-1.0\n").size() + 4 * 4);
+    CHECK(parse_pfm(grey, "grey.pfm").rgb == std::vector<float>{1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4});
+}
+
 TEST_CASE("picture: PFM round trip keeps every bit") {
     Picture picture = letter_f();
     const uint32_t odd[] = {0x80000000, 1,          0x807fffff, 0x7f800000, 0xff800000,
