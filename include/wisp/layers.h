@@ -4,8 +4,10 @@
 
 namespace wisp {
 
-// A layer is there where the scene has what it shows (Plan::layers); elsewhere it would be 0. The mean of a pixel is
-// that of its `samples` camera rays. "First" is what a camera ray meets first.
+// Job::layers are planes of width() * height() floats, top row first: those of each layer that is there, in this order,
+// channel by channel. The picture is the same with them. A layer is there where the scene has what it shows
+// (Plan::layers); elsewhere it would be 0. Goal::reference has those from `albedo` on: paths keep no parts apart. The
+// value of a pixel is the mean of its camera rays. "First" is what a camera ray meets first.
 enum class Layer : uint8_t {
     // Radiance, R G B, linear as the picture: what of it comes from where, straight or by way of mirrors and glass, and
     // weakened by the smoke in between. The five add up to the picture, to the bit, in any order and in any precision
@@ -38,5 +40,16 @@ constexpr uint32_t layer_count = 12;
 constexpr uint32_t summed_layers = 5;
 
 constexpr uint32_t channels_of(Layer layer) { return layer < Layer::depth ? 3 : 1; }
+
+// Some layers, as bits.
+constexpr uint32_t bit_of(Layer layer) { return 1u << static_cast<uint32_t>(layer); }
+constexpr bool has_layer(uint32_t layers, Layer layer) { return (layers & bit_of(layer)) != 0; }
+// The number of their planes before that of `end`; of all of them.
+constexpr uint32_t planes_before(uint32_t layers, uint32_t end) {
+    uint32_t planes = 0;
+    for (uint32_t i = 0; i < end; ++i) planes += layers >> i & 1 ? channels_of(static_cast<Layer>(i)) : 0;
+    return planes;
+}
+constexpr uint32_t planes_of(uint32_t layers) { return planes_before(layers, layer_count); }
 
 } // namespace wisp

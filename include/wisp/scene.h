@@ -3,10 +3,8 @@
 // The caller has prepared it (the host does so in src/host/prepare):
 // - Lengths are in units of a power of two of the scene's own, so that the smallest smoothing length is in [1, 2), less
 //   in wide smoke, and positions are relative to its middle: neither range nor resolution runs out in any arithmetic.
-// - Radiances (background, emission, light) are scaled by 2^-radiance_exponent, so that the brightest is about 1; the
-//   film multiplies the power back.
-// - Directions are unit vectors. Particles are in canonical order (ascending x, y, z, h, area), so that a permuted
-//   file gives the same picture.
+// - Radiances (background, emission, light) are scaled by 2^-radiance_exponent, to about 1 at most; the film undoes it.
+// - Directions are unit vectors. Particles are in canonical order (ascending x, y, z, h, area), not in a file's.
 // Coordinates must lie within +-coordinate_limit; the caller refuses a scene that does not.
 #pragma once
 #include "wisp/double3.h"

@@ -61,7 +61,7 @@ struct Settings {
     TreeKind tree;          // of surfaces; pictures are the same with either
     Goal goal;
     uint32_t first_pass, last_pass; // of Goal::reference: first <= i < last <= 2^31, `samples` rays a pixel each
-    bool layers = false;            // what the picture consists of is kept, too: Job::layers
+    bool layers = false;            // of a picture and a reference: fills Job::layers
 };
 
 } // namespace wisp

@@ -10,7 +10,6 @@
 //     const wisp::Status status = renderer.render(job);
 #pragma once
 #include "wisp/arena.h"
-#include "wisp/layers.h"
 #include "wisp/photon_sums.h"
 #include "wisp/pixel_sums.h"
 #include "wisp/progress.h"
@@ -48,15 +47,13 @@ struct Plan {
     uint64_t bricks;          // of 8 x 8 x 8 cells of resampled smoke; 0 where densities are exact
     uint64_t map_sums;        // numbers in the photon sums of a particle map, at most
     uint64_t max_photons;     // that such sums are sure to hold
-    bool layers[layer_count]; // those that there are, where settings.layers asks for them
-    uint32_t layer_planes;    // their channels
+    uint32_t layers;          // of settings.layers, those that there are: bits as of wisp/layers.h
 
     const PlanRow &operator[](Stage stage) const { return rows[static_cast<uint32_t>(stage)]; }
 };
 
 // What lives from frame to frame, at the beginning of the arena: trees of static triangles, what the shadow technique
-// has learnt, the smoke with its optical depths. The caller gives it to the next frame with the same arena, empty at
-// first.
+// has learnt, the smoke with its optical depths. Empty at first, it is the caller's to hand on with the same arena.
 struct CachedFrame; // the core's own
 struct FrameCache {
     CachedFrame *frame;
@@ -70,7 +67,7 @@ struct FrameCache {
 // - Goal::photons: the photons of `batches` are added to the sums in `photons`. Sums of all batches together are those
 //   that a picture traces. Unless the status is done, the sums are of no use.
 // - Goal::reference: the samples of the passes are added to `pixels`, one for each pixel of the crop, top row first. A
-//   sample's unit is 2^scene.radiance_exponent. Its `layers` are those from `albedo` on: paths keep no parts apart.
+//   sample's unit is 2^scene.radiance_exponent.
 struct Job {
     const Scene &scene;
     const Settings &settings;
@@ -82,9 +79,7 @@ struct Job {
     FrameCache *cache = nullptr; // nullptr: nothing lives on after this frame
     Batches batches = {};
     PixelSums *pixels = nullptr;
-    // Of settings.layers, or nullptr: plan().layer_planes planes of width() * height() floats, top row first, which are
-    // filled as plan().layers says, in the order of Layer, channel by channel. The picture is the same with them.
-    float *layers = nullptr;
+    float *layers = nullptr; // of settings.layers: planes, as wisp/layers.h says
 };
 
 // The library in one arithmetic. `plan` takes no more than a few operations a particle.

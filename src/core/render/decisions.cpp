@@ -95,7 +95,7 @@ bool has_glowing_smoke(const Scene &scene) {
 
 // Those that the scene has something for.
 void decide_layers(const Scene &scene, Decisions &d) {
-    const auto set = [&d](Layer layer, bool there) { d.layers[static_cast<uint32_t>(layer)] = there; };
+    const auto set = [&d](Layer layer, bool there) { d.layers |= there ? bit_of(layer) : 0; };
     const bool lit = d.surfaces && scene.light_count > 0;
     if (d.goal == Goal::picture) {
         set(Layer::emission, d.smoke && has_glowing_smoke(scene));

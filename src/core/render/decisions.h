@@ -52,7 +52,7 @@ struct Decisions {
     bool sweeps; // light of photons is gathered again, along lines
     bool light_cuts;
     MarchKind march;
-    bool layers[layer_count];
+    uint32_t layers; // bits of Layer
 };
 
 Decisions decide(const Scene &scene, const Settings &settings);

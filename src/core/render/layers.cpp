@@ -167,7 +167,7 @@ void pixel(PixelRecorder &recorder, uint32_t samples, Color mean, const float *v
     write(Layer::depth, 0, of.hits > 0 ? to_float(sum.depth / Real(of.hits)) : __builtin_inff());
     write(Layer::alpha, 0, to_float(sum.alpha / count));
     write(Layer::shadow, 0, to_float(sum.shadow / count));
-    write(Layer::node_visits, 0, static_cast<float>(of.node_visits));
+    write(Layer::node_visits, 0, detail::nearest_float<float>(false, of.node_visits, 0));
     for (float *&plane : of.plane)
         if (plane) ++plane;
     of.pixel_sums = {};
@@ -186,9 +186,8 @@ uint64_t layer_bytes(uint32_t depth) {
     return Arena::bytes<LayerRecorder>(1) + Arena::bytes<LayerRecorder::Level>(uint64_t{depth} + 1);
 }
 
-LayerRecorder *make_layer_recorder(const Scene &scene, const bool (&there)[layer_count],
-                                   const SurfaceMaterial *materials, uint32_t depth, float *planes, uint64_t plane_size,
-                                   Arena &arena) {
+LayerRecorder *make_layer_recorder(const Scene &scene, uint32_t there, const SurfaceMaterial *materials, uint32_t depth,
+                                   float *planes, uint64_t plane_size, Arena &arena) {
     LayerRecorder *made = arena.make<LayerRecorder>(1);
     LayerRecorder::Level *levels = arena.make<LayerRecorder::Level>(size_t{depth} + 1);
     if (!made || !levels) return nullptr;
@@ -218,11 +217,8 @@ LayerRecorder *make_layer_recorder(const Scene &scene, const bool (&there)[layer
     of.radiance_exponent = scene.radiance_exponent;
     of.plane_size = plane_size;
     of.levels = levels;
-    for (uint32_t i = 0; i < layer_count; ++i) {
-        if (!there[i]) continue;
-        of.plane[i] = planes;
-        planes += channels_of(static_cast<Layer>(i)) * plane_size;
-    }
+    for (uint32_t i = 0; i < layer_count; ++i)
+        if (has_layer(there, static_cast<Layer>(i))) of.plane[i] = planes + planes_before(there, i) * plane_size;
     return made;
 }
 

@@ -34,10 +34,9 @@ struct LayerRecorder : PixelRecorder {
     Real irradiance, unshadowed; // of lights in front: what arrives, and what would
 };
 
-// `planes`: of Job::layers. nullptr: the arena was too small.
-LayerRecorder *make_layer_recorder(const Scene &scene, const bool (&there)[layer_count],
-                                   const SurfaceMaterial *materials, uint32_t depth, float *planes, uint64_t plane_size,
-                                   Arena &arena);
+// `there`: layers, as bits; `planes`: of Job::layers. nullptr: the arena was too small.
+LayerRecorder *make_layer_recorder(const Scene &scene, uint32_t there, const SurfaceMaterial *materials, uint32_t depth,
+                                   float *planes, uint64_t plane_size, Arena &arena);
 uint64_t layer_bytes(uint32_t depth); // of the arena, at most
 
 } // namespace wisp::WISP_ARITH

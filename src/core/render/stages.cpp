@@ -256,10 +256,7 @@ Plan plan(const Scene &scene, const Settings &settings) {
                              : d.photons == PhotonStore::fluence_grid && d.photon_needs.harmonics
                                  ? Plan::Directions::harmonics
                                  : Plan::Directions::flux;
-    for (uint32_t i = 0; i < layer_count; ++i) {
-        plan.layers[i] = d.layers[i];
-        plan.layer_planes += d.layers[i] ? channels_of(static_cast<Layer>(i)) : 0;
-    }
+    plan.layers = d.layers;
     plan.photon_powers = d.photon_needs.powers;
     plan.bricks = d.resampled ? sizes.grid.count : 0;
     if (d.photons == PhotonStore::photon_map) plan.photon_capacity = plan_photons(scene, settings).capacity;

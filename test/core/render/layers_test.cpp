@@ -1,6 +1,7 @@
 // Layers: they add up to the picture to the bit, which is the same without them; each is the picture of its part alone;
 // what is met first is where it is; and a crop's are part of the whole.
 #include "support/smoky_room.h"
+#include "wisp/layers.h"
 #include <cmath>
 #include <cstring>
 
@@ -16,14 +17,12 @@ struct Layered {
     size_t size; // of a plane
     std::vector<PixelSums> sums;
 
-    bool has(Layer layer) const { return plan.layers[static_cast<uint32_t>(layer)]; }
+    bool has(Layer layer) const { return has_layer(plan.layers, layer); }
     // R G B or X Y Z of all pixels, or their one number; 0 where the layer is not there.
     Plane operator[](Layer layer) const {
         const size_t channels = channels_of(layer);
         if (!has(layer)) return Plane(channels * size);
-        size_t first = 0;
-        for (uint32_t i = 0; i < static_cast<uint32_t>(layer); ++i)
-            first += plan.layers[i] ? channels_of(static_cast<Layer>(i)) : 0;
+        const size_t first = planes_before(plan.layers, static_cast<uint32_t>(layer));
         Plane values;
         for (size_t i = 0; i < channels * size; ++i)
             values.push_back(planes[(first + i % channels) * size + i / channels]);
@@ -37,7 +36,7 @@ Layered render_layers(const Scene &scene, Settings settings) {
     Layered made = {renderer.plan(scene, settings), {}, {}, 0, {}};
     made.size = static_cast<size_t>(settings.crop.width() * settings.crop.height());
     made.rgb.resize(3 * made.size);
-    made.planes.resize(made.plan.layer_planes * made.size, -7);
+    made.planes.resize(planes_of(made.plan.layers) * made.size, -7);
     made.sums.resize(made.size);
     std::vector<unsigned char> memory(made.plan.arena_bytes);
     Arena arena(memory.data(), memory.size());
@@ -135,7 +134,7 @@ TEST_CASE(WISP_ARITH_NAME ": layers of very bright, very dark and black pixels a
     dark.scene.background = {0, 0, 0};
     const Layered made = render_layers(dark.scene, small_settings(3));
     for (const Layer layer : summed) CHECK(!made.has(layer));
-    CHECK(made.plan.layer_planes == 1);
+    CHECK(planes_of(made.plan.layers) == 1);
 }
 
 TEST_CASE(WISP_ARITH_NAME ": each layer of light is the picture of that light alone") {
@@ -265,8 +264,8 @@ TEST_CASE(WISP_ARITH_NAME ": layers of a crop are part of the whole") {
         const Layered whole = render_layers(room.scene, settings);
         settings.crop = {2, 1, 5, 6};
         const Layered crop = render_layers(room.scene, settings);
-        CHECK(crop.plan.layer_planes == whole.plan.layer_planes);
-        for (size_t plane = 0; plane < whole.plan.layer_planes; ++plane)
+        CHECK(planes_of(crop.plan.layers) == planes_of(whole.plan.layers));
+        for (size_t plane = 0; plane < planes_of(whole.plan.layers); ++plane)
             for (size_t y = 0; y < 5; ++y)
                 CHECK(std::memcmp(&crop.planes[plane * crop.size + 3 * y],
                                   &whole.planes[plane * whole.size + pixels * (y + 1) + 2], 3 * sizeof(float)) == 0);
@@ -311,7 +310,7 @@ TEST_CASE(WISP_ARITH_NAME ": without room for layers nothing is drawn, and witho
     settings.layers = false;
     const Plan without = renderer.plan(room.scene, settings);
     CHECK(!without[Stage::layers].needed);
-    CHECK(without.layer_planes == 0);
+    CHECK(without.layers == 0);
     CHECK(without.arena_bytes + plan[Stage::layers].bytes == plan.arena_bytes);
 }
 
