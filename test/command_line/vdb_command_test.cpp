@@ -23,6 +23,12 @@ TEST_CASE_FIXTURE(CommandLineTest,
         CHECK(ran.err.find(text) != std::string::npos);
     };
     refused("set.vdb", "is a level set: distances to a surface, expected a fog volume");
+    // Installed, vdb_to_nvdb lies in a folder of its own.
+    for (const char *folder : {"bin", "libexec/wisp"}) std::filesystem::create_directories(file(folder));
+    std::filesystem::copy(built("wisp"), file("bin/wisp"));
+    refuses(run(file("bin/wisp") + " info " + file("fog.vdb")), 3);
+    std::filesystem::copy(built("vdb_to_nvdb"), file("libexec/wisp/vdb_to_nvdb"));
+    CHECK(run(file("bin/wisp") + " info " + file("fog.vdb")).status == 0);
     const std::string whole = text_of(file("fog.vdb"));
     for (size_t size = 8; size < whole.size(); size += 1 + whole.size() / 9) {
         write("cut.vdb", whole.substr(0, size));

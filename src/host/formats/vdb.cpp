@@ -13,9 +13,12 @@ namespace {
 
 constexpr unsigned char magic[] = {0x20, 0x42, 0x44, 0x56, 0, 0, 0, 0};
 
+// Beside this program where both were built, or where `make install` puts it.
 std::string converter() {
     std::error_code fault;
-    return (std::filesystem::read_symlink("/proc/self/exe", fault).parent_path() / "vdb_to_nvdb").string();
+    const auto folder = std::filesystem::read_symlink("/proc/self/exe", fault).parent_path();
+    const auto installed = folder.parent_path() / "libexec/wisp/vdb_to_nvdb";
+    return (std::filesystem::exists(installed, fault) ? installed : folder / "vdb_to_nvdb").string();
 }
 
 // What the program writes about the file to its standard output, and its status. Its standard error is this process's.

@@ -13,8 +13,9 @@ Volume parse_vol(const std::string &name, const unsigned char *data, size_t size
 bool is_nvdb(const unsigned char *data, size_t size);
 Volume parse_nvdb(const std::string &name, const unsigned char *data, size_t size, const std::string &wanted);
 
-// OpenVDB, read by a program of its own, as its library does not stand every file: `vdb_to_nvdb`, which lies where this
-// program does. Throws InputError with what to install where it is not there, and with the reason where it fails.
+// OpenVDB, read by a program of its own, as its library does not stand every file: `vdb_to_nvdb`, which lies beside
+// this program, or where `make install` puts it. Throws InputError with what to install where it is not there, and with
+// the reason where it fails.
 bool is_vdb(const unsigned char *data, size_t size);
 Bytes nvdb_of_vdb(const std::string &path);
 
