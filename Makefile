@@ -71,7 +71,7 @@ $B/vdb_to_nvdb: $B/tools/vdb/vdb_to_nvdb.o
 $B/scene_source: $B/tools/portability/scene_source.o $(LIBRARY_O)
 	$(call say,LD) $(CXX) $(FLAGS) $^ -lz -o $@
 
-include tools/build/compile.mk tools/build/test.mk tools/build/measure.mk tools/build/portable.mk \
+include tools/build/compile.mk tools/build/test.mk tools/build/measure.mk tools/build/portable.mk tools/build/install.mk \
         tools/build/announce.mk
 .DEFAULT_GOAL = all
 .PHONY: $(shell sed -n 's/^\([a-z][a-z-]*\):.* ## .*/\1/p' $(filter-out %.d,$(MAKEFILE_LIST))) scenes
