@@ -39,6 +39,7 @@ const std::set<std::string> foreign_options = {
     "--frame",   "--rate", "--sph", // build/plume
     "--scene",                      // tools/measure/random_smoke.py
     "--outfile",                    // imgtool of pbrt
+    "--cflags",  "--libs",          // pkg-config
 };
 
 std::vector<Path> documents() {

@@ -16,7 +16,7 @@ define install_one
 @install -D -m $(if $(filter bin/% libexec/%,$1),755,644) $(call from,$1) $(call to,$1)
 
 endef
-install: $(foreach pair,$(INSTALLED),$(call from,$(pair))) ## wisp, library, manual, completions: below PREFIX=/usr/local, of DESTDIR=
+install: $(foreach pair,$(INSTALLED),$(call from,$(pair))) ## wisp and its library below PREFIX=/usr/local
 	$(foreach pair,$(INSTALLED),$(call install_one,$(pair)))
 # Folders of wisp's own go when they are empty.
 uninstall: ## removes what `make install` with the same PREFIX put there
@@ -39,10 +39,11 @@ $B/wisp.bash $B/wisp.zsh $B/wisp.fish: KIND = $(subst .,,$(suffix $@))
 $B/wisp.1 $B/wisp.bash $B/wisp.zsh $B/wisp.fish: tools/manual $B/wisp
 	$(call say,MANUAL) tools/manual $(KIND) $B/wisp > $@.part && mv $@.part $@
 
-# Files of the working tree; without git all but what was made.
+# Files that git knows; without it all but what was made.
 ARCHIVE      = wisp-$(VERSION)
-files        = if [ -e .git ]; then git ls-files; else find . -type f ! -path './$B/*' ! -path './build/*' ! -path '*/__pycache__/*' | cut -c3-; fi
+made         = -path './$B' -o -path ./build -o -name __pycache__
+files        = if [ -e .git ]; then git ls-files; else find . \( $(made) \) -prune -o -type f -print | cut -c3-; fi
 dist: ## the sources as build/wisp-VERSION.tar.gz, the same bytes from the same files
 	@mkdir -p $B
-	$(call say,TAR) $(files) | LC_ALL=C sort | tar -c --no-recursion -T - --transform='s,^,$(ARCHIVE)/,' --mtime=2000-01-01T00:00Z \
-	    --owner=0 --group=0 --numeric-owner --mode=u+w,go=u-w --format=ustar | gzip -9n > $B/$(ARCHIVE).tar.gz
+	$(call say,TAR) $(files) | LC_ALL=C sort | tar -c --no-recursion -T - --transform='s,^,$(ARCHIVE)/,' --format=ustar \
+	    --mtime=2000-01-01T00:00Z --owner=0 --group=0 --numeric-owner --mode=u+w,go=u-w | gzip -9n > $B/$(ARCHIVE).tar.gz
