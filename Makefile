@@ -77,4 +77,4 @@ include tools/build/compile.mk tools/build/test.mk tools/build/measure.mk tools/
 .PHONY: $(shell sed -n 's/^\([a-z][a-z-]*\):.* ## .*/\1/p' $(filter-out %.d,$(MAKEFILE_LIST))) scenes
 .SECONDARY:
 %.d: ; # compilers write them: built-in rules would link them from scenes of that name
--include $(shell find $B -name '*.d' 2>/dev/null)
+-include $(shell find $B -type f -name '*.d' 2>/dev/null)

@@ -47,3 +47,5 @@ dist: ## the sources as build/wisp-VERSION.tar.gz, the same bytes from the same 
 	@mkdir -p $B
 	$(call say,TAR) $(files) | LC_ALL=C sort | tar -c --no-recursion -T - --transform='s,^,$(ARCHIVE)/,' --format=ustar \
 	    --mtime=2000-01-01T00:00Z --owner=0 --group=0 --numeric-owner --mode=u+w,go=u-w | gzip -9n > $B/$(ARCHIVE).tar.gz
+deb: ## build/wisp_VERSION_ARCHITECTURE.deb, a Debian package of what `make install` puts below /usr
+	+tools/debian/build $B $(VERSION)
