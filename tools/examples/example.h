@@ -3,8 +3,8 @@
 #include "wisp/wisp.h"
 #include <cstdio>
 
-// At `eye`, along -z, y up. A square picture of `size` pixels sees half as far across as it looks ahead, from the
-// middle of the first pixel to that of the last.
+// At `eye`, along -z, y up. A square picture of `size` pixels sees as far across as it looks ahead, from the middle of
+// the first pixel to that of the last.
 inline wisp::Camera camera_at(wisp::Double3 eye, int size) {
     const double pixel = 1.0 / (size - 1), half = 0.5 * size * pixel;
     return {eye, {-half, half, -1}, {pixel, 0, 0}, {0, -pixel, 0}};
