@@ -16,7 +16,7 @@ define install_one
 @install -D -m $(if $(filter bin/% libexec/%,$1),755,644) $(call from,$1) $(call to,$1)
 
 endef
-install: $(foreach pair,$(INSTALLED),$(call from,$(pair))) ## wisp and its library below PREFIX=/usr/local
+install: $(foreach pair,$(INSTALLED),$(call from,$(pair))) ## wisp and its library below PREFIX=/usr/local of DESTDIR=
 	$(foreach pair,$(INSTALLED),$(call install_one,$(pair)))
 # Folders of wisp's own go when they are empty.
 uninstall: ## removes what `make install` with the same PREFIX put there
