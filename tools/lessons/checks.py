@@ -99,7 +99,7 @@ def find(expected, output):
     lines = printed_words(output, words[0])
     for line in lines:
         if len(line) >= len(words) and all(map(same, words, line)):
-            return [float(word.rstrip(",;:%").replace(",", "")) for word, written in zip(line, words) if is_number(written)]
+            return [number(word)[0] for word in NUMBER.findall(" ".join([expected, *line[:len(words)]]))]
     alike = [sum(1 for _ in takewhile_same(words, line)) for line in lines]
     if not any(alike):
         raise Wrong("no such line")

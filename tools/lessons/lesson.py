@@ -1,6 +1,6 @@
 """One lesson: its page and its solution, what they run, and whether their figures are so.
 
-In both pages, an indented block that begins with a command is what one sees in a terminal:
+In both pages, an indented block with a command is what one sees in a terminal:
 
     build/wisp compare a.pfm b.pfm --tolerance 0.1     # (exit 1), if that is its status
     relative RMSE 0.123                                  a line that begins so was printed, after rounding
@@ -79,14 +79,14 @@ class Lesson:
                     self.run_block(page, lines, where)
 
     def run_block(self, page, lines, where):
-        output, command, terminal = "", None, COMMAND.match(lines[0][1].strip())
+        output, command = "", None
         for at, line in lines:
             text = without_comment(line.strip())
             if not text or ANSWER.match(text):
                 continue
             if COMMAND.match(text):
                 output, command = self.run_command(page, at, line, text, where), text
-            elif not self.is_arithmetic(page, at, text) and terminal:
+            elif not self.is_arithmetic(page, at, text) and command:
                 try:
                     self.learn_checked(find(text, output))
                 except Wrong as nearest:
