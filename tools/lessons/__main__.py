@@ -38,6 +38,10 @@ def check(lesson, where, wisp):
     finally:
         (folder / "fixtures").unlink()
         shutil.rmtree(folder / "build")
+    if not problems:
+        for file in folder.iterdir():
+            if file.suffix != ".png":  # which the page shows
+                file.unlink()
     for problem in problems:
         print(problem, file=sys.stderr)
     print(f"{lesson.name:20} {lesson.commands:3} commands {lesson.figures:4} figures {len(lesson.answers):3} answers "

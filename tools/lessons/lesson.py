@@ -7,8 +7,8 @@ In both pages, an indented block with a command is what one sees in a terminal:
     shadow.node_visits 206011                            of JSON: a path and its value
     206,011 / 4,800 = 42.9                               arithmetic, computed again
 
-All other numbers of the text with a point, a percent sign or three digits must be among these, in a command, or in a file of
-the lesson. In the solution `answer 1 = 42.9` answers question 1. Sources are cited under the heading Sources, unchecked."""
+All other numbers of the text with a point, a percent sign or three digits must be among these, in a command, or in a scene or a
+program of the lesson. In the solution `answer 1 = 42.9` answers question 1. Sources are cited under the heading Sources, unchecked."""
 import re, subprocess
 
 from checks import NUMBER, Wrong, agrees, computed, find, is_number, is_whole, number
@@ -53,7 +53,7 @@ class Lesson:
         self.folder, self.name = folder, folder.name
         self.pages = [Page(folder / "README.md", top), Page(folder / "solution/README.md", top)]
         self.commands = self.figures = 0
-        self.known = []  # numbers that a text may name: checked ones, and those of commands and of files of the lesson
+        self.known = []  # numbers that a text may name: checked ones, and those of commands, scenes and programs
         self.checked = []  # numbers that were printed or computed
         self.answers = {}  # by number of the question: the word, and the line where it stands
         self.pictures = {}  # by page and line of a command: pictures that it wrote
@@ -101,6 +101,8 @@ class Lesson:
             raise Wrong(page.wrong(at, f"status {status} of `{text}`", f"{ran.returncode}: {ran.stderr.strip()[-300:]}"))
         self.commands += 1
         self.learn(text)
+        for scene in re.findall(r"\S+\.aff", text):
+            self.learn((where / scene).read_text() if (where / scene).exists() else "")
         self.pictures[page.name, at] = sorted(file.name for file in where.glob("*.png")
                                               if before.get(file) != file.stat().st_mtime_ns)
         return ran.stdout or ran.stderr
@@ -129,7 +131,8 @@ class Lesson:
                 for at, line in lines:
                     if line.startswith("## Sources"):
                         break
-                    text = re.sub(r"\]\([^)]*\)|^\s*\d+\. |^#.*|\d+[ -]bits?\b", "", line)  # no links, list numbers, headings
+                    text = re.sub(r"\]\([^)]*\)|^\s*\d+\. |^#.*|\d+[ -]bits?\b|[A-Z]+-\d+", "", line)
+                    # No links, numbers of lists, headings, widths, names.
                     for found in NUMBER.finditer(text):
                         percent = text[found.end():found.end() + 2] == " %"
                         if not percent and len(re.sub(r"\D", "", found[0])) < 3 and "." not in found[0]:
