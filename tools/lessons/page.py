@@ -1,6 +1,7 @@
 """All lessons as one page of HTML, from the Markdown that they use: headings, paragraphs, lists, tables, code, links."""
 import re, shutil, struct
 from html import escape
+from itertools import groupby
 
 from lesson import COMMAND
 
@@ -123,7 +124,12 @@ def section(where, lesson):
 
     def pictures(page):
         def after(numbers):
-            names = [name for at in numbers for name in lesson.pictures.get((page.name, at), [])]
+            names = []
+            for at in numbers:
+                written = lesson.pictures.get((page.name, at), [])
+                for _, group in groupby(written, lambda name: re.sub(r"\d+", "", name)):
+                    frames = list(group)
+                    names += [frames[0], frames[-1]] if len(frames) > 3 else frames  # of a sequence the first and the last
             return "".join(figure(where, lesson.name, name) for name in dict.fromkeys(names))
         return after
 
