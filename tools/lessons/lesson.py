@@ -8,7 +8,8 @@ In both pages, an indented block with a command is what one sees in a terminal:
     206,011 / 4,800 = 42.9                               arithmetic, computed again
 
 All other numbers of the text with a point, a percent sign or three digits must be among these, in a command, or in a scene or a
-program of the lesson. In the solution `answer 1 = 42.9` answers question 1. Sources are cited under the heading Sources, unchecked."""
+program of the lesson. In the solution `answer 1 = 42.9` answers question 1. What stands under the heading Sources is not
+checked."""
 import re, subprocess
 
 from checks import NUMBER, Wrong, agrees, computed, find, is_number, is_whole, number

@@ -45,7 +45,7 @@ def size(png):
 
 def figure(where, lesson, name):
     width, height = size(where / lesson / name)
-    scale = max(1, 320 // max(width, height))
+    scale = max(1, round(360 / max(width, height)))
     return (f'<figure><img src="{lesson}/{name}" alt="{name}" width="{width * scale}" height="{height * scale}">'
             f"<figcaption>{name}, {width} x {height}</figcaption></figure>")
 
@@ -108,7 +108,7 @@ def html(text, link, level=0, after=lambda numbers: ""):
 
 
 def section(where, lesson):
-    """A lesson: its page with the pictures of its commands, its files, its solution. Files are copied, so that links lead on."""
+    """A lesson: its page with the pictures of its commands, its files, its solution. Its files are copied beside them."""
     def link(target):
         if re.match(r"https?:|#", target):
             return target
@@ -147,7 +147,8 @@ def section(where, lesson):
 def write(where, lessons_folder, lessons):
     """build/lessons/index.html: the page of all lessons, and these lessons."""
     def link(target):
-        return f"#{target.split('/')[0]}" if target.endswith("/README.md") and ".." not in target else f"../../fixtures/lessons/{target}"
+        lesson = target.endswith("/README.md") and ".." not in target
+        return f"#{target.split('/')[0]}" if lesson else f"../../fixtures/lessons/{target}"
     intro = html((lessons_folder / "README.md").read_text(), link)
     body = "".join(section(where, lesson) for lesson in lessons)
     index = where / "index.html"
