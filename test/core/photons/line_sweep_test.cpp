@@ -129,6 +129,8 @@ TEST_CASE(WISP_ARITH_NAME ": grey light has the bits of each channel of coloured
         CHECK(with_hue.radiance[0].x != with_hue.radiance[0].z);
         size_t lit = 0;
         for (size_t i = 1; i < grey.radiance.size(); ++i) {
+            const Cell at = cell_of_index(nodes_along(GlowingBox::spacing), static_cast<uint32_t>(i));
+            if (std::max({at.x, at.y, at.z}) < 2) continue; // sharpened beside the first node, which has a hue
             const Color &one = grey.radiance[i], &three = with_hue.radiance[i];
             CHECK((one.x == three.x && one.y == three.y && one.z == three.z));
             lit += one.x > Real(0) ? 1 : 0;
