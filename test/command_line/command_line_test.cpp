@@ -665,6 +665,7 @@ TEST_CASE("command line: plan counts boxes, grids and the stages of --reference"
     test.write("all.aff",
                CommandLineTest::lit("g.vol { }\nsmoke box -1 -1 -1 1 1 1 1 { }\nsmoke puff.vtk { radius 0.2 mass 1 }"));
     const auto plan = [&](const std::string &arguments) { return test.wisp("plan " + test.file(arguments)); };
+    CHECK(plan("b.aff -v").out.find("\nUse the default for pictures, and --max-error E") != std::string::npos);
     CHECK(plan("b.aff --smoke direct").out.find(" bytes  1 samples of grids\n") != std::string::npos);
     CHECK(plan("g.aff --smoke direct").out.find(" bytes  24 samples of grids\n") != std::string::npos);
     CHECK(plan("all.aff").out.find(" bytes  40 particles, 25 samples of grids\n") != std::string::npos);

@@ -80,6 +80,11 @@ int plan_command(const std::vector<std::string> &arguments) {
     if (options.verbose && !how.json) {
         for (const std::string &note : prepared.notes) remarks.push_back(printable(note));
         for (const std::string &line : particle_report(prepared, options.arithmetic)) remarks.push_back(line);
+        if (plan.smoke) {
+            remarks.push_back("Use the default for pictures, and --max-error E where the error matters.");
+            remarks.push_back("Use --reference for truth with error bars, and --smoke direct to see the paper's method "
+                              "and its bias.");
+        }
     }
     at_once.reset();
     if (how.json) {
