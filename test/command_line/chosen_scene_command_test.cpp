@@ -56,11 +56,24 @@ TEST_CASE_FIXTURE(CommandLineTest, "what is no smoke, and options that have no m
     refused("render " + file("empty.vtk"), 3, "no smoke, expected particles");
     write("cut.vtk", puff(40).substr(0, 200));
     refused("render " + file("cut.vtk"), 3, "cut.vtk:");
-    write("a b.vtk", puff(40));
-    refused("render '" + file("a b.vtk") + "'", 3, "a blank in the name");
+    write("a\"b.vtk", puff(40));
+    refused("render '" + file("a\"b.vtk") + "'", 3, "'\"' or a line end in the name");
     refused("render " + file("puff.vtk") + " --write-scene " + file("no/c.aff"), 5, "could not be written");
     write("s2.aff", scene("puff.vtk", "render up z\n"));
     refused("render " + file("s2.aff"), 3, "option 'up' in a scene");
+}
+
+TEST_CASE_FIXTURE(CommandLineTest, "a file whose name has blanks is rendered, and named in quotes in its scene") {
+    const std::string options = " --size 9x7 --photons 0 ";
+    for (const std::string name : {"a b.vtk", "a#b{c}.vtk", "50%.vtk"}) {
+        CAPTURE(name);
+        write(name, puff(40));
+        REQUIRE(wisp("render '" + file(name) + "'" + options + "-o " + file("a.pfm")).status == 0);
+        REQUIRE(wisp("plan '" + file(name) + "' --write-scene " + file("chosen.aff")).status == 0);
+        CHECK(text_of(file("chosen.aff")).find("smoke \"" + name + "\" {") != std::string::npos);
+        REQUIRE(wisp("render " + file("chosen.aff") + options + "-o " + file("b.pfm")).status == 0);
+        CHECK(text_of(file("a.pfm")) == text_of(file("b.pfm")));
+    }
 }
 
 TEST_CASE_FIXTURE(CommandLineTest, "what a scene leaves out is chosen, and said in a line") {

@@ -28,7 +28,7 @@ SceneTokens::SceneTokens(const std::string &path, const std::string &text, const
 }
 
 // Words between white space; `{` and `}` are words of their own. `#` and `%` start a comment, but for `%04d` in the
-// name behind `smoke`.
+// name behind `smoke`. A word in double quotes may hold any of these.
 void SceneTokens::add(Source &source, const std::string &path, std::string text) {
     source.path = path;
     source.text = std::move(text);
@@ -43,6 +43,14 @@ void SceneTokens::add(Source &source, const std::string &path, std::string text)
             if (s[i++] == '\n') ++line;
         } else if (is_comment()) {
             while (i < s.size() && s[i] != '\n') ++i;
+        } else if (s[i] == '"') {
+            const size_t end = s.find_first_of("\"\n", i + 1);
+            if (end == std::string::npos || s[end] == '\n' || end == begin + 1)
+                throw InputError(path + ":" + std::to_string(line),
+                                 end == begin + 1 ? "an empty name in quotes, expected a name"
+                                                  : "the line ends in a name in quotes, expected '\"' behind the name");
+            source.words.push_back({std::string_view(s).substr(begin + 1, end - begin - 1), line});
+            i = end + 1;
         } else {
             const bool brace = s[i] == '{' || s[i] == '}';
             ++i;

@@ -49,6 +49,20 @@ TEST_CASE("scene files: comments behind numbers, any white space, any bytes, no 
     CHECK(s.graph.meshes.size() == 2);
 }
 
+TEST_CASE("scene files: a name in double quotes may hold blanks, braces and signs of comments") {
+    Files files = {{{"s.aff", "i 0 \"a b/c {#}.aff\"smoke \"p %04d%.ply\"{}"}, {"a b/c {#}.aff", dot}}};
+    const SceneFile s = files.parse();
+    CHECK(s.graph.meshes.size() == 1);
+    REQUIRE(s.smokes.size() == 1);
+    CHECK(s.smokes[0].file == "p %04d%.ply");
+    files.text["s.aff"] = "\n i 0 \"a b\n\"";
+    CHECK(files.error() == "s.aff:2: the line ends in a name in quotes, expected '\"' behind the name");
+    files.text["s.aff"] = "i 0 \"";
+    CHECK(files.error() == "s.aff:1: the line ends in a name in quotes, expected '\"' behind the name");
+    files.text["s.aff"] = "i 0 \"\"";
+    CHECK(files.error() == "s.aff:1: an empty name in quotes, expected a name");
+}
+
 TEST_CASE("scene files: one is included in place, beside the file that names it, and read once") {
     Files files = {
         {{"s.aff", "fm 1 1 1 1 1 1 0 0 0 1 0 0 i 0 sub/a.aff " + dot + " x n { i 0 sub/a.aff } i 0 /abs.aff"},
