@@ -2,6 +2,7 @@
 #include "host/base/sha256.h"
 #include "host/images/picture.h"
 #include "host/results/passes.h"
+#include "host/scene/options.h"
 #include "support/command_line.h"
 #include "wisp/progress.h"
 #include <cmath>
@@ -285,6 +286,15 @@ TEST_CASE("command line: help and version") {
               (command == "render" || command == "plan" || command == "inspect"));
         CHECK(widest(ran.out) <= 100);
         CHECK(test.wisp(command + " -h").out == ran.out);
+    }
+    // Every option stands under one subject.
+    const std::string render = test.wisp("render --help").out;
+    for (const std::string &name : option_names(scene_options())) {
+        CAPTURE(name);
+        const size_t found = render.find("\n  --" + name + " ");
+        REQUIRE(found != std::string::npos);
+        CHECK(render.find("\n  --" + name + " ", found + 1) == std::string::npos);
+        CHECK(found > render.find("\n Picture:\n"));
     }
     const Ran version = test.wisp("version");
     CHECK(version.out.find("wisp ") == 0);

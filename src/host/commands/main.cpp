@@ -25,7 +25,27 @@ struct Command {
     bool renders;
 };
 
-std::string render_help() { return help_lines(scene_options()); }
+// Options of render, by subject. A test holds that each stands in one group.
+const struct {
+    const char *subject;
+    std::vector<std::string> options;
+} groups_of_render[] = {{"Picture", {"size", "spp", "crop", "frames", "frame-count", "arith", "exposure"}},
+                        {"What is written", {"output", "layers", "digest", "stats", "progress", "quiet", "verbose"}},
+                        {"Smoke", {"smoke", "photons", "seed", "step", "max-error", "thin"}},
+                        {"Smoke, the method in detail",
+                         {"irradiance", "irradiance-step", "density-step", "light-step", "estimate", "deposit",
+                          "direction", "gather", "gather-radius"}},
+                        {"Surfaces", {"shadows", "lights", "depth", "tree"}},
+                        {"A file of smoke by itself", {"up", "ground", "grid", "write-scene"}},
+                        {"Reference", {"reference", "passes", "error-out"}},
+                        {"Maps, memory", {"map-out", "map-in", "batches", "remap", "memory"}}};
+
+std::string render_help() {
+    std::string text;
+    for (const auto &group : groups_of_render)
+        text += std::string(" ") + group.subject + ":\n" + help_lines(scene_options(), group.options);
+    return text;
+}
 
 constexpr Command commands[] = {
     {"render", "SCENE [options]", "pictures, one per frame; of a scene, or of a file of smoke by itself",
