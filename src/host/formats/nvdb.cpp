@@ -59,7 +59,7 @@ size_t choose(const ByteReader &in, const std::vector<Description> &grids, const
     std::string names;
     size_t densities = 0, last = 0;
     for (size_t i = 0; i < grids.size(); ++i) {
-        names += (i ? ", '" : "'") + grids[i].name + "'";
+        names += (i ? ", " : "") + ByteReader::quoted(grids[i].name);
         if (wanted.empty() ? grids[i].name == "density" : grids[i].name == wanted) return i;
         if (is_density(grids[i])) ++densities, last = i;
     }
@@ -71,8 +71,10 @@ size_t choose(const ByteReader &in, const std::vector<Description> &grids, const
 
 void refuse_unless_density(const ByteReader &in, const Description &grid) {
     if (grid.grid_class == PNANOVDB_GRID_CLASS_LEVEL_SET)
-        in.fail("grid '" + grid.name + "' is a level set: distances to a surface, expected a fog volume of densities");
-    if (!is_density(grid)) in.fail("grid '" + grid.name + "' does not hold floats, expected a float grid");
+        in.fail("grid " + ByteReader::quoted(grid.name) +
+                " is a level set: distances to a surface, expected a fog volume of densities");
+    if (!is_density(grid))
+        in.fail("grid " + ByteReader::quoted(grid.name) + " does not hold floats, expected a float grid");
 }
 
 // The bytes of a grid. `keep`: else they are passed over, and the result is empty.
