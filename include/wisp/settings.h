@@ -21,8 +21,7 @@ enum class Direction : uint8_t { flux, mean };
 // Of the particle map: every particle by its own kernel, or the nearest over their ball's volume, as of photons.
 enum class Estimate : uint8_t { kernel, knn };
 
-// Which lights a point of a surface asks: all, or clusters of them.
-enum class LightChoice : uint8_t { all, cuts };
+enum class LightChoice : uint8_t { all, cuts }; // that a point of a surface asks: all, or clusters of them
 
 // Over triangles: a tree of boxes, or a kd-tree, as in the papers.
 enum class TreeKind : uint8_t { bvh, kd };
@@ -35,6 +34,7 @@ struct Crop {
     int32_t step = 1;       // of these, only each so many-th column and row, from the first
     int32_t width() const { return (x1 - x0 + step - 1) / step; }
     int32_t height() const { return (y1 - y0 + step - 1) / step; }
+    uint64_t pixels() const { return static_cast<uint64_t>(width()) * static_cast<uint64_t>(height()); }
 };
 
 struct Settings {

@@ -335,14 +335,12 @@ SphericalHarmonics halves_of(const Vec3 &direction) {
 void deposit(const FluenceSums &fluence, uint32_t brick, const Vec3 &p, const Color &power, const Vec3 &direction,
              const SphericalHarmonics &halves) {
     const int32_t spacing = fluence.spacing;
-    const uint32_t n = static_cast<uint32_t>(nodes_along(spacing));
+    const int32_t n = nodes_along(spacing);
     const CellPosition at = find_cell(p, spacing);
     const size_t first = size_t{brick} * nodes_of(spacing) + at.node;
     Real weight[8];
     for (uint32_t corner = 0; corner < 8; ++corner) weight[corner] = corner_weight(at.t, corner);
-    const auto node = [&](uint32_t corner) {
-        return first + (corner & 1) + n * ((corner >> 1 & 1) + n * (corner >> 2));
-    };
+    const auto node = [&](uint32_t corner) { return first + offset_of_corner(corner, n); };
     for (uint32_t c = 0; c < fluence.channels; ++c) {
         const Real units = scale_pow2(power[static_cast<int>(c)], deposit_bits);
         for (uint32_t corner = 0; corner < 8; ++corner)

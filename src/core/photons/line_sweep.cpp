@@ -322,11 +322,6 @@ template <class R> void pass(Sample<R> &sample, int32_t way, R &radiance) {
     radiance = sample.source[way] + above * sample.transmittance;
 }
 
-uint32_t offset_of_corner(uint32_t corner, int32_t nodes_along) {
-    const uint32_t n = static_cast<uint32_t>(nodes_along);
-    return (corner & 1) + n * ((corner >> 1 & 1) + n * (corner >> 2));
-}
-
 template <class R> void deposit(const Sweeper<R> &in, const Sample<R> &sample) {
     const int32_t n = nodes_along(in.spacing);
     const Vec3 &t = sample.at;
@@ -569,11 +564,14 @@ Real mean_extinction(const Medium &medium, uint32_t brick, const Cell &cell) {
     return sum * Real(1.0 / 8);
 }
 
-// Along an edge of a node's cell, t in [a, b]: the integrals of (1 - t)^2, t (1 - t) and t^2, and of 1 - t and t.
+// Along an edge of a node's cell, t from 0 to 1, over one of the finest cells: the integrals of (1 - t)^2, t (1 - t)
+// and t^2, and of 1 - t and t.
 struct TentIntegrals {
     Real low_low, low_high, high_high, low, high;
 
-    TentIntegrals(Real a, Real b) {
+    TentIntegrals() = default;
+    TentIntegrals(int32_t cell, int32_t spacing) { // cell 0 to spacing - 1
+        const Real inverse = Real(1) / Real(spacing), a = Real(cell) * inverse, b = a + inverse;
         const Real first = b - a, second = (b * b - a * a) * Real(0.5), third = (b * b * b - a * a * a) * Real(1.0 / 3);
         low_low = first - Real(2) * second + third;
         low_high = second - third;
@@ -590,6 +588,8 @@ template <class R> bool sharpen(const LineSweep &sweep, const bool *known, R *li
     const SparseGrid &bricks = *sweep.depths->bricks;
     const int32_t n = nodes_along(sweep.spacing);
     const uint32_t nodes = nodes_of(sweep.spacing);
+    TentIntegrals integrals[brick_cells];
+    for (int32_t cell = 0; cell < sweep.spacing; ++cell) integrals[cell] = TentIntegrals(cell, sweep.spacing);
     if (!fill(blurred, uint64_t{bricks.count} * nodes, Arrived<R>{R(Real(0)), Real(0)}, watch)) return false;
     for (uint32_t brick = 0; brick < bricks.count; ++brick) {
         if (!watch.go_on(nodes_of(1) * units_of_node)) return false;
@@ -601,13 +601,8 @@ template <class R> bool sharpen(const LineSweep &sweep, const bool *known, R *li
             if (!(sigma > Real(0))) continue;
             const Real weight = scale_pow2(sigma, sweep.sigma_shift);
             const Cell lowest = {cell.x / sweep.spacing, cell.y / sweep.spacing, cell.z / sweep.spacing};
-            const auto integrals = [&](int32_t fine, int32_t coarse) {
-                const Real inverse = Real(1) / Real(sweep.spacing);
-                const Real begin = Real(fine - coarse * sweep.spacing) * inverse;
-                return TentIntegrals(begin, begin + inverse);
-            };
-            const TentIntegrals along[3] = {integrals(cell.x, lowest.x), integrals(cell.y, lowest.y),
-                                            integrals(cell.z, lowest.z)};
+            const TentIntegrals along[3] = {integrals[cell.x % sweep.spacing], integrals[cell.y % sweep.spacing],
+                                            integrals[cell.z % sweep.spacing]};
             const uint32_t first = static_cast<uint32_t>((lowest.z * n + lowest.y) * n + lowest.x);
             R corners[8];
             for (uint32_t i = 0; i < 8; ++i) corners[i] = from[first + offset_of_corner(i, n)];

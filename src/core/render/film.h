@@ -10,9 +10,7 @@ constexpr uint32_t units_of_sample = 16; // of work
 
 // All samples of the film, so many times.
 inline void expect_samples(const Frame &frame, uint64_t times) {
-    const Crop &crop = frame.settings.crop;
-    const uint64_t pixels = static_cast<uint64_t>(crop.width()) * static_cast<uint64_t>(crop.height());
-    frame.watch.expect(pixels * frame.settings.samples * times * units_of_sample);
+    frame.watch.expect(frame.settings.crop.pixels() * frame.settings.samples * times * units_of_sample);
 }
 
 // nullptr for a pixel that is not recorded.

@@ -9,7 +9,7 @@ constexpr uint32_t index_of(Layer layer) { return static_cast<uint32_t>(layer); 
 LayerRecorder &layers_of(PixelRecorder &recorder) { return static_cast<LayerRecorder &>(recorder); }
 Color &light_of(LayerRecorder &of, Layer layer) { return of.sample_sums.light[index_of(layer)]; }
 
-// Whither the camera looks: at right angles to the picture, whose pixels may be too small for their squares in Fixed.
+// Where the camera looks: at right angles to the picture, whose pixels may be too small for their squares in Fixed.
 Vec3 axis_of(const View &view) {
     const auto scaled = [](const Vec3 &v) { return v / max(abs(v.x), max(abs(v.y), abs(v.z))); };
     const Vec3 axis = normalize(cross(scaled(view.right), scaled(view.down)));

@@ -195,10 +195,9 @@ Status make_march(Frame &frame) {
 
 Status make_layers(Frame &frame) {
     if (!frame.job.layers || frame.recorder) return Status::done;
-    const Crop &crop = frame.settings.crop;
-    frame.recorder = make_layer_recorder(
-        frame.scene, frame.decisions.layers, frame.whitted.materials, frame.settings.depth, frame.job.layers,
-        static_cast<uint64_t>(crop.width()) * static_cast<uint64_t>(crop.height()), frame.arena);
+    frame.recorder =
+        make_layer_recorder(frame.scene, frame.decisions.layers, frame.whitted.materials, frame.settings.depth,
+                            frame.job.layers, frame.settings.crop.pixels(), frame.arena);
     return frame.recorder ? Status::done : Status::out_of_memory;
 }
 

@@ -95,6 +95,12 @@ inline CellPosition find_cell(const Vec3 &p, int32_t spacing) {
     return {static_cast<uint32_t>((z * n + y) * n + x), q - Vec3(Real(x), Real(y), Real(z))};
 }
 
+// From a cell's lowest corner to another, bit a of whose number is its step along axis a; n nodes are along an edge.
+inline uint32_t offset_of_corner(uint32_t corner, int32_t n) {
+    const uint32_t along = static_cast<uint32_t>(n);
+    return (corner & 1) + along * ((corner >> 1 & 1) + along * (corner >> 2));
+}
+
 // Trilinear interpolation between a brick's nodes, whose values are value(node).
 template <class Value> Real between_nodes(const CellPosition &at, int32_t spacing, Value &&value) {
     const uint32_t n = static_cast<uint32_t>(nodes_along(spacing));

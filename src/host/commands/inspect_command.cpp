@@ -133,8 +133,7 @@ int inspect_command(const std::vector<std::string> &arguments) {
     }
     const auto block = make_block(request.name, plan.arena_bytes);
     Arena arena(block.get(), plan.arena_bytes);
-    std::vector<float> rgb(static_cast<size_t>(settings.crop.width()) * static_cast<size_t>(settings.crop.height()) *
-                           3);
+    std::vector<float> rgb(settings.crop.pixels() * 3);
     Statistics statistics;
     at_once.reset();
     ProgressMeter progress(options, frame, plan);

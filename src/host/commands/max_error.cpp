@@ -145,7 +145,7 @@ class MeasuredPixels {
         Statistics statistics = {};
         ProgressMeter progress(request_.options, frame, plan);
         Job job = {scene(), settings, arena, statistics, progress.observer()};
-        const auto pixels = static_cast<size_t>(settings.crop.width()) * static_cast<size_t>(settings.crop.height());
+        const size_t pixels = settings.crop.pixels();
         if (!sums) values.resize(3 * pixels);
         job.rgb = sums ? nullptr : values.data();
         job.pixels = sums;

@@ -397,11 +397,11 @@ ChosenScene::ChosenScene(const std::string &path, const Options &options) : path
 }
 
 std::string ChosenScene::text(const std::string &named) const {
-    if (named.find_first_of("\"\n") != std::string::npos)
+    const std::optional<std::string> word = file_word(named);
+    if (!word)
         throw InputError(path_, "'\"' or a line end in the name, expected none: a scene cannot name such a file");
-    const bool plain = named.find_first_of(has_number(named) ? " \t\r\f\v{}#" : " \t\r\f\v{}#%") == std::string::npos;
-    return "# A scene about " + named + ", chosen by wisp. Change any number.\n" + before_ + "smoke " +
-           (plain ? named : "\"" + named + "\"") + " {\n" + smoke_ + "}\n" + behind_;
+    return "# A scene about " + named + ", chosen by wisp. Change any number.\n" + before_ + "smoke " + *word + " {\n" +
+           smoke_ + "}\n" + behind_;
 }
 
 SceneFile ChosenScene::scene() const {

@@ -5,9 +5,6 @@ namespace wisp {
 
 namespace {
 
-size_t pixels_of(const Settings &settings) {
-    return static_cast<size_t>(settings.crop.width()) * static_cast<size_t>(settings.crop.height());
-}
 bool has_error(const Settings &settings) { return settings.goal == Goal::reference; }
 
 } // namespace
@@ -23,13 +20,13 @@ PictureLayers make_layers(const Settings &settings, const Plan &plan) {
         if (has_layer(plan.layers, static_cast<Layer>(i))) layers.names.push_back(all[i]);
     layers.names.push_back(all[samples_layer]);
     if (has_error(settings)) layers.names.push_back(all[error_layer]);
-    layers.values.resize(layer_planes(settings, plan) * pixels_of(settings));
+    layers.values.resize(layer_planes(settings, plan) * settings.crop.pixels());
     return layers;
 }
 
 void finish_layers(PictureLayers &layers, double scale, const Settings &settings, const Plan &plan,
                    const Passes &passes) {
-    const size_t pixels = pixels_of(settings);
+    const size_t pixels = settings.crop.pixels();
     if (has_layer(plan.layers, Layer::depth)) {
         float *plane = layers.values.data() + planes_before(plan.layers, static_cast<uint32_t>(Layer::depth)) * pixels;
         for (size_t i = 0; i < pixels; ++i) plane[i] = static_cast<float>(plane[i] / scale);

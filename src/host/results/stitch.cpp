@@ -19,10 +19,6 @@ struct Part {
 
 bool has(const Crop &crop, int x, int y) { return x >= crop.x0 && x < crop.x1 && y >= crop.y0 && y < crop.y1; }
 
-uint64_t area_of(const Crop &crop) {
-    return static_cast<uint64_t>(crop.width()) * static_cast<uint64_t>(crop.height());
-}
-
 Part read_part(const std::string &name) {
     Bytes bytes;
     const SavedRecord found = read_record(name, bytes);
@@ -82,7 +78,7 @@ Picture stitch(const std::vector<std::string> &names) {
     for (const std::string &name : names) {
         Part part = read_part(name);
         check_part(part, parts);
-        covered += area_of(part.record.crop);
+        covered += part.record.crop.pixels();
         parts.push_back(std::move(part));
     }
     const PictureRecord &whole = parts.at(0).record;

@@ -135,10 +135,8 @@ const OptionTable<Options> &scene_options() {
          }},
         {"layers", nullptr,
          "what the picture consists of, too: emission, single and multiple scattering, surfaces, background, which add "
-         "up "
-         "to it to the bit; direct light, albedo, normal, depth, alpha, shadow, node visits, samples, of --reference "
-         "its "
-         "standard error; as channels of an .exr, or as FILE.WORD.pfm beside a FILE.pfm",
+         "up to it to the bit; direct light, albedo, normal, depth, alpha, shadow, node visits, samples, of "
+         "--reference its standard error; as channels of an .exr, or as FILE.WORD.pfm beside a FILE.pfm",
          to_switch(&Options::layers)},
         {"reference", nullptr, "unbiased path tracing instead: slow, for measuring error",
          to_switch(&Options::reference)},

@@ -19,6 +19,15 @@ bool is_frame_number(const std::string &text, size_t i) {
 
 } // namespace
 
+std::optional<std::string> file_word(const std::string &name) {
+    if (name.empty() || name.find_first_of("\"\n") != std::string::npos) return std::nullopt;
+    for (size_t i = 0; i < name.size(); ++i)
+        if (is_space(name[i]) || name[i] == '{' || name[i] == '}' || name[i] == '#' ||
+            (name[i] == '%' && !is_frame_number(name, i)))
+            return "\"" + name + "\"";
+    return name;
+}
+
 SceneTokens::SceneTokens(const std::string &path, const std::string &text, const FileReader &read,
                          const SceneLimits &limits)
     : read_(read), limits_(limits) {

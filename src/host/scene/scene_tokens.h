@@ -7,6 +7,7 @@
 #include "wisp/scene.h"
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,6 +24,10 @@ struct SceneLimits {
 };
 
 using FileReader = std::function<Bytes(const std::string &path)>; // throws InputError
+
+// The name of a file as a scene has it behind `smoke`: in double quotes where it would not be one word without them.
+// nullopt: it is none with them either.
+std::optional<std::string> file_word(const std::string &name);
 
 class SceneTokens {
   public:

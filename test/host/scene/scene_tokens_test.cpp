@@ -1,6 +1,7 @@
 // Words, comments, and files in files.
 #include "host/base/error.h"
 #include "host/scene/scene_file.h"
+#include "host/scene/scene_tokens.h"
 #include "support/refusal.h"
 #include "support/temporary_folder.h"
 #include <doctest/doctest.h>
@@ -61,6 +62,19 @@ TEST_CASE("scene files: a name in double quotes may hold blanks, braces and sign
     CHECK(files.error() == "s.aff:1: the line ends in a name in quotes, expected '\"' behind the name");
     files.text["s.aff"] = "i 0 \"\"";
     CHECK(files.error() == "s.aff:1: an empty name in quotes, expected a name");
+}
+
+TEST_CASE("scene files: a name of a file is written so that it is read back") {
+    for (const std::string name : {"a.vtk", "a_%04d.vtk", "a b.vtk", "a#b{c}.vtk", "50%.vtk", "50%_%04d.vtk", "a\tb"}) {
+        CAPTURE(name);
+        const SceneFile s = parse_scene("s.aff", "smoke " + file_word(name).value() + " {}");
+        REQUIRE(s.smokes.size() == 1);
+        CHECK(s.smokes[0].file == name);
+    }
+    CHECK(file_word("a_%04d.vtk") == "a_%04d.vtk");
+    CHECK_FALSE(file_word("a\"b"));
+    CHECK_FALSE(file_word("a\nb"));
+    CHECK_FALSE(file_word(""));
 }
 
 TEST_CASE("scene files: one is included in place, beside the file that names it, and read once") {
