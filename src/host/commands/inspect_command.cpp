@@ -136,7 +136,8 @@ int inspect_command(const std::vector<std::string> &arguments) {
     std::vector<float> rgb(settings.crop.pixels() * 3);
     Statistics statistics;
     at_once.reset();
-    ProgressMeter progress(options, frame, plan);
+    RunProgress run;
+    ProgressMeter progress(options, frame, plan, run);
     const PixelTrace trace = inspection.trace();
     Job job = {prepared.scene, settings, arena, statistics, progress.observer(), rgb.data()};
     if (uses_map(settings)) job.photons = &sums;

@@ -143,7 +143,8 @@ class MeasuredPixels {
         const auto block = make_block(request_.name, plan.arena_bytes);
         Arena arena(block.get(), plan.arena_bytes);
         Statistics statistics = {};
-        ProgressMeter progress(request_.options, frame, plan);
+        RunProgress run;
+        ProgressMeter progress(request_.options, frame, plan, run);
         Job job = {scene(), settings, arena, statistics, progress.observer()};
         const size_t pixels = settings.crop.pixels();
         if (!sums) values.resize(3 * pixels);

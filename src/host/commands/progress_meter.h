@@ -1,65 +1,49 @@
-// How far a frame is, and the seconds of its stages.
+// How far a run is, and the seconds of a frame's stages.
 #pragma once
-#include "host/base/interrupt.h"
 #include "host/scene/options.h"
 #include "wisp/wisp.h"
-#include <chrono>
-#include <cstdio>
-#include <unistd.h>
+#include <string>
 
 namespace wisp {
 
-inline double now() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+// Seconds of a clock that never goes back.
+double now();
 
-// An observer of the core: measures the seconds of stages and, where it is wanted, shows how much of a stage is done.
+// How far a run of several frames is.
+struct RunProgress {
+    explicit RunProgress(int64_t frames_ = 1) : frames(frames_), began(now()) {}
+
+    int64_t frames, done = 0;
+    double began;
+    // The shares of stages in the time of a frame: measured in the last one that was rendered, assumed before.
+    double shares[stage_count] = {};
+    bool measured = false;
+};
+
+// What part of the run is done, 0 to 1: whole frames, and of the frame at hand the stages before `stage` and `of_stage`
+// (0 to 1) of that.
+double part_done(const RunProgress &run, Stage stage, double of_stage);
+
+// An observer of the core for one frame: measures the seconds of stages. Where it is wanted it shows on standard error
+// how much of the run is done: as a bar on a terminal, as a line each minute elsewhere.
 class ProgressMeter {
   public:
-    ProgressMeter(const Options &options, int64_t frame, const Plan &plan) : frame_(frame), plan_(plan) {
-        using Show = Options::Progress;
-        shown_ = !options.quiet &&
-                 (options.progress == Show::always || (options.progress == Show::automatic && isatty(STDERR_FILENO)));
-    }
-    Observer observer() {
-        return {this, [](void *self, Stage stage, uint64_t done, uint64_t total) {
-                    static_cast<ProgressMeter *>(self)->update(stage, done, total);
-                    return received_signal() == 0;
-                }};
-    }
-    void finish() {
-        close(now());
-        if (shown_) std::fprintf(stderr, "\r%-40s\r", "");
-    }
-    double seconds(StageGroup group) const { return seconds_[static_cast<int>(group)]; }
+    ProgressMeter(const Options &options, int64_t frame, const Plan &plan, RunProgress &run);
+    Observer observer();
+    void finish(); // the frame is rendered, or given up
+    double seconds(StageGroup group) const;
 
   private:
-    void update(Stage stage, uint64_t done, uint64_t total) {
-        const double time = now();
-        const bool begins = group_ < 0 || stage != stage_;
-        if (begins) {
-            close(time);
-            stage_ = stage;
-            group_ = static_cast<int>(plan_[stage].group);
-            began_ = time;
-        }
-        if (!shown_ || (!begins && time < next_)) return;
-        next_ = time + 0.2;
-        std::fprintf(stderr, "\rframe %lld: %s %3d %%", static_cast<long long>(frame_), plan_[stage].name,
-                     static_cast<int>(total ? 100 * done / total : 0));
-        std::fflush(stderr);
-    }
-    void close(double time) {
-        if (group_ >= 0) seconds_[group_] += time - began_;
-        group_ = -1;
-    }
+    void update(Stage stage, uint64_t done, uint64_t total);
+    void close(double time);
+    std::string text(double of_stage, double time) const;
 
     int64_t frame_;
-    bool shown_;
     const Plan &plan_;
-    int group_ = -1;
+    RunProgress &run_;
+    bool bar_, lines_, running_ = false;
     Stage stage_ = Stage::frame_cache;
-    double began_ = 0, next_ = 0, seconds_[4] = {};
+    double began_ = 0, next_, seconds_[stage_count] = {};
 };
 
 } // namespace wisp

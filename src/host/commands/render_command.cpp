@@ -77,9 +77,10 @@ bool load_or_reset_map(const Request &request, int64_t frame, const PreparedScen
 
 // What is kept from frame to frame.
 struct Sequence {
-    explicit Sequence(const Request &request) : warnings(request) {}
+    explicit Sequence(const Request &request) : warnings(request), progress(request.frames.count()) {}
 
     RunWarnings warnings;
+    RunProgress progress;
     PreparedScene prepared;
     std::string shapes; // fingerprint_of_shapes(); empty until it is needed
     std::unique_ptr<unsigned char[]> block;
@@ -154,7 +155,10 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     const std::optional<PictureRecord> record = find_record(options, settings, sequence);
     at_once.reset(); // what is kept is printed
     report.kept = can_keep(options) && keep_frame(options, *record, frame, sequence);
-    if (report.kept) return report;
+    if (report.kept) {
+        --sequence.progress.frames;
+        return report;
+    }
     end_at_once(request, frame, at_once);
     const Plan plan = checked_plan(request, prepared.scene, settings);
     fit_block(request, settings, plan, sequence);
@@ -167,7 +171,7 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     PictureLayers layers;
     Passes passes;
     Arena arena(sequence.block.get(), plan.arena_bytes);
-    ProgressMeter progress(options, frame, plan);
+    ProgressMeter progress(options, frame, plan, sequence.progress);
     Status status = Status::done;
     PhotonSums sums = {map.sums.data(), map.sums.size(), traced ? 0 : map.sums.size()};
     Job job = {prepared.scene, settings, arena, report.statistics, progress.observer()};

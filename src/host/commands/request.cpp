@@ -259,7 +259,7 @@ void check_options(const Request &request) {
 }
 
 bool several_frames(const Request &request) {
-    return request.frames.last - request.frames.first >= request.frames.step;
+    return request.frames.count() > 1;
 }
 
 } // namespace wisp

@@ -18,6 +18,7 @@ namespace wisp {
 struct Options {
     struct Frames { // first, first + step, ... up to last
         int64_t first = 0, last = 0, step = 1;
+        int64_t count() const { return (last - first) / step + 1; }
     };
     struct Range { // half-open
         uint32_t first, last;
