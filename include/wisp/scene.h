@@ -43,15 +43,19 @@ struct Particle {
     double area; // extinction cross-section C_ext m, in squared units of length
 };
 
-// A box of nx * ny * nz cells, turned about its middle, with a density at the centre of each.
+// A box of nx * ny * nz cells, turned about its middle, with a density at the centre of each. A sparse grid has blocks of
+// 8 * 8 * 8 samples, and only those with smoke: `blocks` has for each block of the box, x fastest, its number, whose
+// samples are density[512 * number ...], or no_block. The box begins `skipped` samples after the first block does.
+constexpr uint32_t no_block = 0xffffffff;
 struct GridDescription {
     int32_t nx, ny, nz;   // 0: there is no grid
     const float *density; // x fastest, 0 or more; nullptr: 1 everywhere
     double extinction;    // sigma_t of density 1, per unit of length
     Double3 center, half; // half the box's edges
     Double3 axis[3];      // the directions of its edges: unit vectors at right angles
-
-    uint64_t count() const { return static_cast<uint64_t>(nx) * static_cast<uint64_t>(ny) * static_cast<uint64_t>(nz); }
+    const uint32_t *blocks = nullptr; // nullptr: all samples of the box are in `density`
+    uint32_t block_count = 0;         // in `density`, whose samples outside of the box are 0
+    int32_t skipped[3] = {0, 0, 0};   // 0 to 7
 };
 
 // One `smoke` block: particles, sigma_t(x) = sum_i area_i W(|x - x_i|, h_i) (S3), or a grid.

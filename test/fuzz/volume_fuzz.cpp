@@ -1,4 +1,5 @@
 // Any bytes read as a density grid give an error of one line, or a grid; one of VOL is written as the same bytes.
+#include "core/smoke/grid_samples.h"
 #include "host/base/error.h"
 #include "host/formats/volume_readers.h"
 #include <cmath>
@@ -39,7 +40,12 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         promise(wisp::is_volume(data, size));
         for (size_t k = 0; k < 3; ++k)
             promise(volume.low[k] < volume.high[k] && std::isfinite(volume.high[k] - volume.low[k]));
-        promise(volume.density.size() / volume.nx / volume.ny == volume.nz);
+        wisp::GridDescription grid = {};
+        volume.describe_samples(grid);
+        promise(volume.density.size() == wisp::stored_samples(grid));
+        uint32_t blocks = 0;
+        for (const uint32_t number : volume.blocks) promise(number == wisp::no_block || number == blocks++);
+        if (grid.blocks) promise(volume.blocks.size() == wisp::block_places(grid) && blocks == grid.block_count);
         for (float density : volume.density) promise(std::isfinite(density) && density >= 0);
         if (wisp::is_vol(data, size)) promise(written(volume) == std::string(data, data + size));
     } catch (const wisp::InputError &error) {

@@ -107,8 +107,8 @@ inline SmokeDescription grid_smoke_of(const GridDescription &grid) {
     const Double3 &half = grid.half;
     source.smallest_h = source.largest_h = 2 * std::min({half.x / grid.nx, half.y / grid.ny, half.z / grid.nz});
     double sum = grid.density ? 0 : 1;
-    for (uint64_t i = 0; grid.density && i < grid.count(); ++i) sum += static_cast<double>(grid.density[i]);
-    source.total_area = grid.extinction * sum * 8 * half.x * half.y * half.z / static_cast<double>(grid.count());
+    for (uint64_t i = 0; grid.density && i < stored_samples(grid); ++i) sum += static_cast<double>(grid.density[i]);
+    source.total_area = grid.extinction * sum * 8 * half.x * half.y * half.z / static_cast<double>(samples_of_box(grid));
     source.albedo = {0.9, 0.9, 0.9};
     return source;
 }

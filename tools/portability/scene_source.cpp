@@ -4,6 +4,7 @@
 //
 // defines `extern const wisp::CompiledScene NAME` (compiled_scene.h). Its numbers are bit for bit those that `wisp`
 // gives to the core.
+#include "core/smoke/grid_samples.h"
 #include "host/base/messages.h"
 #include "host/commands/request.h"
 #include "wisp/settings.h"
@@ -75,8 +76,11 @@ void print_scene(const std::string &name, const std::string &title, int64_t fram
         const GridDescription &g = m.grid;
         const std::string number = std::to_string(i);
         const std::string particles = array("Particle", "particles_" + number, m.particles, m.count);
-        const std::string density = array("float", "density_" + number, g.density, g.density ? g.count() : 0);
-        const std::string grid = braces(g.nx, g.ny, g.nz, density, g.extinction, g.center, g.half, triple(g.axis));
+        const std::string density = array("float", "density_" + number, g.density, g.density ? stored_samples(g) : 0);
+        const std::string blocks = array("uint32_t", "blocks_" + number, g.blocks, g.blocks ? block_places(g) : 0);
+        const std::string grid = braces(g.nx, g.ny, g.nz, density, g.extinction, g.center, g.half, triple(g.axis),
+                                        blocks, g.block_count,
+                                        braces(g.skipped[0], g.skipped[1], g.skipped[2]));
         smokes.push_back(braces(particles, m.count, choice("Kernel", m.kernel), grid, m.smallest_h, m.largest_h,
                                 m.total_area, m.albedo, m.asymmetry, m.emission));
     }

@@ -1,6 +1,7 @@
 // The lines of a deep shadow map, found row by row.
 #include "core/lights/deep_shadow_map.h"
 #include "core/numbers/double_bits.h"
+#include "core/smoke/grid_samples.h"
 #include "core/smoke/sparse_grid_lanes.h"
 
 namespace wisp::WISP_ARITH {
@@ -30,13 +31,12 @@ bool is_dense_at_faces(const SmokeDescription &smoke) {
     if (!smoke.is_grid()) return false;
     if (!grid.density) return true;
     const auto is_border = [](int32_t i, int32_t n) { return i == 0 || i == n - 1; };
-    const Cell count = {grid.nx, grid.ny, grid.nz};
-    for (int32_t z = 0; z < count.z; ++z)
-        for (int32_t y = 0; y < count.y; ++y)
-            for (int32_t x = 0; x < count.x;
-                 x += is_border(z, count.z) || is_border(y, count.y) ? 1 : max(count.x - 1, 1))
-                if (total_order_key(grid.density[index_of(count, {x, y, z})]) > 0) return true;
-    return false;
+    return !for_each_run(grid, [&](int32_t first, int32_t y, int32_t z, const float *densities, int32_t count) {
+        const bool whole = is_border(y, grid.ny) || is_border(z, grid.nz);
+        for (int32_t i = 0; i < count; ++i)
+            if ((whole || is_border(first + i, grid.nx)) && total_order_key(densities[i]) > 0) return false;
+        return true;
+    });
 }
 
 // The cubic of Catmull and Rom through four equally spaced values, at t from 0 to 1 between values 1 and 2.

@@ -41,7 +41,7 @@ inline uint32_t dimensions_of(const SmokeDescription &source) { return source.is
 
 // The number of elements that the density is a sum of: particles, which are numbered by slot, or samples.
 inline uint32_t elements_of(const SmokeDescription &source) {
-    return source.is_grid() ? static_cast<uint32_t>(source.grid.count()) : source.count;
+    return source.is_grid() ? static_cast<uint32_t>(stored_samples(source.grid)) : source.count;
 }
 
 // sigma_t at x, per unit of length.

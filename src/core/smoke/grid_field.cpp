@@ -10,11 +10,11 @@ Vec3 to_frame(const GridField &field, const Vec3 &d) {
     return Vec3(dot(field.axis[0], d), dot(field.axis[1], d), dot(field.axis[2], d));
 }
 
-// The index of the sample at a corner of a cell of GridField::between. Beyond the border the outermost sample repeats.
-int64_t sample_beside(const GridField &field, const Cell &cell, int32_t dx, int32_t dy, int32_t dz) {
+// The number of the sample at a corner of a cell of GridField::between. Beyond the border the outermost sample repeats.
+uint32_t sample_beside(const GridField &field, const Cell &cell, int32_t dx, int32_t dy, int32_t dz) {
     const Cell &n = field.samples;
-    return index_of(n, {min(max(cell.x - 1 + dx, 0), n.x - 1), min(max(cell.y - 1 + dy, 0), n.y - 1),
-                        min(max(cell.z - 1 + dz, 0), n.z - 1)});
+    return number_of_sample(field, {min(max(cell.x - 1 + dx, 0), n.x - 1), min(max(cell.y - 1 + dy, 0), n.y - 1),
+                                    min(max(cell.z - 1 + dz, 0), n.z - 1)});
 }
 
 // sigma_t at p, a point of the frame in or next to a cell of GridField::between.
@@ -49,10 +49,18 @@ Real tent_offset(int32_t i, int32_t count, Real u) {
     return below ? -inward : inward;
 }
 
+Cell cell_of_number(const Cell &count, uint32_t number) {
+    const uint32_t nx = static_cast<uint32_t>(count.x), ny = static_cast<uint32_t>(count.y);
+    return {static_cast<int32_t>(number % nx), static_cast<int32_t>(number / nx % ny),
+            static_cast<int32_t>(number / nx / ny)};
+}
+
 Cell cell_of_sample(const GridField &field, uint32_t sample) {
-    const uint32_t nx = static_cast<uint32_t>(field.samples.x), ny = static_cast<uint32_t>(field.samples.y);
-    return {static_cast<int32_t>(sample % nx), static_cast<int32_t>(sample / nx % ny),
-            static_cast<int32_t>(sample / nx / ny)};
+    if (!field.blocks) return cell_of_number(field.samples, sample);
+    const Cell block = cell_of_number(field.block_lattice, field.place[sample / samples_of_block]),
+               in_block = cell_of_number({block_edge, block_edge, block_edge}, sample % samples_of_block);
+    return {block.x * block_edge + in_block.x - field.skipped.x, block.y * block_edge + in_block.y - field.skipped.y,
+            block.z * block_edge + in_block.z - field.skipped.z};
 }
 
 // The point of the scene at the centre of a cell plus `offset` cell edges.
@@ -62,13 +70,30 @@ Vec3 point_near_sample(const GridField &field, const Cell &cell, const Vec3 &off
     return field.center + field.axis[0] * p.x + field.axis[1] * p.y + field.axis[2] * p.z;
 }
 
+// The index of a sparse grid. The description may be gone when the field is still used. False: the arena was too small.
+bool copy_blocks(const GridDescription &source, Arena &arena, GridField &field, Watch watch) {
+    const uint64_t places = block_places(source);
+    uint32_t *blocks = arena.make<uint32_t>(places), *place = arena.make<uint32_t>(source.block_count);
+    if (!blocks || !place) return false;
+    for (uint64_t i = 0; i < places && watch.done_round(i, 1024); ++i) {
+        blocks[i] = source.blocks[i];
+        if (blocks[i] != no_block) place[blocks[i]] = static_cast<uint32_t>(i);
+    }
+    field.blocks = blocks;
+    field.place = place;
+    field.block_lattice = {blocks_along(source, 0), blocks_along(source, 1), blocks_along(source, 2)};
+    field.skipped = {source.skipped[0], source.skipped[1], source.skipped[2]};
+    field.block_count = source.block_count;
+    return true;
+}
+
 } // namespace
 
 void find_corners(const GridField &field, const Cell &cell, const Vec3 &p, Corners &corners) {
     const Vec3 t = position_in(field.between, cell, p);
     for (int i = 0; i < 8; ++i) {
         const int dx = i & 1, dy = i >> 1 & 1, dz = i >> 2;
-        corners.sample[i] = static_cast<uint32_t>(sample_beside(field, cell, dx, dy, dz));
+        corners.sample[i] = sample_beside(field, cell, dx, dy, dz);
         const Real wx = max(Real(0), dx ? t.x : Real(1) - t.x), wy = max(Real(0), dy ? t.y : Real(1) - t.y);
         corners.weight[i] = wx * wy * max(Real(0), dz ? t.z : Real(1) - t.z);
     }
@@ -134,7 +159,7 @@ Real majorant(const GridField &field, const Box &box) {
     for (int32_t z = max(first.z - 1, 0); z <= min(last.z, n.z - 1); ++z)
         for (int32_t y = max(first.y - 1, 0); y <= min(last.y, n.y - 1); ++y)
             for (int32_t x = max(first.x - 1, 0); x <= min(last.x, n.x - 1); ++x)
-                largest = max(largest, field.extinction[index_of(n, {x, y, z})]);
+                largest = max(largest, field.extinction[number_of_sample(field, {x, y, z})]);
     return largest;
 }
 
@@ -164,9 +189,11 @@ Collision first_collision(const GridField &field, const Ray &ray, Real end, Even
         Real total = Real(0);
         for (int i = 0; i < 8; ++i) total += corners.weight[i] * field.extinction[corners.sample[i]];
         Real rest_of_sum = unit_half_open<Real>(draw(event, field.dimension + 1)) * total;
-        int chosen = 0;
-        for (; chosen < 7; ++chosen) {
-            const Real here = corners.weight[chosen] * field.extinction[corners.sample[chosen]];
+        int chosen = 0; // rounding may leave a rest: then the last one with smoke
+        for (int i = 0; i < 8; ++i) {
+            const Real here = corners.weight[i] * field.extinction[corners.sample[i]];
+            if (!(here > Real(0))) continue;
+            chosen = i;
             if (rest_of_sum < here) break;
             rest_of_sum -= here;
         }
@@ -187,7 +214,11 @@ Vec3 point_of_sample(const GridField &field, uint32_t sample, const Vec3 &unifor
         Vec3(tent_offset(at.x, n.x, uniform.x), tent_offset(at.y, n.y, uniform.y), tent_offset(at.z, n.z, uniform.z)));
 }
 
-uint64_t grid_field_bytes(const GridDescription &source) { return Arena::bytes<Real>(source.count()); }
+uint64_t grid_field_bytes(const GridDescription &source) {
+    if (!source.blocks) return Arena::bytes<Real>(samples_of_box(source));
+    return Arena::bytes<Real>(stored_samples(source) + samples_of_block) +
+           Arena::bytes<uint32_t>(block_places(source)) + Arena::bytes<uint32_t>(source.block_count);
+}
 
 GridField grid_frame(const GridDescription &source) {
     GridField field = {};
@@ -208,15 +239,17 @@ GridField grid_frame(const GridDescription &source) {
 GridField make_grid_field(const GridDescription &source, uint32_t dimension, Arena &arena, Watch watch) {
     GridField field = grid_frame(source);
     field.dimension = dimension;
-    Real *values = arena.make<Real>(source.count());
-    if (!values) return field;
+    const uint64_t count = stored_samples(source);
+    Real *values = arena.make<Real>(count + (source.blocks ? samples_of_block : 0));
+    if (!values || (source.blocks && !copy_blocks(source, arena, field, watch))) return field;
     const Real sigma = to_real<Real>(source.extinction);
-    watch.expect(source.count() / 64);
-    for (uint64_t i = 0; i < source.count(); ++i) {
+    watch.expect(count / 64);
+    for (uint64_t i = 0; i < count; ++i) {
         values[i] = source.density ? sigma * to_real<Real>(source.density[i]) : sigma;
         field.largest = max(field.largest, values[i]);
         if (!watch.done_round(i, 16)) return field;
     }
+    for (uint32_t i = 0; source.blocks && i < samples_of_block; ++i) values[count + i] = Real(0);
     field.extinction = values;
     field.ready = true;
     return field;

@@ -79,8 +79,8 @@ void resample_brick(const GridField &grid, const SparseGrid &bricks, uint32_t br
         const Cell before = {in.x / subdivision - 1, in.y / subdivision - 1, in.z / subdivision - 1};
         const Vec3 t = Vec3(Real(in.x % subdivision), Real(in.y % subdivision), Real(in.z % subdivision)) * fraction;
         *nodes++ = trilinear(t, [&](int32_t dx, int32_t dy, int32_t dz) {
-            return grid.extinction[index_of(
-                n, {sample(before.x + dx, n.x), sample(before.y + dy, n.y), sample(before.z + dz, n.z)})];
+            return grid.extinction[number_of_sample(
+                grid, {sample(before.x + dx, n.x), sample(before.y + dy, n.y), sample(before.z + dz, n.z)})];
         });
     }
 }

@@ -1,6 +1,7 @@
 // Which bricks exist: those that touch a particle's support, or the tent of a grid's sample that is not 0.
 #include "core/smoke/sparse_grid.h"
 #include "core/numbers/double_bits.h"
+#include "core/smoke/grid_samples.h"
 #include "core/smoke/resampling.h"
 
 namespace wisp::WISP_ARITH {
@@ -79,6 +80,13 @@ Layout layout_of(const Scene &scene, double lengths) {
 // The distance of x from the interval [low, low + edge].
 Real gap(Real x, Real low, Real edge) { return max(max(low - x, x - (low + edge)), Real(0)); }
 
+// Along an axis, the first and the last of `count` bricks that a sample of an aligned grid touches. Its tent covers the
+// cells before and after it, at the border one more.
+int32_t first_touched(int32_t sample, int32_t subdivision) { return max(sample - 1, 0) * subdivision / brick_cells; }
+int32_t last_touched(int32_t sample, int32_t subdivision, int32_t count) {
+    return min((sample + 3) * subdivision / brick_cells, count - 1);
+}
+
 // Calls visit(cell index in the lattice) for each brick that may hold smoke, perhaps more than once.
 template <class Visit>
 void for_each_touched(const Scene &scene, const Layout &layout, int32_t subdivision, Watch watch, Visit &&visit) {
@@ -114,21 +122,60 @@ void for_each_touched(const Scene &scene, const Layout &layout, int32_t subdivis
             visit_range(cell_at(lattice, center - reach), cell_at(lattice, center + reach), always);
             continue;
         }
-        const float *density = grid.density;
-        for (int32_t z = 0; z < grid.nz; ++z)
-            for (int32_t y = 0; y < grid.ny && watch.go_on(8); ++y)
-                for (int32_t x = 0; x < grid.nx; ++x)
-                    // A sample's tent covers the cells x and x + 1, at the border one more.
-                    if (total_order_key(*density++) > 0) {
-                        const auto first = [subdivision](int32_t at) {
-                            return max(at - 1, 0) * subdivision / brick_cells;
-                        };
-                        const auto last = [subdivision](int32_t at, int32_t count) {
-                            return min((at + 3) * subdivision / brick_cells, count - 1);
-                        };
-                        const Cell &n = lattice.count;
-                        visit_range({first(x), first(y), first(z)}, {last(x, n.x), last(y, n.y), last(z, n.z)}, always);
-                    }
+        const Cell &n = lattice.count;
+        for_each_run(grid, [&](int32_t x, int32_t y, int32_t z, const float *densities, int32_t count) {
+            for (int32_t i = 0; i < count; ++i)
+                if (total_order_key(densities[i]) > 0)
+                    visit_range({first_touched(x + i, subdivision), first_touched(y, subdivision),
+                                 first_touched(z, subdivision)},
+                                {last_touched(x + i, subdivision, n.x), last_touched(y, subdivision, n.y),
+                                 last_touched(z, subdivision, n.z)},
+                                always);
+            return watch.go_on(8);
+        });
+    }
+}
+
+// Marks of up to max_counted bricks, which are counted.
+struct Marks {
+    uint8_t bits[max_counted / 8];
+    uint64_t count;
+
+    void clear(uint64_t bricks) {
+        for (uint64_t i = 0; i < (bricks + 7) / 8; ++i) bits[i] = 0;
+    }
+    void mark(int64_t brick) {
+        uint8_t &byte = bits[brick / 8];
+        const uint8_t bit = static_cast<uint8_t>(1u << (brick % 8));
+        count += byte & bit ? 0 : 1;
+        byte |= bit;
+    }
+};
+
+// Marks the bricks that touch blocks of an aligned sparse grid, layer by layer of the lattice.
+void mark_around_blocks(const GridDescription &grid, const Cell &bricks, int32_t subdivision, Marks &marks) {
+    const int32_t nx = blocks_along(grid, 0), ny = blocks_along(grid, 1), nz = blocks_along(grid, 2);
+    struct Range {
+        int32_t first, last;
+    };
+    const auto range = [subdivision](int32_t block, int32_t skipped, int32_t samples, int32_t count) {
+        const int32_t low = block * block_edge - skipped, high = min(low + block_edge, samples) - 1;
+        return Range{first_touched(max(low, 0), subdivision), last_touched(high, subdivision, count)};
+    };
+    const uint64_t layer = static_cast<uint64_t>(bricks.x) * static_cast<uint64_t>(bricks.y);
+    int32_t from = 0; // the first layer of blocks that touches this layer of bricks
+    for (int32_t z = 0; z < bricks.z; ++z) {
+        marks.clear(layer);
+        while (from < nz && range(from, grid.skipped[2], grid.nz, bricks.z).last < z) ++from;
+        for (int32_t bz = from; bz < nz && range(bz, grid.skipped[2], grid.nz, bricks.z).first <= z; ++bz)
+            for (int32_t by = 0; by < ny; ++by)
+                for (int32_t bx = 0; bx < nx; ++bx) {
+                    if (grid.blocks[(int64_t{bz} * ny + by) * nx + bx] == no_block) continue;
+                    const Range x = range(bx, grid.skipped[0], grid.nx, bricks.x),
+                                y = range(by, grid.skipped[1], grid.ny, bricks.y);
+                    for (int32_t j = y.first; j <= y.last; ++j)
+                        for (int32_t i = x.first; i <= x.last; ++i) marks.mark(int64_t{j} * bricks.x + i);
+                }
     }
 }
 
@@ -193,17 +240,19 @@ SparseGridPlan plan_sparse_grid(const Scene &scene, double lengths) {
     const Cell &n = layout.bricks.count;
     const uint64_t layer = static_cast<uint64_t>(n.x) * static_cast<uint64_t>(n.y), layers = static_cast<uint64_t>(n.z);
     const uint64_t all = layer > most_planned / layers ? most_planned : layer * layers;
+    const SmokeDescription *const only = aligned_grid(scene);
+    const bool by_blocks = only && only->grid.blocks && layer <= max_counted;
     uint64_t count = all;
-    if (all <= max_counted) {
-        uint8_t touched[max_counted / 8];
-        for (uint64_t i = 0; i < (all + 7) / 8; ++i) touched[i] = 0;
-        count = 0;
-        for_each_touched(scene, layout, subdivision_for(lengths), {}, [&](int64_t i) {
-            uint8_t &byte = touched[i / 8];
-            const uint8_t bit = static_cast<uint8_t>(1u << (i % 8));
-            count += byte & bit ? 0 : 1;
-            byte |= bit;
-        });
+    if (by_blocks || all <= max_counted) {
+        Marks marks;
+        marks.count = 0;
+        if (by_blocks) {
+            mark_around_blocks(only->grid, n, subdivision_for(lengths), marks);
+        } else {
+            marks.clear(all);
+            for_each_touched(scene, layout, subdivision_for(lengths), {}, [&marks](int64_t i) { marks.mark(i); });
+        }
+        count = marks.count;
     }
     return {count, min(count, places_of_line(n)), bytes_of(all, count), all, layout.bounds, layout.cell};
 }

@@ -1,3 +1,4 @@
+#include "core/smoke/grid_samples.h"
 #include "core/smoke/resampling.h"
 #include "host/base/error.h"
 #include "host/commands/defaults.h"
@@ -25,7 +26,7 @@ constexpr uint64_t max_brick_bytes = uint64_t{5} << 26, max_brick_bytes_of_eleme
 bool are_bricks_too_large(const Scene &scene, const Settings &settings) {
     uint64_t elements = 0;
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
-        elements += scene.smokes[i].grid.density ? scene.smokes[i].grid.count() : scene.smokes[i].count;
+        elements += scene.smokes[i].grid.density ? stored_samples(scene.smokes[i].grid) : scene.smokes[i].count;
     return f64::renderer.plan(scene, settings).arena_bytes >
            std::max(max_brick_bytes, max_brick_bytes_of_element * elements);
 }

@@ -13,16 +13,16 @@ std::string label_of(const char *name) {
 
 } // namespace
 
-void Spread::add(double x) {
+void Spread::add(double x, uint64_t times) {
     if (std::isnan(x)) {
-        ++nans_;
+        nans_ += times;
     } else if (std::isinf(x)) {
-        ++infinities_;
+        infinities_ += times;
     } else {
-        ++finite_;
+        finite_ += times;
         low_ = std::min(low_, x);
         high_ = std::max(high_, x);
-        sum_ += x;
+        sum_ += x * static_cast<double>(times);
     }
 }
 

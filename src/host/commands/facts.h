@@ -12,7 +12,7 @@ namespace wisp {
 // The range of some numbers. NaN and infinities are counted alone.
 class Spread {
   public:
-    void add(double x);
+    void add(double x, uint64_t times = 1);
     uint64_t nans() const { return nans_; }
     uint64_t infinities() const { return infinities_; }
     bool any() const { return finite_ > 0; }

@@ -1,3 +1,4 @@
+#include "core/smoke/grid_samples.h"
 #include "host/base/double3_algebra.h"
 #include "host/base/memory.h"
 #include "host/base/sha256.h"
@@ -118,12 +119,24 @@ void add_particle_file(Facts &facts, const std::string &path, const Bytes &bytes
 void add_grid_file(Facts &facts, const std::string &path, const Bytes &bytes) {
     const Volume volume = parse_volume(path, bytes.data(), bytes.size());
     const Double3 low = double3(volume.low), high = double3(volume.high);
-    uint64_t filled = 0;
-    for (const float density : volume.density) filled += density > 0;
+    GridDescription grid = {};
+    volume.describe_samples(grid);
+    Spread spread;
+    uint64_t filled = 0, empty = samples_of_box(grid);
+    for_each_run(grid, [&](int32_t, int32_t, int32_t, const float *densities, int32_t count) {
+        for (int32_t i = 0; i < count; ++i) {
+            spread.add(static_cast<double>(densities[i]));
+            filled += densities[i] > 0;
+        }
+        empty -= static_cast<uint64_t>(count);
+        return true;
+    });
+    if (empty > 0) spread.add(0, empty);
     facts.integers("cells", {volume.nx, volume.ny, volume.nz}).point("low", low).point("high", high);
     facts.point("cell_size",
                 {(high.x - low.x) / volume.nx, (high.y - low.y) / volume.ny, (high.z - low.z) / volume.nz});
-    facts.spread("density", spread_of(volume.density)).count("not_zero", filled);
+    facts.spread("density", spread).count("not_zero", filled);
+    if (grid.blocks) facts.count("samples_in_memory", stored_samples(grid));
 }
 
 void add_map_file(Facts &facts, const std::string &path, const Bytes &bytes) {

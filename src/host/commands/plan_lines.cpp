@@ -1,4 +1,5 @@
 #include "host/commands/plan_lines.h"
+#include "core/smoke/grid_samples.h"
 #include "host/scene/shadow_words.h"
 
 namespace wisp {
@@ -73,7 +74,7 @@ class RowText {
     std::string density() const {
         uint64_t particles = 0, samples = 0;
         for (const auto &smoke : prepared_.particles) particles += smoke.size();
-        for (const SmokeDescription &smoke : prepared_.smokes) samples += smoke.grid.count();
+        for (const SmokeDescription &smoke : prepared_.smokes) samples += stored_samples(smoke.grid);
         return (particles ? number(particles) + " particles" : "") + (particles && samples ? ", " : "") +
                (samples ? number(samples) + " samples of grids" : "");
     }

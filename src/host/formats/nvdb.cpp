@@ -15,6 +15,7 @@
 #include <nanovdb/PNanoVDB.h>
 #pragma GCC diagnostic pop
 
+#include "core/smoke/grid_samples.h"
 #include "host/base/byte_reader.h"
 #include "host/base/double3_algebra.h"
 #include "host/base/memory.h"
@@ -117,8 +118,9 @@ struct Grid {
     pnanovdb_tree_handle_t tree;
 };
 
-float value_at(const Grid &grid, pnanovdb_readaccessor_t &accessor, const pnanovdb_coord_t &at) {
-    pnanovdb_uint32_t level = 0;
+// `level`: of the node that has it: 0 for a leaf node.
+float value_at(const Grid &grid, pnanovdb_readaccessor_t &accessor, const pnanovdb_coord_t &at,
+               pnanovdb_uint32_t &level) {
     const pnanovdb_address_t address =
         pnanovdb_readaccessor_get_value_address_and_level(grid.type, grid.buffer, &accessor, &at, &level);
     switch (grid.type) {
@@ -148,13 +150,12 @@ Indices find_indices(const ByteReader &in, const Grid &grid, pnanovdb_root_handl
         box.count[a] = highs[a] - lows[a] + 3;
         voxels *= static_cast<double>(box.count[a]);
     }
-    // A file that is small beside its box is no smoke: leaves of 512 voxels take 300 bytes and more.
-    const double most = std::min(0x1p30, 0x1p24 + 16 * static_cast<double>(grid.bytes));
+    // Each block of 512 voxels has a place. A file that is small beside its box is no smoke.
+    const double most = std::min(0x1p36, 0x1p29 + 0x1p15 * static_cast<double>(grid.bytes));
     if (voxels > most)
         in.fail("active voxels lie in a box of " + std::to_string(box.count[0]) + " x " + std::to_string(box.count[1]) +
                 " x " + std::to_string(box.count[2]) + ", expected " + std::to_string(static_cast<uint64_t>(most)) +
-                " voxels at most: wisp keeps all of them");
-    require_memory(in.name(), "the grid", static_cast<uint64_t>(voxels) * sizeof(float));
+                " voxels at most in so small a file");
     return box;
 }
 
@@ -183,30 +184,105 @@ void place(const ByteReader &in, const Grid &grid, const Indices &box, Volume &v
     }
 }
 
-void read_samples(const ByteReader &in, const Grid &grid, pnanovdb_root_handle_t root, const Indices &box,
-                  Volume &volume) {
-    const bool quantised = grid.type != PNANOVDB_GRID_TYPE_FLOAT;
-    volume.nx = static_cast<uint32_t>(box.count[0]);
-    volume.ny = static_cast<uint32_t>(box.count[1]);
-    volume.nz = static_cast<uint32_t>(box.count[2]);
-    volume.density.assign(static_cast<size_t>(box.count[0] * box.count[1] * box.count[2]), 0.0f);
-    pnanovdb_readaccessor_t accessor;
-    pnanovdb_readaccessor_init(&accessor, root);
-    for (int64_t z = 1; z < box.count[2] - 1; ++z)
-        for (int64_t y = 1; y < box.count[1] - 1; ++y)
-            for (int64_t x = 1; x < box.count[0] - 1; ++x) {
-                const pnanovdb_coord_t at = {static_cast<int32_t>(box.first[0] + x),
-                                             static_cast<int32_t>(box.first[1] + y),
-                                             static_cast<int32_t>(box.first[2] + z)};
-                float density = value_at(grid, accessor, at);
-                if (quantised && density < 0) density = 0; // by the rounding of its codes
-                if (!std::isfinite(density) || density < 0)
-                    in.fail("the voxel at " + std::to_string(at.x) + " " + std::to_string(at.y) + " " +
-                            std::to_string(at.z) + (density < 0 ? " is negative" : " is not finite") +
-                            ", expected 0 or more");
-                volume.density[static_cast<size_t>((z * box.count[1] + y) * box.count[0] + x)] = density;
-            }
-}
+// Blocks of the samples are leaf nodes of the grid, or constant parts of its other nodes.
+class SampleReader {
+  public:
+    SampleReader(const ByteReader &in, const Grid &grid, pnanovdb_root_handle_t root, const Indices &box,
+                 Volume &volume)
+        : in_(in), grid_(grid), box_(box), volume_(volume) {
+        pnanovdb_readaccessor_init(&accessor_, root);
+        volume.nx = static_cast<uint32_t>(box.count[0]);
+        volume.ny = static_cast<uint32_t>(box.count[1]);
+        volume.nz = static_cast<uint32_t>(box.count[2]);
+        for (size_t a = 0; a < 3; ++a) {
+            volume.skipped[a] = static_cast<int32_t>(box.first[a] & (block_edge - 1));
+            blocks_[a] = blocks_for(box.count[a], volume.skipped[a]);
+        }
+    }
+
+    void read() {
+        const uint64_t places = static_cast<uint64_t>(blocks_[0]) * static_cast<uint64_t>(blocks_[1]) *
+                                static_cast<uint64_t>(blocks_[2]);
+        require_memory(in_.name(), "the places of the grid's blocks", places * sizeof(uint32_t));
+        volume_.blocks.assign(static_cast<size_t>(places), no_block);
+        const uint64_t count = number_blocks();
+        // A file that is small beside its voxels is no smoke: leaves of 512 voxels take 300 bytes and more.
+        const uint64_t voxels = count * samples_of_block,
+                       most = std::min(uint64_t{1} << 31, (uint64_t{1} << 24) + 16 * grid_.bytes);
+        if (voxels > most)
+            in_.fail(std::to_string(voxels) + " voxels are not 0, expected " + std::to_string(most) +
+                     " at most: wisp keeps all of them");
+        require_memory(in_.name(), "the grid", voxels * sizeof(float));
+        volume_.density.assign(static_cast<size_t>(voxels), 0.0f);
+        for_each_block([this](uint32_t &number, const int64_t(&low)[3]) {
+            if (number != no_block) read_block(low, volume_.density.data() + size_t{number} * samples_of_block);
+        });
+    }
+
+  private:
+    template <class Visit> void for_each_block(Visit &&visit) {
+        uint32_t *number = volume_.blocks.data();
+        for (int64_t z = 0; z < blocks_[2]; ++z)
+            for (int64_t y = 0; y < blocks_[1]; ++y)
+                for (int64_t x = 0; x < blocks_[0]; ++x) {
+                    const int64_t block[3] = {x, y, z};
+                    int64_t low[3];
+                    for (size_t a = 0; a < 3; ++a)
+                        low[a] = box_.first[a] - volume_.skipped[a] + block[a] * block_edge;
+                    visit(*number++, low);
+                }
+    }
+
+    // Blocks that are not 0 everywhere are numbered in order. Returns how many there are.
+    uint64_t number_blocks() {
+        uint64_t count = 0;
+        for_each_block([&](uint32_t &number, const int64_t(&low)[3]) {
+            if (!is_zero(low)) number = static_cast<uint32_t>(count++);
+        });
+        return count;
+    }
+
+    bool is_zero(const int64_t (&low)[3]) {
+        const pnanovdb_coord_t at = {static_cast<int32_t>(low[0]), static_cast<int32_t>(low[1]),
+                                     static_cast<int32_t>(low[2])};
+        pnanovdb_uint32_t level = 0;
+        const float first = value_at(grid_, accessor_, at, level);
+        if (level > 0) return first == 0;
+        float samples[samples_of_block];
+        read_block(low, samples);
+        return std::all_of(samples, samples + samples_of_block, [](float x) { return x == 0; });
+    }
+
+    // The voxels of a block that are not in the outermost layer of the box; 0 for the others.
+    void read_block(const int64_t (&low)[3], float *samples) {
+        const bool quantised = grid_.type != PNANOVDB_GRID_TYPE_FLOAT;
+        for (uint32_t i = 0; i < samples_of_block; ++i) {
+            const int64_t index[3] = {low[0] + i % 8, low[1] + i / 8 % 8, low[2] + i / 64};
+            bool inside = true;
+            for (size_t a = 0; a < 3; ++a)
+                inside = inside && index[a] > box_.first[a] && index[a] < box_.first[a] + box_.count[a] - 1;
+            samples[i] = 0;
+            if (!inside) continue;
+            const pnanovdb_coord_t at = {static_cast<int32_t>(index[0]), static_cast<int32_t>(index[1]),
+                                         static_cast<int32_t>(index[2])};
+            pnanovdb_uint32_t level = 0;
+            const float density = value_at(grid_, accessor_, at, level);
+            if (quantised && density < 0) continue; // by the rounding of its codes
+            if (!std::isfinite(density) || density < 0)
+                in_.fail("the voxel at " + std::to_string(at.x) + " " + std::to_string(at.y) + " " +
+                         std::to_string(at.z) + (density < 0 ? " is negative" : " is not finite") +
+                         ", expected 0 or more");
+            samples[i] = density;
+        }
+    }
+
+    const ByteReader &in_;
+    const Grid &grid_;
+    const Indices &box_;
+    Volume &volume_;
+    pnanovdb_readaccessor_t accessor_;
+    int64_t blocks_[3];
+};
 
 } // namespace
 
@@ -239,7 +315,7 @@ Volume parse_nvdb(const std::string &name, const unsigned char *data, size_t siz
     Volume volume;
     const Indices box = find_indices(in, grid, root);
     place(in, grid, box, volume);
-    read_samples(in, grid, root, box, volume);
+    SampleReader(in, grid, root, box, volume).read();
     return volume;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 #include "wisp/double3.h"
+#include "wisp/scene.h"
 #include <vector>
 
 namespace wisp {
@@ -17,7 +18,13 @@ struct Volume {
     // high.
     std::array<Double3, 3> axis{Double3{1, 0, 0}, Double3{0, 1, 0}, Double3{0, 0, 1}};
     std::array<double, 3> low{}, high{};
-    std::vector<float> density; // nx * ny * nz, finite, >= 0; x runs fastest, then y
+    // Finite, >= 0; x runs fastest, then y. All nx * ny * nz samples; or blocks of them, as in GridDescription.
+    std::vector<float> density;
+    std::vector<uint32_t> blocks; // empty: all samples
+    std::array<int32_t, 3> skipped{};
+
+    // Sets what describes the samples. They stay here.
+    void describe_samples(GridDescription &grid) const;
 };
 
 // Whether the bytes begin like one of these files.

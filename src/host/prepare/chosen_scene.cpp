@@ -1,4 +1,5 @@
 #include "host/prepare/chosen_scene.h"
+#include "core/smoke/grid_samples.h"
 #include "host/base/double3_algebra.h"
 #include "host/base/error.h"
 #include "host/base/files.h"
@@ -17,12 +18,15 @@ namespace wisp {
 
 namespace {
 
-// The smoke of one file: its particles, or the samples of its grid that are above 0.
+// More samples of a sparse grid than these stand together, block by block: memory and time stay small.
+constexpr size_t max_single_samples = size_t{1} << 23;
+
+// The smoke of one file: its particles, or the samples of its grid that are above 0, or its blocks.
 struct Cloud {
     std::vector<Double3> points;
     std::vector<double> areas;  // extinction cross-sections for an extinction of 1; empty: 1 each
     std::vector<double> radius; // smoothing lengths in the file; empty: none
-    double reach = 0;           // of a sample of a grid; 0: of particles
+    double reach = 0;           // of a sample or block of a grid; 0: of particles
     bool has_mass = false;
 
     double area(size_t i) const { return areas.empty() ? 1 : areas[i]; }
@@ -36,17 +40,42 @@ Cloud cloud_of(const Volume &volume) {
         edge[a] = (volume.high[a] - volume.low[a]) / count[a];
         volume_of_cell *= edge[a];
     }
-    cloud.reach = std::max({edge[0], edge[1], edge[2]});
-    size_t i = 0;
-    for (uint32_t z = 0; z < volume.nz; ++z)
-        for (uint32_t y = 0; y < volume.ny; ++y)
-            for (uint32_t x = 0; x < volume.nx; ++x, ++i) {
-                if (!(volume.density[i] > 0)) continue;
-                cloud.points.push_back(volume.axis[0] * (volume.low[0] + (x + 0.5) * edge[0]) +
-                                       volume.axis[1] * (volume.low[1] + (y + 0.5) * edge[1]) +
-                                       volume.axis[2] * (volume.low[2] + (z + 0.5) * edge[2]));
-                cloud.areas.push_back(static_cast<double>(volume.density[i]) * volume_of_cell);
+    GridDescription grid = {};
+    volume.describe_samples(grid);
+    const bool by_block = grid.blocks && volume.density.size() > max_single_samples;
+    cloud.reach = std::max({edge[0], edge[1], edge[2]}) * (by_block ? block_edge : 1);
+    const auto add = [&](double x, double y, double z, double density) {
+        cloud.points.push_back(volume.axis[0] * (volume.low[0] + x * edge[0]) +
+                               volume.axis[1] * (volume.low[1] + y * edge[1]) +
+                               volume.axis[2] * (volume.low[2] + z * edge[2]));
+        cloud.areas.push_back(density * volume_of_cell);
+    };
+    struct Block {
+        int32_t x, y, z; // its first sample
+        double sum;      // of densities
+    } block = {0, 0, 0, 0};
+    const auto add_block = [&] {
+        if (block.sum > 0) add(block.x + 4, block.y + 4, block.z + 4, block.sum);
+    };
+    for_each_run(grid, [&](int32_t first, int32_t y, int32_t z, const float *densities, int32_t n) {
+        if (by_block) {
+            const auto low = [](int32_t at, int32_t skipped) { return ((at + skipped) & -block_edge) - skipped; };
+            const int32_t bx = low(first, grid.skipped[0]), by = low(y, grid.skipped[1]), bz = low(z, grid.skipped[2]);
+            if (bx != block.x || by != block.y || bz != block.z) {
+                add_block();
+                block = {bx, by, bz, 0};
             }
+        }
+        for (int32_t i = 0; i < n; ++i) {
+            if (!(densities[i] > 0)) continue;
+            if (by_block)
+                block.sum += static_cast<double>(densities[i]);
+            else
+                add(first + i + 0.5, y + 0.5, z + 0.5, static_cast<double>(densities[i]));
+        }
+        return true;
+    });
+    add_block();
     return cloud;
 }
 

@@ -1,4 +1,5 @@
 #include "host/prepare/extinction.h"
+#include "core/smoke/grid_samples.h"
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -95,7 +96,7 @@ Extinction extinction_of(const SmokeDescription &smoke) {
     if (!smoke.is_grid()) return extinction_of_particles(smoke);
     const GridDescription &grid = smoke.grid;
     double densest = grid.density ? 0 : 1;
-    for (uint64_t i = 0; grid.density && i < grid.count(); ++i)
+    for (uint64_t i = 0; grid.density && i < stored_samples(grid); ++i)
         densest = std::max(densest, static_cast<double>(grid.density[i]));
     return {8 * grid.half.x * grid.half.y * grid.half.z, densest * grid.extinction};
 }
@@ -109,28 +110,34 @@ double longest_element(const SmokeDescription &smoke) {
 // The mean square of the depths of samples, weighted by the diffuse light that goes out in each: of light that enters a
 // grid along an axis (0, 1, 2) or against it. `edges`: a sample's optical depths at density 1.
 double lit_square(const GridDescription &grid, int axis, bool against, const double (&edges)[3]) {
-    const int32_t counts[3] = {grid.nx, grid.ny, grid.nz}, n = counts[axis];
-    uint64_t step = 1; // from a sample to the next one along the axis
-    for (int before = 0; before < axis; ++before) step *= static_cast<uint64_t>(counts[before]);
     const double edge = edges[axis], longest = std::max({edges[0], edges[1], edges[2]});
     constexpr double deepest = 1e6; // of a sample: squares are finite
-    std::vector<double> taus(step); // so far, of columns side by side
+    struct Column {
+        int32_t last = -2; // the sample before
+        double tau = 0;    // so far, through samples side by side
+    };
+    const int32_t counts[3] = {grid.nx, grid.ny, grid.nz};
+    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+    std::vector<Column> columns(static_cast<size_t>(counts[u]) * static_cast<size_t>(counts[v]));
     double light = 0, sum = 0;
-    for (const float *slab = grid.density; slab < grid.density + grid.count();
-         slab += step * static_cast<uint64_t>(n)) {
-        std::fill(taus.begin(), taus.end(), 0.0);
-        for (int32_t k = 0; k < n; ++k) {
-            const float *row = slab + step * static_cast<uint64_t>(against ? n - 1 - k : k);
-            for (uint64_t i = 0; i < step; ++i) {
-                const double density = row[i], depth = std::min(density * longest, deepest);
-                const double deeper = density > 0 ? taus[i] + std::min(density * edge, deepest) : 0;
-                const double out = density > 0 ? 1 / (1 + 0.75 * taus[i]) - 1 / (1 + 0.75 * deeper) : 0;
-                taus[i] = deeper;
-                light += out;
-                sum += out * depth * depth;
-            }
+    const auto run = [&](int32_t x, int32_t y, int32_t z, const float *densities, int32_t count) {
+        for (int32_t i = 0; i < count; ++i) {
+            const int32_t offset = against ? count - 1 - i : i, at[3] = {x + offset, y, z};
+            const double density = densities[offset];
+            if (!(density > 0)) continue;
+            Column &column = columns[static_cast<size_t>(at[v]) * static_cast<size_t>(counts[u]) +
+                                     static_cast<size_t>(at[u])];
+            if (std::abs(at[axis] - column.last) > 1) column.tau = 0; // nothing lies between
+            const double depth = std::min(density * longest, deepest);
+            const double deeper = column.tau + std::min(density * edge, deepest);
+            const double out = 1 / (1 + 0.75 * column.tau) - 1 / (1 + 0.75 * deeper);
+            column = {at[axis], deeper};
+            light += out;
+            sum += out * depth * depth;
         }
-    }
+        return true;
+    };
+    for_each_run(grid, run, against);
     return light > 0 ? sum / light : 0;
 }
 

@@ -1,13 +1,13 @@
 // Lengths and radiances are scaled by powers of two, so that only subtractions of the centre round, in double. The
 // result is the same for every arithmetic; what depends on the arithmetic is done by the core.
 #include "core/numbers/elementary.h"
+#include "core/smoke/grid_samples.h"
 #include "host/base/double3_algebra.h"
 #include "host/base/error.h"
 #include "host/base/files.h"
 #include "host/base/memory.h"
 #include "host/base/text.h"
 #include "host/formats/particles.h"
-#include "host/formats/volume.h"
 #include "host/prepare/decimate.h"
 #include "host/prepare/motion.h"
 #include "host/prepare/prepare.h"
@@ -90,9 +90,9 @@ GridDescription place_grid(const std::vector<Node> &nodes, const SceneFile::Smok
     return grid;
 }
 
-// Loads one smoke, in the units of the scene: into `particles` or `density`, and the rest into `source`.
+// Loads one smoke, in the units of the scene: into `particles` or `volume`, and the rest into `source`.
 void load(const std::vector<Node> &nodes, const SceneFile::SmokeVolume &smoke, int64_t frame, SmokeDescription &source,
-          std::vector<Particle> &particles, std::vector<float> &density, std::vector<std::string> &notes) {
+          std::vector<Particle> &particles, Volume &volume, std::vector<std::string> &notes) {
     source.kernel = smoke.kernel;
     source.albedo = smoke.albedo;
     source.asymmetry = smoke.phase;
@@ -115,13 +115,10 @@ void load(const std::vector<Node> &nodes, const SceneFile::SmokeVolume &smoke, i
         throw InputError(smoke.of_particles.where, "found '" + smoke.of_particles.key +
                                                        "', expected none for the density grid " + path +
                                                        ": only particles have it");
-    Volume volume = named_at(smoke.where, [&] { return parse_volume(path, bytes.data(), bytes.size(), smoke.grid); });
+    volume = named_at(smoke.where, [&] { return parse_volume(path, bytes.data(), bytes.size(), smoke.grid); });
     source.grid = place_grid(nodes, smoke, volume.axis, {volume.low[0], volume.low[1], volume.low[2]},
                              {volume.high[0], volume.high[1], volume.high[2]});
-    source.grid.nx = static_cast<int32_t>(volume.nx);
-    source.grid.ny = static_cast<int32_t>(volume.ny);
-    source.grid.nz = static_cast<int32_t>(volume.nz);
-    density = std::move(volume.density);
+    volume.describe_samples(source.grid);
 }
 
 // --thin: removes negligible particles. This comes first, so that the extent of the smoke is that of the particles that
@@ -185,10 +182,10 @@ void normalize(SmokeDescription &source, std::vector<Particle> &particles, std::
     }
     source.smallest_h = source.largest_h = step_length(grid);
     double sum = grid.density ? 0 : 1;
-    for (uint64_t i = 0; grid.density && i < grid.count(); ++i) sum += static_cast<double>(grid.density[i]);
+    for (float density : densities) sum += static_cast<double>(density);
     // The integral of a sample's trilinear tent is the volume of a cell.
     source.total_area =
-        grid.extinction * sum * (8 * grid.half.x * grid.half.y * grid.half.z / static_cast<double>(grid.count()));
+        grid.extinction * sum * (8 * grid.half.x * grid.half.y * grid.half.z / static_cast<double>(samples_of_box(grid)));
 }
 
 Camera make_camera(const SceneFile::View &view, int width, int height, const Double3 &center, double scale) {
@@ -315,7 +312,7 @@ void check_range(const std::string &name, const SceneFile &file, const PreparedS
         if (smoke.is_grid()) {
             radius = std::max(radius, distance(grid.center) + distance(grid.half));
             double densest = grid.density ? 0 : 1;
-            for (float density : prepared.densities[i]) densest = std::max(densest, static_cast<double>(density));
+            for (float density : prepared.volumes[i].density) densest = std::max(densest, static_cast<double>(density));
             if (!(grid.extinction * densest <= (fixed ? 0x1p15 : 1e30)))
                 refuse(where, "the smoke's extinction is too large for this arithmetic");
         }
@@ -379,7 +376,7 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
     const double time = time_of(file, options, frame);
     const SceneFile::View view = view_at(*file.view, file.graph, time);
     prepared.particles.clear();
-    prepared.densities.clear();
+    prepared.volumes.clear();
     prepared.smokes.clear();
     prepared.lights.clear();
     prepared.notes.clear();
@@ -390,12 +387,11 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
 
     const size_t smokes = file.smokes.size();
     prepared.particles.resize(smokes);
-    prepared.densities.resize(smokes);
+    prepared.volumes.resize(smokes);
     prepared.smokes.resize(smokes);
     for (size_t i = 0; i < smokes; ++i) {
-        load(file.graph.nodes, file.smokes[i], frame, prepared.smokes[i], prepared.particles[i], prepared.densities[i],
+        load(file.graph.nodes, file.smokes[i], frame, prepared.smokes[i], prepared.particles[i], prepared.volumes[i],
              prepared.notes);
-        if (!prepared.densities[i].empty()) prepared.smokes[i].grid.density = prepared.densities[i].data();
     }
     // Until the unit is found particles are in the order of their files, so that errors can name them.
     const auto sort_all = [&] {
@@ -433,7 +429,7 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
     prepared.center = center;
     prepared.scale = scale;
     for (size_t i = 0; i < smokes; ++i)
-        normalize(prepared.smokes[i], prepared.particles[i], prepared.densities[i], center, scale);
+        normalize(prepared.smokes[i], prepared.particles[i], prepared.volumes[i].density, center, scale);
 
     double brightest = std::max(largest(file.background), 0.0);
     for (const SceneFile::SmokeVolume &smoke : file.smokes) brightest = std::max(brightest, largest(smoke.emission));

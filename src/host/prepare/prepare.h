@@ -2,6 +2,7 @@
 // and order.
 #pragma once
 #include "host/base/messages.h"
+#include "host/formats/volume.h"
 #include "host/prepare/prepare_surfaces.h"
 #include "host/prepare/unit.h"
 #include "host/scene/options.h"
@@ -20,7 +21,7 @@ struct PreparedScene {
     std::vector<LightSource> lights;
     std::vector<SmokeDescription> smokes;
     std::vector<std::vector<Particle>> particles;
-    std::vector<std::vector<float>> densities; // of grids
+    std::vector<Volume> volumes; // the samples of grids
     std::vector<std::string> notes;            // for --verbose
     std::vector<Warning> warnings;             // of what was left out
     std::optional<PreparedSurfaces> surfaces;  // made by the first frame, used by all

@@ -1,3 +1,4 @@
+#include "core/smoke/grid_samples.h"
 #include "core/smoke/resampling.h"
 #include "host/base/double3_algebra.h"
 #include "host/base/text.h"
@@ -83,21 +84,21 @@ Columns particle_columns(const SmokeDescription &smoke, int axis) {
 
 // Those of the samples of a grid along an edge of its box.
 Columns grid_columns(const GridDescription &grid, int axis) {
-    const uint64_t counts[] = {static_cast<uint64_t>(grid.nx), static_cast<uint64_t>(grid.ny),
-                               static_cast<uint64_t>(grid.nz)};
-    const uint64_t strides[] = {1, counts[0], counts[0] * counts[1]};
+    const int32_t counts[] = {grid.nx, grid.ny, grid.nz};
     const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-    const double depth_of_sample = grid.extinction * 2 * component(grid.half, axis) / static_cast<double>(counts[axis]);
+    const double depth_of_sample = grid.extinction * 2 * component(grid.half, axis) / counts[axis];
+    std::vector<double> sums(static_cast<size_t>(counts[u]) * static_cast<size_t>(counts[v]), grid.density ? 0 : 1);
+    if (grid.density)
+        for_each_run(grid, [&](int32_t x, int32_t y, int32_t z, const float *densities, int32_t count) {
+            for (int32_t i = 0; i < count; ++i) {
+                const int32_t at[] = {x + i, y, z};
+                sums[static_cast<size_t>(at[v]) * static_cast<size_t>(counts[u]) + static_cast<size_t>(at[u])] +=
+                    static_cast<double>(densities[i]);
+            }
+            return true;
+        });
     Columns columns;
-    for (uint64_t j = 0; j < counts[v]; ++j)
-        for (uint64_t i = 0; i < counts[u]; ++i) {
-            double sum = 0;
-            for (uint64_t k = 0; k < counts[axis]; ++k)
-                sum += grid.density
-                           ? static_cast<double>(grid.density[i * strides[u] + j * strides[v] + k * strides[axis]])
-                           : 1;
-            columns.add(sum * depth_of_sample);
-        }
+    for (const double sum : sums) columns.add(sum * depth_of_sample);
     return columns;
 }
 

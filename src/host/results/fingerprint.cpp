@@ -1,3 +1,4 @@
+#include "core/smoke/grid_samples.h"
 #include "host/base/sha256.h"
 #include "host/base/version.h"
 #include "host/results/fingerprint.h"
@@ -29,7 +30,10 @@ void add(Digest &digest, const SmokeDescription &smoke) {
     const GridDescription &grid = smoke.grid;
     digest.add(grid.nx, grid.ny, grid.nz, grid.extinction, grid.center, grid.half);
     for (const Double3 &axis : grid.axis) digest.add(axis);
-    if (grid.density) digest.add_array(grid.density, grid.count() * sizeof(float));
+    if (grid.density) digest.add_array(grid.density, stored_samples(grid) * sizeof(float));
+    if (!grid.blocks) return;
+    digest.add_array(grid.blocks, block_places(grid) * sizeof(uint32_t));
+    digest.add_array(grid.skipped, sizeof grid.skipped);
 }
 
 void add_lights_and_smokes(Digest &digest, const Scene &scene) {

@@ -648,7 +648,7 @@ TEST_CASE(WISP_ARITH_NAME ": points around samples are spread as the density") {
     for (const Grid &grid : grids()) {
         const BuiltGrid built(grid.source());
         std::vector<double> before = {0};
-        for (uint64_t i = 0; i < grid.source().count(); ++i)
+        for (uint64_t i = 0; i < samples_of_box(grid.source()); ++i)
             before.push_back(before.back() + (grid.density.empty() ? 1 : static_cast<double>(grid.density[i])));
         check_points(grid, 40000, [&](int i) {
             const Event event = photon_event(uint64_t(i), 3);

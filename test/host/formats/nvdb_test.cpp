@@ -1,5 +1,6 @@
 // NanoVDB files that NanoVDB's own code writes: values, places, names, compressions; and damaged ones.
 #include "host/formats/volume.h"
+#include "core/smoke/grid_samples.h"
 #include "host/base/double3_algebra.h"
 #include "host/prepare/prepare.h"
 #include "support/refusal.h"
@@ -89,9 +90,22 @@ std::string refusal(const std::string &file, const std::string &name = "") {
 }
 bool contains(const std::string &text, const std::string &part) { return text.find(part) != std::string::npos; }
 
+// All samples of the box, from blocks.
+std::vector<float> samples_of(const Volume &volume) {
+    GridDescription grid = {};
+    volume.describe_samples(grid);
+    std::vector<float> samples(static_cast<size_t>(samples_of_box(grid)), 0.0f);
+    for_each_run(grid, [&](int32_t x, int32_t y, int32_t z, const float *densities, int32_t n) {
+        std::copy(densities, densities + n, samples.begin() + (int64_t{z} * grid.ny + y) * grid.nx + x);
+        return true;
+    });
+    return samples;
+}
+
 // Checks every sample: its value, and that it lies where the map says.
 void check(const Volume &volume, const Map &map, float tolerance) {
     const uint32_t n[3] = {volume.nx, volume.ny, volume.nz};
+    const std::vector<float> samples = samples_of(volume);
     for (int a = 0; a < 3; ++a) REQUIRE(n[a] == static_cast<uint32_t>(count[a] + 2));
     for (uint32_t z = 0; z < n[2]; ++z)
         for (uint32_t y = 0; y < n[1]; ++y)
@@ -99,7 +113,7 @@ void check(const Volume &volume, const Map &map, float tolerance) {
                 const bool border = x == 0 || y == 0 || z == 0 || x == n[0] - 1 || y == n[1] - 1 || z == n[2] - 1;
                 const int i = low[0] - 1 + static_cast<int>(x), j = low[1] - 1 + static_cast<int>(y),
                           k = low[2] - 1 + static_cast<int>(z);
-                const float density = volume.density[(z * n[1] + y) * n[0] + x];
+                const float density = samples[(z * n[1] + y) * n[0] + x];
                 CHECK(std::fabs(density - (border ? 0 : density_at(i, j, k))) <= tolerance);
                 Double3 at = {0, 0, 0};
                 const uint32_t index[3] = {x, y, z};
@@ -170,6 +184,49 @@ TEST_CASE("nvdb: a grid is chosen by name, 'density' without one, or the only on
     CHECK(contains(refusal(file_of(others)), "no grid 'density', expected one of 'surface', 'smoke', 'heat'"));
 }
 
+TEST_CASE("nvdb: voxels far apart take the memory of their blocks") {
+    nanovdb::GridBuilder<float> builder(0.0f, nanovdb::GridClass::FogVolume);
+    auto voxels = builder.getAccessor();
+    voxels.setValue(nanovdb::Coord(-3, 5, 17), 0.5f);
+    voxels.setValue(nanovdb::Coord(1990, 1500, 1800), 0.75f);
+    voxels.setValue(nanovdb::Coord(1992, 1500, 1800), 0.25f); // in the next block
+    voxels.setValue(nanovdb::Coord(700, 600, 500), 0.0f);     // active, but no smoke
+    std::vector<Handle> grids;
+    grids.push_back(builder.getHandle(Map().nano(), "density"));
+    const Volume volume = parse(file_of(grids));
+    CHECK(volume.nx == 1998);
+    CHECK(volume.ny == 1498);
+    CHECK(volume.nz == 1786);
+    CHECK(volume.density.size() == 3 * samples_of_block);
+    GridDescription grid = {};
+    volume.describe_samples(grid);
+    std::vector<std::array<int32_t, 3>> places;
+    std::vector<float> values;
+    for_each_run(grid, [&](int32_t x, int32_t y, int32_t z, const float *densities, int32_t n) {
+        for (int32_t i = 0; i < n; ++i)
+            if (densities[i] != 0) places.push_back({x + i - 4, y + 4, z + 16}), values.push_back(densities[i]);
+        return true;
+    });
+    CHECK(places == std::vector<std::array<int32_t, 3>>{{-3, 5, 17}, {1990, 1500, 1800}, {1992, 1500, 1800}});
+    CHECK(values == std::vector<float>{0.5f, 0.75f, 0.25f});
+}
+
+TEST_CASE("nvdb: a constant part of a grid that has no leaves is smoke as others are") {
+    nanovdb::GridBuilder<float> builder(0.0f, nanovdb::GridClass::FogVolume);
+    builder([](const nanovdb::Coord &) { return 0.5f; },
+            nanovdb::CoordBBox(nanovdb::Coord(0, 0, 0), nanovdb::Coord(63, 31, 15)));
+    std::vector<Handle> grids;
+    grids.push_back(builder.getHandle(Map().nano(), "density"));
+    const auto *tree = &grids[0].grid<float>()->tree();
+    CHECK(tree->nodeCount(0) < 64); // of 8 x 4 x 2 leaves, some are constant parts of the node above
+    const Volume volume = parse(file_of(grids));
+    const std::vector<float> samples = samples_of(volume);
+    CHECK(volume.nx == 66);
+    CHECK(static_cast<int>(std::count(samples.begin(), samples.end(), 0.5f)) == 64 * 32 * 16);
+    CHECK(static_cast<int>(std::count(samples.begin(), samples.end(), 0.0f)) ==
+          static_cast<int>(samples.size()) - 64 * 32 * 16);
+}
+
 TEST_CASE("nvdb: densities below 0 and beyond all numbers are refused, with their voxel") {
     for (const float bad : {-1.0f, NAN, INFINITY}) {
         std::vector<Handle> grids;
@@ -221,8 +278,9 @@ TEST_CASE("nvdb: a grid that is turned lies where a scene's transform turns it t
     prepare(turned, "", by_file);
     prepare(plain, " transform 1 1 1 0 0 1 90 0 0 0\n", by_scene);
     const GridDescription &a = by_file.smokes[0].grid, &b = by_scene.smokes[0].grid;
-    CHECK(a.count() == b.count());
-    CHECK(by_file.densities[0] == by_scene.densities[0]);
+    CHECK(samples_of_box(a) == samples_of_box(b));
+    CHECK(by_file.volumes[0].density == by_scene.volumes[0].density);
+    CHECK(by_file.volumes[0].blocks == by_scene.volumes[0].blocks);
     CHECK(length(a.center - b.center) < 1e-9);
     CHECK(length(a.half - b.half) < 1e-9);
     for (int i = 0; i < 3; ++i) CHECK(length(a.axis[i] - b.axis[i]) < 1e-9);
