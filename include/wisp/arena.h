@@ -25,10 +25,8 @@ class Arena {
     // A place to return to: `rewind(mark())` frees everything that was made in between.
     size_t mark() const { return used_; }
     void rewind(size_t mark) { used_ = mark; }
-
     size_t size() const { return size_; }
     size_t peak() const { return peak_; }
-
     void begin_stage() { stage_peak_ = used_; }
     size_t stage_peak() const { return stage_peak_; } // the most that was in use since then
 

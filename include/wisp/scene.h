@@ -45,8 +45,7 @@ struct Particle {
 
 // A box of nx * ny * nz cells, turned about its middle, with a density at the centre of each. A sparse grid has blocks of
 // 8 * 8 * 8 samples, and only those with smoke: `blocks` has for each block of the box, x fastest, its number, whose
-// samples are density[512 * number ...], or no_block. The box begins `skipped` samples after the first block does.
-constexpr uint32_t no_block = 0xffffffff;
+// samples are density[512 * number ...], or UINT32_MAX. The box begins `skipped` samples after the first block does.
 struct GridDescription {
     int32_t nx, ny, nz;   // 0: there is no grid
     const float *density; // x fastest, 0 or more; nullptr: 1 everywhere
@@ -71,7 +70,6 @@ struct SmokeDescription {
     Double3 albedo;    // 0 to 1 a channel
     double asymmetry;  // g of Henyey and Greenstein, -1 < g < 1
     Double3 emission;  // radiance L_e
-
     bool is_grid() const { return grid.nx > 0; }
     bool empty() const { return count == 0 && !is_grid(); }
 };

@@ -36,7 +36,6 @@ struct PlanRow {
 struct Plan {
     PlanRow rows[stage_count];
     uint64_t arena_bytes; // the sum of the bytes of all rows
-
     bool smoke;    // there are particles, density grids or boxes
     bool surfaces; // there are triangles
     bool photons;  // some light is scattered more than once
@@ -53,7 +52,8 @@ struct Plan {
 };
 
 // What lives from frame to frame, at the beginning of the arena: trees of static triangles, what the shadow technique
-// has learnt, the smoke with its optical depths. Empty at first, it is the caller's to hand on with the same arena.
+// has learnt, the smoke with its optical depths. Empty at first, it is the caller's to hand on with the same arena. What
+// other settings made is made anew.
 struct CachedFrame; // the core's own
 struct FrameCache {
     CachedFrame *frame;

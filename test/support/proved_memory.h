@@ -6,9 +6,15 @@
 namespace wisp::WISP_ARITH {
 
 struct ProvedMemory {
-    explicit ProvedMemory(const Scene &scene) : kept(exact_technique.bytes(scene, {})), frame(kept.size()) {
+    // With the room for a picture of 512 x 512 pixels.
+    explicit ProvedMemory(const Scene &scene) {
+        Settings settings = {};
+        settings.crop = {0, 0, 512, 512, 1};
+        settings.samples = 1;
+        kept.resize(exact_technique.bytes(scene, settings));
+        frame.resize(kept.size());
         Arena arena(kept.data(), kept.size());
-        proved = static_cast<ProvedShadows *>(exact_technique.make(scene, arena, {}));
+        proved = static_cast<ProvedShadows *>(exact_technique.make(scene, settings, arena, {}));
         REQUIRE(proved);
     }
     // The room's shadows ask it from now on, in a new frame.

@@ -10,6 +10,8 @@ namespace wisp::WISP_ARITH {
 struct QueriedRoom : Room {
     void use(ShadowMethod method) {
         Settings settings = {};
+        settings.crop = {0, 0, 512, 512, 1};
+        settings.samples = 1;
         settings.shadows = method;
         block.resize(static_cast<size_t>(shadow_bytes(scene, settings)));
         Arena arena(block.data(), block.size());

@@ -32,7 +32,8 @@ enum class Lifetime : uint8_t { sequence, smoke, frame };
 
 // What lives from frame to frame. It stands at the beginning of the arena.
 struct FrameState : CachedFrame {
-    uint32_t light_count; // another number of lights: all is made anew
+    uint32_t light_count, static_count; // other numbers: all is made anew
+    Settings settings;                  // those of the frame before
     Light *lights;
     Surfaces surfaces;
     void *shadow_memory; // of the shadow technique

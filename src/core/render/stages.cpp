@@ -318,10 +318,29 @@ class Runner {
     uint64_t of_frame_[stage_count] = {};
 };
 
+// Whether what lives as long as the animation can be what was made before: by the same techniques, for a picture that
+// was no larger, as what shadows may learn grows with it.
+bool keeps_sequence(const FrameState &state, const Scene &scene, const Settings &settings) {
+    const auto rays = [](const Settings &of) { return of.crop.pixels() * of.samples; };
+    return state.renderer == &renderer && state.light_count == scene.light_count &&
+           state.static_count == scene.static_count && state.settings.shadows == settings.shadows &&
+           state.settings.tree == settings.tree &&
+           rays(state.settings) <= rays(settings);
+}
+
+// Whether the structures of the same smoke are the same by these settings.
+bool keeps_smoke(const Settings &a, const Settings &b) {
+    const auto same = [](double x, double y) { return total_order_key(x) == total_order_key(y); };
+    return same(a.density_step, b.density_step) && same(a.light_step, b.light_step) &&
+           same(a.irradiance_step, b.irradiance_step) && a.irradiance == b.irradiance && a.method == b.method &&
+           a.deposit == b.deposit && a.direction == b.direction && a.estimate == b.estimate &&
+           a.photons == b.photons && a.paths == b.paths && a.goal == b.goal;
+}
+
 // The state of the frames before, or a new one. nullptr: the arena was too small.
 FrameState *find_state(const Job &job, FrameCache &cache, bool &made) {
     FrameState *state = static_cast<FrameState *>(cache.frame);
-    made = !state || state->renderer != &renderer || state->light_count != job.scene.light_count;
+    made = !state || !keeps_sequence(*state, job.scene, job.settings);
     if (!made) return state;
     cache.frame = nullptr;
     const size_t before = job.arena.mark();
@@ -330,6 +349,8 @@ FrameState *find_state(const Job &job, FrameCache &cache, bool &made) {
     *state = {};
     state->renderer = &renderer;
     state->light_count = job.scene.light_count;
+    state->static_count = job.scene.static_count;
+    state->settings = job.settings;
     state->used[0][static_cast<uint32_t>(Stage::frame_cache)] = job.arena.mark() - before;
     return state;
 }
@@ -355,13 +376,14 @@ Status run_frame(Frame &frame, FrameCache &cache, bool made, Runner &runner) {
         refresh(frame, cache.same_smoke);
     }
     arena.rewind(state.sequence_end);
-    if (!state.has_smoke || !cache.same_smoke) {
+    if (!state.has_smoke || !cache.same_smoke || !keeps_smoke(state.settings, frame.settings)) {
         state.has_smoke = false;
         state.smoke = {}; // nothing of another smoke is left, where this frame has none
         status = runner.run(Lifetime::smoke);
         if (status != Status::done) return status;
         state.has_smoke = frame.decisions.smoke;
         state.smoke_end = arena.mark();
+        state.settings = frame.settings;
     }
     arena.rewind(state.smoke_end);
     // Sums that no stage will read would be lost without a word.

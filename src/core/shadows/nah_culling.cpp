@@ -11,7 +11,7 @@ uint64_t culling_bytes(const Scene &scene, const Settings &settings) {
            Arena::bytes<uint32_t>(static_cast<uint64_t>(settings.crop.x1 - settings.crop.x0));
 }
 
-void *make_culling(const Scene &scene, Arena &arena, Watch) {
+void *make_culling(const Scene &scene, const Settings &, Arena &arena, Watch) {
     NahCulling *culling = arena.make<NahCulling>(1);
     CulledTriangle *triangles = arena.make<CulledTriangle>(scene.triangle_count());
     if (!culling || !triangles) return nullptr;

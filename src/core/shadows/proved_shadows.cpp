@@ -5,7 +5,7 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr uint32_t rays_before_proof = 8, rays_before_split = 24; // of a cell; below 64
+constexpr uint32_t rays_before_proof = 8; // of a cell
 static_assert(rays_before_proof < rays_before_split && rays_before_split < 64, "ShadowCell counts to 63");
 
 void load(const Triangle &triangle, Vec3 (&corner)[3]) {
@@ -52,14 +52,14 @@ bool trace_from_cell(ShadowCells &cells, ShadowCell &cell, const CellPlace &plac
     return blocked;
 }
 
-uint64_t proved_bytes(const Scene &scene, const Settings &) {
-    return Arena::bytes<ProvedShadows>(1) + shadow_cell_bytes(scene) + instance_shadow_bytes(scene);
+uint64_t proved_bytes(const Scene &scene, const Settings &settings) {
+    return Arena::bytes<ProvedShadows>(1) + shadow_cell_bytes(scene, settings) + instance_shadow_bytes(scene);
 }
 
-void *make_proved(const Scene &scene, Arena &arena, Watch watch) {
+void *make_proved(const Scene &scene, const Settings &settings, Arena &arena, Watch watch) {
     ProvedShadows *proved = arena.make<ProvedShadows>(1);
     if (!proved) return nullptr;
-    proved->cells = make_shadow_cells(scene, arena, watch);
+    proved->cells = make_shadow_cells(scene, settings, arena, watch);
     return proved->cells.ready ? proved : nullptr;
 }
 

@@ -45,7 +45,7 @@ struct ShadowTechnique {
     // `bytes` bounds that together with what it takes in each frame; `make` returns nullptr when the arena is too
     // small.
     uint64_t (*bytes)(const Scene &scene, const Settings &settings) = nullptr;
-    void *(*make)(const Scene &scene, Arena &arena, Watch watch) = nullptr;
+    void *(*make)(const Scene &scene, const Settings &settings, Arena &arena, Watch watch) = nullptr;
 
     // Before the first query of a frame, false: the arena was too small; after the last one.
     bool (*begin_frame)(Shadows &shadows, const Settings &settings, Arena &arena) = nullptr;

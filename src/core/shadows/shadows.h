@@ -17,7 +17,7 @@ inline const ShadowTechnique *shadow_technique(const Scene &scene, const Setting
 inline bool make_shadow_memory(const Scene &scene, const Settings &settings, Arena &arena, void *&memory,
                                Watch watch = {}) {
     const ShadowTechnique &technique = *shadow_technique(scene, settings);
-    memory = technique.make ? technique.make(scene, arena, watch) : nullptr;
+    memory = technique.make ? technique.make(scene, settings, arena, watch) : nullptr;
     return memory || !technique.make;
 }
 inline uint64_t shadow_bytes(const Scene &scene, const Settings &settings) {

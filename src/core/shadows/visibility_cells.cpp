@@ -9,9 +9,11 @@ constexpr uint64_t max_blocks = uint64_t{1} << 19;
 
 uint32_t roots_for(const Scene &scene) { return scene.static_count / 4 + 1; }
 
-// Some tens of blocks for each triangle and light, and some for large triangles.
-uint64_t blocks_for(const Scene &scene) {
-    return min(max_blocks, (uint64_t{1} << 13) + 32 * uint64_t{scene.light_count} * scene.static_count);
+uint64_t blocks_for(const Scene &scene, const Settings &settings) {
+    constexpr uint64_t frames = 6;
+    const uint64_t queries = settings.crop.pixels() * settings.samples;
+    const uint64_t of_light = roots_for(scene) + min(queries, max_blocks * rays_before_split) * frames / rays_before_split;
+    return min(max_blocks, 1 + min(of_light, max_blocks) * scene.light_count); // block 0 means none
 }
 
 // 0: no block is left.
@@ -46,14 +48,14 @@ inline int64_t weight_of(Fixed x) { return x.raw() * (int64_t{1} << 30); }
 
 } // namespace
 
-uint64_t shadow_cell_bytes(const Scene &scene) {
-    return Arena::bytes<ShadowCell[4]>(blocks_for(scene)) + Arena::bytes<Light>(scene.light_count) +
+uint64_t shadow_cell_bytes(const Scene &scene, const Settings &settings) {
+    return Arena::bytes<ShadowCell[4]>(blocks_for(scene, settings)) + Arena::bytes<Light>(scene.light_count) +
            Arena::bytes<uint32_t>(uint64_t{scene.light_count} * roots_for(scene));
 }
 
-ShadowCells make_shadow_cells(const Scene &scene, Arena &arena, Watch watch) {
+ShadowCells make_shadow_cells(const Scene &scene, const Settings &settings, Arena &arena, Watch watch) {
     ShadowCells cells = {};
-    cells.block_count = static_cast<uint32_t>(blocks_for(scene));
+    cells.block_count = static_cast<uint32_t>(blocks_for(scene, settings));
     cells.roots_per_light = roots_for(scene);
     const size_t roots = size_t{scene.light_count} * cells.roots_per_light;
     cells.roots = arena.make<uint32_t>(roots);

@@ -54,9 +54,13 @@ struct ShadowCells {
     uint32_t light_count, roots_per_light;
 };
 
-// An upper bound of what make_shadow_cells takes from the arena.
-uint64_t shadow_cell_bytes(const Scene &scene);
-ShadowCells make_shadow_cells(const Scene &scene, Arena &arena, Watch watch = {});
+// After so many rays a cell that is mixed is divided.
+constexpr uint32_t rays_before_split = 24;
+
+// An upper bound of what make_shadow_cells takes from the arena. Memory is in proportion to what can be learnt: there
+// are blocks for each root and for the cells that the camera rays of six frames can divide at most.
+uint64_t shadow_cell_bytes(const Scene &scene, const Settings &settings);
+ShadowCells make_shadow_cells(const Scene &scene, const Settings &settings, Arena &arena, Watch watch = {});
 
 // Returns the cells of lights that have moved.
 void update_shadow_cells(ShadowCells &cells, const Light *lights, uint32_t light_count);

@@ -7,7 +7,7 @@
 namespace wisp {
 
 constexpr int32_t log_block_edge = 3, block_edge = 8; // samples
-constexpr uint32_t samples_of_block = 512;
+constexpr uint32_t samples_of_block = 512, no_block = UINT32_MAX;
 
 // Samples in the box, and those that GridDescription::density has: the elements of the grid.
 constexpr uint64_t samples_of_box(const GridDescription &grid) {

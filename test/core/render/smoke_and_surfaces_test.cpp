@@ -618,6 +618,39 @@ TEST_CASE(WISP_ARITH_NAME
     CHECK(culled > 300);
 }
 
+TEST_CASE(WISP_ARITH_NAME ": what is kept serves no frame of other settings") {
+    RoomFrames room(760, 16, 4, ShadowMethod::exact);
+    std::vector<Particle> particles = cloud(60, 8, 2.5, 4);
+    SmokeDescription smoke = smoke_of(particles);
+    room.scene.smokes = &smoke;
+    room.scene.smoke_count = 1;
+    std::vector<Settings> all;
+    for (const Way way : marched)
+        for (const ShadowMethod method : {ShadowMethod::exact, ShadowMethod::cache, ShadowMethod::lie}) {
+            Settings settings = cellar_settings(way, room_pixels, 300);
+            settings.depth = room.depth;
+            settings.shadows = method;
+            settings.tree = all.size() % 2 ? TreeKind::kd : TreeKind::bvh;
+            settings.density_step = all.size() % 3 == 1 ? 0.5 : 1;
+            settings.light_step = all.size() % 3 == 2 ? 0 : 1;
+            if (all.size() % 4 == 3) settings.crop = {2, 3, 7, 6};
+            all.push_back(settings);
+        }
+    uint64_t bytes = 0;
+    for (const Settings &settings : all) bytes = std::max(bytes, renderer.plan(room.scene, settings).arena_bytes);
+    std::vector<unsigned char> memory(bytes);
+    FrameCache cache = {};
+    Sequence next{3};
+    for (int i = 0; i < 40; ++i) {
+        const Settings &settings = all[static_cast<size_t>(next() * static_cast<double>(all.size()))];
+        const Rendered alone = render_in_memory(room.scene, settings);
+        const Rendered frame = render_in({memory.data(), memory.size()}, room.scene, settings, &cache);
+        CHECK(frame.status == Status::done);
+        CHECK(same(frame.rgb, alone.rgb));
+        cache.same_smoke = true;
+    }
+}
+
 TEST_CASE(WISP_ARITH_NAME ": smoke that stays the same is built by the first frame for all") {
     for (const Way way : marched) {
         CAPTURE(static_cast<int>(way));

@@ -10,9 +10,12 @@ TEST_CASE(WISP_ARITH_NAME ": the cell of a point holds it, however often cells a
     for (int i = 0; i < 6; ++i) add_floor(room, i, 1, room.material(matte({1, 1, 1})));
     for (int i = 0; i < 3; ++i) room.light(LightKind::point, {0, 30.0 + i, 0}, {1, 1, 1});
     room.build();
-    std::vector<unsigned char> block(static_cast<size_t>(shadow_cell_bytes(room.scene)));
+    Settings settings = {};
+    settings.crop = {0, 0, 256, 256, 1};
+    settings.samples = 1;
+    std::vector<unsigned char> block(static_cast<size_t>(shadow_cell_bytes(room.scene, settings)));
     Arena arena(block.data(), block.size());
-    ShadowCells cells = make_shadow_cells(room.scene, arena);
+    ShadowCells cells = make_shadow_cells(room.scene, settings, arena);
     REQUIRE(cells.ready);
     CHECK(arena.peak() <= block.size());
     update_shadow_cells(cells, room.tracer.lights, room.scene.light_count);
@@ -39,6 +42,25 @@ TEST_CASE(WISP_ARITH_NAME ": the cell of a point holds it, however often cells a
     CHECK(finest > 100);
     CellPlace unused;
     CHECK(find_shadow_cell(cells, 3, 0, Real(0), Real(0), unused) == nullptr); // there are three lights
+}
+
+TEST_CASE(WISP_ARITH_NAME ": the memory of cells is in proportion to what rays can teach, and ends") {
+    Room room;
+    for (int i = 0; i < 1000; ++i) add_floor(room, i, 1, room.material(matte({1, 1, 1})));
+    for (int i = 0; i < 3; ++i) room.light(LightKind::point, {0, 30.0 + i, 0}, {1, 1, 1});
+    room.build();
+    Settings settings = {};
+    const auto bytes = [&](int32_t width, uint32_t samples) {
+        settings.crop = {0, 0, width, 48, 1};
+        settings.samples = samples;
+        return shadow_cell_bytes(room.scene, settings);
+    };
+    const uint64_t one = bytes(64, 1), two = bytes(64, 2), three = bytes(192, 1);
+    CHECK(bytes(64, 4) < 1 << 20);
+    CHECK(two - one == doctest::Approx(64 * 48 * 3 * 6.0 / 24 * sizeof(ShadowCell[4])).epsilon(1e-3));
+    CHECK(three - one == 2 * (two - one));
+    CHECK(bytes(1 << 20, 0x7fffffff) <= (uint64_t{1} << 24) + (1 << 16));
+    CHECK(bytes(0, 1) > 0);
 }
 
 TEST_CASE(WISP_ARITH_NAME ": cells are given back when their light moves, and taken anew") {

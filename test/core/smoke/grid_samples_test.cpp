@@ -171,8 +171,9 @@ TEST_CASE(WISP_ARITH_NAME ": pictures of a sparse grid have the bits of one with
                         bool any = false;
                         for (size_t p = 0; p < sums[0].size(); ++p)
                             for (int c = 0; c < 3; ++c) {
-                                CHECK(sums[0][p].sum[c] == sums[1][p].sum[c]);
-                                any = any || sums[0][p].sum[c] != 0;
+                                const WideSum &a = sums[0][p].channels[c].sum, &b = sums[1][p].channels[c].sum;
+                                CHECK((a.high == b.high && a.low == b.low));
+                                any = any || a.low != 0;
                             }
                         CHECK(any);
                     }
@@ -205,7 +206,7 @@ TEST_CASE(WISP_ARITH_NAME ": a huge sparse grid costs what its blocks cost") {
     settings.density_step = settings.light_step = settings.irradiance_step = 1;
     const Plan plan = renderer.plan(scene, settings);
     CHECK(plan.bricks >= count);
-    CHECK(plan.bricks <= 8 * count);
+    CHECK(plan.bricks <= 27 * count); // itself and its neighbours
     CHECK(plan.arena_bytes < 320 << 20);
     std::vector<unsigned char> memory(plan.arena_bytes);
     Arena arena(memory.data(), memory.size());

@@ -490,7 +490,7 @@ uint64_t buffer_bytes(const Scene &scene, const Settings &) {
                                 Arena::bytes<BufferEntry>(entries_for(scene)));
 }
 
-void *make_buffer(const Scene &scene, Arena &arena, Watch) {
+void *make_buffer(const Scene &scene, const Settings &, Arena &arena, Watch) {
     LightBuffer *buffer = arena.make<LightBuffer>(1);
     BufferLight *lights = arena.make<BufferLight>(scene.light_count);
     if (!buffer || !lights) return nullptr;

@@ -82,7 +82,7 @@ uint64_t octree_bytes(const Scene &scene, const Settings &) {
            Arena::bytes<LocalCell>(uint64_t{scene.light_count} + max_cells) + Arena::bytes<uint32_t>(max_words);
 }
 
-void *make_octrees(const Scene &scene, Arena &arena, Watch) {
+void *make_octrees(const Scene &scene, const Settings &, Arena &arena, Watch) {
     Octrees *octrees = arena.make<Octrees>(1);
     ShaftLight *lights = arena.make<ShaftLight>(scene.light_count);
     LocalCell *cells = arena.make<LocalCell>(size_t{scene.light_count} + max_cells);

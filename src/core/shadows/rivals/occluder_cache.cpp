@@ -23,7 +23,7 @@ uint64_t cache_bytes(const Scene &scene, const Settings &) {
     return Arena::bytes<ShadowCache>(1) + Arena::bytes<uint32_t>(entries(scene));
 }
 
-void *make_cache(const Scene &scene, Arena &arena, Watch watch) {
+void *make_cache(const Scene &scene, const Settings &, Arena &arena, Watch watch) {
     ShadowCache *cache = arena.make<ShadowCache>(1);
     uint32_t *occluder = arena.make<uint32_t>(static_cast<size_t>(entries(scene)));
     if (!cache || !occluder) return nullptr;

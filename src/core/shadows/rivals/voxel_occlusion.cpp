@@ -60,7 +60,7 @@ uint64_t voxel_bytes(const Scene &scene, const Settings &) {
            scene.light_count * Arena::bytes<uint32_t>(max_voxels);
 }
 
-void *make_voxels(const Scene &scene, Arena &arena, Watch) {
+void *make_voxels(const Scene &scene, const Settings &, Arena &arena, Watch) {
     VoxelGrid *grid = arena.make<VoxelGrid>(1);
     VoxelLight *lights = arena.make<VoxelLight>(scene.light_count);
     if (!grid || !lights) return nullptr;
