@@ -115,6 +115,19 @@ TEST_CASE("command line: a plan beyond --memory ends with 4, an unwritable outpu
     }
 }
 
+TEST_CASE("command line: an output whose name no file can have, or whose folder is gone, is an error as any other") {
+    const CommandLineTest test;
+    const std::string longest = test.file(std::string(300, 'a') + ".png");
+    test.refuses(test.wisp("render " + test.s() + " -o " + longest), 5,
+                 longest + ": could not be written: File name too long");
+    test.refuses(test.wisp("render " + test.s() + " -o " + longest + " -o " + longest), 2,
+                 "option 'output' writes to '" + longest + "' like 'output', expected another file");
+    const std::string program = std::filesystem::absolute(built("wisp")).string();
+    test.refuses(test.run("mkdir " + test.file("gone") + " && cd " + test.file("gone") + " && rmdir " +
+                          test.file("gone") + " && " + program + " render " + test.s() + " -o x.png -o y.png"),
+                 5, "x.png: could not be written: No such file or directory");
+}
+
 TEST_CASE("command line: a picture beyond --memory, or beyond the machine's, ends with 4 before any work") {
     CommandLineTest test;
     test.write("triangle.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 35 hither 0.1 resolution 8 8\n"

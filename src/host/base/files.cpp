@@ -1,4 +1,4 @@
-// Plain C streams: they give errno, which is the reason that the user sees.
+// The system's own calls: they give errno, which is the reason that the user sees.
 #include "host/base/error.h"
 #include "host/base/files.h"
 #include "host/base/memory.h"
@@ -8,6 +8,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <dirent.h>
 #include <fcntl.h>
 #include <filesystem>
 #include <initializer_list>
@@ -25,15 +26,47 @@ std::string reason() { return std::strerror(errno); }
     throw Error(exit_output, path, "could not be written: " + reason());
 }
 
-// Opened with `mode`, written and closed without an error; errno says why not.
-bool write_whole(const std::string &path, const char *mode, const void *data, size_t size) {
-    std::FILE *file = std::fopen(path.c_str(), mode);
-    if (!file) return false;
-    const bool written = size == 0 || std::fwrite(data, 1, size, file) == size; // of nothing, data may be null
-    const int why = errno;
-    const bool closed = std::fclose(file) == 0; // buffered bytes meet a full disk only here
-    if (!written) errno = why;
-    return written && closed;
+// Calls again where a signal that did not end the process has interrupted the call.
+template <class Call> auto uninterrupted(Call &&call) {
+    auto result = call();
+    while (result < 0 && errno == EINTR) result = call();
+    return result;
+}
+
+// A file that is closed at the end; below 0 with errno if it could not be opened.
+class File {
+  public:
+    File(const std::string &path, int flags)
+        : number_(uninterrupted([&] { return open(path.c_str(), flags | O_CLOEXEC, 0666); })) {}
+    ~File() {
+        const int why = errno;
+        if (number_ >= 0) close(number_);
+        errno = why;
+    }
+    File(const File &) = delete;
+    File &operator=(const File &) = delete;
+    operator int() const { return number_; }
+
+  private:
+    int number_;
+};
+
+// False with errno if not all of it was written.
+bool write_all(int file, const void *data, size_t size) {
+    for (const char *next = static_cast<const char *>(data); size > 0;) {
+        const ssize_t count = uninterrupted([&] { return write(file, next, size); });
+        if (count == 0) errno = EIO; // a device that takes nothing
+        if (count <= 0) return false;
+        next += count;
+        size -= static_cast<size_t>(count);
+    }
+    return true;
+}
+
+// Waits until the file's bytes are on the disk: a power cut after a rename must not leave the new name of an empty
+// file. Some file systems cannot tell.
+bool reach_disk(int file) {
+    return uninterrupted([&] { return fsync(file); }) == 0 || errno == EINVAL;
 }
 
 // A device, a pipe or a folder, which a rename must not or cannot replace.
@@ -47,91 +80,90 @@ bool is_special(const std::string &path) {
 // found.
 std::string aside_of(const std::string &path) { return path + ".part"; }
 
+// Whether that is the file of this name. If not, errno is ENOENT, or why it cannot be told.
 bool is_open_at(int file, const std::string &path) {
     struct stat open, there;
-    return fstat(file, &open) == 0 && stat(path.c_str(), &there) == 0 && open.st_dev == there.st_dev &&
-           open.st_ino == there.st_ino;
-}
-
-// Opens `aside` for this process alone: of several processes that write the same file, each waits for the one before.
-// On a file system without locks they do not wait. -1 with errno if it cannot be opened.
-int claim(const std::string &aside) {
-    for (;;) {
-        const int file = open(aside.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
-        if (file < 0) return file;
-        while (flock(file, LOCK_EX) != 0 && errno == EINTR) {
-        }
-        if (is_open_at(file, aside)) return file;
-        close(file); // the process before has renamed it
-    }
+    if (fstat(file, &open) != 0 || stat(path.c_str(), &there) != 0) return false;
+    errno = ENOENT;
+    return open.st_dev == there.st_dev && open.st_ino == there.st_ino;
 }
 
 // Blocks the signals that end the process for the life of this object, so that no PATH.part is left.
-class Uninterrupted {
+class SignalsHeld {
   public:
-    Uninterrupted() {
+    SignalsHeld() {
         sigset_t held;
         sigemptyset(&held);
         for (int signal : {SIGHUP, SIGINT, SIGTERM}) sigaddset(&held, signal);
         sigprocmask(SIG_BLOCK, &held, &before_);
     }
-    ~Uninterrupted() { sigprocmask(SIG_SETMASK, &before_, nullptr); }
-    Uninterrupted(const Uninterrupted &) = delete;
-    Uninterrupted &operator=(const Uninterrupted &) = delete;
+    ~SignalsHeld() { sigprocmask(SIG_SETMASK, &before_, nullptr); }
+    SignalsHeld(const SignalsHeld &) = delete;
+    SignalsHeld &operator=(const SignalsHeld &) = delete;
 
   private:
     sigset_t before_;
 };
 
+// Writes the file `aside` and renames it. Several processes that write the same file do so one after another; on a file
+// system without locks they do not wait. False with errno if it fails, and then nothing is left aside.
+bool write_and_rename(const std::string &aside, const std::string &path, const void *data, size_t size) {
+    for (;;) {
+        const File file(aside, O_WRONLY | O_CREAT);
+        if (file < 0) return false;
+        uninterrupted([&] { return flock(file, LOCK_EX); });
+        const bool mine = is_open_at(file, aside);
+        if (!mine && errno == ENOENT) continue; // the process before has renamed it
+        if (mine && uninterrupted([&] { return ftruncate(file, 0); }) == 0 && write_all(file, data, size) &&
+            reach_disk(file) && std::rename(aside.c_str(), path.c_str()) == 0)
+            return true;
+        const int why = errno;
+        std::remove(aside.c_str());
+        errno = why;
+        return false;
+    }
+}
+
 void write_bytes(const std::string &path, const void *data, size_t size) {
     if (is_special(path)) {
-        if (!write_whole(path, "wb", data, size)) fail_output(path);
+        const File file(path, O_WRONLY);
+        if (file < 0 || !write_all(file, data, size)) fail_output(path);
         return;
     }
-    const std::string aside = aside_of(path);
-    const Uninterrupted uninterrupted;
-    const int claimed = claim(aside);
-    if (claimed < 0) fail_output(path);
-    const bool done = write_whole(aside, "wb", data, size) && std::rename(aside.c_str(), path.c_str()) == 0;
-    const int why = errno;
-    if (!done) std::remove(aside.c_str());
-    close(claimed);
-    errno = why;
-    if (!done) fail_output(path);
+    const SignalsHeld held;
+    if (!write_and_rename(aside_of(path), path, data, size)) fail_output(path);
 }
 
 // Removes PATH.part, opened with the further `flags`, unless another process is writing it. False with errno if it
 // cannot be opened.
 bool remove_aside(const std::string &path, int flags) {
     const std::string aside = aside_of(path);
-    const int file = open(aside.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC | flags, 0666);
+    const File file(aside, O_WRONLY | O_NONBLOCK | flags);
     if (file < 0) return false;
     if (flock(file, LOCK_EX | LOCK_NB) == 0 && is_open_at(file, aside)) std::remove(aside.c_str());
-    close(file);
     return true;
 }
 
 } // namespace
 
 Bytes read_file(const std::string &path) {
-    std::FILE *file = std::fopen(path.c_str(), "rb");
-    if (!file) throw InputError(path, "cannot be opened: " + reason());
-    const std::unique_ptr<std::FILE, int (*)(std::FILE *)> closed_at_end(file, std::fclose);
+    const File file(path, O_RDONLY);
+    if (file < 0) throw InputError(path, "cannot be opened: " + reason());
     Bytes bytes;
     const auto reserve = [&](uint64_t size) {
         require_memory(path, "the file", size);
         bytes.reserve(size);
     };
     struct stat status;
-    if (fstat(fileno(file), &status) == 0 && S_ISREG(status.st_mode)) reserve(static_cast<uint64_t>(status.st_size));
+    if (fstat(file, &status) == 0 && S_ISREG(status.st_mode)) reserve(static_cast<uint64_t>(status.st_size));
     uint8_t block[65536];
-    size_t count;
-    while ((count = std::fread(block, 1, sizeof block, file)) > 0) {
-        if (bytes.capacity() - bytes.size() < count)
+    ssize_t count;
+    while ((count = uninterrupted([&] { return read(file, block, sizeof block); })) > 0) {
+        if (bytes.capacity() - bytes.size() < static_cast<size_t>(count))
             reserve(2 * bytes.capacity() + sizeof block); // a pipe, or it grows
         bytes.insert(bytes.end(), block, block + count);
     }
-    if (std::ferror(file)) throw InputError(path, "cannot be read: " + reason());
+    if (count < 0) throw InputError(path, "cannot be read: " + reason());
     return bytes;
 }
 
@@ -145,11 +177,12 @@ void write_file(const std::string &path, const std::string &text) { write_bytes(
 
 void check_writable(const std::string &path) {
     if (!is_special(path)) {
-        const Uninterrupted uninterrupted;
+        const SignalsHeld held;
         if (!remove_aside(path, O_CREAT)) fail_output(path);
         return;
     }
-    if (std::filesystem::is_directory(path))
+    std::error_code ignored;
+    if (std::filesystem::is_directory(path, ignored))
         errno = EISDIR;
     else if (access(path.c_str(), W_OK) == 0)
         return;
@@ -160,12 +193,18 @@ void tidy_up(const std::string &path) { remove_aside(path, 0); }
 
 std::vector<int64_t> numbers_of_files(const std::string &pattern) {
     const std::filesystem::path path = pattern;
-    const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+    const std::string folder = path.has_parent_path() ? path.parent_path().string() : ".";
     std::vector<int64_t> numbers;
-    std::error_code error;
-    for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
-        if (const auto number = number_in(path.filename().string(), entry->path().filename().string()))
-            numbers.push_back(*number);
+    const std::unique_ptr<DIR, int (*)(DIR *)> entries(opendir(folder.c_str()), closedir);
+    if (!entries && errno == ENOENT) return numbers;
+    const auto next = [&] {
+        errno = 0;
+        return readdir(entries.get());
+    };
+    while (const dirent *entry = entries ? next() : nullptr)
+        if (const auto number = number_in(path.filename().string(), entry->d_name)) numbers.push_back(*number);
+    // A part of a sequence would be taken for all of it.
+    if (errno != 0) throw InputError(folder, "cannot be read: " + reason());
     std::sort(numbers.begin(), numbers.end());
     return numbers;
 }

@@ -14,9 +14,9 @@ Bytes read_file(const std::string &path);
 // The same for files that another file names: devices and pipes, which may never end, are refused.
 Bytes read_plain_file(const std::string &path);
 
-// Writes `bytes` to PATH.part and renames it, so that `path` holds either exactly `bytes` or what it held before. A
-// device or a pipe is written directly. Throws Error(exit_output) `PATH: could not be written: REASON`. Neither an
-// error nor an interrupt leaves PATH.part; the one of a killed process is overwritten.
+// Writes `bytes` to PATH.part and renames it, so that `path` holds either exactly `bytes` or what it held before, after
+// a power cut, too. A device or a pipe is written directly. Throws Error(exit_output) `PATH: could not be written:
+// REASON`. Neither an error nor an interrupt leaves PATH.part; the one of a killed process is overwritten.
 void write_file(const std::string &path, const Bytes &bytes);
 void write_file(const std::string &path, const std::string &text);
 
@@ -24,7 +24,8 @@ void write_file(const std::string &path, const std::string &text);
 // is not there or not writable, it is a folder. Leaves nothing, and what is there as it is.
 void check_writable(const std::string &path);
 
-// The numbers of the files that a name with `%04d` stands for, in ascending order.
+// The numbers of the files that a name with `%04d` stands for, in ascending order. Throws InputError where their folder
+// is there and cannot be read.
 std::vector<int64_t> numbers_of_files(const std::string &pattern);
 
 // Removes the PATH.part that a killed process has left, but not one that another process is writing.

@@ -47,8 +47,12 @@ std::vector<Target> targets_of(const Options &options, int64_t frame) {
 // Whether they are one, however they are spelled. What is written to a device adds up.
 bool is_same(const std::string &a, const std::string &b) {
     if (is_standard_output(a) || is_standard_output(b)) return is_standard_output(a) && is_standard_output(b);
-    const auto whole = [](const std::string &path) { return std::filesystem::absolute(path).lexically_normal(); };
-    return whole(a) == whole(b) && (!std::filesystem::exists(a) || std::filesystem::is_regular_file(a));
+    std::error_code fault; // writing says what is wrong with a name
+    const auto whole = [&fault](const std::string &path) {
+        const std::filesystem::path absolute = std::filesystem::absolute(path, fault);
+        return (fault ? std::filesystem::path(path) : absolute).lexically_normal();
+    };
+    return whole(a) == whole(b) && (!std::filesystem::exists(a, fault) || std::filesystem::is_regular_file(a, fault));
 }
 
 void check_apart(const std::vector<Target> &targets, const std::string &scene) {

@@ -7,7 +7,12 @@
 #include <csignal>
 #include <cstring>
 #include <doctest/doctest.h>
+#include <fcntl.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/time.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 using namespace wisp;
 
@@ -123,4 +128,52 @@ TEST_CASE("files: a trial says what writing would, and leaves nothing") {
     write_file(folder.file("new.part"), Bytes{2}); // of a killed process
     check_writable(folder.file("new"));
     CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("files: a signal that ends nothing interrupts neither reading nor writing") {
+    TemporaryFolder folder;
+    const std::string pipe = folder.file("pipe");
+    REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
+    const Bytes bytes = all_byte_values(200000); // more than the pipe holds
+    // While the other end of the pipe waits, this process waits, and is interrupted.
+    const auto interrupted = [&](int other_end, auto &&action) {
+        const pid_t child = fork();
+        if (child == 0) {
+            const int file = open(pipe.c_str(), other_end);
+            usleep(30000);
+            Bytes moved = bytes;
+            ssize_t count = 0;
+            for (size_t at = 0; at < moved.size(); at += static_cast<size_t>(count)) {
+                const size_t left = moved.size() - at;
+                count = other_end == O_RDONLY ? read(file, &moved[at], left) : write(file, &moved[at], left);
+                if (count <= 0) _exit(1);
+            }
+            _exit(moved != bytes);
+        }
+        struct sigaction tick = {}, old;
+        tick.sa_handler = [](int) {}; // without SA_RESTART
+        sigaction(SIGALRM, &tick, &old);
+        const itimerval often = {{0, 1000}, {0, 1000}}, never = {};
+        setitimer(ITIMER_REAL, &often, nullptr);
+        const Error error = error_of(action);
+        setitimer(ITIMER_REAL, &never, nullptr);
+        sigaction(SIGALRM, &old, nullptr);
+        int status = -1;
+        waitpid(child, &status, 0);
+        CHECK(error.what() == std::string("no error"));
+        CHECK(status == 0);
+    };
+    Bytes got;
+    interrupted(O_WRONLY, [&] { got = read_file(pipe); });
+    CHECK(got == bytes);
+    interrupted(O_RDONLY, [&] { write_file(pipe, bytes); });
+}
+
+TEST_CASE("files: a folder that cannot be listed is an error, one that is not there has no files") {
+    TemporaryFolder folder;
+    CHECK(numbers_of_files(folder.file("none/a_%04d.vtk")).empty());
+    write_file(folder.file("plain"), Bytes{1});
+    const Error error = error_of([&] { numbers_of_files(folder.file("plain/a_%04d.vtk")); });
+    CHECK(error.status == exit_input);
+    CHECK(error.what() == folder.file("plain") + ": cannot be read: " + std::strerror(ENOTDIR));
 }
