@@ -25,24 +25,23 @@ struct Command {
     bool renders;
 };
 
-// Options of render, by subject. A test holds that each stands in one group.
-const struct {
-    const char *subject;
-    std::vector<std::string> options;
-} groups_of_render[] = {{"Picture", {"size", "spp", "crop", "frames", "frame-count", "arith", "exposure"}},
-                        {"What is written", {"output", "layers", "digest", "stats", "progress", "quiet", "verbose"}},
-                        {"Smoke", {"smoke", "photons", "seed", "step", "max-error", "thin"}},
-                        {"Smoke, the method in detail",
-                         {"irradiance", "irradiance-step", "density-step", "light-step", "estimate", "deposit",
-                          "direction", "gather", "gather-radius"}},
-                        {"Surfaces", {"shadows", "lights", "depth", "tree"}},
-                        {"A file of smoke by itself", {"up", "ground", "grid", "write-scene"}},
-                        {"Reference", {"reference", "passes", "error-out"}},
-                        {"Maps, memory", {"map-out", "map-in", "batches", "remap", "memory"}}};
-
 std::string render_help() {
+    // By subject. A test holds that each option stands in one group.
+    const struct {
+        const char *subject;
+        std::vector<std::string> options;
+    } groups[] = {{"Picture", {"size", "spp", "crop", "frames", "frame-count", "arith", "exposure"}},
+                  {"What is written", {"output", "layers", "digest", "stats", "progress", "quiet", "verbose"}},
+                  {"Smoke", {"smoke", "photons", "seed", "step", "max-error", "thin"}},
+                  {"Smoke, the method in detail",
+                   {"irradiance", "irradiance-step", "density-step", "light-step", "estimate", "deposit", "direction",
+                    "gather", "gather-radius"}},
+                  {"Surfaces", {"shadows", "lights", "depth", "tree"}},
+                  {"A file of smoke by itself", {"up", "ground", "grid", "write-scene"}},
+                  {"Reference", {"reference", "passes", "error-out"}},
+                  {"Maps, memory", {"map-out", "map-in", "batches", "remap", "memory"}}};
     std::string text;
-    for (const auto &group : groups_of_render)
+    for (const auto &group : groups)
         text += std::string(" ") + group.subject + ":\n" + help_lines(scene_options(), group.options);
     return text;
 }
@@ -143,12 +142,15 @@ int main(int count, char **words) {
         return error.status;
     };
     try {
-        const int status = wisp::run(std::vector<std::string>(words + 1, words + count));
-        if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return status;
-        return fail({wisp::exit_output, "standard output could not be written"});
-    } catch (const wisp::Error &error) {
-        return fail(error);
-    } catch (const std::bad_alloc &) {
-        return fail({wisp::exit_memory, "the system gives no more memory"});
+        try {
+            const int status = wisp::run(std::vector<std::string>(words + 1, words + count));
+            if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return status;
+            return fail({wisp::exit_output, "standard output could not be written"});
+        } catch (const wisp::Error &error) {
+            return fail(error);
+        }
+    } catch (const std::bad_alloc &) { // here a line must take no memory
+        std::fputs("wisp: error: the system gives no more memory\n", stderr);
+        return wisp::exit_memory;
     }
 }

@@ -8,7 +8,10 @@ namespace wisp {
 
 namespace {
 
-const std::vector<std::string> merge_options = {"output", "error-out", "exposure", "digest", "quiet", "verbose"};
+const std::vector<std::string> &merge_options() {
+    static const std::vector<std::string> names = {"output", "error-out", "exposure", "digest", "quiet", "verbose"};
+    return names;
+}
 
 int merge_maps(const std::vector<std::string> &files, const Options &options) {
     if (options.outputs.size() > 1 || !options.error_out.empty() || options.digest || options.exposure != 0)
@@ -22,10 +25,10 @@ int merge_maps(const std::vector<std::string> &files, const Options &options) {
 
 } // namespace
 
-std::string merge_help() { return help_lines(scene_options(), merge_options); }
+std::string merge_help() { return help_lines(scene_options(), merge_options()); }
 
 int merge_command(const std::vector<std::string> &arguments) {
-    const CommandLine line = parse_arguments("merge", scene_options(), arguments, merge_options);
+    const CommandLine line = parse_arguments("merge", scene_options(), arguments, merge_options());
     Options options;
     for (const auto &[name, value] : line.options) set_option(options, name, value);
     if (line.files.empty()) throw Error(exit_usage, "found no file to merge, expected some .passes or .map");

@@ -31,18 +31,20 @@ Options::Frames frames_of(const Request &request) {
 }
 
 // Options that only a command line has: of a file of smoke by itself, and of any scene.
-const std::vector<std::string> options_of_smoke_files = {"up", "ground", "grid", "write-scene"};
-const std::vector<std::string> options_of_runs = {"output", "stats",     "error-out", "map-out",
-                                                  "map-in", "max-error", "layers"};
+constexpr const char *options_of_smoke_files[] = {"up", "ground", "grid", "write-scene"};
+constexpr const char *options_of_runs[] = {"output", "stats", "error-out", "map-out", "map-in", "max-error", "layers"};
 
-bool is_among(const std::string &name, const std::vector<std::string> &names) {
-    return std::find(names.begin(), names.end(), name) != names.end();
+template <class Names> bool is_among(const std::string &name, const Names &names) {
+    return std::find(std::begin(names), std::end(names), name) != std::end(names);
 }
 
 void write_scene(const std::string &path, const std::string &smoke, const ChosenScene &chosen) {
     namespace fs = std::filesystem;
-    const fs::path folder = fs::absolute(path).parent_path();
-    write_file(path, chosen.text(fs::proximate(fs::absolute(smoke), folder).string()));
+    std::error_code fault;
+    const fs::path folder = fs::absolute(path, fault).parent_path();
+    const fs::path named = fs::proximate(fs::absolute(smoke, fault), folder, fault);
+    if (named.empty()) throw Error(exit_output, path, "cannot name " + smoke + " from its folder: " + fault.message());
+    write_file(path, chosen.text(named.string()));
 }
 
 // The scene file, with what it leaves out, of which `notes` say what was chosen; or the scene that is chosen for a file

@@ -7,14 +7,17 @@ namespace wisp {
 
 namespace {
 
-const std::vector<std::string> stitch_options = {"output", "exposure", "digest", "quiet", "verbose"};
+const std::vector<std::string> &stitch_options() {
+    static const std::vector<std::string> names = {"output", "exposure", "digest", "quiet", "verbose"};
+    return names;
+}
 
 } // namespace
 
-std::string stitch_help() { return help_lines(scene_options(), stitch_options); }
+std::string stitch_help() { return help_lines(scene_options(), stitch_options()); }
 
 int stitch_command(const std::vector<std::string> &arguments) {
-    const CommandLine line = parse_arguments("stitch", scene_options(), arguments, stitch_options);
+    const CommandLine line = parse_arguments("stitch", scene_options(), arguments, stitch_options());
     Options options;
     for (const auto &[name, value] : line.options) set_option(options, name, value);
     if (line.files.empty()) throw Error(exit_usage, "found no part to stitch, expected .pfm or .exr files of --crop");

@@ -1,7 +1,7 @@
-// Packed and unpacked by tinyexr. It believes what a header says of sizes, asserts what it says of types, and does not
-// look for memory that it was not given. So the header is read here, and tinyexr sees no other than a checked one: each
-// chunk lies within the file, is that of its rows, and unpacks to the bytes that its rows have; all rows together are
-// what a file of its size can hold. So a hostile file takes memory in proportion to its own size.
+// Packed and unpacked by tinyexr. It believes what a header says of sizes and asserts what it says of types. So the
+// header is read here, and tinyexr sees no other than a checked one: each chunk lies within the file, is that of its
+// rows, and unpacks to the bytes that its rows have; all rows together are what a file of its size can hold. So a
+// hostile file takes memory in proportion to its own size.
 #include "host/base/byte_reader.h"
 #include "host/base/memory.h"
 #include "host/images/exr.h"
@@ -153,7 +153,9 @@ Header read_header(const Bytes &bytes, const std::string &name) {
 void check_zip(const Bytes &bytes, const std::string &name, size_t at, size_t size, size_t unpacked) {
     Bytes rows(unpacked);
     uLongf length = unpacked;
-    if (uncompress(rows.data(), &length, bytes.data() + at, size) != Z_OK || length != unpacked)
+    const int status = uncompress(rows.data(), &length, bytes.data() + at, size);
+    if (status == Z_MEM_ERROR) throw std::bad_alloc();
+    if (status != Z_OK || length != unpacked)
         fail_at(name, at, "a chunk that cannot be unpacked, expected ZIP of " + std::to_string(unpacked) + " bytes");
 }
 

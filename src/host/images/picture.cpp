@@ -138,8 +138,7 @@ Bytes png_bytes(const Picture &picture, double exposure) {
         out->insert(out->end(), piece, piece + size);
     };
     if (!stbi_write_png_to_func(append_piece, &png, picture.width, picture.height, 3, pixels.data(), 0))
-        throw Error(exit_output, "a PNG of " + std::to_string(picture.width) + " x " + std::to_string(picture.height) +
-                                     " pixels does not fit in memory");
+        throw std::bad_alloc(); // its only error
     return png;
 }
 

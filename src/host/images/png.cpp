@@ -7,6 +7,9 @@
 #include <memory>
 #include <zlib.h>
 
+#define STBI_MALLOC  wisp::malloc_or_throw
+#define STBI_REALLOC wisp::realloc_or_throw
+#define STBI_FREE    std::free
 #define STB_IMAGE_IMPLEMENTATION
 #define STB_IMAGE_STATIC
 #define STBI_ONLY_PNG

@@ -39,19 +39,20 @@ class SceneParser {
         int line;
         bool moves, uniform; // it or a block around it is `x`; all scales are uniform and above 0
     };
-    static const std::map<std::string_view, void (SceneParser::*)()> table;
+    using Statements = std::map<std::string_view, void (SceneParser::*)()>;
+    static const Statements &table();
 
     void statement() {
         const std::string_view word = tokens_.take("a statement");
-        const auto found = table.find(word);
-        if (found != table.end())
+        const auto found = table().find(word);
+        if (found != table().end())
             (this->*found->second)();
         else if (!shapes_.parse(word, node()))
             unknown();
     }
     [[noreturn]] void unknown() const {
         std::string names = ShapeParser::statements();
-        for (const auto &entry : table) names.append(entry.first) += ' ';
+        for (const auto &entry : table()) names.append(entry.first) += ' ';
         tokens_.fail("there is no statement '" + tokens_.last() + "', expected one of " + names + "or a comment" +
                      did_you_mean(tokens_.last(), split(names, ' ')));
     }
@@ -334,14 +335,17 @@ class SceneParser {
     bool has_ambient_ = false, is_nff_;
 };
 
-const std::map<std::string_view, void (SceneParser::*)()> SceneParser::table = {
-    {"v", &SceneParser::view},      {"b", &SceneParser::background},    {"a", &SceneParser::animation},
-    {"am", &SceneParser::ambient},  {"l", &SceneParser::light},         {"la", &SceneParser::named_light},
-    {"lp", &SceneParser::point},    {"ls", &SceneParser::spot},         {"ld", &SceneParser::parallel},
-    {"smoke", &SceneParser::smoke}, {"render", &SceneParser::render},   {"i", &SceneParser::include},
-    {"d", &SceneParser::detail},    {"xs", &SceneParser::static_block}, {"x", &SceneParser::moving_block},
-    {"}", &SceneParser::close},     {"k", &SceneParser::motion},
-};
+const SceneParser::Statements &SceneParser::table() {
+    static const Statements statements = {
+        {"v", &SceneParser::view},      {"b", &SceneParser::background},    {"a", &SceneParser::animation},
+        {"am", &SceneParser::ambient},  {"l", &SceneParser::light},         {"la", &SceneParser::named_light},
+        {"lp", &SceneParser::point},    {"ls", &SceneParser::spot},         {"ld", &SceneParser::parallel},
+        {"smoke", &SceneParser::smoke}, {"render", &SceneParser::render},   {"i", &SceneParser::include},
+        {"d", &SceneParser::detail},    {"xs", &SceneParser::static_block}, {"x", &SceneParser::moving_block},
+        {"}", &SceneParser::close},     {"k", &SceneParser::motion},
+    };
+    return statements;
+}
 
 } // namespace
 

@@ -16,22 +16,25 @@ const FileMaterial single_channel = {{0.5, 0.5, 0.5}, {0.5, 0.5, 0.5}, {0, 0, 0}
 
 } // namespace
 
-const std::map<std::string_view, void (ShapeParser::*)()> ShapeParser::table = {
-    {"f", &ShapeParser::plain_material},
-    {"fm", &ShapeParser::full_material},
-    {"s", &ShapeParser::sphere},
-    {"c", &ShapeParser::cone},
-    {"p", &ShapeParser::polygon},
-    {"pp", &ShapeParser::patch},
-    {"m", &ShapeParser::mesh},
-    {"tt", &ShapeParser::textured_triangle},
-    {"ttp", &ShapeParser::textured_patch},
-    {"tpa", &ShapeParser::animated_triangle},
-};
+const ShapeParser::Statements &ShapeParser::table() {
+    static const Statements statements = {
+        {"f", &ShapeParser::plain_material},
+        {"fm", &ShapeParser::full_material},
+        {"s", &ShapeParser::sphere},
+        {"c", &ShapeParser::cone},
+        {"p", &ShapeParser::polygon},
+        {"pp", &ShapeParser::patch},
+        {"m", &ShapeParser::mesh},
+        {"tt", &ShapeParser::textured_triangle},
+        {"ttp", &ShapeParser::textured_patch},
+        {"tpa", &ShapeParser::animated_triangle},
+    };
+    return statements;
+}
 
 bool ShapeParser::parse(std::string_view word, int32_t node) {
-    const auto found = table.find(word);
-    if (found == table.end()) return false;
+    const auto found = table().find(word);
+    if (found == table().end()) return false;
     node_ = node;
     (this->*found->second)();
     return true;
@@ -39,7 +42,7 @@ bool ShapeParser::parse(std::string_view word, int32_t node) {
 
 std::string ShapeParser::statements() {
     std::string names;
-    for (const auto &entry : table) names.append(entry.first) += ' ';
+    for (const auto &entry : table()) names.append(entry.first) += ' ';
     return names;
 }
 

@@ -22,7 +22,8 @@ class ShapeParser {
     void finish();
 
   private:
-    static const std::map<std::string_view, void (ShapeParser::*)()> table;
+    using Statements = std::map<std::string_view, void (ShapeParser::*)()>;
+    static const Statements &table();
 
     void plain_material();
     void full_material();
