@@ -8,7 +8,7 @@ namespace {
 
 uint64_t culling_bytes(const Scene &scene, const Settings &settings) {
     return Arena::bytes<NahCulling>(1) + Arena::bytes<CulledTriangle>(scene.triangle_count()) +
-           Arena::bytes<uint32_t>(static_cast<uint64_t>(settings.crop.x1 - settings.crop.x0));
+           Arena::bytes<uint32_t>(static_cast<uint64_t>(settings.crop.width()));
 }
 
 void *make_culling(const Scene &scene, const Settings &, Arena &arena, Watch) {
@@ -26,8 +26,9 @@ bool begin_culling_frame(Shadows &shadows, const Settings &settings, Arena &aren
     NahCulling &culling = memory_of<NahCulling>(shadows);
     const Scene &scene = *shadows.scene;
     const uint32_t lights = std::min(scene.light_count, ModeWord::lights);
-    culling.width = settings.crop.x1 - settings.crop.x0;
-    culling.height = settings.crop.y1 - settings.crop.y0;
+    culling.crop = settings.crop;
+    culling.width = settings.crop.width();
+    culling.height = settings.crop.height();
     culling.row = arena.make<uint32_t>(static_cast<size_t>(culling.width));
     if (!culling.row) return false;
     for (uint32_t i = 0; i < culling.triangle_count; ++i) {
@@ -53,8 +54,8 @@ bool begin_culling_frame(Shadows &shadows, const Settings &settings, Arena &aren
 
 void begin_culling_sample(Shadows &shadows, int32_t x, int32_t y, uint32_t sample) {
     NahCulling &culling = memory_of<NahCulling>(shadows);
-    culling.x = x;
-    culling.y = y;
+    culling.x = (x - culling.crop.x0) / culling.crop.step;
+    culling.y = (y - culling.crop.y0) / culling.crop.step;
     culling.first_sample = sample == 0;
     if (culling.first_sample) culling.wrong = false;
 }

@@ -32,8 +32,9 @@ struct NahCulling {
 
     // Of this frame.
     uint32_t *row; // by column, the triangle that the camera ray hit: before x in this row, from x on in the row above
-    int32_t width, height;
-    int32_t x, y;
+    Crop crop;
+    int32_t width, height; // of the crop, which is the screen
+    int32_t x, y;          // in it
     bool first_sample; // of the pixel
     bool wrong;        // a shadow in the pixel is not that of `trace`
 };

@@ -110,15 +110,16 @@ struct Shot {
 };
 class Frames {
   public:
-    Frames(const Scene &scene, ShadowMethod method, uint32_t samples = 1) : scene_(scene) {
-        settings_.crop = {0, 0, room_pixels, room_pixels};
+    Frames(const Scene &scene, ShadowMethod method, uint32_t samples = 1, Crop crop = {0, 0, room_pixels, room_pixels})
+        : scene_(scene) {
+        settings_.crop = crop;
         settings_.samples = samples;
         settings_.shadows = method;
         settings_.check_shadows = true;
         block_.resize(static_cast<size_t>(renderer.plan(scene, settings_).arena_bytes));
     }
     Shot next() {
-        Shot r = {std::vector<float>(static_cast<size_t>(room_pixels) * room_pixels * 3), {}};
+        Shot r = {std::vector<float>(settings_.crop.pixels() * 3), {}};
         Arena arena(block_.data(), block_.size());
         REQUIRE(renderer.render({scene_, settings_, arena, r.statistics, {}, r.rgb.data(), nullptr, &cache_}) ==
                 Status::done);
@@ -249,6 +250,29 @@ TEST_CASE(WISP_ARITH_NAME ": what was wholly seen in the light asks moving trian
             const Shot moved = paper.next();
             CHECK(moved.statistics.rays.shadow_culled + moved.statistics.rays.shadow_dynamic_only == 0);
         }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": a crop is a screen of its own") {
+    uint64_t culled = 0, tests = 0;
+    for (uint64_t seed = 0; seed < 20; ++seed) {
+        RandomRoom room(seed, 4);
+        look_down(room.scene, 0, 0);
+        Scene shifted = room.scene; // by two columns and four rows
+        shifted.camera.corner = {-3, -8, -2};
+        Frames part(room.scene, ShadowMethod::paper, 1, {2, 4, 13, 14}),
+            whole(shifted, ShadowMethod::paper, 1, {0, 0, 11, 10});
+        for (int frame = 0; frame < 3; ++frame) {
+            const Shot a = part.next(), b = whole.next();
+            CHECK(a.rgb == b.rgb);
+            CHECK(a.statistics.rays.shadow_culled == b.statistics.rays.shadow_culled);
+            CHECK(a.statistics.shadow.extra_tests == b.statistics.shadow.extra_tests);
+            CHECK(a.statistics.shadow.wrong_pixels == b.statistics.shadow.wrong_pixels);
+            culled += b.statistics.rays.shadow_culled;
+            tests += b.statistics.shadow.extra_tests;
+        }
+    }
+    CHECK(culled > 20);
+    CHECK(tests > 100);
 }
 
 TEST_CASE(WISP_ARITH_NAME ": a triangle that the screen or another cuts off is traced until it is seen whole") {
