@@ -1,13 +1,10 @@
 // Every stage asks the observer often, and ends where it says stop. What a stopped frame leaves changes no later
 // picture.
-#include "support/built_smoke.h"
 #include "support/built_surfaces.h"
-#include "wisp/photon_sums.h"
-#include "wisp/pixel_sums.h"
+#include "support/repeated_job.h"
 #include <doctest/doctest.h>
 #include <initializer_list>
 #include <map>
-#include <string>
 
 using namespace wisp;
 using namespace wisp::WISP_ARITH;
@@ -23,59 +20,28 @@ struct Log {
     size_t stop_after;
 };
 
-// A scene that is rendered again and again in the same memory.
-class Stoppable {
+// A job in memory of its own.
+class Stoppable : public RepeatedJob {
   public:
     Stoppable(const Scene &scene, const Settings &settings)
-        : scene_(scene), settings_(settings), plan_(renderer.plan(scene, settings)), memory_(plan_.arena_bytes),
-          rgb_(3 * pixels()), sums_(pixels()), photons_(plan_.map_sums) {}
+        : RepeatedJob(scene, settings), memory_(plan().arena_bytes) {}
 
     // Stops at the call of that number, from 1 on; 0: never.
     Status run(size_t stop_after, FrameCache *cache, Log &log) {
         log = {{}, stop_after};
         Arena arena(memory_.data(), memory_.size());
-        Statistics statistics;
         const Observer observer = {&log, [](void *context, Stage stage, uint64_t done, uint64_t total) {
                                        Log &to = *static_cast<Log *>(context);
                                        to.calls.push_back({stage, done, total});
                                        return to.calls.size() != to.stop_after;
                                    }};
-        rgb_.assign(rgb_.size(), -7);
-        sums_.assign(sums_.size(), PixelSums{});
-        PhotonSums photons = {photons_.data(), photons_.size(), 0};
-        Job job = {scene_, settings_, arena, statistics, observer, rgb_.data()};
-        job.cache = cache;
-        job.pixels = sums_.data();
-        job.batches = all_batches(settings_);
-        if (settings_.goal == Goal::photons) job.photons = &photons;
-        const Status status = renderer.render(job);
+        const Status status = RepeatedJob::run(arena, cache, observer);
         if (status == Status::stopped) CHECK(arena.mark() == 0);
         return status;
     }
-    // All that the last run has made.
-    std::string made() const {
-        std::string bytes;
-        const auto add = [&bytes](const auto &values) {
-            bytes.append(reinterpret_cast<const char *>(values.data()), values.size() * sizeof(values[0]));
-        };
-        add(rgb_);
-        add(sums_);
-        if (settings_.goal == Goal::photons) add(photons_);
-        return bytes;
-    }
 
   private:
-    size_t pixels() const {
-        const Crop &crop = settings_.crop;
-        return static_cast<size_t>(crop.width() * crop.height());
-    }
-    const Scene &scene_;
-    Settings settings_;
-    Plan plan_;
     std::vector<unsigned char> memory_;
-    std::vector<float> rgb_;
-    std::vector<PixelSums> sums_;
-    std::vector<int64_t> photons_;
 };
 
 // Whole, and stopped at every call. `working`: stages with more than trivial work.
