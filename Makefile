@@ -29,6 +29,9 @@ CORE_FLAGS   = $(FLAGS) $(MULTIVERSION) -fno-exceptions -fno-rtti
 # The test build traps what the release saturates, and is small and quick to compile.
 TEST_FLAGS   = $(BITS) $(FREE) -O2 $(ARCH) $(WARN) -DWISP_TRAP -DDOCTEST_CONFIG_SUPER_FAST_ASSERTS -DDATA='"$(DATA)"'
 ARITHMETICS  = f32 f64 fixed
+# `make coverage` has flags here, for the host, and for what tests are linked with.
+COVERED     ?=
+LIBS         = -lz $(COVERED)
 
 # ---- Sources of any depth of folders, without their ending
 below        = $(patsubst $1/%.cpp,%,$(shell find $1 -name '*.cpp'))
@@ -47,7 +50,7 @@ all: $(PROGRAMS) ## build/wisp, and what makes the smoke of fixtures/; B=FOLDER 
 demo: $B/wisp ## the demo scene's picture, build/demo.png
 	$(call say,RENDER) $B/wisp render fixtures/wake.aff --frames 2 -o $B/demo.png
 	@echo "the picture is $B/demo.png"
-test: all $B/tests ## all tests; the last line counts them
+test: all $B/tests $B/faults.so ## all tests; the last line counts them
 	@tools/run_tests $B/tests
 golden: $B/wisp ## the goldens anew, as a difference to look at; nobody runs this to make a red test green
 	tools/golden $B/wisp > $B/goldens.txt
@@ -62,14 +65,14 @@ help: ## this list
 	@sed -n 's/^\([a-z][a-z-]*\):[^#]* ## /\1 /p' $(filter-out %.d,$(MAKEFILE_LIST)) | while read -r name text; do printf '%-17s %s\n' "$$name" "$$text"; done
 
 $B/wisp: $(CORE_O) $(HOST_O)
-	$(call say,LD) $(CXX) $(FLAGS) $^ -lz -o $@
+	$(call say,LD) $(CXX) $(FLAGS) $^ $(LIBS) -o $@
 $B/plume $B/wake: $B/%: $B/tools/plume/%.o $(LIBRARY_O)
-	$(call say,LD) $(CXX) $(FLAGS) $^ -lz -o $@
+	$(call say,LD) $(CXX) $(FLAGS) $^ $(LIBS) -o $@
 # Reads OpenVDB files for wisp.
 $B/vdb_to_nvdb: $B/tools/vdb/vdb_to_nvdb.o
 	$(call say,LD) $(CXX) $(FLAGS) $^ -Wl,--copy-dt-needed-entries -lopenvdb -ltbb -o $@
 $B/scene_source: $B/tools/portability/scene_source.o $(LIBRARY_O)
-	$(call say,LD) $(CXX) $(FLAGS) $^ -lz -o $@
+	$(call say,LD) $(CXX) $(FLAGS) $^ $(LIBS) -o $@
 
 include tools/build/compile.mk tools/build/test.mk tools/build/measure.mk tools/build/portable.mk tools/build/install.mk \
         tools/build/announce.mk

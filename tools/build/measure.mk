@@ -10,7 +10,7 @@ $B/peers/point_tree_f32 $B/peers/point_tree_f64: $B/peers/point_tree_%: $B/peers
 	$(call say,LD) $(CXX) $(FLAGS) $^ -o $@
 $(foreach p,rays shadow_rays,$(eval $(ARITHMETICS:%=$B/peers/$p_%): $B/peers/$p_%: $B/peers/%/$p.o))
 $(EMBREE_PEERS): $(LIBRARY_O)
-	$(call say,LD) $(CXX) $(FLAGS) $(filter %.o,$^) -lz -lembree3 -o $@
+	$(call say,LD) $(CXX) $(FLAGS) $(filter %.o,$^) $(LIBS) -lembree3 -o $@
 
 bench: all $(PEERS) ## the speed figures, each with its error and what it is compared to; SECTIONS=some, QUICK=1: minutes for hours
 	DATA=$(DATA) python3 tools/measure $(SECTIONS)

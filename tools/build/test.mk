@@ -5,22 +5,33 @@ ONCE        := $(filter-out $(PER_ARITHMETIC) $(FUZZ:%=fuzz/%_fuzz),$(call below
 TEST_O       = $(foreach a,$(ARITHMETICS),$(CORE:%=$B/test/core/$a/%.o) $(PER_ARITHMETIC:%=$B/test/cases/$a/%.o)) \
                $(patsubst %,$B/test/host/%.o,$(filter-out %/main,$(HOST))) \
                $(ONCE:%=$B/test/cases/once/%.o) $(FUZZ:%=$B/test/cases/once/fuzz/%_fuzz.o)
-$(foreach a,$(ARITHMETICS),$(eval $(call objects,test/core/$a,src/core,CXX,TEST_FLAGS,-DWISP_ARITH=$a)))
+$(foreach a,$(ARITHMETICS),$(eval $(call objects,test/core/$a,src/core,CXX,TESTED_FLAGS,-DWISP_ARITH=$a)))
 $(foreach a,$(ARITHMETICS),$(eval $(call objects,test/cases/$a,test,CXX,CASE_FLAGS,-DWISP_ARITH=$a)))
-$(eval $(call objects,test/host,src/host,CXX,TEST_FLAGS))
+$(eval $(call objects,test/host,src/host,CXX,TESTED_FLAGS))
 $(eval $(call objects,test/cases/once,test,CXX,CASE_FLAGS))
+TESTED_FLAGS = $(TEST_FLAGS) $(COVERED)
 CASE_FLAGS   = -Itest $(TEST_FLAGS)
 # A fuzz target is a test of its corpus, too: as a function of its own name.
 $B/test/cases/once/fuzz/%_fuzz.o: CASE_FLAGS += -DLLVMFuzzerTestOneInput=fuzz_$(patsubst %_fuzz,%,$(notdir $*))
 $B/tests: $(TEST_O)
-	$(call say,LD) $(CXX) $^ -lz -lmpfr -lgmp -o $@
+	$(call say,LD) $(CXX) $^ $(LIBS) -lmpfr -lgmp -o $@
 
 random-scenes: $B/tests ## every shadow of SCENES=3000 random scenes in each arithmetic, against tracing
 	WISP_SCENES=$(or $(SCENES),3000) $B/tests -tc="*: random scenes*"
 random-smoke: $B/wisp ## SCENES=200 random smoke scenes by every method and arithmetic, against --reference; SEED=1, JOBS=1
 	python3 tools/measure/random_smoke.py --wisp $B/wisp --seed $(or $(SEED),1) --scenes $(or $(SCENES),200) -j $(or $(JOBS),1)
+faults: $B/wisp $B/faults.so ## wisp where memory, system calls, disks and processes fail, each in turn; ten minutes
+	python3 tools/faults --build $B
+$B/faults.so: tools/faults/preloaded.c
+	$(call say,CC) $(CC) -O1 -Wall -Wextra -shared -fPIC $< -o $@
 cluster: $B/wisp ## the recipes for many processes and machines, with kills, on a Slurm of its own; two minutes
 	tools/cluster/cluster_test
+
+coverage: ## lines and branches of src/ that all tests reach, by room, and the lines of the core that none reaches; an hour
+	+$(MAKE) B=$B/coverage COVERED="--coverage -O1" all $B/coverage/tests $B/coverage/faults.so
+	find $B/coverage -name '*.gcda' -delete
+	-tools/run_tests $B/coverage/tests
+	python3 tools/coverage $B/coverage
 
 SECONDS     ?= 60
 SANITISED    = -O1 -g -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all
