@@ -89,6 +89,7 @@ struct Tracer : Sources {
     const Surfaces *surfaces; // nullptr: there are none
     Statistics &statistics;
     const TowardsEye *eye; // nullptr: what is deposited does not depend on directions
+    const FlightRecorder *flights;
     Watch watch;
 };
 
@@ -357,6 +358,11 @@ void deposit(const FluenceSums &fluence, uint32_t brick, const Vec3 &p, const Co
     if (fluence.harmonics) deposit_harmonics(fluence, brick, p, power.x + power.y + power.z, halves);
 }
 
+void record_flight(const Tracer &tracer, const Ray &ray, Real end, bool collides, const Color &power) {
+    tracer.flights->on_flight(tracer.flights->context,
+                              {tracer.medium, tracer.statistics.photons.emitted - 1, ray, end, collides, power});
+}
+
 void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t target, Pcg32 &generator, Cursor &cursor) {
     seek(tracer, target, cursor);
     const SparseGrid &bricks = tracer.bricks;
@@ -397,6 +403,10 @@ void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t tar
         at.smoke =
             smoke_at(medium, generator, [&](const ResampledField &field) { return extinction(field, ray.origin); });
         ++counts.collisions;
+        if (is_recording(tracer.flights)) {
+            const Real reach = light.kind == LightKind::parallel ? length(box.high - box.low) : from.distance;
+            record_flight(tracer, {ray.origin - ray.direction * reach, ray.direction}, reach, true, power);
+        }
     }
     for (uint32_t number = 0;; ++number) {
         if (at.collides) {
@@ -422,6 +432,11 @@ void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t tar
             deposit(fluence, brick_there, p, power * part, ray.direction, halves);
         });
         if (counts.capped != capped || !tracer.watch.go_on(units_of_flight)) return;
+        if (is_recording(tracer.flights))
+            record_flight(tracer, ray,
+                          at.collides ? length(at.position - ray.origin)
+                                      : distance_to_surface(tracer.surfaces, ray, Real(0)),
+                          at.collides, power);
         if (!at.collides) {
             ++(at.stopped ? counts.blocked : counts.escaped);
             return;
@@ -451,8 +466,12 @@ Status trace_batches(const PhotonTracing &tracing, const OpticalDepthGrid &depth
     const size_t mark = arena.mark();
     Cursor *cursor = arena.make<Cursor>(1);
     if (!cursor) return Status::out_of_memory;
-    const Tracer tracer = {
-        {tracing.medium, *fluence.bricks, depths, distribution}, tracing.surfaces, statistics, eye, tracing.watch};
+    const Tracer tracer = {{tracing.medium, *fluence.bricks, depths, distribution},
+                           tracing.surfaces,
+                           statistics,
+                           eye,
+                           tracing.flights,
+                           tracing.watch};
     cursor->entry = UINT64_MAX;
     const auto first_weight = [&](uint64_t photon) {
         return detail::divide(whole_product(photon, total), settings.photons).quotient;

@@ -38,6 +38,22 @@ struct PhotonNeeds {
 };
 PhotonNeeds photon_needs(const Scene &scene, const Settings &settings);
 
+// Records the flights of photons. The first one comes from the light.
+struct FlightRecord {
+    const Medium &medium;
+    uint64_t photon; // its number
+    Ray ray;
+    Real end;      // infinite_distance: it leaves the smoke
+    bool collides; // at `end`, with smoke
+    Color power;   // in photons
+};
+struct FlightRecorder {
+    void *context;
+    void (*on_flight)(void *context, const FlightRecord &flight);
+};
+// Hardly ever.
+inline bool is_recording(const FlightRecorder *recorder) { return __builtin_expect(recorder != nullptr, false); }
+
 // What photons are traced through, which of them, and what counts them: the same for all stores.
 struct PhotonTracing {
     const Medium &medium;
@@ -49,6 +65,7 @@ struct PhotonTracing {
     Arena &arena;
     Statistics &statistics;
     Vec3 eye = Vec3(Real(0)); // of the camera, where light is kept towards it
+    const FlightRecorder *flights = nullptr;
 };
 
 constexpr uint32_t units_of_photon = 32, units_of_flight = 256; // of work
@@ -78,7 +95,7 @@ void trace_photon(const PhotonTracing &tracing, const Emitters &emitters, uint64
     }
     const bool constant = emitter.light && emitter.light->kind == LightKind::constant;
     const uint32_t first_stored = emitter.light ? 1 : 0;
-    Real weight = Real(1);
+    Real weight = Real(1), stop = infinite_distance;
     const PathEnd ending = walk(
         medium, emission.photon, key,
         [&](const MediumCollision &at, uint32_t number, const Photon &arrived) {
@@ -90,6 +107,9 @@ void trace_photon(const PhotonTracing &tracing, const Emitters &emitters, uint64
             if (number >= first_stored) on_collision(at, arrived, arrived.power * weight);
         },
         [&](const Photon &photon, Real end, uint32_t number) {
+            if (is_recording(tracing.flights))
+                tracing.flights->on_flight(tracing.flights->context, {medium, counts.emitted - 1, photon.ray, end,
+                                                                      end < stop, photon.power * weight});
             if (number >= first_stored) on_flight(photon, end, photon.power * weight);
         },
         [&](const Ray &ray, uint32_t number) {
@@ -97,7 +117,7 @@ void trace_photon(const PhotonTracing &tracing, const Emitters &emitters, uint64
             // A light may stand on a surface: the first flight of its photons begins beyond that surface.
             const bool from_lamp = number == 0 && emitter.light && emitter.light->kind != LightKind::parallel;
             const Real begin = from_lamp && surfaces ? surfaces->ray_epsilon : Real(0);
-            return distance_to_surface(surfaces, ray, begin);
+            return stop = distance_to_surface(surfaces, ray, begin);
         });
     ++(ending == PathEnd::absorbed  ? counts.absorbed
        : ending == PathEnd::escaped ? counts.escaped

@@ -47,7 +47,8 @@ struct Frame {
     const Job &job;
     const Decisions &decisions;
     FrameState &state;
-    PixelRecorder *recorder; // of one pixel, of all for their layers, or nullptr
+    PixelRecorder *recorder;       // of one pixel, of all for their layers, or nullptr
+    const FlightRecorder *flights; // of photons, or nullptr
 
     const Scene &scene = job.scene;
     const Settings &settings = job.settings;

@@ -7,7 +7,9 @@ namespace wisp::WISP_ARITH {
 
 Status inspect(const Job &job, const PixelTrace &trace) {
     PixelRecorder recorder = make_recorder(trace);
-    return run_stages(job, &recorder);
+    Observation observation;
+    observation.pixel = &recorder;
+    return run_stages(job, observation);
 }
 
 } // namespace wisp::WISP_ARITH

@@ -35,8 +35,8 @@ Batches batches_to_trace(const Frame &frame, const PhotonSums &sums) {
 }
 
 PhotonTracing tracing_of(Frame &frame, const Batches &batches) {
-    return {frame.medium(), frame.surfaces(), frame.settings,   frame.decisions.photon_needs,     batches,
-            frame.watch,    frame.arena,      frame.statistics, vec_of(frame.scene.camera.origin)};
+    return {frame.medium(), frame.surfaces(), frame.settings,   frame.decisions.photon_needs,      batches,
+            frame.watch,    frame.arena,      frame.statistics, vec_of(frame.scene.camera.origin), frame.flights};
 }
 
 Status trace_to_photon_map(Frame &frame) {

@@ -275,8 +275,8 @@ namespace {
 // Runs stages, and counts the bytes that each holds.
 class Runner {
   public:
-    explicit Runner(Frame &frame) : frame_(frame) {
-        for (uint32_t i = 0; i < stage_count; ++i)
+    Runner(Frame &frame, Stage last) : frame_(frame) {
+        for (uint32_t i = 0; i <= static_cast<uint32_t>(last); ++i)
             needed_[i] = stage_rows[i].need(frame.scene, frame.settings, frame.decisions).needed;
     }
 
@@ -314,7 +314,7 @@ class Runner {
     }
 
     Frame &frame_;
-    bool needed_[stage_count];
+    bool needed_[stage_count] = {}; // and to be run
     uint64_t of_frame_[stage_count] = {};
 };
 
@@ -416,7 +416,7 @@ void check_rows(const Job &job, Runner &runner) {
 
 } // namespace
 
-Status run_stages(const Job &job, PixelRecorder *recorder) {
+Status run_stages(const Job &job, const Observation &observation) {
     const Decisions decisions = decide(job.scene, job.settings);
     FrameCache none = {}, &cache = job.cache ? *job.cache : none;
     job.statistics.bytes.arena_size = job.arena.size();
@@ -424,11 +424,12 @@ Status run_stages(const Job &job, PixelRecorder *recorder) {
     bool made;
     FrameState *state = find_state(job, cache, made);
     if (!state) return Status::out_of_memory;
-    Frame frame = {job, decisions, *state, recorder};
+    Frame frame = {job, decisions, *state, observation.pixel, observation.flights};
     for (uint32_t i = 0; decisions.smoke && i < job.scene.smoke_count; ++i)
         job.statistics.smoke.particles += job.scene.smokes[i].count;
-    Runner runner(frame);
-    const Status status = run_frame(frame, cache, made, runner);
+    Runner runner(frame, observation.last);
+    Status status = run_frame(frame, cache, made, runner);
+    if (status == Status::done && observation.on_frame) status = observation.on_frame(observation.context, frame);
     count_bytes(frame, runner);
     if (status != Status::done) { // something may be half made
         cache.frame = nullptr;
@@ -442,7 +443,7 @@ Status run_stages(const Job &job, PixelRecorder *recorder) {
 
 namespace {
 
-Status render(const Job &job) { return run_stages(job, nullptr); }
+Status render(const Job &job) { return run_stages(job, {}); }
 
 } // namespace
 

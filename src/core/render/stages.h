@@ -59,7 +59,16 @@ uint64_t march_bytes(const Scene &, const Settings &, const Decisions &, const S
 
 } // namespace stages
 
-// Runs the stages that the job needs. recorder: of one pixel, or nullptr.
-Status run_stages(const Job &job, PixelRecorder *recorder);
+// What looks on while stages run, and then at what they have made.
+struct Observation {
+    PixelRecorder *pixel = nullptr;          // records one pixel
+    const FlightRecorder *flights = nullptr; // records photons
+    Stage last = Stage::camera_rays;         // the last stage that runs
+    void *context = nullptr;
+    Status (*on_frame)(void *context, Frame &frame) = nullptr;
+};
+
+// Runs the stages that the job needs.
+Status run_stages(const Job &job, const Observation &observation);
 
 } // namespace wisp::WISP_ARITH

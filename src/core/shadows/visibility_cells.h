@@ -7,15 +7,9 @@
 #pragma once
 #include "core/shadows/shadow_query.h"
 #include "core/shadows/triangle_shaft.h"
+#include "wisp/probe.h"
 
 namespace wisp {
-
-enum class CellState : uint8_t {
-    unresolved, // too few rays have been traced
-    lit,        // proved: no static triangle blocks a ray from the cell to the light
-    shadowed,   // proved: one static triangle blocks all rays from the cell to the light
-    mixed       // neither can be proved: rays are traced, and the cell is divided
-};
 
 // 31                  10 9   8  7         6    5    0
 // | children            | state |shadowed|lit | rays |

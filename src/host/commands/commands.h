@@ -15,6 +15,9 @@ int plan_command(const std::vector<std::string> &arguments);
 // `wisp inspect SCENE X Y`: how a pixel came to be what it is, as text, with --json as JSON.
 int inspect_command(const std::vector<std::string> &arguments);
 
+// `wisp show STAGE SCENE`: a picture of what a stage has made.
+int show_command(const std::vector<std::string> &arguments);
+
 // `wisp info FILE`: what a file is and holds, as text, with --json as JSON.
 int info_command(const std::vector<std::string> &arguments);
 
@@ -32,6 +35,7 @@ int stitch_command(const std::vector<std::string> &arguments);
 
 // The lines of help on the options that a command has beside those of rendering.
 std::string inspect_help();
+std::string show_help();
 std::string plan_help();
 std::string info_help();
 std::string compare_help();

@@ -1,14 +1,6 @@
-#include "host/base/memory.h"
-#include "host/commands/arguments.h"
 #include "host/commands/commands.h"
 #include "host/commands/inspection.h"
-#include "host/commands/max_error.h"
-#include "host/commands/memory_check.h"
-#include "host/commands/progress_meter.h"
-#include "host/commands/request.h"
-#include "host/commands/run_warnings.h"
-#include "host/results/fingerprint.h"
-#include "wisp/settings.h"
+#include "host/commands/single_frame.h"
 
 namespace wisp {
 
@@ -42,31 +34,6 @@ int number_below(const std::string &name, const std::string &value, int64_t end)
     return static_cast<int>(*number);
 }
 
-void refuse(const char *option, const std::string &why) {
-    throw Error(exit_usage, std::string("option '") + option + "' does not go with inspect: " + why);
-}
-
-void check(const Request &request) {
-    const Options &options = request.options;
-    check_options(request);
-    check_max_error(request, false);
-    const struct {
-        const char *name;
-        bool given;
-    } of_files[] = {{"output", !options.outputs.empty()},
-                    {"map-out", !options.map_out.empty()},
-                    {"batches", options.batches.has_value()},
-                    {"stats", !options.stats.empty()},
-                    {"digest", options.digest},
-                    {"layers", options.layers}};
-    for (const auto &option : of_files)
-        if (option.given) refuse(option.name, "it makes no picture");
-    if (options.reference) refuse("reference", "its pixels are sums of paths");
-    if (options.shadows == ShadowMethod::paper) refuse("shadows", "paper's pixels depend on frames before");
-    if (several_frames(request))
-        throw Error(exit_usage, request.name, "found several frames, expected one with --frames");
-}
-
 InspectRequest read_inspect_request(const std::vector<std::string> &arguments) {
     std::vector<KnownOption> known;
     add_options(known, scene_options());
@@ -92,16 +59,13 @@ int inspect_command(const std::vector<std::string> &arguments) {
     const InspectRequest inspect = read_inspect_request(arguments);
     const Request &request = inspect.request;
     const Options &options = request.options;
-    check(request);
-    const int64_t frame = request.frames.first;
-    std::optional<EndAtOnce> at_once;
-    end_at_once(request, frame, at_once);
-    PreparedScene prepared;
-    prepare_scene(request.name, request.file, options, frame, prepared);
+    check_single_frame(request, "inspect", false);
+    SingleFrame frame(request);
+    const PreparedScene &prepared = frame.prepared;
     Inspection inspection;
     inspection.scene = request.name;
     inspection.arithmetic = renderer_of(options.arithmetic).name;
-    inspection.frame = frame;
+    inspection.frame = request.frames.first;
     inspection.x = number_below("X", inspect.x, prepared.width);
     inspection.y = number_below("Y", inspect.y, prepared.height);
     inspection.width = prepared.width;
@@ -112,40 +76,21 @@ int inspect_command(const std::vector<std::string> &arguments) {
     inspection.center = prepared.center;
     inspection.scale = prepared.scale;
     inspection.radiance_exponent = prepared.scene.radiance_exponent;
-    Settings settings = settings_of(options, prepared);
-    const Crop &crop = settings.crop;
+    Crop &crop = frame.settings.crop;
     if (inspection.x < crop.x0 || inspection.x >= crop.x1 || inspection.y < crop.y0 || inspection.y >= crop.y1)
         throw Error(exit_usage, "option 'crop' does not have the pixel " + inspect.x + " " + inspect.y);
-    if (!options.crop) settings.crop = {inspection.x, inspection.y, inspection.x + 1, inspection.y + 1};
+    if (!options.crop) crop = {inspection.x, inspection.y, inspection.x + 1, inspection.y + 1};
     // The pixels after this one do not change it.
-    settings.crop.y1 = inspection.y + 1;
+    crop.y1 = inspection.y + 1;
 
-    const Plan plan = checked_plan(request, prepared.scene, settings);
-    check_memory(request, prepared, settings, plan, available_memory());
-    RunWarnings(request).of_frame(frame, prepared, settings, plan);
-    MapFile map;
-    if (!options.map_in.empty())
-        map = saved_map(request, frame, fingerprint_of_map(request, prepared, settings, plan), plan);
-    PhotonSums sums = {map.sums.data(), map.sums.size(), map.sums.size()};
-    if (map.sums.empty() && uses_map(settings)) {
-        map.sums.resize(plan.map_sums);
-        sums = {map.sums.data(), map.sums.size(), 0};
-    }
-    const auto block = make_block(request.name, plan.arena_bytes);
-    Arena arena(block.get(), plan.arena_bytes);
-    std::vector<float> rgb(settings.crop.pixels() * 3);
-    Statistics statistics;
-    at_once.reset();
-    RunProgress run;
-    ProgressMeter progress(options, frame, plan, run);
+    frame.make_plan();
+    std::vector<float> rgb(crop.pixels() * 3);
     const PixelTrace trace = inspection.trace();
-    Job job = {prepared.scene, settings, arena, statistics, progress.observer(), rgb.data()};
-    if (uses_map(settings)) job.photons = &sums;
-    constexpr decltype(&f32::inspect) inspectors[] = {f32::inspect, f64::inspect, fixed::inspect};
-    const Status status = inspectors[static_cast<int>(options.arithmetic)](job, trace);
-    progress.finish();
-    if (status == Status::stopped) stop(request, frame);
-    if (status != Status::done) fail(request, plan, frame, status);
+    frame.run([&](Job &job) {
+        job.rgb = rgb.data();
+        constexpr decltype(&f32::inspect) inspectors[] = {f32::inspect, f64::inspect, fixed::inspect};
+        return inspectors[static_cast<int>(options.arithmetic)](job, trace);
+    });
     const std::string text = inspect.options.json ? inspection_json(inspection) : inspection_text(inspection);
     std::fwrite(text.data(), 1, text.size(), stdout);
     return exit_done;

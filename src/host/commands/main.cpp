@@ -53,6 +53,8 @@ constexpr Command commands[] = {
      "wisp plan scene.aff --photons 4M", plan_command, plan_help, true},
     {"inspect", "SCENE X Y [options]", "a pixel explained: its rays, hits, shadows, smoke and sums",
      "wisp inspect scene.aff 120 64", inspect_command, inspect_help, true},
+    {"show", "STAGE SCENE [options]", "a picture of what a stage makes: density, photons, trees, proofs ...",
+     "wisp show density scene.aff -o density.png", show_command, show_help, true},
     {"info", "FILE [--json]", "what a file is and holds: particles, grid, scene, map, passes, picture",
      "wisp info smoke.vdb", info_command, info_help, false},
     {"compare", "A B [options]", "how two pictures differ, .pfm, .exr or .png; exit 1 when they do",
@@ -85,7 +87,8 @@ std::string help_text() {
             "\nOptions of inspect: those of render but files, --reference and --shadows paper; with --crop what is\n"
             "before the pixel in the crop is rendered first, so that shadows are decided by what was learnt\n"
             "there, else the pixel alone; and\n" +
-            inspect_help() + "\nOptions of plan, beside those of render:\n" + plan_help() + "\nOptions of info:\n" +
+            inspect_help() + "\nStages of show, and its options beside those of render:\n" + show_help() +
+            "\nOptions of plan, beside those of render:\n" + plan_help() + "\nOptions of info:\n" +
             info_help() + "\nOptions of compare:\n" + compare_help() +
             "\nExit: 0 done, 1 pictures differ, 2 wrong usage, 3 bad input, 4 does not fit in memory, 5 could\n"
             "not write, 128 + N stopped by signal N; frames that are there already as they would be made are\n"

@@ -2,6 +2,7 @@
 #include "core/numbers/elementary.h"
 #include "host/base/error.h"
 #include "host/images/compare.h"
+#include "host/images/drawing.h"
 #include "host/images/flip.h"
 #include <algorithm>
 #include <cmath>
@@ -118,9 +119,6 @@ std::string verdict_text(const Difference &d) {
            (d.exceeded.empty() ? "" : ": " + d.exceeded) + "\n";
 }
 
-// Error 0, 1/4 .. 1 in 8-bit sRGB: five colours of the map "magma" that is usual for FLIP.
-constexpr double ramp[5][3] = {{0, 0, 0}, {81, 18, 124}, {183, 55, 121}, {252, 137, 97}, {252, 253, 191}};
-
 void check_size(const Picture &a, const Picture &b, const std::string &name_a, const std::string &name_b) {
     if (a.width != b.width || a.height != b.height)
         throw InputError(name_b, size_text(b) + " pixels, expected " + size_text(a) + " as in " + name_a);
@@ -233,16 +231,7 @@ std::string difference_json(const Difference &d) {
 }
 
 Picture difference_picture(const Picture &a, const Picture &b) {
-    Picture picture{a.width, a.height, {}};
-    for (const double error : flip(a, b)) {
-        const double position = 4 * std::clamp(error, 0.0, 1.0);
-        const int low = std::min(static_cast<int>(position), 3);
-        for (int c = 0; c < 3; ++c) {
-            const double shown = ramp[low][c] + (position - low) * (ramp[low + 1][c] - ramp[low][c]);
-            picture.rgb.push_back(static_cast<float>(srgb_to_linear(shown / 255)));
-        }
-    }
-    return picture;
+    return heat_picture(a.width, a.height, flip(a, b), 1, {});
 }
 
 } // namespace wisp

@@ -1,0 +1,67 @@
+#include "host/commands/single_frame.h"
+#include "host/base/memory.h"
+#include "host/commands/max_error.h"
+#include "host/commands/memory_check.h"
+#include "host/commands/progress_meter.h"
+#include "host/commands/run_warnings.h"
+
+namespace wisp {
+
+void check_single_frame(const Request &request, const std::string &command, bool has_output) {
+    const Options &options = request.options;
+    check_options(request);
+    check_max_error(request, false);
+    const auto refuse = [&command](const char *option, const std::string &why) {
+        throw Error(exit_usage, std::string("option '") + option + "' does not go with " + command + ": " + why);
+    };
+    const struct {
+        const char *name;
+        bool given;
+    } of_files[] = {{"output", !has_output && !options.outputs.empty()},
+                    {"map-out", !options.map_out.empty()},
+                    {"batches", options.batches.has_value()},
+                    {"stats", !options.stats.empty()},
+                    {"digest", !has_output && options.digest},
+                    {"layers", options.layers}};
+    for (const auto &option : of_files)
+        if (option.given) refuse(option.name, has_output ? "it makes a picture of a stage" : "it makes no picture");
+    if (options.reference) refuse("reference", "its pixels are sums of paths");
+    if (options.shadows == ShadowMethod::paper) refuse("shadows", "paper's pixels depend on frames before");
+    if (several_frames(request))
+        throw Error(exit_usage, request.name, "found several frames, expected one with --frames");
+}
+
+SingleFrame::SingleFrame(const Request &request) : request_(request) {
+    const int64_t frame = request.frames.first;
+    end_at_once(request, frame, at_once_);
+    prepare_scene(request.name, request.file, request.options, frame, prepared);
+    settings = settings_of(request.options, prepared);
+}
+
+void SingleFrame::make_plan() {
+    const int64_t frame = request_.frames.first;
+    plan = checked_plan(request_, prepared.scene, settings);
+    check_memory(request_, prepared, settings, plan, available_memory());
+    RunWarnings(request_).of_frame(frame, prepared, settings, plan);
+    if (!request_.options.map_in.empty())
+        map_ = saved_map(request_, frame, fingerprint_of_map(request_, prepared, settings, plan), plan);
+    block_ = make_block(request_.name, plan.arena_bytes);
+}
+
+void SingleFrame::run(const std::function<Status(Job &job)> &core) {
+    const int64_t frame = request_.frames.first;
+    at_once_.reset();
+    statistics = {};
+    Arena arena(block_.get(), plan.arena_bytes);
+    PhotonSums sums = {map_.sums.data(), map_.sums.size(), map_.sums.size()};
+    RunProgress alone;
+    ProgressMeter progress(request_.options, frame, plan, alone);
+    Job job = {prepared.scene, settings, arena, statistics, progress.observer()};
+    if (!map_.sums.empty()) job.photons = &sums;
+    const Status status = core(job);
+    progress.finish();
+    if (status == Status::stopped) stop(request_, frame);
+    if (status != Status::done) fail(request_, plan, frame, status);
+}
+
+} // namespace wisp
