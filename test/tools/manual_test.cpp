@@ -20,7 +20,7 @@ struct ManualTest : CommandLineTest {
     }
     std::vector<std::string> commands() const {
         std::vector<std::string> names = found_in(wisp("help").out, "^wisp ([a-z]+) [^|]");
-        REQUIRE(names.size() == 7);
+        REQUIRE(names.size() == 8);
         return names;
     }
     std::vector<std::string> options_of(const std::string &command) const {
@@ -63,6 +63,7 @@ TEST_CASE_FIXTURE(ManualTest, "manual: bash completes every command and option, 
             CHECK_MESSAGE(holds(options, " " + option + " "), command << " " << option);
     }
     CHECK(completed("wisp v") == " version \n");
+    CHECK(completed("wisp show d") == " density depth \n");
     CHECK(completed("wisp render a.aff --arith f") == " f32 f64 fixed \n");
     CHECK(completed("wisp render a.aff --size -o \"\"") == "  \n"); // then files are
 }

@@ -87,7 +87,7 @@ std::string help_text() {
             "\nOptions of inspect: those of render but files, --reference and --shadows paper; with --crop what is\n"
             "before the pixel in the crop is rendered first, so that shadows are decided by what was learnt\n"
             "there, else the pixel alone; and\n" +
-            inspect_help() + "\nStages of show, and its options beside those of render:\n" + show_help() +
+            inspect_help() + "\nWhat show has, beside the options of render:\n" + show_help() +
             "\nOptions of plan, beside those of render:\n" + plan_help() + "\nOptions of info:\n" +
             info_help() + "\nOptions of compare:\n" + compare_help() +
             "\nExit: 0 done, 1 pictures differ, 2 wrong usage, 3 bad input, 4 does not fit in memory, 5 could\n"

@@ -28,7 +28,7 @@ Section::Section(const Camera &camera, int row) : eye_(camera.origin), right_(un
     if (dot(ahead_, along) < 0) ahead_ = ahead_ * -1;
 }
 
-bool Section::fit(const Scene &scene, int width, int height) {
+bool Section::fit(const Scene &scene, int width, int height, const Crop &crop) {
     add_triangles(scene);
     if (segments_.empty()) return false;
     PicturePoint low = segments_[0].from, high = low;
@@ -38,17 +38,18 @@ bool Section::fit(const Scene &scene, int width, int height) {
             high = {std::max(high.x, end.x), std::max(high.y, end.y)};
         }
     pixel_ = 1.06 * std::max((high.x - low.x) / width, (high.y - low.y) / height);
-    corner_ = {(low.x + high.x - pixel_ * width) / 2, (low.y + high.y - pixel_ * height) / 2};
+    corner_ = {(low.x + high.x - pixel_ * width) / 2 + pixel_ * crop.x0,
+               (low.y + high.y - pixel_ * height) / 2 + pixel_ * crop.y0};
     for (Segment &segment : segments_)
         for (PicturePoint *end : {&segment.from, &segment.to})
             *end = {(end->x - corner_.x) / pixel_, (end->y - corner_.y) / pixel_};
     return true;
 }
 
-std::vector<Double3> Section::points(int width, int height) const {
+std::vector<Double3> Section::points(const Crop &crop) const {
     std::vector<Double3> points;
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
+    for (int y = 0; y < crop.height(); ++y)
+        for (int x = 0; x < crop.width(); ++x)
             points.push_back(eye_ + right_ * (corner_.x + pixel_ * (x + 0.5)) -
                              ahead_ * (corner_.y + pixel_ * (y + 0.5)));
     return points;

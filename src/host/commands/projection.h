@@ -38,23 +38,24 @@ class Section {
   public:
     Section(const Camera &camera, int row);
 
-    // Moves the picture, of that many pixels, to where the section meets the scene's triangles. False: it meets none.
-    bool fit(const Scene &scene, int width, int height);
+    // Moves the picture to where the section meets the scene's triangles. It has that many pixels, of which the crop is
+    // drawn. False: it meets none.
+    bool fit(const Scene &scene, int width, int height, const Crop &crop);
 
     struct Segment {
         PicturePoint from, to;
     };
-    // Where it meets triangles.
+    // Where it meets triangles, in pixels of the crop.
     const std::vector<Segment> &segments() const { return segments_; }
-    // What the pixels' middles show.
-    std::vector<Double3> points(int width, int height) const;
+    // What the middles of the crop's pixels show.
+    std::vector<Double3> points(const Crop &crop) const;
 
   private:
     void add_triangle(const Double3 (&corner)[3]);
     void add_triangles(const Scene &scene);
 
     Double3 eye_, right_, ahead_, normal_; // unit vectors
-    PicturePoint corner_ = {0, 0};         // the top left one, in lengths along right_ and against ahead_
+    PicturePoint corner_ = {0, 0};         // the crop's top left one, in lengths along right_ and against ahead_
     double pixel_ = 1;                     // length of its sides
     std::vector<Segment> segments_;        // before fit(): in lengths from the eye
 };

@@ -50,9 +50,9 @@ const ShownStage &stage_of(const std::string &name) {
 } // namespace
 
 std::string show_help() {
-    std::string text;
+    std::string text = " STAGE:\n";
     for (const ShownStage &stage : shown_stages()) text += in_columns(std::string("  ") + stage.name, stage.what);
-    return text + help_lines(show_options());
+    return text + " Of these stages:\n" + help_lines(show_options());
 }
 
 int show_command(const std::vector<std::string> &arguments) {

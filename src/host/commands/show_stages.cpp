@@ -188,39 +188,49 @@ Shown draw_paths(const Drawing &drawing) {
     return shown;
 }
 
+// What one in a hundred exceeds: light where there is hardly any smoke may be far too bright.
+double most_of(const std::vector<Mark> &nodes) {
+    std::vector<double> values;
+    for (const Mark &node : nodes) values.push_back(node.value);
+    if (values.empty()) return 0;
+    const auto most = values.end() - 1 - static_cast<ptrdiff_t>(values.size() / 100);
+    std::nth_element(values.begin(), most, values.end());
+    return *most;
+}
+
 Shown draw_nodes(const Drawing &drawing) {
     const Projection projection = projection_of(drawing);
     const double depth = slice_depth(drawing, projection), distance = projection.distance(depth);
     std::vector<Mark> nodes;
-    double most = 0;
     for_each_mark(drawing, Quantity::nodes, [&](const Mark &mark) {
         if (std::fabs(projection.distance(projection.depth(mark.to)) - distance) > mark.size / 2) return;
         nodes.push_back(mark);
-        most = std::max(most, mark.value);
     });
+    const double most = most_of(nodes);
     Shown shown = {dim_smoke(drawing),
                    std::to_string(nodes.size()) + " nodes of the irradiance map " + plane_text(drawing, distance) +
                        ", mean radiance of light that was scattered before: purple 0, by orange to light yellow " +
-                       six_digits(std::ldexp(most, drawing.frame.prepared.scene.radiance_exponent))};
+                       six_digits(std::ldexp(most, drawing.frame.prepared.scene.radiance_exponent)) + " or more"};
     for (const Mark &node : nodes) {
         const PicturePoint at = projection.place(node.to);
         draw_disc(shown.picture, at.x, at.y, projection.size(node.size, depth) * 0.4,
-                  heat_color(0.15 + 0.85 * node.value / most));
+                  heat_color(0.15 + 0.85 * std::min(node.value / most, 1.0)));
     }
     return shown;
 }
 
 Shown draw_tree(const Drawing &drawing) {
+    const PreparedScene &prepared = drawing.frame.prepared;
     const Crop &crop = drawing.frame.settings.crop;
-    const int row = drawing.options.row.value_or((crop.y0 + crop.y1) / 2);
-    if (row < crop.y0 || row >= crop.y1)
-        throw Error(exit_usage, "option 'row': found '" + std::to_string(row) + "', expected a whole number from " +
-                                    std::to_string(crop.y0) + " to " + std::to_string(crop.y1 - 1));
-    Section section(drawing.frame.prepared.scene.camera, row);
-    if (!section.fit(drawing.frame.prepared.scene, crop.width(), crop.height()))
+    const int row = drawing.options.row.value_or(prepared.height / 2);
+    if (row >= prepared.height)
+        throw Error(exit_usage, "option 'row': found '" + std::to_string(row) +
+                                    "', expected a whole number from 0 to " + std::to_string(prepared.height - 1));
+    Section section(prepared.scene.camera, row);
+    if (!section.fit(prepared.scene, prepared.width, prepared.height, crop))
         throw Error(exit_usage, drawing.request.name,
                     "the plane of row " + std::to_string(row) + " meets no triangle, expected another --row");
-    const Field field = field_of(drawing, Quantity::tree, section.points(crop.width(), crop.height()));
+    const Field field = field_of(drawing, Quantity::tree, section.points(crop));
     const double most = field.most();
     Shown shown = {heat_of(drawing, field, 1.5 * most), // without yellow, on which white lines would be lost
                    "the plane of row " + std::to_string(row) +
