@@ -9,20 +9,51 @@ namespace wisp {
 
 namespace {
 
-const std::string smoke = "fixtures/wake.aff --frames 1 --size 48x36 --spp 1 --photons 3000",
-                  cubes = "fixtures/lessons/02-tree/eight.aff --size 48x36 --spp 1";
+const std::string smoke = "fixtures/glow.aff --size 48x36 --spp 1 --photons 3000",
+                  ball = "fixtures/lessons/02-tree/one.aff --size 48x36 --spp 1";
 
 // Stage and scene, and the digests in each arithmetic.
 struct Golden {
     std::string words, f32, f64, fixed;
 };
 const Golden goldens[] = {
-    {"density " + smoke, "", "", ""}, {"density " + smoke + " --slice 0.25 --density-step 0", "", "", ""},
-    {"depth " + smoke, "", "", ""},   {"light-depth " + smoke + " --light 1", "", "", ""},
-    {"photons " + smoke, "", "", ""}, {"photons " + smoke + " --smoke direct", "", "", ""},
-    {"paths " + smoke, "", "", ""},   {"nodes " + smoke, "", "", ""},
-    {"tree " + cubes, "", "", ""},    {"tree " + cubes + " --tree kd --row 20", "", "", ""},
-    {"visits " + cubes, "", "", ""},  {"proofs " + cubes + " --spp 9", "", "", ""},
+    {"density " + smoke, "65ba90e850e98ae09e3322b5a90b774db963fb1ec67e07368b1b68fa46a34409",
+     "96fa942ed12c546b304cd4866bccb287c47aeff46a6d4b3592b2e2da56decef4",
+     "b6b638412cdf275d349840936a97525c44ae004da135e8be72704cc3f821d5d5"},
+    {"density " + smoke + " --slice 0.25 --density-step 0",
+     "33b07920105f4120965b7eb3a7d2f3075ff05ed8fe2ba1d021cf9f54efe3b880",
+     "e0d1b5de81ed2df94bd1e83351b5587ba99c8472f061b4ddb2e86bd60e57c775",
+     "944646509d1fa0fdbef83c993c20cd0cbada8523cc748c4c98aae90d71d8345d"},
+    {"depth " + smoke, "7d1da40ea601dcdadd643d018e8843b382345800d760fad280d135d4eb07b547",
+     "4feb83a40de848c320d8f9c8ef141970985db880f69b94d8478e2860161e306d",
+     "427ccb2429f0e8a6b75d946082128afe21a3d9dfcc48d84702d5ff2f1c7b8cc1"},
+    {"light-depth " + smoke + " --light 1", "e1fdb7113c2d2130a0cf06195a54286baaedf2c68db77c25a891b15f233b104b",
+     "315b16337c0455ab8d7e8163a0e6395fce0464fe131d916723140ee27310422b",
+     "1e24c1bc817bad08aabb3a8384f2feadade94269733891cd2e34237cb2b3e279"},
+    {"photons " + smoke, "ba0f15ed32577e93028aa43a9be29714ae635cc726fb854889bd593e5cc57055",
+     "a9b63afb31f9e5def615d0cc6ea5a41e9bbe8d6976602f1241eb2fa66aa67b6a",
+     "022efe523e7dec2360110fb2be939000f4d098def4175d82e89fd38cde6fb537"},
+    {"photons " + smoke + " --smoke direct", "17feaf5e9b3e7cf846da24899dff0f95c2977fe6d393e077462d7847932dcd4a",
+     "73a9832109a38e2019a890d34658ff49d72ffc378b2fc21dfbe0ad8c392058dd",
+     "e6df6c61ce815248c62a9305c4d359a5ddf2925f73fc49b03672c116bcfa5219"},
+    {"paths " + smoke, "75da27aaff300f4a174b4ac874e600daeb3444a5b1c3d45918bd11a5f4ac80f5",
+     "d561fcead58bc37fc99d8786d1d4fe933838e994e91b17dcf39d73647e94058a",
+     "a5c2ef47f4ade06b64c7b4658780f067184da763bfb2930ae5d9d06414b1f156"},
+    {"nodes " + smoke, "c6a15b387e9c22dd0825f7fe31f552516692fceee8e153513b7e168ff67b08c5",
+     "ae77765b16536ef4762bb29bf5f9266e20685e1ac4cba734892439dd0b46b392",
+     "fdca5e80aca16103123d6fe617fe849a4b0d0eb4b86291c2b7dae78c1f6ca535"},
+    {"tree " + ball, "de83768f9b24ea39c7eba148156d573390b4904a073219217b1ebfcdfa338937",
+     "3b5d0eebf50099279791df22a528dc54dca827b1e93ebe0be1626002c16aeffa",
+     "3b5d0eebf50099279791df22a528dc54dca827b1e93ebe0be1626002c16aeffa"},
+    {"tree " + ball + " --tree kd --row 20", "9bcf18c53419d85ee4cfaa262659bd0f812f8e43718c7a5a9a7d58c12641beaf",
+     "9bcf18c53419d85ee4cfaa262659bd0f812f8e43718c7a5a9a7d58c12641beaf",
+     "9bcf18c53419d85ee4cfaa262659bd0f812f8e43718c7a5a9a7d58c12641beaf"},
+    {"visits " + ball, "7c609bd9c5d16006d810ac6731203846fc7ed303cb6b0cdffa287e9da7802a07",
+     "754865308e44de5a80719a2ceddeafc7c165e253119f3201bd0b0e53b4686308",
+     "754865308e44de5a80719a2ceddeafc7c165e253119f3201bd0b0e53b4686308"},
+    {"proofs " + ball + " --spp 9", "1dbe1adf955544056b709b8043dacc332f1b510e10a48d29b937fa5a797a223d",
+     "b24a73032a3a8e86bb7fd0bf934d89bafcc2098e6a5cd4c9a61251732817c217",
+     "b24a73032a3a8e86bb7fd0bf934d89bafcc2098e6a5cd4c9a61251732817c217"},
 };
 
 const char *const stages[] = {"density", "depth", "light-depth", "photons", "paths",

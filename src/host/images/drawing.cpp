@@ -1,4 +1,5 @@
 #include "host/images/drawing.h"
+#include "core/numbers/elementary.h"
 #include <algorithm>
 #include <cmath>
 
@@ -60,8 +61,8 @@ Picture heat_picture(int width, int height, const std::vector<double> &values, d
 
 void add_point(Picture &picture, double x, double y, const Double3 &light) {
     if (!(x > -1 && y > -1 && x < picture.width + 1 && y < picture.height + 1)) return;
-    const double left = std::floor(x - 0.5), top = std::floor(y - 0.5), u = x - 0.5 - left, v = y - 0.5 - top;
-    const int i = static_cast<int>(left), j = static_cast<int>(top);
+    const int i = floor_to_int(x - 0.5), j = floor_to_int(y - 0.5);
+    const double u = x - 0.5 - i, v = y - 0.5 - j;
     add(picture, i, j, light, (1 - u) * (1 - v));
     add(picture, i + 1, j, light, u * (1 - v));
     add(picture, i, j + 1, light, (1 - u) * v);
@@ -83,7 +84,7 @@ void add_line(Picture &picture, double x0, double y0, double x1, double y1, cons
 }
 
 void draw_disc(Picture &picture, double x, double y, double radius, const Double3 &color) {
-    const auto within = [](double at, int end) { return static_cast<int>(std::clamp(std::floor(at), 0.0, end * 1.0)); };
+    const auto within = [](double at, int end) { return static_cast<int>(std::clamp(at, 0.0, end * 1.0)); };
     const int right = within(x + radius + 1, picture.width), bottom = within(y + radius + 1, picture.height);
     for (int j = within(y - radius, picture.height); j < bottom; ++j)
         for (int i = within(x - radius, picture.width); i < right; ++i) {

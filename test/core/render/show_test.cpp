@@ -175,6 +175,7 @@ TEST_CASE(WISP_ARITH_NAME ": show: proofs are true of the shadow of a plate") {
     room.scene.camera = {{0, 1.5, 6}, {-0.5, 0.3, -1}, {1.0 / size, 0, 0}, {0, -1.0 / size, 0}};
     Settings settings = small_settings(size);
     settings.shadows = ShadowMethod::exact;
+    settings.samples = 16;
     const Answers proofs = ask(room.scene, settings, Quantity::proofs);
     std::map<uint64_t, float> state_of;
     size_t lit = 0, shadowed = 0;
