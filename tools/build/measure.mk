@@ -16,6 +16,8 @@ bench: all $(PEERS) ## the speed figures, each with its error and what it is com
 	DATA=$(DATA) python3 tools/measure $(SECTIONS)
 truth: all ## what `make bench` measures errors against, where it is missing; two hours, resumed where it was stopped
 	python3 tools/measure truth
+measured: ## fixtures/measured: the tables that `make bench` has left, as those of a release; README's figures by them
+	python3 tools/measure/measured.py
 # Debian's own Python has matplotlib.
 report: ## build/report/index.html: what bench, hard-cases and portability have left, as one page
 	DATA=$(DATA) /usr/bin/python3 tools/measure/report

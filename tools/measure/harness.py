@@ -15,6 +15,7 @@ QUICK = bool(os.environ.get("QUICK"))
 RUNS = int(os.environ.get("RUNS") or (1 if QUICK else 3))
 DATA = Path(os.environ.get("DATA") or "../shared/data").resolve()
 OUT = Path("build/bench")
+MEASURED = Path("fixtures/measured")  # the tables of a release
 WISP = "build/wisp"
 
 waiting = []  # jobs that the section which is asked for has named and that are to be run
@@ -215,10 +216,15 @@ def machine():
     def first(path, pattern):
         found = re.search(pattern, Path(path).read_text(), re.M) if Path(path).exists() else None
         return found[1].strip() if found else "unknown"
+    def git(*words):
+        found = subprocess.run(["git", *words], capture_output=True, text=True)
+        return found.stdout.strip() if found.returncode == 0 else "unknown"
+    changed = " with changes" if git("status", "--porcelain", "--untracked-files=no") not in ("", "unknown") else ""
     version = subprocess.run([WISP, "version"], capture_output=True, text=True).stdout.split("\n")
     return {"processor": first("/proc/cpuinfo", r"^model name\s*:(.*)") + ", one core of " + str(os.cpu_count()),
             "memory": first("/proc/meminfo", r"^MemTotal:(.*)"), "system": platform.platform(),
             "wisp": "; ".join(line.strip() for line in version if line.strip()),
+            "commit": git("rev-parse", "--short=12", "HEAD") + changed,
             "load": " ".join(f"{load:.2f}" for load in os.getloadavg()),
             "when": datetime.now(timezone.utc).isoformat(timespec="minutes"), "runs": RUNS, "quick": QUICK}
 
@@ -228,10 +234,7 @@ def table(name, title, header, rows, notes="", printed=True, folder=OUT):
     cells = [[plain(cell) for cell in row] for row in rows]
     with open(folder / f"{name}.csv", "w", newline="") as file:
         csv.writer(file, lineterminator="\n").writerows([header, *cells])
-    index = OUT / "tables.json"
-    known = json.loads(index.read_text()) if index.exists() else {}
-    known[name] = {"title": title, "notes": notes, "machine": machine()}
-    index.write_text(json.dumps(known, indent=1))
+    write_index(OUT, {**read_index(OUT), name: {"title": title, "notes": notes, "machine": machine()}})
     if not printed:
         return
     widths = [max(len(row[i]) for row in [header, *cells] if i < len(row)) for i in range(len(header))]
@@ -241,6 +244,16 @@ def table(name, title, header, rows, notes="", printed=True, folder=OUT):
     if notes:
         print(notes)
     sys.stdout.flush()
+
+
+def read_index(folder):
+    """Titles, notes and machines of the tables in a folder, by name, in the order in which they were made."""
+    index = folder / "tables.json"
+    return json.loads(index.read_text()) if index.exists() else {}
+
+
+def write_index(folder, known):
+    (folder / "tables.json").write_text(json.dumps(known, indent=1) + "\n")
 
 
 def read_csv(path):

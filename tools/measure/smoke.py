@@ -167,6 +167,33 @@ def table_2():
           f"{plain(compare(mean, mean, 'relative noise of B', '--error', error))}. Noise of the default, of two seeds: {plain(noise)}.")
 
 
+def methods():
+    """README's table: what a user would choose from, all by default but for what a row says."""
+    rows = [("default, 1,000,000 photons", "default", photons(1000000)),
+            ("`--photons 250k`", "few", photons(250000)),
+            ("`--photons 4M`, cells and step of half the size", "fine",
+             f"{photons(4000000)} --density-step 0.275 --light-step 0.275 --irradiance-step 0.55 --step 0.25"),
+            ("`--smoke direct --irradiance none`, 4,100,000 photons: the paper's method", "direct",
+             f"--smoke direct --irradiance none {ALL}")]
+    jobs = [(said, render(f"methods_{key}", scene("table2"), f"--size {SIZE}", options), small("table2", f"methods_{key}", options))
+            for said, key, options in rows]
+    few = quick(10, 200)  # passes
+    passes = OUT / "methods_reference.passes"
+    reference = Job("methods_reference", [WISP, "render", scene("table2"), "--size", "32x32", "--reference", "--passes", f"0:{few}",
+                                          "-q", "-o", passes], makes=(passes,))
+    yield
+    mean, error = OUT / "methods_reference.pfm", OUT / "methods_reference.error.pfm"
+    subprocess.run([WISP, "merge", passes, "-o", mean, "--error-out", error], check=True)
+    noise = lambda mean, error: compare(mean, mean, "relative noise of B", "--error", error)  # noqa: E731
+    most = 5000 * len(list(TRUTH.glob("table2.*.passes")))
+    seconds = median(reference.clock())
+    table("methods", f"Which method: fixtures/table2.aff at {SIZE}, error at 32 x 32", ["method", "s", "spread %", "RMSE", "noise"],
+          [[said, median(job.seconds()), spread(job.seconds()), true_error("table2", little), None] for said, job, little in jobs]
+          + [[f"`--reference`, 32 x 32 pixels, {few:,} passes", seconds, spread(reference.clock()), None, noise(mean, error)],
+             [f"`--reference`, 32 x 32 pixels, {most:,} passes", most / few * seconds, None, None, noise(*merged("table2"))]],
+          "Seconds of the last row are those of the row before, times the passes.")
+
+
 def table_3():
     """As many photons emitted as leave the paper's number in the photon map."""
     jobs = []

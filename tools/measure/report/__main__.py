@@ -64,7 +64,10 @@ def show(name, folded=False):
     if name not in TABLES:
         raise FileNotFoundError(0, "not measured", f"{name}.csv")
     shown.add(name)
+    machine = TABLES[name].machine
     title = escape(TABLES[name].title) + (" (QUICK)" if name in QUICK else "")
+    if TABLES[name].released:
+        title += f' (of the release, measured at {machine["commit"]}, {machine["when"][:10]})'
     table = drawn(TABLES[name])
     return f"<details><summary>{title}</summary>{table}</details>" if folded else f"<h3>{title}</h3>{table}"
 
@@ -82,14 +85,15 @@ def targets():
 
 def conditions():
     """What tables were measured on; those of the same machine, program and settings together, as a column."""
-    keys, groups = ("processor", "memory", "system", "wisp", "runs"), {}
+    keys, groups = ("processor", "memory", "system", "wisp", "commit", "runs"), {}
     for name, table in TABLES.items():
         if table.machine:
-            same = *(str(table.machine[key]) for key in keys), "yes" if name in QUICK else "no"
+            same = *(str(table.machine.get(key, "unknown")) for key in keys), "yes" if name in QUICK else "no", \
+                "of the release" if table.released else "here"
             groups.setdefault(same, {})[name] = table
     if not groups:
         raise FileNotFoundError(0, "not measured", "build/bench/tables.json")
-    columns = [("tables", *keys, "quick", "load", "when", "spread of the runs")]
+    columns = [("tables", *keys, "quick", "where", "load", "when", "spread of the runs")]
     for same, tables in groups.items():
         loads = sorted(float(table.machine["load"].split()[0]) for table in tables.values())
         times = sorted(table.machine["when"][:16].replace("T", " ") for table in tables.values())
