@@ -135,6 +135,7 @@ TEST_CASE("command line: show says in one line what it cannot show") {
         {"show density fixtures/wake.aff" + out, "found several frames"},
         {"show density " + scene + out + " --layers", "option 'layers' does not go with show"},
         {"show density " + scene + out + " --reference", "option 'reference' does not go with show"},
+        {"show photons " + scene + out + " --map-in " + test.file("a.map"), "no photon is traced"},
         {"show photons " + scene + out + " --map-out " + test.file("a.map"), "option 'map-out' does not go with show"},
     };
     for (const auto &words : refused) {

@@ -11,11 +11,12 @@
 
 namespace {
 
-// Undefined symbols of all objects below a folder, as `nm` lists them.
-std::vector<std::string> undefined_symbols(const std::string &objects) {
+// Undefined symbols of all objects below a folder, but for one object, as `nm` lists them.
+std::vector<std::string> undefined_symbols(const std::string &objects, const std::string &except = "") {
     const wisp::TemporaryFolder folder;
     const std::string list = folder.file("symbols");
-    const std::string command = "find " + objects + " -name '*.o' -print0 | xargs -0 nm --undefined-only > " + list;
+    const std::string command = "find " + objects + " -name '*.o' ! -path '*/" + except +
+                                ".o' -print0 | xargs -0 nm --undefined-only > " + list;
     REQUIRE(std::system(command.c_str()) == 0);
     std::vector<std::string> symbols;
     std::ifstream file(list);
@@ -43,6 +44,27 @@ TEST_CASE("the core asks for no memory but the arena's, throws nothing and reads
             CAPTURE(symbol);
             CHECK(!is_forbidden(symbol));
         }
+    }
+}
+
+TEST_CASE("only who asks for them links the recorder of a pixel and the probes of stages") {
+    const struct {
+        const char *function, *unit;
+    } asked[] = {{"make_recorder", "render/inspect"}, {"cells_at", "render/show"}};
+    for (const auto &of : asked) {
+        const auto uses = [&](const std::vector<std::string> &symbols) {
+            return std::any_of(symbols.begin(), symbols.end(), [&](const std::string &symbol) {
+                return symbol.find(of.function) != std::string::npos;
+            });
+        };
+        CAPTURE(std::string(of.function));
+        CHECK(uses(undefined_symbols(wisp::built("core/f32"))));
+        CHECK(!uses(undefined_symbols(wisp::built("core/f32"), of.unit)));
+    }
+    for (const char *unit : {"render/inspect", "render/show"}) { // and nothing in the core asks for these
+        CAPTURE(std::string(unit));
+        for (const std::string &symbol : undefined_symbols(wisp::built("core/f32"), unit))
+            CHECK(symbol.find(std::string(unit) == "render/show" ? "4showERK" : "7inspectERK") == std::string::npos);
     }
 }
 

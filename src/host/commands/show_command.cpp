@@ -1,3 +1,4 @@
+#include "host/base/memory.h"
 #include "host/commands/commands.h"
 #include "host/commands/output.h"
 #include "host/commands/show_stages.h"
@@ -22,6 +23,9 @@ const OptionTable<ShowOptions> &show_options() {
     };
     return table;
 }
+
+// Of a drawing: its place, number and cell.
+constexpr uint64_t bytes_of_pixel = sizeof(Double3) + 2 * sizeof(double) + sizeof(float) + sizeof(uint64_t);
 
 std::string stage_names() {
     std::string names;
@@ -72,6 +76,9 @@ int show_command(const std::vector<std::string> &arguments) {
     check_single_frame(request, "show", true);
     if (request.options.outputs.empty() && !request.options.digest)
         throw Error(exit_usage, "found nothing to make of the stage, expected --output or --digest");
+    if (stage.needed == Stage::photons && !request.options.map_in.empty())
+        throw Error(exit_usage,
+                    std::string("option 'map-in' does not go with show ") + stage.name + ": no photon is traced");
     check_outputs(request.options, request.frames, request.name);
     SingleFrame frame(request);
     frame.settings.layers = stage.of_layers;
@@ -80,6 +87,7 @@ int show_command(const std::vector<std::string> &arguments) {
     if (!row.needed)
         throw Error(exit_usage, request.name,
                     std::string("there is nothing to show of ") + stage.name + ": " + row.reason);
+    require_memory(request.name, "the drawing", frame.settings.crop.pixels() * bytes_of_pixel);
     const uint32_t lights = frame.prepared.scene.light_count;
     if (options.light > 0 && options.light >= lights)
         throw Error(exit_usage, "option 'light': found '" + std::to_string(options.light) +
