@@ -190,7 +190,8 @@ def methods():
     table("methods", f"Which method: fixtures/table2.aff at {SIZE}, error at 32 x 32", ["method", "s", "spread %", "RMSE", "noise"],
           [[said, median(job.seconds()), spread(job.seconds()), true_error("table2", little), None] for said, job, little in jobs]
           + [[f"`--reference`, 32 x 32 pixels, {few:,} passes", seconds, spread(reference.clock()), None, noise(mean, error)],
-             [f"`--reference`, 32 x 32 pixels, {most:,} passes", most / few * seconds, None, None, noise(*merged("table2"))]],
+             *([[f"`--reference`, 32 x 32 pixels, {most:,} passes", most / few * seconds, None, None, noise(*merged("table2"))]]
+               if most else [])],
           "Seconds of the last row are those of the row before, times the passes.")
 
 
