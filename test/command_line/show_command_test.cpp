@@ -10,7 +10,8 @@ namespace wisp {
 namespace {
 
 const std::string smoke = "fixtures/glow.aff --size 48x36 --spp 1 --photons 3000",
-                  ball = "fixtures/lessons/02-tree/one.aff --size 48x36 --spp 1";
+                  ball = "fixtures/lessons/02-tree/one.aff --size 48x36 --spp 1",
+                  table = "fixtures/lessons/03-shadows/table.aff --frames 3 --size 80x60 --spp 1";
 
 // Stage and scene, and the digests in each arithmetic.
 struct Golden {
@@ -54,10 +55,13 @@ const Golden goldens[] = {
     {"proofs " + ball + " --spp 9", "1dbe1adf955544056b709b8043dacc332f1b510e10a48d29b937fa5a797a223d",
      "b24a73032a3a8e86bb7fd0bf934d89bafcc2098e6a5cd4c9a61251732817c217",
      "b24a73032a3a8e86bb7fd0bf934d89bafcc2098e6a5cd4c9a61251732817c217"},
+    {"wrong " + table, "c92cbf62e5daae9b91ac55be0332f96524a9da767d0811f78ba7cbdc9ef11f48",
+     "04dae60089dfa0d45b60e9bbec64ce77d573903e643b66e0ef3be8845eeb13e8",
+     "304741891c124de578ef9d6d99ef91bcdcefd646e86a73b3fd789c2e500d15d1"},
 };
 
 const char *const stages[] = {"density", "depth", "light-depth", "photons", "paths",
-                              "nodes",   "tree",  "visits",      "proofs"};
+                              "nodes",   "tree",  "visits",      "proofs",  "wrong"};
 
 } // namespace
 
@@ -107,6 +111,21 @@ TEST_CASE("command line: show's crop is part of the whole, and its outputs are t
     CHECK(test.wisp("show density " + smoke + " -q -o -.png").out.substr(1, 3) == "PNG");
 }
 
+TEST_CASE("command line: show's wrong pixels are those in which a sequence by the paper's method differs") {
+    const CommandLineTest test;
+    const std::string scene = "render fixtures/lessons/03-shadows/table.aff --spp 1 --size 160x120 ";
+    REQUIRE(test.wisp(scene + "--shadows paper --frames 0:5 -q -o " + test.file("paper_%d.pfm")).status == 0);
+    REQUIRE(test.wisp(scene + "--frames 5 -q -o " + test.file("exact.pfm")).status == 0);
+    const Picture paper = read_pfm(test.file("paper_5.pfm")), exact = read_pfm(test.file("exact.pfm"));
+    int differing = 0;
+    for (size_t i = 0; i < exact.rgb.size(); i += 3)
+        differing += !std::equal(&exact.rgb[i], &exact.rgb[i] + 3, &paper.rgb[i]);
+    CHECK(differing > 0);
+    const Ran ran =
+        test.wisp("show wrong fixtures/lessons/03-shadows/table.aff --spp 1 --size 160x120 --frames 5 --digest");
+    CHECK(ran.err.find("wrong: " + std::to_string(differing) + " pixels of frame 5") == 0);
+}
+
 TEST_CASE("command line: show says in one line what it cannot show") {
     const CommandLineTest test;
     const std::string scene = test.file("s.aff"), out = " -o " + test.file("a.png");
@@ -132,6 +151,7 @@ TEST_CASE("command line: show says in one line what it cannot show") {
         {"show proofs fixtures/lessons/02-tree/one.aff" + out + " --shadows trace",
          "expected exact, which alone proves"},
         {"show proofs fixtures/lessons/02-tree/one.aff" + out + " --shadows paper", "does not go with show"},
+        {"show wrong fixtures/lessons/02-tree/one.aff" + out + " --crop 0,0,8,8", "learns from whole pictures"},
         {"show density fixtures/wake.aff" + out, "found several frames"},
         {"show density " + scene + out + " --layers", "option 'layers' does not go with show"},
         {"show density " + scene + out + " --reference", "option 'reference' does not go with show"},

@@ -279,6 +279,49 @@ Shown draw_proofs(const Drawing &drawing) {
     return shown;
 }
 
+// One frame after the other, as the paper's method learns from all before; then the last one by `exact`.
+Shown draw_wrong(const Drawing &drawing) {
+    if (drawing.request.options.crop)
+        throw Error(exit_usage,
+                    "option 'crop' does not go with show wrong: the paper's method learns from whole pictures");
+    SingleFrame &frame = drawing.frame;
+    const Renderer &renderer = renderer_of(drawing.request.options.arithmetic);
+    const int64_t last = drawing.request.frames.first;
+    const auto render = [&](ShadowMethod shadows, FrameCache *cache) {
+        frame.settings.shadows = shadows;
+        frame.make_plan();
+        Picture picture{frame.prepared.width, frame.prepared.height, {}};
+        picture.rgb.resize(3 * frame.settings.crop.pixels());
+        frame.run([&](Job &job) {
+            job.rgb = picture.rgb.data();
+            job.cache = cache;
+            return renderer.render(job);
+        });
+        return picture;
+    };
+    Picture paper;
+    for (int64_t i = 0; i <= last; ++i) {
+        frame.prepare(i);
+        paper = render(ShadowMethod::paper, &frame.cache);
+    }
+    const Picture exact = render(ShadowMethod::exact, nullptr);
+
+    Shown shown = {{exact.width, exact.height, {}}, ""};
+    std::vector<PicturePoint> wrong;
+    for (int y = 0; y < exact.height; ++y)
+        for (int x = 0; x < exact.width; ++x) {
+            const size_t i = shown.picture.rgb.size();
+            const float *a = &exact.rgb[i], *b = &paper.rgb[i];
+            shown.picture.rgb.insert(shown.picture.rgb.end(), 3, 0.05f * (a[0] + a[1] + a[2]));
+            if (!std::equal(a, a + 3, b)) wrong.push_back({x + 0.5, y + 0.5});
+        }
+    for (const PicturePoint &at : wrong) draw_disc(shown.picture, at.x, at.y, 3, {0.3, 0.02, 0.01});
+    for (const PicturePoint &at : wrong) draw_disc(shown.picture, at.x, at.y, 0.5, {1, 0.3, 0.1});
+    shown.legend = std::to_string(wrong.size()) + " pixels of frame " + std::to_string(last) +
+                   " that --shadows paper gets wrong: red, in a dark red disc; grey is the picture of exact";
+    return shown;
+}
+
 } // namespace
 
 const std::vector<ShownStage> &shown_stages() {
@@ -322,6 +365,12 @@ const std::vector<ShownStage> &shown_stages() {
          Stage::shadows,
          false,
          draw_proofs},
+        {"wrong",
+         "pixels that --shadows paper, which learns from frame 0 on, gets wrong",
+         {},
+         Stage::shadows,
+         false,
+         draw_wrong},
     };
     return stages;
 }

@@ -3,7 +3,6 @@
 #include "host/commands/max_error.h"
 #include "host/commands/memory_check.h"
 #include "host/commands/progress_meter.h"
-#include "host/commands/run_warnings.h"
 
 namespace wisp {
 
@@ -31,37 +30,45 @@ void check_single_frame(const Request &request, const std::string &command, bool
         throw Error(exit_usage, request.name, "found several frames, expected one with --frames");
 }
 
-SingleFrame::SingleFrame(const Request &request) : request_(request) {
-    const int64_t frame = request.frames.first;
-    end_at_once(request, frame, at_once_);
-    prepare_scene(request.name, request.file, request.options, frame, prepared);
-    settings = settings_of(request.options, prepared);
+SingleFrame::SingleFrame(const Request &request) : request_(request), warnings_(request) {
+    prepare(request.frames.first);
+}
+
+void SingleFrame::prepare(int64_t frame) {
+    frame_ = frame;
+    end_at_once(request_, frame, at_once_);
+    const double scale = prepared.scale;
+    prepare_scene(request_.name, request_.file, request_.options, frame, prepared);
+    if (prepared.scale != scale) cache = {}; // what it knows is in another unit
+    settings = settings_of(request_.options, prepared);
 }
 
 void SingleFrame::make_plan() {
-    const int64_t frame = request_.frames.first;
     plan = checked_plan(request_, prepared.scene, settings);
-    check_memory(request_, prepared, settings, plan, available_memory());
-    RunWarnings(request_).of_frame(frame, prepared, settings, plan);
+    check_memory(request_, prepared, settings, plan, available_memory() + bytes_);
+    warnings_.of_frame(frame_, prepared, settings, plan);
     if (!request_.options.map_in.empty())
-        map_ = saved_map(request_, frame, fingerprint_of_map(request_, prepared, settings, plan), plan);
+        map_ = saved_map(request_, frame_, fingerprint_of_map(request_, prepared, settings, plan), plan);
+    if (plan.arena_bytes <= bytes_) return;
+    block_.reset();
     block_ = make_block(request_.name, plan.arena_bytes);
+    bytes_ = plan.arena_bytes;
+    cache = {};
 }
 
 void SingleFrame::run(const std::function<Status(Job &job)> &core) {
-    const int64_t frame = request_.frames.first;
     at_once_.reset();
-    statistics = {};
-    Arena arena(block_.get(), plan.arena_bytes);
+    Statistics statistics;
+    Arena arena(block_.get(), bytes_);
     PhotonSums sums = {map_.sums.data(), map_.sums.size(), map_.sums.size()};
     RunProgress alone;
-    ProgressMeter progress(request_.options, frame, plan, alone);
+    ProgressMeter progress(request_.options, frame_, plan, alone);
     Job job = {prepared.scene, settings, arena, statistics, progress.observer()};
     if (!map_.sums.empty()) job.photons = &sums;
     const Status status = core(job);
     progress.finish();
-    if (status == Status::stopped) stop(request_, frame);
-    if (status != Status::done) fail(request_, plan, frame, status);
+    if (status == Status::stopped) stop(request_, frame_);
+    if (status != Status::done) fail(request_, plan, frame_, status);
 }
 
 } // namespace wisp

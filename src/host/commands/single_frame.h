@@ -1,6 +1,6 @@
 // One frame of a scene on its way through the core: what `inspect` and `show` have in common.
 #pragma once
-#include "host/commands/request.h"
+#include "host/commands/run_warnings.h"
 #include "wisp/wisp.h"
 #include <functional>
 
@@ -12,8 +12,11 @@ void check_single_frame(const Request &request, const std::string &command, bool
 
 class SingleFrame {
   public:
-    // Prepares the scene, and the settings that follow from the options. Throws Error.
+    // Prepares the request's frame.
     explicit SingleFrame(const Request &request);
+
+    // Prepares another frame: the scene, and the settings that follow from the options. Throws Error.
+    void prepare(int64_t frame);
 
     // The core's plan of the settings, which may have been changed; reads the particle map of --map-in. Throws Error
     // for a plan that cannot be followed, and for one that does not fit in memory.
@@ -25,13 +28,16 @@ class SingleFrame {
     PreparedScene prepared;
     Settings settings;
     Plan plan = {};
-    Statistics statistics = {};
+    FrameCache cache = {}; // for jobs that learn from frame to frame
 
   private:
     const Request &request_;
+    RunWarnings warnings_;
+    int64_t frame_;
     std::optional<EndAtOnce> at_once_;
     MapFile map_;
     std::unique_ptr<unsigned char[]> block_;
+    uint64_t bytes_ = 0; // of the block
 };
 
 } // namespace wisp
