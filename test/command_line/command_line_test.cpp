@@ -15,7 +15,7 @@ using namespace wisp;
 TEST_CASE("command line: wrong usage ends with 2, and a line that says what was found and expected") {
     const CommandLineTest test;
     const std::string scene = "render " + test.s() + " --digest ", surfaces = "render fixtures/surfaces.aff ",
-                      commands = "expected render, plan, inspect, info, compare, merge, stitch, help or version",
+                      commands = "expected render, plan, inspect, show, info, compare, merge, stitch, help or version",
                       paper_frames = "option 'frames' does not go with --shadows paper: it learns from frame to frame, "
                                      "expected all from 0 on";
     const std::pair<std::string, std::string> cases[] = {

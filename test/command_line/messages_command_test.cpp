@@ -13,7 +13,7 @@ TEST_CASE("messages: an error names the file, its line or byte, else the program
     test.write("bad.pfm", "PF\n1 1\n2\n");
     const std::pair<std::string, std::string> cases[] = {
         {"paint",
-         "wisp: error: there is no command 'paint', expected render, plan, inspect, info, compare, merge, stitch, "
+         "wisp: error: there is no command 'paint', expected render, plan, inspect, show, info, compare, merge, stitch, "
          "help or version"},
         {"render " + test.file("bad.aff") + " --digest",
          test.file("bad.aff") + ":1: error: the file ends, expected y of from"},
