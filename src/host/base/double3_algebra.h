@@ -25,6 +25,12 @@ inline Double3 unit(const Double3 &a) {
     return b * (1 / length(b));
 }
 
+// Whether one is a multiple of the other, to about ten digits, or 0.
+inline bool are_parallel(const Double3 &a, const Double3 &b) {
+    const Double3 side = cross(a, b);
+    return !(dot(side, side) > 1e-20 * dot(a, a) * dot(b, b));
+}
+
 // The exponent e with 2^e <= x < 2^(e+1), x > 0.
 inline int exponent_of(double x) {
     int e;

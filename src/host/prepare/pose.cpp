@@ -1,6 +1,7 @@
 #include "host/base/double3_algebra.h"
 #include "host/base/error.h"
 #include "host/base/memory.h"
+#include "host/prepare/core_units.h"
 #include "host/prepare/motion.h"
 #include "host/prepare/pose.h"
 #include <limits>
@@ -70,11 +71,6 @@ Matrix normal_matrix(const Matrix &m) {
     const Double3 a = m.axis[0] * (1 / size), b = m.axis[1] * (1 / size), c = m.axis[2] * (1 / size);
     const double sign = dot(a, cross(b, c)) < 0 ? -1 : 1;
     return {{cross(b, c) * sign, cross(c, a) * sign, cross(a, b) * sign}, {0, 0, 0}};
-}
-
-bool has_inverse(const Matrix &m) {
-    const double scale = length(m.axis[0]) * length(m.axis[1]) * length(m.axis[2]);
-    return std::fabs(dot(m.axis[0], cross(m.axis[1], m.axis[2]))) > 1e-12 * scale;
 }
 
 void set_normals(Triangle &triangle, const Corners &normals) {
@@ -172,7 +168,7 @@ void pose_shapes(const std::string &name, const SceneGraph &graph, double time, 
         const Pose &pose = poses[index_of(shapes.instance_nodes[i])];
         std::copy_n(pose.matrix.axis, 3, instance.axis);
         instance.origin = pose.matrix.origin;
-        instance.visible = pose.visible && has_inverse(pose.matrix);
+        instance.visible = pose.visible && has_inverse(pose.matrix.axis);
         for (const Double3 &v : {instance.axis[0], instance.axis[1], instance.axis[2], instance.origin})
             check_range(name, v);
     }

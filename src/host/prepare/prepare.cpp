@@ -1,7 +1,6 @@
 // Lengths and radiances are scaled by powers of two, so that only subtractions of the centre round, in double. The
 // result is the same for every arithmetic; what depends on the arithmetic is done by the core.
 #include "core/numbers/elementary.h"
-#include "core/smoke/grid_samples.h"
 #include "host/base/double3_algebra.h"
 #include "host/base/error.h"
 #include "host/base/files.h"
@@ -23,13 +22,6 @@
 namespace wisp {
 
 namespace {
-
-void sort_canonically(std::vector<Particle> &particles) {
-    std::sort(particles.begin(), particles.end(), [](const Particle &a, const Particle &b) {
-        return std::make_tuple(a.position.x, a.position.y, a.position.z, a.h, a.area) <
-               std::make_tuple(b.position.x, b.position.y, b.position.z, b.h, b.area);
-    });
-}
 
 // What `read` reads: a fault of a smoke's file is one of the line that names it.
 template <class Read> auto named_at(const std::string &where, Read read) {
@@ -121,6 +113,8 @@ void load(const std::vector<Node> &nodes, const SceneFile::SmokeVolume &smoke, i
     volume.describe_samples(source.grid);
 }
 
+void sort(std::vector<Particle> &particles) { sort_canonically(particles.data(), particles.data() + particles.size()); }
+
 // --thin: removes negligible particles. This comes first, so that the extent of the smoke is that of the particles that
 // stay.
 void decimate(const SceneFile &file, double epsilon, PreparedScene &prepared) {
@@ -136,71 +130,8 @@ void decimate(const SceneFile &file, double epsilon, PreparedScene &prepared) {
                                  std::to_string(prepared.particles[i].size()) + " particles; " + std::to_string(moved) +
                                  " give their mass to a neighbour");
         remove_particles(prepared.particles[i], removals[i]);
-        sort_canonically(prepared.particles[i]); // receivers have another mass
+        sort(prepared.particles[i]); // receivers have another mass
     }
-}
-
-// The unit of --step for a grid: the shortest edge of its cells. For a box: a twentieth of its shortest edge.
-double step_length(const GridDescription &grid) {
-    if (!grid.density) return std::min({grid.half.x, grid.half.y, grid.half.z}) * 0.1;
-    return 2 * std::min({grid.half.x / grid.nx, grid.half.y / grid.ny, grid.half.z / grid.nz});
-}
-
-// Half the edges of the axis-aligned box around a rotated grid.
-Double3 aligned_half(const GridDescription &grid) {
-    const Double3 *a = grid.axis, &h = grid.half;
-    return {std::fabs(a[0].x) * h.x + std::fabs(a[1].x) * h.y + std::fabs(a[2].x) * h.z,
-            std::fabs(a[0].y) * h.x + std::fabs(a[1].y) * h.y + std::fabs(a[2].y) * h.z,
-            std::fabs(a[0].z) * h.x + std::fabs(a[1].z) * h.y + std::fabs(a[2].z) * h.z};
-}
-
-// Scales one smoke to normalised lengths, and sums up its area and range of smoothing lengths. A grid's largest density
-// becomes 1 to 2, so that fixed point keeps the digits of every sample.
-void normalize(SmokeDescription &source, std::vector<Particle> &particles, std::vector<float> &densities,
-               const Double3 &center, double scale) {
-    for (Particle &p : particles) {
-        p.position = (p.position - center) * scale;
-        p.h *= scale;
-        p.area *= scale * scale;
-        source.smallest_h = source.largest_h == 0 ? p.h : std::min(source.smallest_h, p.h);
-        source.largest_h = std::max(source.largest_h, p.h);
-        source.total_area += p.area;
-    }
-    source.particles = particles.data();
-    source.count = static_cast<uint32_t>(particles.size());
-    if (!source.is_grid()) return;
-    GridDescription &grid = source.grid;
-    grid.center = (grid.center - center) * scale;
-    grid.half = grid.half * scale;
-    grid.extinction /= scale;
-    float densest = 0;
-    for (float density : densities) densest = std::max(densest, density);
-    if (densest > 0) {
-        const int e = exponent_of(static_cast<double>(densest));
-        for (float &density : densities) density = std::ldexp(density, -e);
-        grid.extinction = std::ldexp(grid.extinction, e);
-    }
-    source.smallest_h = source.largest_h = step_length(grid);
-    double sum = grid.density ? 0 : 1;
-    for (float density : densities) sum += static_cast<double>(density);
-    // The integral of a sample's trilinear tent is the volume of a cell.
-    source.total_area =
-        grid.extinction * sum * (8 * grid.half.x * grid.half.y * grid.half.z / static_cast<double>(samples_of_box(grid)));
-}
-
-Camera make_camera(const SceneFile::View &view, int width, int height, const Double3 &center, double scale) {
-    double sine, cosine;
-    sincos_turns(view.angle / 720, sine, cosine);
-    // The angle is between the centres of the first and the last row; of a single row, its height.
-    const double pixel = 2 * sine / cosine / std::max(height - 1, 1);
-    const Double3 forward = unit(view.at - view.from), right = unit(cross(forward, view.up)),
-                  up = cross(right, forward);
-    Camera camera;
-    camera.origin = (view.from - center) * scale;
-    camera.right = right * pixel;
-    camera.down = up * -pixel;
-    camera.corner = forward - camera.right * (0.5 * width) - camera.down * (0.5 * height);
-    return camera;
 }
 
 // Removes strays (strays.h), and warns of them.
@@ -209,7 +140,7 @@ void leave_out_strays(const SceneFile &file, const SceneFile::View &view, double
     Surroundings around = {};
     around.width = prepared.width;
     around.height = prepared.height;
-    around.camera = make_camera(view, around.width, around.height, {0, 0, 0}, 1);
+    around.camera = make_camera(view.from, view.at, view.up, view.angle, around.width, around.height, {{0, 0, 0}, 1});
     around.points.push_back(view.from);
     for (const SceneFile::Light &light : file.lights)
         if (light.kind == LightKind::parallel)
@@ -242,122 +173,20 @@ void leave_out_strays(const SceneFile &file, const SceneFile::View &view, double
              " smoothing lengths away"});
 }
 
-// The largest irradiance of the light in the ball of `radius` around `middle`. Distances below half the radius count as
-// that.
-double brightness(const LightSource &light, const Double3 &middle, double radius) {
-    const double color = largest(light.color);
-    if (light.kind == LightKind::parallel || light.kind == LightKind::constant) return color;
-    const Double3 to_light = light.position - middle;
-    const double distance = std::max(std::sqrt(dot(to_light, to_light)) - radius, std::max(radius, 1.0) * 0.5);
-    return color / (distance * distance);
-}
-
-// As check_range(), for a scene with surfaces. Their corners are within coordinate_limit already.
-void check_surface_range(const std::string &name, const PreparedScene &prepared, const Options &options) {
-    const bool fixed = options.arithmetic == Arithmetic::fixed;
-    const auto refuse = [&name](const std::string &what) {
-        throw InputError(name + ":1", what + ", expected a scene that fits");
-    };
-    const double farthest = fixed ? 0x1p13 : 0x1p18;
-    if (!(largest_component(prepared.scene.camera.origin) <= farthest))
-        refuse("the camera is too far from the surfaces for this arithmetic");
-    if (fixed && length(prepared.scene.camera.corner) > 0x1p15) refuse("the view is too wide for fixed point");
-    double sum = 0;
-    for (const LightSource &light : prepared.lights) {
-        if (light.kind != LightKind::parallel && !(largest_component(light.position) <= farthest))
-            refuse("a light is too far from the surfaces for this arithmetic");
-        if (fixed && largest(light.color) > 0x1p30) refuse("a light is too strong for fixed point");
-        sum += largest(light.color);
-    }
-    if (fixed && options.lights == LightChoice::cuts && sum > 0x1p30)
-        refuse("the lights together are too strong for cuts in fixed point");
-    if (prepared.scene.radiance_exponent > 120) refuse("it is too bright for a picture of 32-bit numbers");
-    if (!fixed) return;
-    for (uint32_t i = 0; i < prepared.scene.instance_count; ++i) {
-        const Instance &instance = prepared.scene.instances[i];
-        double largest_stretch = 0;
-        for (int k = 0; instance.visible && k < 3; ++k)
-            largest_stretch = std::max(
-                {largest_stretch, largest_component(instance.axis[k]), largest_component(instance.inverse[k])});
-        if (largest_stretch > 0x1p11) refuse("something is stretched more than 2048 times, too much for fixed point");
-    }
-    for (uint32_t i = 0; i < prepared.scene.material_count; ++i) {
-        const Material &m = prepared.scene.materials[i];
-        if (std::max({largest(m.ambient), largest(m.diffuse), largest(m.specular)}) > 4)
-            refuse("a material is brighter than 4, too much for fixed point");
-    }
-}
-
-// Refuses a scene with a number beyond the range of the arithmetic: that of float, or of fixed point, which ends at
-// 2^31.
-void check_range(const std::string &name, const SceneFile &file, const PreparedScene &prepared,
-                 const SmokeExtent &extent, const Options &options) {
-    if (!extent.any()) return;
-    const auto refuse = [](const std::string &where, const std::string &what) {
-        throw InputError(where, what + ", expected a scene that fits");
-    };
-    const std::string scene_line = name + ":1";
-    const bool fixed = options.arithmetic == Arithmetic::fixed;
-    const auto distance = [](const Double3 &p) { return std::sqrt(dot(p, p)); };
-    double radius = 0, power = 0;
-    for (size_t i = 0; i < prepared.smokes.size(); ++i) {
-        const std::string &where = file.smokes[i].where;
-        for (const Particle &p : prepared.particles[i]) {
-            radius = std::max(radius, distance(p.position) + 2 * p.h);
-            if (!(p.area <= (fixed ? 0x1p20 : 1e30) * p.h * p.h))
-                refuse(where, "a particle's optical depth is too large for this arithmetic");
-        }
-        const SmokeDescription &smoke = prepared.smokes[i];
-        const GridDescription &grid = smoke.grid;
-        if (smoke.is_grid()) {
-            radius = std::max(radius, distance(grid.center) + distance(grid.half));
-            double densest = grid.density ? 0 : 1;
-            for (float density : prepared.volumes[i].density) densest = std::max(densest, static_cast<double>(density));
-            if (!(grid.extinction * densest <= (fixed ? 0x1p15 : 1e30)))
-                refuse(where, "the smoke's extinction is too large for this arithmetic");
-        }
-        // 1 - |g| must keep some digits, and p = (1 + |g|) / (4 pi (1 - |g|)^2) must be in range.
-        const double least = fixed ? 0x1p-16 : options.arithmetic == Arithmetic::f32 ? 0x1p-20 : 0x1p-40;
-        if (!(1 - std::fabs(smoke.asymmetry) >= least))
-            refuse(where, "the phase is nearer to 1 or -1 than this arithmetic can tell");
-        power += 4 * 3.15 * largest(smoke.emission) * smoke.total_area;
-        if (fixed && !smoke.is_grid() && smoke.total_area > 0x1p26)
-            refuse(where, "the smoke's cross-section is too large for fixed point");
-        if (fixed && smoke.largest_h * options.gather_radius > 0x1p14)
-            refuse(where, "the gather radius is too large for fixed point");
-    }
-    if (distance(prepared.scene.camera.origin) > 0x1p18)
-        refuse(scene_line, "the camera is more than 262144 smoothing lengths from the smoke");
-    if (fixed && distance(prepared.scene.camera.corner) > 0x1p15) // the longest ray before it is normalised
-        refuse(scene_line, "the view is too wide for fixed point");
-    if (fixed && extent.largest_h > 4096 * extent.smallest_h)
-        refuse(scene_line, "smoothing lengths differ by more than 4096, too much for fixed point");
-    for (const LightSource &light : prepared.lights) {
-        const double color = largest(light.color), d = distance(light.position) + radius;
-        const bool has_position = light.kind != LightKind::parallel;
-        if (has_position && d > (fixed ? 0x1p14 : 0x1p18))
-            refuse(scene_line, "a light is more than " + std::to_string(fixed ? 16384 : 262144) +
-                                   " smoothing lengths from the smoke, too far for this arithmetic");
-        power += color * 4 * 3.15 *
-                 (light.kind == LightKind::parallel   ? radius * radius
-                  : light.kind == LightKind::constant ? d * d
-                                                      : 1);
-        if (fixed && color > 0x1p30) refuse(scene_line, "a light is too strong for fixed point");
-    }
-    if (fixed && power > 0x1p30) refuse(scene_line, "the lights' power is too large for fixed point");
+// Refuses a scene with a number beyond the range of the arithmetic.
+void check_range(const std::string &name, const SceneFile &file, const Scene &scene, const Options &options) {
+    const RangeFault fault = find_range_fault(scene, options.arithmetic, options.gather_radius, options.lights);
+    if (!fault.what) return;
+    const std::string where = fault.smoke < 0 ? name + ":1" : file.smokes[static_cast<size_t>(fault.smoke)].where;
+    throw InputError(where, std::string(fault.what) + ", expected a scene that fits");
 }
 
 } // namespace
 
 std::vector<SmokeExtent> extents_of(const PreparedScene &prepared) {
     std::vector<SmokeExtent> extents(prepared.smokes.size());
-    for (size_t i = 0; i < extents.size(); ++i) {
-        for (const Particle &p : prepared.particles[i]) extents[i].add(p.position, p.h);
-        const GridDescription &grid = prepared.smokes[i].grid;
-        if (!prepared.smokes[i].is_grid()) continue;
-        extents[i].add(grid.center - aligned_half(grid), step_length(grid));
-        extents[i].add(grid.center + aligned_half(grid), step_length(grid));
-    }
+    for (size_t i = 0; i < extents.size(); ++i)
+        extents[i] = extent_of(prepared.particles[i].data(), prepared.particles[i].size(), prepared.smokes[i]);
     return extents;
 }
 
@@ -395,7 +224,7 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
     }
     // Until the unit is found particles are in the order of their files, so that errors can name them.
     const auto sort_all = [&] {
-        for (std::vector<Particle> &particles : prepared.particles) sort_canonically(particles);
+        for (std::vector<Particle> &particles : prepared.particles) sort(particles);
     };
     if (options.decimate > 0) {
         sort_all();
@@ -410,60 +239,42 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
         extents = extents_of(prepared);
     }
     const SmokeExtent extent = extent_of_all(extents);
-    const auto [center, scale] = extent.any()
-                                     ? find_unit(file, extents, prepared.particles, surfaces, options.arithmetic)
-                                 : surfaces ? surfaces->own_unit()
-                                            : Unit{view.from, 1};
+    const Unit unit = extent.any() ? find_unit(file, extents, prepared.particles, surfaces, options.arithmetic)
+                      : surfaces   ? surfaces->own_unit()
+                                   : Unit{view.from, 1};
     sort_all();
-    double radius = 0; // around everything
     if (surfaces) {
-        surfaces->change_unit({center, scale});
+        surfaces->change_unit(unit);
         surfaces->pose(name, file, time);
-        radius = surfaces->radius();
-        if (extent.any())
-            radius = std::max({radius, length(extent.low - center) * scale, length(extent.high - center) * scale});
-    } else if (extent.any()) {
-        radius = (0.5 * length(extent.high - extent.low) + 2 * extent.largest_h) * scale;
     }
+    const double radius = radius_of(extent, surfaces != nullptr, surfaces ? surfaces->radius() : 0, unit);
 
-    prepared.center = center;
-    prepared.scale = scale;
+    prepared.center = unit.center;
+    prepared.scale = unit.scale;
     for (size_t i = 0; i < smokes; ++i)
-        normalize(prepared.smokes[i], prepared.particles[i], prepared.volumes[i].density, center, scale);
+        normalize(prepared.smokes[i], prepared.particles[i].data(), prepared.particles[i].size(),
+                  prepared.volumes[i].density.data(), unit);
 
     double brightest = std::max(largest(file.background), 0.0);
     for (const SceneFile::SmokeVolume &smoke : file.smokes) brightest = std::max(brightest, largest(smoke.emission));
     if (prepared.surfaces) brightest = std::max(brightest, largest(file.ambient));
     for (const SceneFile::Light &light : file.lights) {
         const Double3 position = light_position_at(light.position, light.name, file.graph, time);
-        LightSource source = {light.kind, (position - center) * scale, {0, 0, 1}, 2, light.color};
-        if (light.kind == LightKind::spot || light.kind == LightKind::parallel)
-            source.direction = unit(light.direction);
-        if (light.kind == LightKind::spot) {
-            double sine, cosine; // 1 - cos x = 2 sin^2(x / 2), x half of the cone's angle
-            sincos_turns(light.degrees / 1440, sine, cosine);
-            source.one_minus_cosine = 2 * sine * sine;
-        }
-        if (light.kind == LightKind::point || light.kind == LightKind::spot)
-            source.color = light.color * (scale * scale);
+        const LightSource source = make_light(light.kind, position, light.direction, light.degrees, light.color, unit);
         prepared.lights.push_back(source);
-        brightest = std::max(brightest, brightness(source, {0, 0, 0}, radius));
+        brightest = std::max(brightest, brightness(source, radius));
     }
 
     Scene &scene = prepared.scene;
-    scene.camera = make_camera(view, prepared.width, prepared.height, center, scale);
-    scene.radiance_exponent = brightest > 0 ? exponent_of(brightest) + 1 : 0;
-    const double dim = std::ldexp(1.0, -scene.radiance_exponent);
-    scene.background = file.background * dim;
-    for (SmokeDescription &smoke : prepared.smokes) smoke.emission = smoke.emission * dim;
-    for (LightSource &light : prepared.lights) light.color = light.color * dim;
+    scene.camera = make_camera(view.from, view.at, view.up, view.angle, prepared.width, prepared.height, unit);
+    scene.background = file.background;
     scene.lights = prepared.lights.data();
     scene.light_count = static_cast<uint32_t>(prepared.lights.size());
     scene.smokes = prepared.smokes.data();
     scene.smoke_count = static_cast<uint32_t>(prepared.smokes.size());
+    const double dim = dim_radiances(scene, prepared.lights.data(), prepared.smokes.data(), brightest);
     if (prepared.surfaces) prepared.surfaces->show(scene, file, dim);
-    if (prepared.surfaces) check_surface_range(name, prepared, options);
-    check_range(name, file, prepared, extent, options);
+    check_range(name, file, scene, options);
 }
 
 } // namespace wisp

@@ -3,15 +3,11 @@
 // centre of the static triangles. Each instance has a space of its own, with a centre and a scale of its own.
 #pragma once
 #include "host/images/texture.h"
+#include "host/prepare/core_units.h"
 #include "host/prepare/pose.h"
 #include "host/scene/scene_file.h"
 
 namespace wisp {
-
-struct Unit { // p' = (p - center) * scale, where scale is a power of two
-    Double3 center;
-    double scale;
-};
 
 struct PreparedSurfaces {
     // Made once for all frames; reads the textures. `start`: the time of the first frame of the whole animation. Throws
@@ -34,8 +30,6 @@ struct PreparedSurfaces {
     double radius() const { return radius_ * unit_.scale; } // of a sphere around the static triangles
 
   private:
-    void normalize(Triangle &triangle, const Unit &space) const;
-
     Unit own_, unit_;
     double reach_, radius_;
 

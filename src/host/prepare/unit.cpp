@@ -8,20 +8,8 @@ namespace wisp {
 
 namespace {
 
-// Beside the unit: the least and the largest smoothing length that fixed point holds, the largest of them beside
-// surfaces; the least surfaces. Without surfaces the least smoothing length holds in every arithmetic, because a light
-// comes no nearer than 2^-10.
-constexpr double least_h = 0x1p-4, most_h = 0x1p7, least_size = 0x1p-4;
-// As far as surfaces make room for a unit in which thin smoke keeps its digits in fixed point.
-constexpr double room_size = 0x1p4;
-
-double reach_of(const SmokeExtent &extent, const Double3 &center) {
-    return std::max(largest_component(extent.low - center), largest_component(extent.high - center));
-}
-
 Unit preferred_unit(const SmokeExtent &all, const PreparedSurfaces *surfaces) {
-    if (surfaces) return surfaces->own_unit();
-    return {(all.low + all.high) * 0.5, std::ldexp(1.0, -exponent_of(all.smallest_h))};
+    return surfaces ? surfaces->own_unit() : unit_of_smoke(all);
 }
 
 // The smoke as far as its farthest element.
@@ -35,24 +23,9 @@ std::string farthest_of(const std::vector<Particle> &particles, const Double3 &c
 
 } // namespace
 
-void SmokeExtent::add(const Double3 &x, double h) {
-    if (!any()) {
-        *this = {x, x, h, h};
-        return;
-    }
-    low = {std::min(low.x, x.x), std::min(low.y, x.y), std::min(low.z, x.z)};
-    high = {std::max(high.x, x.x), std::max(high.y, x.y), std::max(high.z, x.z)};
-    smallest_h = std::min(smallest_h, h);
-    largest_h = std::max(largest_h, h);
-}
-
 SmokeExtent extent_of_all(const std::vector<SmokeExtent> &smokes) {
     SmokeExtent all;
-    for (const SmokeExtent &smoke : smokes)
-        if (smoke.any()) {
-            all.add(smoke.low, smoke.smallest_h);
-            all.add(smoke.high, smoke.largest_h);
-        }
+    for (const SmokeExtent &smoke : smokes) all.add(smoke);
     return all;
 }
 
@@ -71,16 +44,11 @@ Unit find_unit(const SceneFile &file, const std::vector<SmokeExtent> &smokes,
     // In wide smoke f32 is fine where most of it is.
     if (wide && !surfaces) own.center = middle_of_most(particles).value_or(own.center);
     const double reach = reach_of(all, own.center);
-    double scale = own.scale;
-    while (wide && reach * scale > coordinate_limit) scale *= 0.5;
+    const double scale = scale_of(all, own, surfaces != nullptr, surfaces ? surfaces->reach() : 0);
     const auto keeps_surfaces = [&](double of) {
         return !surfaces || surfaces->reach() == 0 || surfaces->reach() * of >= least_size;
     };
     const auto keeps_smoke = [&](double of) { return all.smallest_h * of >= least_h; };
-    while (surfaces && all.smallest_h * scale >= 2 && surfaces->reach() * 0.5 * scale >= room_size) scale *= 0.5;
-    const auto keeps_all = [&](double of) { return keeps_surfaces(of) && keeps_smoke(of); };
-    while (surfaces && all.largest_h * scale > most_h && keeps_all(0.5 * scale)) scale *= 0.5;
-
     const auto refuse = [&](auto &&is_of, const std::string &what) {
         for (size_t i = 0; i < smokes.size(); ++i)
             if (smokes[i].any() && is_of(smokes[i])) throw InputError(file.smokes[i].where, what);

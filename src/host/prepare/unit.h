@@ -6,15 +6,6 @@
 
 namespace wisp {
 
-// How far a smoke reaches (the centres of its particles, or a grid), and its smoothing lengths, in the units of the
-// file.
-struct SmokeExtent {
-    Double3 low, high;
-    double smallest_h = 0, largest_h; // smallest_h = 0: it is empty
-
-    bool any() const { return smallest_h > 0; }
-    void add(const Double3 &x, double h);
-};
 SmokeExtent extent_of_all(const std::vector<SmokeExtent> &smokes);
 
 // Whether the smoke reaches beyond coordinate_limit in the unit that it, or the surfaces, would have. surfaces: nullptr

@@ -183,9 +183,9 @@ class SceneParser {
         tokens_.keyword("resolution");
         view.width = static_cast<int>(tokens_.integer("the picture's width", 1, 65536));
         view.height = static_cast<int>(tokens_.integer("the picture's height", 1, 65536));
-        const Double3 d = view.at - view.from, side = cross(d, view.up);
+        const Double3 d = view.at - view.from;
         if (d.x == 0 && d.y == 0 && d.z == 0) tokens_.fail("'from' and 'at' are the same point, expected two");
-        if (!(dot(side, side) > 1e-20 * dot(d, d) * dot(view.up, view.up)))
+        if (are_parallel(d, view.up))
             tokens_.fail("'up' is parallel to the direction of view, expected another");
         // The first of the outermost file counts; those of included files only where it has none.
         if (scene_.view && tokens_.depth() >= view_file_) return;
