@@ -37,8 +37,11 @@ LIBS         = -lz $(COVERED)
 below        = $(patsubst $1/%.cpp,%,$(shell find $1 -name '*.cpp'))
 CORE        := $(call below,src/core)
 HOST        := $(call below,src/host)
+C_API       := $(call below,src/c_api)
 CORE_O       = $(foreach a,$(ARITHMETICS),$(CORE:%=$B/core/$a/%.o))
 HOST_O       = $(HOST:%=$B/host/%.o)
+# The C interface, and what it shares with the host: no heap, no exceptions.
+C_API_O      = $(C_API:%=$B/c_api/%.o) $B/host/base/sha256.o $B/host/prepare/core_units.o
 LIBRARY_O    = $(CORE_O) $(filter-out %/main.o,$(HOST_O))
 # libopenvdb-dev and libboost-dev, where they are.
 OPENVDB      = $(and $(wildcard /usr/include/openvdb/openvdb.h),$(wildcard /usr/include/boost/version.hpp))
@@ -46,7 +49,7 @@ PROGRAMS     = $B/wisp $B/plume $B/wake $B/scene_source $(if $(OPENVDB),$B/vdb_t
 
 # ---- What a user makes
 # A target's line of `make help` stands behind ##.
-all: $(PROGRAMS) ## build/wisp, and what makes the smoke of fixtures/; B=FOLDER builds elsewhere, V=1 shows commands
+all: $(PROGRAMS) $B/libwisp.a ## build/wisp, the library, what makes the smoke of fixtures/; B=FOLDER builds elsewhere, V=1 shows commands
 demo: $B/wisp ## the demo scene's picture, build/demo.png
 	$(call say,RENDER) $B/wisp render fixtures/wake.aff --frames 2 -o $B/demo.png
 	@echo "the picture is $B/demo.png"

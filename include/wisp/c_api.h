@@ -157,8 +157,30 @@ wisp_status wisp_prepare(const wisp_scene *scene, void *memory, size_t bytes, wi
 
 typedef enum wisp_arithmetic { WISP_F32 = 0, WISP_F64 = 1, WISP_FIXED = 2 } wisp_arithmetic;
 
-/* The options of `wisp render`, which say more. Steps are in smoothing lengths; of grids, in edges of a cell. The
- * enumerated ones are counted in the order of the words that `wisp render --help` lists for them. */
+/* Words of the options, which `wisp render --help` explains. */
+typedef enum wisp_method { WISP_METHOD_DIRECT, WISP_METHOD_MAP, WISP_METHOD_VOLUME } wisp_method;
+typedef enum wisp_irradiance {
+    WISP_IRRADIANCE_NONE,
+    WISP_IRRADIANCE_UNIFORM,
+    WISP_IRRADIANCE_ADAPTIVE
+} wisp_irradiance;
+typedef enum wisp_estimate { WISP_ESTIMATE_KERNEL, WISP_ESTIMATE_KNN } wisp_estimate;
+typedef enum wisp_deposit { WISP_DEPOSIT_EXACT, WISP_DEPOSIT_PATH, WISP_DEPOSIT_KERNEL } wisp_deposit;
+typedef enum wisp_direction { WISP_DIRECTION_FLUX, WISP_DIRECTION_MEAN } wisp_direction;
+typedef enum wisp_light_choice { WISP_LIGHTS_ALL, WISP_LIGHTS_CUTS } wisp_light_choice;
+typedef enum wisp_tree { WISP_TREE_BOX, WISP_TREE_KD } wisp_tree;
+typedef enum wisp_shadows {
+    WISP_SHADOWS_TRACE,
+    WISP_SHADOWS_CACHE,
+    WISP_SHADOWS_PAPER,
+    WISP_SHADOWS_EXACT,
+    WISP_SHADOWS_VOXEL,
+    WISP_SHADOWS_LIGHTBUFFER,
+    WISP_SHADOWS_LIE
+} wisp_shadows;
+
+/* The options of `wisp render`. Steps are in smoothing lengths; of grids, in the shortest edge of a cell; of boxes, in
+ * a twentieth of their shortest edge. */
 typedef struct wisp_settings {
     uint32_t version;       /* WISP_C_API_VERSION */
     int32_t arithmetic;     /* wisp_arithmetic: --arith (WISP_F32) */
@@ -166,11 +188,11 @@ typedef struct wisp_settings {
     uint32_t samples;       /* --spp: rays a pixel, 1 to 65536 (4) */
     uint64_t seed;          /* --seed (1) */
     uint64_t photons;       /* --photons, below 2^63 (1,000,000) */
-    int32_t method;         /* --smoke: 0 direct, 1 map, 2 volume (map) */
-    int32_t irradiance;     /* --irradiance: 0 none, 1 uniform, 2 adaptive (uniform) */
-    int32_t estimate;       /* --estimate: 0 kernel, 1 knn (kernel) */
-    int32_t deposit;        /* --deposit: 0 exact, 1 path, 2 kernel (exact) */
-    int32_t direction;      /* --direction: 0 flux, 1 mean (flux) */
+    int32_t method;         /* --smoke: wisp_method (map) */
+    int32_t irradiance;     /* --irradiance: wisp_irradiance (uniform) */
+    int32_t estimate;       /* --estimate: wisp_estimate (kernel) */
+    int32_t deposit;        /* --deposit: wisp_deposit (exact) */
+    int32_t direction;      /* --direction: wisp_direction (flux) */
     uint32_t gather;        /* --gather, 2 to 1,000,000 (500) */
     double gather_radius;   /* --gather-radius, above 0, to 1000 (2) */
     double step;            /* --step, 0.0001 to 1000 (1) */
@@ -179,9 +201,9 @@ typedef struct wisp_settings {
     double irradiance_step; /* --irradiance-step, 0.01 to 1000 (1) */
     uint32_t paths;         /* random paths from each ray in place of photons; 0: photons (0) */
     uint32_t depth;         /* --depth, to 64 (10) */
-    int32_t shadows;        /* --shadows: 0 trace, 1 cache, 2 paper, 3 exact, 4 voxel, 5 lightbuffer, 6 lie (exact) */
-    int32_t lights;         /* --lights: 0 all, 1 cuts (all) */
-    int32_t tree;           /* --tree: 0 box, 1 kd (box) */
+    int32_t shadows;        /* --shadows: wisp_shadows (exact) */
+    int32_t lights;         /* --lights: wisp_light_choice (all) */
+    int32_t tree;           /* --tree: wisp_tree (box) */
     int32_t layers;         /* --layers: 1 fills wisp_job::layers (0) */
 } wisp_settings;
 

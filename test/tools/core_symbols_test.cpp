@@ -68,6 +68,17 @@ TEST_CASE("only who asks for them links the recorder of a pixel and the probes o
     }
 }
 
+TEST_CASE("so does the C interface, with what it shares with the host") {
+    std::vector<std::string> symbols;
+    for (const char *objects : {"c_api", "host/prepare/core_units.o", "host/base/sha256.o"})
+        for (const std::string &symbol : undefined_symbols(wisp::built(objects))) symbols.push_back(symbol);
+    CHECK(symbols.size() > 30);
+    for (const std::string &symbol : symbols) {
+        CAPTURE(symbol);
+        CHECK(!is_forbidden(symbol));
+    }
+}
+
 TEST_CASE("symbols of the heap, exceptions, files and clocks are found where they are used") {
     const std::vector<std::string> host = undefined_symbols(wisp::built("host"));
     for (const char *start : {"_Zn", "_Zd", "__cxa", "__gxx", "_Unwind"}) { // new, delete, exceptions

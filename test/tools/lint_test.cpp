@@ -38,6 +38,7 @@ TEST_CASE("the lint finds one violation of each rule, and none in a comment") {
         {"src/core/smoke/a.cpp", "return pair(generator(), generator());"},
         {"src/core/shadows/rivals/a.cpp", "#include <thread>"}, // at any depth
         {"src/host/base/a.cpp", "std::shuffle(a, b, c);"},
+        {"src/c_api/a.cpp", "int *p = new int;"},
         {"tools/plume/a.cpp", "double x = std::sin(y);"},
     };
     for (const auto &violation : violations) {
@@ -67,6 +68,9 @@ TEST_CASE("the lint finds a room that includes what it may not, and each cycle o
         {"src/host/scene/a.cpp", "host/formats/b.h", false},
         {"src/host/scene/a.cpp", "host/results/b.h", true},
         {"include/wisp/a.h", "wisp/b.h", false},
+        {"src/c_api/a.cpp", "host/prepare/b.h", false},
+        {"src/host/prepare/a.cpp", "c_api/b.h", true},
+        {"src/core/render/a.cpp", "c_api/b.h", true},
         {"include/wisp/a.h", "core/numbers/b.h", true},
         {"src/core/fog/a.h", "core/numbers/b.h", true}, // no such room
     };

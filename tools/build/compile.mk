@@ -17,6 +17,7 @@ $B/$1/%.o: $2/%.cpp | $(filter %deps clean,$(MAKECMDGOALS))
 endef
 $(foreach a,$(ARITHMETICS),$(eval $(call objects,core/$a,src/core,CXX,CORE_FLAGS,-DWISP_ARITH=$a)))
 $(eval $(call objects,host,src/host,CXX,HOST_FLAGS))
+$(eval $(call objects,c_api,src/c_api,CXX,CORE_FLAGS))
 $(eval $(call objects,tools,tools,CXX,TOOL_FLAGS))
 HOST_FLAGS   = $(FLAGS) $(COVERED) -DWISP_FLAGS='"$(BITS) $(OPT) $(ARCH)"'
 TOOL_FLAGS   = -Itools $(FLAGS)

@@ -26,7 +26,7 @@ install-test: ## installs into a fresh prefix, builds tools/examples there, rend
 	+tools/install_test $B
 
 # Objects of three arithmetics have the same names: they are added (q), not replaced.
-$B/libwisp.a: $(CORE_O)
+$B/libwisp.a: $(CORE_O) $(C_API_O)
 	@rm -f $@
 	$(call say,AR) ar qcsD $@ $(sort $^)
 # Where the prefix is follows from where this file is.

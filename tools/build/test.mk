@@ -3,11 +3,12 @@ PER_ARITHMETIC := $(patsubst test/%.cpp,%,$(shell grep -rl WISP_ARITH test --inc
 FUZZ        := $(patsubst test/fuzz/%_fuzz.cpp,%,$(wildcard test/fuzz/*_fuzz.cpp))
 ONCE        := $(filter-out $(PER_ARITHMETIC) $(FUZZ:%=fuzz/%_fuzz),$(call below,test))
 TEST_O       = $(foreach a,$(ARITHMETICS),$(CORE:%=$B/test/core/$a/%.o) $(PER_ARITHMETIC:%=$B/test/cases/$a/%.o)) \
-               $(patsubst %,$B/test/host/%.o,$(filter-out %/main,$(HOST))) \
+               $(patsubst %,$B/test/host/%.o,$(filter-out %/main,$(HOST))) $(C_API:%=$B/test/c_api/%.o) \
                $(ONCE:%=$B/test/cases/once/%.o) $(FUZZ:%=$B/test/cases/once/fuzz/%_fuzz.o)
 $(foreach a,$(ARITHMETICS),$(eval $(call objects,test/core/$a,src/core,CXX,TESTED_FLAGS,-DWISP_ARITH=$a)))
 $(foreach a,$(ARITHMETICS),$(eval $(call objects,test/cases/$a,test,CXX,CASE_FLAGS,-DWISP_ARITH=$a)))
 $(eval $(call objects,test/host,src/host,CXX,TESTED_FLAGS))
+$(eval $(call objects,test/c_api,src/c_api,CXX,TESTED_FLAGS))
 $(eval $(call objects,test/cases/once,test,CXX,CASE_FLAGS))
 TESTED_FLAGS = $(TEST_FLAGS) $(COVERED)
 CASE_FLAGS   = -Itest $(TEST_FLAGS)

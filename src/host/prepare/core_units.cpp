@@ -2,6 +2,7 @@
 #include "core/numbers/elementary.h"
 #include "core/smoke/grid_samples.h"
 #include <cmath>
+#include <iterator>
 #include <tuple>
 
 namespace wisp {
@@ -121,13 +122,6 @@ LightSource make_light(LightKind kind, const Double3 &position, const Double3 &d
     return light;
 }
 
-double brightness(const LightSource &light, double radius) {
-    const double color = largest(light.color);
-    if (light.kind == LightKind::parallel || light.kind == LightKind::constant) return color;
-    const double distance = std::max(length(light.position) - radius, std::max(radius, 1.0) * 0.5);
-    return color / (distance * distance);
-}
-
 double radius_of(const SmokeExtent &smoke, bool beside_surfaces, double surfaces, const Unit &unit) {
     if (!smoke.any()) return beside_surfaces ? surfaces : 0;
     if (!beside_surfaces) return (0.5 * length(smoke.high - smoke.low) + 2 * smoke.largest_h) * unit.scale;
@@ -135,7 +129,25 @@ double radius_of(const SmokeExtent &smoke, bool beside_surfaces, double surfaces
         {surfaces, length(smoke.low - unit.center) * unit.scale, length(smoke.high - unit.center) * unit.scale});
 }
 
-double dim_radiances(Scene &scene, LightSource *lights, SmokeDescription *smokes, double brightest) {
+namespace {
+
+// The largest irradiance of the light in the ball of `radius` around the origin. Distances below half the radius count
+// as that.
+double brightness(const LightSource &light, double radius) {
+    const double color = largest(light.color);
+    if (light.kind == LightKind::parallel || light.kind == LightKind::constant) return color;
+    const double distance = std::max(length(light.position) - radius, std::max(radius, 1.0) * 0.5);
+    return color / (distance * distance);
+}
+
+} // namespace
+
+double dim_radiances(Scene &scene, LightSource *lights, SmokeDescription *smokes, const Double3 *ambient,
+                     double radius) {
+    double brightest = std::max(largest(scene.background), 0.0);
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) brightest = std::max(brightest, largest(smokes[i].emission));
+    if (ambient) brightest = std::max(brightest, largest(*ambient));
+    for (uint32_t i = 0; i < scene.light_count; ++i) brightest = std::max(brightest, brightness(lights[i], radius));
     scene.radiance_exponent = brightest > 0 ? exponent_of(brightest) + 1 : 0;
     const double dim = std::ldexp(1.0, -scene.radiance_exponent);
     scene.background = scene.background * dim;
@@ -146,6 +158,12 @@ double dim_radiances(Scene &scene, LightSource *lights, SmokeDescription *smokes
 
 void normalize(Triangle &triangle, const Unit &space) {
     for (Double3 &corner : triangle.corner) corner = (corner - space.center) * space.scale;
+}
+
+void set_normals(Triangle &triangle, const Double3 (&normals)[3]) {
+    const bool all =
+        std::all_of(std::begin(normals), std::end(normals), [](const Double3 &n) { return largest_component(n) > 0; });
+    for (size_t i = 0; i < 3; ++i) triangle.normal[i] = all ? unit(normals[i]) : Double3{0, 0, 0};
 }
 
 Unit space_of(const Instance &instance, const Extent &own, const Unit &world) {
@@ -221,8 +239,8 @@ const char *fault_of_surfaces(const Scene &scene, bool fixed, LightChoice lights
 }
 
 // Of one smoke. Adds its power to `power`, and extends `radius` to it.
-const char *fault_of_smoke(const SmokeDescription &smoke, Arithmetic arithmetic, double gather_radius, double &radius,
-                           double &power) {
+const char *fault_of_smoke(const SmokeDescription &smoke, bool beside_surfaces, Arithmetic arithmetic,
+                           double gather_radius, double &radius, double &power) {
     const bool fixed = arithmetic == Arithmetic::fixed;
     for (const Particle *p = smoke.particles; p < smoke.particles + smoke.count; ++p) {
         radius = std::max(radius, length(p->position) + 2 * p->h);
@@ -245,6 +263,10 @@ const char *fault_of_smoke(const SmokeDescription &smoke, Arithmetic arithmetic,
     power += 4 * 3.15 * largest(smoke.emission) * smoke.total_area;
     if (fixed && !smoke.is_grid() && smoke.total_area > 0x1p26)
         return "the smoke's cross-section is too large for fixed point";
+    if (fixed && beside_surfaces && !smoke.empty() && smoke.smallest_h < least_h)
+        return "a smoothing length is too fine for fixed point beside the surfaces";
+    if (fixed && beside_surfaces && smoke.largest_h > most_h)
+        return "a smoothing length is too coarse for fixed point beside the surfaces";
     if (fixed && smoke.largest_h * gather_radius > 0x1p14) return "the gather radius is too large for fixed point";
     return nullptr;
 }
@@ -289,7 +311,8 @@ RangeFault find_range_fault(const Scene &scene, Arithmetic arithmetic, double ga
     bool any = false;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         any = any || !scene.smokes[i].empty();
-        if (const char *what = fault_of_smoke(scene.smokes[i], arithmetic, gather_radius, radius, power))
+        if (const char *what =
+                fault_of_smoke(scene.smokes[i], scene.triangle_count() > 0, arithmetic, gather_radius, radius, power))
             return {what, i};
     }
     if (!any) return {};

@@ -106,16 +106,14 @@ Camera make_camera(const Double3 &from, const Double3 &at, const Double3 &upward
 LightSource make_light(LightKind kind, const Double3 &position, const Double3 &direction, double degrees,
                        const Double3 &color, const Unit &space);
 
-// The largest irradiance of the light in the ball of `radius` around the origin. Distances below half the radius count
-// as that.
-double brightness(const LightSource &light, double radius);
-
 // The radius around everything that lights are to be measured in; `surfaces` that of a sphere about them in the core's
 // unit, if there are any.
 double radius_of(const SmokeExtent &smoke, bool beside_surfaces, double surfaces, const Unit &unit);
 
-// Scales all radiances of the scene, so that the brightest is about 1. `lights` and `smokes` are those of the scene.
-double dim_radiances(Scene &scene, LightSource *lights, SmokeDescription *smokes, double brightest);
+// Multiplies all radiances of the scene by a power of two, which it returns, so that the brightest is about 1. `lights`
+// and `smokes` are those of the scene; `ambient`: nullptr without surfaces.
+double dim_radiances(Scene &scene, LightSource *lights, SmokeDescription *smokes, const Double3 *ambient,
+                     double radius);
 
 // ---- Surfaces
 
@@ -127,6 +125,9 @@ inline Double3 transformed_point(const Instance &instance, const Double3 &p) {
 }
 
 void normalize(Triangle &triangle, const Unit &space);
+
+// Of length 1 where all three have a length, else that of the plane.
+void set_normals(Triangle &triangle, const Double3 (&normals)[3]);
 
 // The unit of an instance's own space; `own`: of its triangles there. The instance is where it is in the units of the
 // scene, whose surfaces have the unit `world`.

@@ -10,8 +10,6 @@ namespace wisp {
 
 namespace {
 
-using Corners = std::array<Double3, 3>;
-
 // The motion that moves or hides the node; nullptr for none.
 const Motion *motion_of(const SceneGraph &graph, const Node &node) {
     const Motion *m = find_motion(graph, node.name);
@@ -73,12 +71,6 @@ Matrix normal_matrix(const Matrix &m) {
     return {{cross(b, c) * sign, cross(c, a) * sign, cross(a, b) * sign}, {0, 0, 0}};
 }
 
-void set_normals(Triangle &triangle, const Corners &normals) {
-    const bool all =
-        std::all_of(normals.begin(), normals.end(), [](const Double3 &n) { return largest_component(n) > 0; });
-    for (size_t i = 0; i < 3; ++i) triangle.normal[i] = all ? unit(normals[i]) : Double3{0, 0, 0};
-}
-
 void check_range(const std::string &name, const Double3 &p) {
     for (double x : {p.x, p.y, p.z})
         if (!(std::fabs(x) <= 1e100))
@@ -104,7 +96,9 @@ void bake(const std::string &name, const Mesh &mesh, const Matrix &matrix, Trian
             t.corner[i] = positions[row.corner[i]];
             if (!mesh.texels.empty()) std::copy_n(mesh.texels[row.texel[i]].begin(), 2, t.texel[i]);
         }
-        if (!normals.empty()) set_normals(t, {normals[row.normal[0]], normals[row.normal[1]], normals[row.normal[2]]});
+        if (normals.empty()) continue;
+        const Double3 of_corners[] = {normals[row.normal[0]], normals[row.normal[1]], normals[row.normal[2]]};
+        set_normals(t, of_corners);
     }
 }
 
@@ -181,7 +175,7 @@ void pose_shapes(const std::string &name, const SceneGraph &graph, double time, 
         t = {};
         t.material = deforming.material;
         t.texture = -1;
-        Corners normals;
+        Double3 normals[3];
         for (size_t i = 0; i < 3; ++i) {
             t.corner[i] = transform_point(pose.matrix, shape.corners[i]);
             check_range(name, t.corner[i]);

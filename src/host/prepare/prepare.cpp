@@ -255,14 +255,9 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
         normalize(prepared.smokes[i], prepared.particles[i].data(), prepared.particles[i].size(),
                   prepared.volumes[i].density.data(), unit);
 
-    double brightest = std::max(largest(file.background), 0.0);
-    for (const SceneFile::SmokeVolume &smoke : file.smokes) brightest = std::max(brightest, largest(smoke.emission));
-    if (prepared.surfaces) brightest = std::max(brightest, largest(file.ambient));
     for (const SceneFile::Light &light : file.lights) {
         const Double3 position = light_position_at(light.position, light.name, file.graph, time);
-        const LightSource source = make_light(light.kind, position, light.direction, light.degrees, light.color, unit);
-        prepared.lights.push_back(source);
-        brightest = std::max(brightest, brightness(source, radius));
+        prepared.lights.push_back(make_light(light.kind, position, light.direction, light.degrees, light.color, unit));
     }
 
     Scene &scene = prepared.scene;
@@ -272,7 +267,8 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
     scene.light_count = static_cast<uint32_t>(prepared.lights.size());
     scene.smokes = prepared.smokes.data();
     scene.smoke_count = static_cast<uint32_t>(prepared.smokes.size());
-    const double dim = dim_radiances(scene, prepared.lights.data(), prepared.smokes.data(), brightest);
+    const double dim = dim_radiances(scene, prepared.lights.data(), prepared.smokes.data(),
+                                     surfaces ? &file.ambient : nullptr, radius);
     if (prepared.surfaces) prepared.surfaces->show(scene, file, dim);
     check_range(name, file, scene, options);
 }
