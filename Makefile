@@ -41,7 +41,7 @@ C_API       := $(call below,src/c_api)
 CORE_O       = $(foreach a,$(ARITHMETICS),$(CORE:%=$B/core/$a/%.o))
 HOST_O       = $(HOST:%=$B/host/%.o)
 # The C interface, and what it shares with the host: no heap, no exceptions.
-C_API_O      = $(C_API:%=$B/c_api/%.o) $B/host/base/sha256.o $B/host/prepare/core_units.o
+C_API_O      = $(patsubst %,$B/c_api/%.o,$(filter-out shared/%,$(C_API))) $B/host/base/sha256.o $B/host/prepare/core_units.o
 LIBRARY_O    = $(CORE_O) $(filter-out %/main.o,$(HOST_O))
 # libopenvdb-dev and libboost-dev, where they are.
 OPENVDB      = $(and $(wildcard /usr/include/openvdb/openvdb.h),$(wildcard /usr/include/boost/version.hpp))
@@ -78,7 +78,7 @@ $B/scene_source: $B/tools/portability/scene_source.o $(LIBRARY_O)
 	$(call say,LD) $(CXX) $(FLAGS) $^ $(LIBS) -o $@
 
 include tools/build/compile.mk tools/build/test.mk tools/build/measure.mk tools/build/portable.mk tools/build/install.mk \
-        tools/build/announce.mk
+        tools/build/python.mk tools/build/announce.mk
 .DEFAULT_GOAL = all
 .PHONY: $(shell sed -n 's/^\([a-z][a-z-]*\):.* ## .*/\1/p' $(filter-out %.d,$(MAKEFILE_LIST))) scenes
 .SECONDARY:

@@ -24,6 +24,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#ifdef __GNUC__
+#pragma GCC visibility push(default) /* what libwisp.so shows, and nothing else */
+#endif
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -210,6 +213,11 @@ typedef struct wisp_settings {
 /* Those in parentheses. They are what `wisp render` chooses but for the four steps, which it fits to the smoke. */
 wisp_settings wisp_default_settings(void);
 
+/* Chooses what is left open as `wisp render` does, to fit the smoke: method, irradiance, estimate, deposit and the four
+ * steps, where they are below 0; and `paths`. It takes memory of its own, so it is in the shared library, libwisp.so,
+ * alone. WISP_DONE, WISP_WRONG_USAGE or WISP_NO_MEMORY. */
+wisp_status wisp_choose_settings(const wisp_frame *frame, wisp_settings *settings, wisp_error *error);
+
 /* ---- The plan */
 
 #define WISP_MOST_STAGES 32
@@ -277,6 +285,9 @@ void wisp_digest(const float *rgb, uint32_t width, uint32_t height, char digest[
 
 #ifdef __cplusplus
 }
+#endif
+#ifdef __GNUC__
+#pragma GCC visibility pop
 #endif
 
 #endif

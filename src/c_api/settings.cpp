@@ -13,6 +13,46 @@ struct Count {
     uint64_t value;
 };
 
+wisp_status read_crop(const wisp_settings &from, const wisp_frame &frame, Crop &crop, wisp_error *error) {
+    const uint32_t *c = from.crop;
+    const bool whole = c[0] == 0 && c[1] == 0 && c[2] == 0 && c[3] == 0;
+    if (!whole && (c[0] >= c[2] || c[1] >= c[3] || c[2] > frame.width || c[3] > frame.height))
+        return refuse(error, WISP_WRONG_USAGE, "settings.crop: found ", uint64_t{c[0]}, ",", uint64_t{c[1]}, ",",
+                      uint64_t{c[2]}, ",", uint64_t{c[3]}, ", expected pixels of the ", uint64_t{frame.width}, " x ",
+                      uint64_t{frame.height}, " picture, x0 < x1, y0 < y1");
+    const auto side = [](uint32_t x) { return static_cast<int32_t>(x); };
+    crop = whole ? Crop{0, 0, side(frame.width), side(frame.height)}
+                 : Crop{side(c[0]), side(c[1]), side(c[2]), side(c[3])};
+    if (!whole && from.shadows == WISP_SHADOWS_PAPER)
+        return refuse(error, WISP_WRONG_USAGE,
+                      "settings.crop: found one with paper shadows, expected the whole picture");
+    return WISP_DONE;
+}
+
+// What excludes each other, as of the program's options (host/commands/defaults.cpp).
+const char *exclusion(const Scene &scene, const Settings &s) {
+    bool grids = false, directed = false;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        grids = grids || scene.smokes[i].is_grid();
+        directed = directed || scene.smokes[i].asymmetry != 0;
+    }
+    if (s.method == Method::volume && s.density_step == 0)
+        return "density_step: found 0, expected cells with the method volume";
+    if (s.method != Method::map) return nullptr;
+    const bool nearest = s.estimate == Estimate::knn, maps = s.irradiance != IrradianceMap::none;
+    if (nearest && grids) return "estimate: found knn for a grid or a box with the method map, expected kernel";
+    if (nearest && maps) return "irradiance: found a map, expected none with the estimate knn of the method map";
+    const bool on_particles = nearest || s.deposit != Deposit::exact || s.direction == Direction::mean || !maps;
+    if (on_particles && s.density_step > 0)
+        return "density_step: found resampled smoke, expected 0 with another deposit than exact, the direction mean, "
+               "the estimate knn or no irradiance map";
+    if (!maps && !nearest && directed && scene.triangle_count() > 0)
+        return "irradiance: found none, expected a map beside surfaces where the phase is not 0";
+    return nullptr;
+}
+
+} // namespace
+
 wisp_status check_numbers(const wisp_settings &s, wisp_error *error) {
     const struct {
         const char *name;
@@ -58,46 +98,6 @@ wisp_status check_numbers(const wisp_settings &s, wisp_error *error) {
             return refuse(error, WISP_WRONG_USAGE, "settings.", n.name, ": expected ", n.expected);
     return WISP_DONE;
 }
-
-wisp_status read_crop(const wisp_settings &from, const wisp_frame &frame, Crop &crop, wisp_error *error) {
-    const uint32_t *c = from.crop;
-    const bool whole = c[0] == 0 && c[1] == 0 && c[2] == 0 && c[3] == 0;
-    if (!whole && (c[0] >= c[2] || c[1] >= c[3] || c[2] > frame.width || c[3] > frame.height))
-        return refuse(error, WISP_WRONG_USAGE, "settings.crop: found ", uint64_t{c[0]}, ",", uint64_t{c[1]}, ",",
-                      uint64_t{c[2]}, ",", uint64_t{c[3]}, ", expected pixels of the ", uint64_t{frame.width}, " x ",
-                      uint64_t{frame.height}, " picture, x0 < x1, y0 < y1");
-    const auto side = [](uint32_t x) { return static_cast<int32_t>(x); };
-    crop = whole ? Crop{0, 0, side(frame.width), side(frame.height)}
-                 : Crop{side(c[0]), side(c[1]), side(c[2]), side(c[3])};
-    if (!whole && from.shadows == WISP_SHADOWS_PAPER)
-        return refuse(error, WISP_WRONG_USAGE,
-                      "settings.crop: found one with paper shadows, expected the whole picture");
-    return WISP_DONE;
-}
-
-// What excludes each other, as of the program's options (host/commands/defaults.cpp).
-const char *exclusion(const Scene &scene, const Settings &s) {
-    bool grids = false, directed = false;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        grids = grids || scene.smokes[i].is_grid();
-        directed = directed || scene.smokes[i].asymmetry != 0;
-    }
-    if (s.method == Method::volume && s.density_step == 0)
-        return "density_step: found 0, expected cells with the method volume";
-    if (s.method != Method::map) return nullptr;
-    const bool nearest = s.estimate == Estimate::knn, maps = s.irradiance != IrradianceMap::none;
-    if (nearest && grids) return "estimate: found knn for a grid or a box with the method map, expected kernel";
-    if (nearest && maps) return "irradiance: found a map, expected none with the estimate knn of the method map";
-    const bool on_particles = nearest || s.deposit != Deposit::exact || s.direction == Direction::mean || !maps;
-    if (on_particles && s.density_step > 0)
-        return "density_step: found resampled smoke, expected 0 with another deposit than exact, the direction mean, "
-               "the estimate knn or no irradiance map";
-    if (!maps && !nearest && directed && scene.triangle_count() > 0)
-        return "irradiance: found none, expected a map beside surfaces where the phase is not 0";
-    return nullptr;
-}
-
-} // namespace
 
 wisp_status read_settings(const wisp_settings *from, const wisp_frame &frame, Settings &settings, wisp_error *error) {
     if (!from) return refuse(error, WISP_WRONG_USAGE, "settings: found NULL, expected wisp_settings");

@@ -127,6 +127,10 @@ bool fit_photon_cells(const Options &options, const Scene &scene, const SmokeDen
 
 } // namespace
 
+uint32_t paths_for(uint64_t photons, uint64_t rays) {
+    return static_cast<uint32_t>(std::clamp<uint64_t>(photons / rays, 1, 1 << 20));
+}
+
 bool scatters_far_backward(const Scene &scene) {
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
         if (scene.smokes[i].asymmetry < least_asymmetry_of_photons) return true;

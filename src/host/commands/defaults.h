@@ -7,6 +7,9 @@
 
 namespace wisp {
 
+// As many as photons, if paths from so many rays take their place.
+uint32_t paths_for(uint64_t photons, uint64_t rays);
+
 // Sets the method and the spacings of grids and samples. So many random paths from each ray take the place of photons
 // where these would err. The goal and the photons are set already. Throws Error(exit_usage) for options that exclude
 // each other.

@@ -123,10 +123,8 @@ Settings settings_of(const Options &options, const PreparedScene &prepared) {
     settings.gather = options.gather;
     settings.gather_radius = options.gather_radius;
     settings.goal = options.reference ? Goal::reference : options.batches ? Goal::photons : Goal::picture;
-    // If paths take the place of photons, there are as many.
     const uint64_t rays = static_cast<uint64_t>(width) * static_cast<uint64_t>(height) * settings.samples;
-    const auto paths = static_cast<uint32_t>(std::clamp<uint64_t>(settings.photons / rays, 1, 1 << 20));
-    choose_defaults(options, prepared.scene, paths, settings);
+    choose_defaults(options, prepared.scene, paths_for(settings.photons, rays), settings);
     const Options::Range passes = options.passes.value_or(Options::Range{0, 16});
     settings.first_pass = passes.first;
     settings.last_pass = passes.last;
