@@ -13,6 +13,7 @@ SHARED_O     = $(foreach a,$(ARITHMETICS),$(CORE:%=$B/shared/core/$a/%.o)) $(C_A
                $(patsubst %,$B/shared/host/%.o,base/sha256 prepare/core_units prepare/extinction commands/defaults)
 $B/libwisp.so: $(SHARED_O)
 	$(call say,LD) $(CXX) $(FLAGS) -shared -Wl,--no-undefined $^ -o $@
+shared-library: $B/libwisp.so ## build/libwisp.so, the C interface (wisp/c_api.h) for other languages
 wheel: $B/libwisp.so ## build/wisp-VERSION-*.whl, the Python package with its library
 	@$(PYTHON) tools/python/build_wheel $(VERSION) $< $B
 # The folder is that of PYTHON: /usr/local/lib/..., or in a virtual environment its own.
@@ -21,7 +22,7 @@ install-python: wheel ## the Python package where PYTHON=/usr/bin/python3 finds 
 	    $(PYTHON) -m zipfile -e $B/wisp-$(VERSION)-*.whl "$$folder" && echo "installed below $$folder"
 python-test: wheel $B/wisp ## the Python package against the program, by pytest
 	rm -rf $B/python && $(PYTHON) -m zipfile -e $B/wisp-$(VERSION)-*.whl $B/python
-	WISP=$(abspath $B/wisp) PYTHONPATH=$(abspath $B/python) PYTHONDONTWRITEBYTECODE=1 \
+	PATH="$(abspath $B):$$PATH" PYTHONPATH=$(abspath $B/python) PYTHONDONTWRITEBYTECODE=1 \
 	    $(PYTHON) -m pytest -q -p no:cacheprovider tools/python
 python-deps: ## as root: installs what that needs
 	apt-get update -q

@@ -1,4 +1,5 @@
-"""Tests of the Python package, which is unpacked in a folder of PYTHONPATH. WISP names the program, CC the compiler of C.
+"""Tests of the Python package, which is unpacked in a folder of PYTHONPATH, against the program `wisp` of PATH.
+CC names the compiler of C.
 
     make python-test
 """
@@ -12,8 +13,6 @@ import wisp
 from wisp import _library
 
 TOP = Path(__file__).resolve().parents[2]
-PROGRAM = os.environ["WISP"]
-
 BALL = numpy.array([p for p in itertools.product(range(-3, 4), repeat=3) if numpy.dot(p, p) <= 9], numpy.float32)
 GROUND = wisp.Mesh([[-8, -3, 8], [8, -3, 8], [8, -3, -8], [-8, -3, -8]], [[0, 1, 2], [0, 2, 3]])
 AROUND = dict(camera=wisp.Camera((0, 2, 14), (0, -1, 0), angle=40), size=(160, 120), background=(0.5, 0.6, 0.9), ambient=0.25,
@@ -31,7 +30,7 @@ def small(*things, **more):
 
 
 def digest_of_program(scene, *words):
-    run = subprocess.run([PROGRAM, "render", scene, "--digest", *words], stdout=subprocess.PIPE, check=True)
+    run = subprocess.run(["wisp", "render", scene, "--digest", *words], stdout=subprocess.PIPE, check=True)
     return run.stdout.split()[0].decode()
 
 
@@ -80,13 +79,13 @@ def test_grid_and_box_are_those_of_the_program(tmp_path):
 def test_scene_files_have_the_digests_of_the_goldens():
     goldens = [line.split() for line in (TOP / "fixtures/goldens.txt").read_text().splitlines()]
     digest, = (digest for digest, arithmetic, *words in goldens if (arithmetic, words) == ("f32", ["glow.aff"]))
-    picture = wisp.render_scene(TOP / "fixtures/glow.aff", program=PROGRAM)
+    picture = wisp.render_scene(TOP / "fixtures/glow.aff")
     assert picture.digest == digest
     assert picture.statistics["rays"]["primary"] == 4 * picture.rgb.shape[0] * picture.rgb.shape[1]
     with pytest.raises(ValueError, match="none.aff"):
-        wisp.render_scene("none.aff", program=PROGRAM)
+        wisp.render_scene("none.aff")
     with pytest.raises(ValueError, match="option 'photons'"):
-        wisp.render_scene(TOP / "fixtures/glow.aff", program=PROGRAM, photons=-1)
+        wisp.render_scene(TOP / "fixtures/glow.aff", photons=-1)
 
 
 def test_a_golden_as_a_user_keeps_it():
@@ -277,9 +276,20 @@ def test_structures_and_words_are_those_of_the_header(tmp_path):
         assert here == there, expression
 
 
-def test_the_docstring_of_the_package_runs():
-    code = wisp.__doc__.split("\n\n")[1]
+def code_blocks(text):
+    """Lines that are indented by four, and begin with an import; as code of its own."""
+    blocks = re.findall(r"(?m)^    (?:import|from) .*\n(?:(?:    .*)?\n)*", text)
+    return [re.sub("(?m)^    ", "", block) for block in blocks]
+
+
+def test_the_code_of_the_documents_runs(monkeypatch):
+    monkeypatch.chdir(TOP)
+    picture, = code_blocks(wisp.__doc__)
     space = {}
-    exec("\n".join(line[4:] for line in code.splitlines()), space)
-    assert space["picture"].rgb.shape == (240, 320, 3)
-    assert len(space["picture"].digest) == 64
+    exec(picture, space)
+    assert space["picture"].rgb.shape == (240, 320, 3) and len(space["picture"].digest) == 64
+    sequence, golden = code_blocks((TOP / "tools/python/README.md").read_text())
+    exec(sequence, space)
+    assert len(space["digests"]) == 3 == len(set(space["digests"]))
+    exec(golden, space)
+    space["test_smoke_is_as_it_was"]()

@@ -25,7 +25,7 @@ void check(const Double3 &found, double x, double y, double z) {
     CHECK(found.z == doctest::Approx(z));
 }
 
-const std::string dot = "s 0 0 0 1\n";
+const std::string ball = "s 0 0 0 1\n";
 // A quarter turn about z; twice as large; 1 to the right.
 const std::string turn = "xs 1 1 1 0 0 3 90 0 0 0 {", twice = "xs 2 2 2 0 0 1 0 0 0 0 {",
                   right = "xs 1 1 1 0 0 1 0 1 0 0 {";
@@ -144,8 +144,8 @@ TEST_CASE("scene: ambient light, animation, lights with names") {
 }
 
 TEST_CASE("scene: blocks are a tree, and what is in them stands in their spaces") {
-    const SceneGraph g = parse_scene("a", dot + "xs 1 2 -3 0 3 4 30 5 6 7 {" + dot + "x wheel{" + dot +
-                                              "xs 1 1 1 0 0 0 0 0 0 0 {}}" + dot + "}" + dot + "x wheel {" + dot + "}")
+    const SceneGraph g = parse_scene("a", ball + "xs 1 2 -3 0 3 4 30 5 6 7 {" + ball + "x wheel{" + ball +
+                                              "xs 1 1 1 0 0 0 0 0 0 0 {}}" + ball + "}" + ball + "x wheel {" + ball + "}")
                              .graph;
     REQUIRE(g.nodes.size() == 4);
     const int32_t parents[] = {-1, 0, 1, -1}, nodes[] = {-1, 0, 1, 0, -1, 3};
@@ -173,7 +173,7 @@ TEST_CASE("scene: blocks are a tree, and what is in them stands in their spaces"
 TEST_CASE("scene: key frames stay as they are, but for the axes' length; the last motion of a name counts") {
     const std::string transl = "transl 4 0 1 2 3 .1 .2 .3  0 4 5 6 0 0 0  5 7 8 9 1 1 1  2 0 0 0 0 0 0\n";
     const SceneGraph g =
-        parse_scene("a", "x wheel { k wheel { visibility 1 9 0 } " + dot + "}\nk wheel {" + transl +
+        parse_scene("a", "x wheel { k wheel { visibility 1 9 0 } " + ball + "}\nk wheel {" + transl +
                              "visibility 2 1 0 0 1\n"
                              "rot 4 0 0 3 4 8640 .1 .2 .3  1 0 0 .971 -9 0 0 0  1 0 0 0 0 0 0 0  3 1e-200 0 0 1 0 0 0\n"
                              "scale 5 0 1 2 3 0 0 0 0 1 1 1 0 0 0 0 1 1 1 0 0 0 0 1 1 1 0 0 0 7 0 -1 1 0 0 .5 }\n"
