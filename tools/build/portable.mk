@@ -4,8 +4,8 @@ portability: $B/scene_source ## the goldens from other compilers and processors,
 portability-deps: ## as root: installs the compilers and emulators of ROWS
 	apt-get update -q
 	apt-get install -y --no-install-recommends $(PACKAGES) $$(tools/portability/run --packages $(ROWS))
-embedded: scenes ## the core on a Cortex-M3 in qemu: goldens, sizes, and no floating-point code in fixed point
-	+for a in $(ARITHMETICS); do tools/embedded/run $$a || exit 1; done
+embedded: scenes ## the core on a Cortex-M3 and a RISC-V in qemu: goldens, sizes, and no floating-point code in fixed point
+	+for a in $(ARITHMETICS); do tools/embedded/run $$a && tools/embedded/run $$a rv32imac || exit 1; done
 web: scenes ## the core in a page of the web, build/web/index.html
 	+tools/web/build
 web-test: web ## clicks through that page in Chromium
@@ -32,8 +32,8 @@ $B/portable: $B/tools/portability/portable.o $(call scene_o,portable) $B/host/ba
 	$(call say,LD) $(CXX) $(FLAGS) $^ $(LINK) -o $@
 $B/page.wasm: $B/tools/web/page.o $(call scene_o,web) $B/host/commands/inspection.o $B/host/base/sha256.o $(CORE_O)
 	$(call say,LD) $(CXX) $(FLAGS) $^ $(LINK) -o $@
-# One arithmetic, with what a board needs instead of an operating system.
-$B/wisp.elf: $B/tools/embedded/main.o $B/tools/embedded/board.o $(call scene_o,embedded) $B/host/base/sha256.o \
-             $(CORE:%=$B/core/$(ARITHMETIC)/%.o) tools/embedded/an385.ld
-	$(call say,LD) $(CXX) $(ARCH) -nostdlib -nostartfiles -T tools/embedded/an385.ld $(LINK) $(filter %.o,$^) -lc_nano -lm -lgcc \
-	    -lc_nano -o $@
+# One arithmetic, with what a board needs instead of an operating system: BOARD's memory, PROCESSOR, and LIBC.
+$B/wisp.elf: $B/tools/embedded/main.o $B/tools/embedded/board.o $B/tools/embedded/$(PROCESSOR).o $(call scene_o,embedded) \
+             $B/host/base/sha256.o $(CORE:%=$B/core/$(ARITHMETIC)/%.o) tools/embedded/$(BOARD).ld tools/embedded/sections.ld
+	$(call say,LD) $(CXX) $(ARCH) -nostdlib -nostartfiles -T tools/embedded/$(BOARD).ld $(LINK) $(filter %.o,$^) $(LIBC) -lm -lgcc \
+	    $(LIBC) -o $@

@@ -1,4 +1,4 @@
-// What a board gives to a program: here one in qemu, whose debugger prints and keeps files for it (Arm's semihosting).
+// What a board gives to a program: here one in qemu, whose debugger prints and keeps files for it (semihosting).
 // For a board of your own, write these again.
 #pragma once
 #include <cstddef>
@@ -22,8 +22,7 @@ class File {
 
 [[noreturn]] void leave(int status);
 
-// Since the program began. qemu counts 40 to a tick of the board's clock of 25 MHz, which it advances by one nanosecond
-// an instruction (-icount shift=0); it runs over after 2^32 ticks.
+// Since the program began. Of the Cortex-M it runs over after 40 * 2^32.
 uint64_t instructions();
 
 // Bytes of the stack that have been in use, at most; and all that there are.
