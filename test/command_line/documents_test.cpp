@@ -29,6 +29,7 @@ const std::map<std::string, std::string> excused = {
     {"build/tests -ltc", "these are the tests"},
     {"tools/embedded/run fixed cortex-m3", "needs an emulator: `make embedded` runs it"},
     {"python3 tools/measure/random_smoke.py --seed 1 --scene 36", "`random_smoke_test` runs it"},
+    {"python3 tools/faults memory calls --command stitch -j 1", "`make faults` runs all of it"},
     {"python3 tools/measure/max_error.py", "a measurement, not a check"},
     {"python3 tools/measure/stopping.py build/wisp", "a measurement, not a check"},
     {"python3 tools/measure thin", "a measurement, not a check"},
@@ -41,6 +42,7 @@ const std::set<std::string> foreign_options = {
     "--outfile",                    // imgtool of pbrt
     "--cflags",  "--libs",          // pkg-config
     "--answer",                     // tools/lessons
+    "--command", "--most",          // tools/faults
 };
 
 std::vector<Path> documents() {

@@ -124,11 +124,11 @@ void for_each_touched(const Scene &scene, const Layout &layout, int32_t subdivis
         }
         const Cell &n = lattice.count;
         for_each_run(grid, [&](int32_t x, int32_t y, int32_t z, const float *densities, int32_t count) {
-            for (int32_t i = 0; i < count; ++i)
-                if (total_order_key(densities[i]) > 0)
-                    visit_range({first_touched(x + i, subdivision), first_touched(y, subdivision),
+            for (int32_t k = 0; k < count; ++k)
+                if (total_order_key(densities[k]) > 0)
+                    visit_range({first_touched(x + k, subdivision), first_touched(y, subdivision),
                                  first_touched(z, subdivision)},
-                                {last_touched(x + i, subdivision, n.x), last_touched(y, subdivision, n.y),
+                                {last_touched(x + k, subdivision, n.x), last_touched(y, subdivision, n.y),
                                  last_touched(z, subdivision, n.z)},
                                 always);
             return watch.go_on(8);
