@@ -70,9 +70,9 @@ def failing(command, setting):
     for call in calls_of(command):
         for error in ERRORS.get(call.name, OTHERS):
             options = injection(call, f"error={error.rstrip('+')}", "+" * error.endswith("+"))
+            parts = call.name == "unlink" or (call.name == "newfstatat" and error.endswith("+"))
             # Quicker; signals it would lose.
-            yield trial("system calls that fail", call, ["--seccomp-bpf", *options], call.allowed(error, command.status),
-                        call.name == "unlink")
+            yield trial("system calls that fail", call, ["--seccomp-bpf", *options], call.allowed(error, command.status), parts)
 
 
 def changing(command):
