@@ -15,7 +15,7 @@ wisp::Ran faults(const wisp::CommandLineTest &folder, const std::string &words) 
 TEST_CASE("faults: without memory, with short reads and writes, and beside itself wisp leaves nothing that is wrong") {
     const wisp::CommandLineTest folder;
     std::filesystem::create_symlink(std::filesystem::absolute(wisp::built("wisp")), folder.file("wisp"));
-    const wisp::Ran ran = faults(folder, "--most 2 memory short two");
+    const wisp::Ran ran = faults(folder, "--most 10 memory short two --command sequence");
     CHECK_MESSAGE(ran.status == 0, ran.out, ran.err);
     CHECK(ran.out.find("requests for memory that fail") != std::string::npos);
     CHECK(ran.out.find("\n0 faults\n") != std::string::npos);

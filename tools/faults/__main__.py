@@ -68,7 +68,7 @@ def main():
     setting = parser.parse_args()
     build = Path(setting.build).resolve()
     setting.library = str(build / "faults.so")
-    commands = [c for c in make_commands(build / "wisp", build / "faults") if setting.command in (None, c.name)]
+    commands = make_commands(build / "wisp", build / "faults", setting.command)
     counts, faults = Counter(), []
     with ThreadPoolExecutor(setting.jobs) as pool:
         for name in setting.sections or SECTIONS:

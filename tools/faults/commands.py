@@ -146,7 +146,7 @@ class Command:
         return ["then undisturbed: " + what for what in self.wrong(Ran(self.words, folder), folder, Trial("", "", {self.status}, None))]
 
 
-def make_commands(wisp, place):
+def make_commands(wisp, place, wanted):
     shutil.rmtree(place, ignore_errors=True)
     inputs = place / "inputs"
     inputs.mkdir(parents=True)
@@ -160,4 +160,4 @@ def make_commands(wisp, place):
     for words in INPUTS:
         ran = Ran([str(wisp)] + words.split(), inputs)
         assert ran.status == 0, f"{words}: {ran.err}"
-    return [Command(name, words, status, wisp, place) for name, words, status in COMMANDS]
+    return [Command(name, words, status, wisp, place) for name, words, status in COMMANDS if wanted in (None, name)]

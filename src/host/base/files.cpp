@@ -26,6 +26,9 @@ std::string reason() { return std::strerror(errno); }
     throw Error(exit_output, path, "could not be written: " + reason());
 }
 
+[[noreturn]] void fail_opening(const std::string &path) { throw InputError(path, "cannot be opened: " + reason()); }
+[[noreturn]] void fail_reading(const std::string &path) { throw InputError(path, "cannot be read: " + reason()); }
+
 // Calls again where a signal that did not end the process has interrupted the call.
 template <class Call> auto uninterrupted(Call &&call) {
     auto result = call();
@@ -134,13 +137,15 @@ void write_bytes(const std::string &path, const void *data, size_t size) {
     if (!write_and_rename(aside_of(path), path, data, size)) fail_output(path);
 }
 
-// Removes PATH.part, opened with the further `flags`, unless another process is writing it. False with errno if it
-// cannot be opened.
+// Removes PATH.part, opened with the further `flags`, unless another process is writing it. What O_EXCL has made here
+// goes on a file system without locks, too. False with errno if it cannot be opened.
 bool remove_aside(const std::string &path, int flags) {
     const std::string aside = aside_of(path);
     const File file(aside, O_WRONLY | O_NONBLOCK | flags);
     if (file < 0) return false;
-    if (flock(file, LOCK_EX | LOCK_NB) == 0 && is_open_at(file, aside)) std::remove(aside.c_str());
+    const bool made = flags & O_EXCL, locked = uninterrupted([&] { return flock(file, LOCK_EX | LOCK_NB); }) == 0;
+    if (!locked && (!made || errno == EWOULDBLOCK)) return true;
+    if (is_open_at(file, aside) || (made && errno != ENOENT)) std::remove(aside.c_str());
     return true;
 }
 
@@ -148,7 +153,7 @@ bool remove_aside(const std::string &path, int flags) {
 
 Bytes read_file(const std::string &path) {
     const File file(path, O_RDONLY);
-    if (file < 0) throw InputError(path, "cannot be opened: " + reason());
+    if (file < 0) fail_opening(path);
     Bytes bytes;
     const auto reserve = [&](uint64_t size) {
         require_memory(path, "the file", size);
@@ -163,7 +168,21 @@ Bytes read_file(const std::string &path) {
             reserve(2 * bytes.capacity() + sizeof block); // a pipe, or it grows
         bytes.insert(bytes.end(), block, block + count);
     }
-    if (count < 0) throw InputError(path, "cannot be read: " + reason());
+    if (count < 0) fail_reading(path);
+    return bytes;
+}
+
+Bytes read_beginning(const std::string &path, size_t most) {
+    const File file(path, O_RDONLY);
+    if (file < 0) fail_opening(path);
+    Bytes bytes(most);
+    size_t size = 0;
+    ssize_t count = 1;
+    for (; size < most && count > 0; size += static_cast<size_t>(count)) {
+        count = uninterrupted([&] { return read(file, bytes.data() + size, most - size); });
+        if (count < 0) fail_reading(path);
+    }
+    bytes.resize(size);
     return bytes;
 }
 
@@ -178,7 +197,7 @@ void write_file(const std::string &path, const std::string &text) { write_bytes(
 void check_writable(const std::string &path) {
     if (!is_special(path)) {
         const SignalsHeld held;
-        if (!remove_aside(path, O_CREAT)) fail_output(path);
+        if (!remove_aside(path, O_CREAT | O_EXCL) && (errno != EEXIST || !remove_aside(path, 0))) fail_output(path);
         return;
     }
     std::error_code ignored;
@@ -195,7 +214,10 @@ std::vector<int64_t> numbers_of_files(const std::string &pattern) {
     const std::filesystem::path path = pattern;
     const std::string folder = path.has_parent_path() ? path.parent_path().string() : ".";
     std::vector<int64_t> numbers;
-    const std::unique_ptr<DIR, int (*)(DIR *)> entries(opendir(folder.c_str()), closedir);
+    DIR *opened;
+    do opened = opendir(folder.c_str());
+    while (!opened && errno == EINTR);
+    const std::unique_ptr<DIR, int (*)(DIR *)> entries(opened, closedir);
     if (!entries && errno == ENOENT) return numbers;
     const auto next = [&] {
         errno = 0;
@@ -204,7 +226,7 @@ std::vector<int64_t> numbers_of_files(const std::string &pattern) {
     while (const dirent *entry = entries ? next() : nullptr)
         if (const auto number = number_in(path.filename().string(), entry->d_name)) numbers.push_back(*number);
     // A part of a sequence would be taken for all of it.
-    if (errno != 0) throw InputError(folder, "cannot be read: " + reason());
+    if (errno != 0) fail_reading(folder);
     std::sort(numbers.begin(), numbers.end());
     return numbers;
 }

@@ -11,7 +11,9 @@ using Bytes = std::vector<uint8_t>;
 // All bytes of `path`. Throws InputError `PATH: cannot be opened: REASON` or `PATH: cannot be read: REASON`, and
 // Error(exit_memory) for a file that does not fit in memory.
 Bytes read_file(const std::string &path);
-// The same for files that another file names: devices and pipes, which may never end, are refused.
+// The first bytes, `most` of them or all, with the same errors.
+Bytes read_beginning(const std::string &path, size_t most);
+// The same as read_file() for files that another file names: devices and pipes, which may never end, are refused.
 Bytes read_plain_file(const std::string &path);
 
 // Writes `bytes` to PATH.part and renames it, so that `path` holds either exactly `bytes` or what it held before, after

@@ -4,7 +4,6 @@
 #include "host/results/render_layers.h"
 #include "wisp/pixel_sums.h"
 #include <algorithm>
-#include <new>
 
 namespace wisp {
 
@@ -83,8 +82,9 @@ void check_memory(const Request &request, const PreparedScene &prepared, const S
             (optional ? " of --memory" : " that are available here") + advice(request, prepared, settings, plan, most));
 }
 
-std::unique_ptr<unsigned char[]> make_block(const std::string &name, uint64_t bytes) {
-    std::unique_ptr<unsigned char[]> block(new (std::nothrow) unsigned char[bytes]);
+Block make_block(const std::string &name, uint64_t bytes) {
+    constexpr uint64_t line = 64;
+    Block block(static_cast<unsigned char *>(std::aligned_alloc(line, (bytes + line - 1) / line * line)));
     if (!block)
         throw Error(exit_memory, name,
                     "the plan needs " + std::to_string(bytes) + " bytes, more than the system gives in one piece");

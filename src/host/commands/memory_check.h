@@ -1,6 +1,8 @@
 // Whether a plan fits in memory, and if not, which option makes it fit.
 #pragma once
 #include "host/commands/request.h"
+#include <cstdlib>
+#include <memory>
 
 namespace wisp {
 
@@ -13,7 +15,13 @@ uint64_t picture_bytes(const Options &options, const Settings &settings, const P
 void check_memory(const Request &request, const PreparedScene &prepared, const Settings &settings, const Plan &plan,
                   uint64_t available);
 
-// The arena's memory, not initialised: pages that the core never writes cost nothing.
-std::unique_ptr<unsigned char[]> make_block(const std::string &name, uint64_t bytes);
+// The arena's memory. It begins at a cache line, so that what --stats says of its bytes does not depend on the system.
+struct FreeBlock {
+    void operator()(unsigned char *block) const { std::free(block); }
+};
+using Block = std::unique_ptr<unsigned char[], FreeBlock>;
+
+// Not initialised: pages that the core never writes cost nothing.
+Block make_block(const std::string &name, uint64_t bytes);
 
 } // namespace wisp

@@ -83,7 +83,7 @@ struct Sequence {
     RunProgress progress;
     PreparedScene prepared;
     std::string shapes; // fingerprint_of_shapes(); empty until it is needed
-    std::unique_ptr<unsigned char[]> block;
+    Block block;
     uint64_t bytes = 0;    // of the block
     FrameCache cache = {}; // in the block
     std::string smoke;     // fingerprint_of_smoke() of the cache

@@ -42,8 +42,9 @@ void write_scene(const std::string &path, const std::string &smoke, const Chosen
     namespace fs = std::filesystem;
     std::error_code fault;
     const fs::path folder = fs::absolute(path, fault).parent_path();
-    const fs::path named = fs::proximate(fs::absolute(smoke, fault), folder, fault);
-    if (named.empty()) throw Error(exit_output, path, "cannot name " + smoke + " from its folder: " + fault.message());
+    const fs::path whole = fault ? fs::path() : fs::absolute(smoke, fault);
+    const fs::path named = fault ? fs::path() : fs::proximate(whole, folder, fault);
+    if (fault) throw Error(exit_output, path, "cannot name " + smoke + " from its folder: " + fault.message());
     write_file(path, chosen.text(named.string()));
 }
 

@@ -1,7 +1,6 @@
 #include "host/commands/single_frame.h"
 #include "host/base/memory.h"
 #include "host/commands/max_error.h"
-#include "host/commands/memory_check.h"
 #include "host/commands/progress_meter.h"
 
 namespace wisp {

@@ -1,5 +1,6 @@
 // One frame of a scene on its way through the core: what `inspect` and `show` have in common.
 #pragma once
+#include "host/commands/memory_check.h"
 #include "host/commands/run_warnings.h"
 #include "wisp/wisp.h"
 #include <functional>
@@ -36,7 +37,7 @@ class SingleFrame {
     int64_t frame_;
     std::optional<EndAtOnce> at_once_;
     MapFile map_;
-    std::unique_ptr<unsigned char[]> block_;
+    Block block_;
     uint64_t bytes_ = 0; // of the block
 };
 

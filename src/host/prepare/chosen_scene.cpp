@@ -9,7 +9,6 @@
 #include "host/scene/placement.h"
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -346,19 +345,18 @@ std::string smoke(const Choice &choice, const std::string &grid, const Sequence 
     return text;
 }
 
-// A pipe cannot.
+// A pipe cannot. Where the system does not say what it is, reading says why.
 bool can_be_read_again(const std::string &path) {
     std::error_code ignored;
-    return std::filesystem::is_regular_file(path, ignored);
+    const std::filesystem::file_type type = std::filesystem::status(path, ignored).type();
+    return type == std::filesystem::file_type::regular || type == std::filesystem::file_type::none;
 }
 
 // Whether `is` says so of the first bytes. Not of a pipe.
 template <class Is> bool begins(const std::string &path, Is is) {
     if (!can_be_read_again(path)) return false;
-    std::ifstream file(path, std::ios::binary);
-    unsigned char begin[64];
-    file.read(reinterpret_cast<char *>(begin), sizeof begin);
-    return is(begin, static_cast<size_t>(file.gcount()));
+    const Bytes begin = read_beginning(path, 64);
+    return is(begin.data(), begin.size());
 }
 
 Choice choice_of(Options::Up up) {

@@ -42,6 +42,8 @@ TEST_CASE("files: what is written is read back, byte for byte") {
         const Bytes bytes = all_byte_values(size);
         write_file(folder.file("data"), bytes);
         CHECK(read_file(folder.file("data")) == bytes);
+        CHECK(read_beginning(folder.file("data"), 65536) ==
+              Bytes(bytes.begin(), bytes.begin() + std::min<long>(size, 65536)));
         CHECK(folder.entries() == 1);
     }
     write_file(folder.file("data"), std::string("text\n"));
