@@ -131,7 +131,7 @@ class Command:
                       for name, right in self.right.items() if contents.get(name) != right]
             if without_seconds(ran.out) != without_seconds(self.out):
                 wrong.append("standard output is another")
-        elif ran.status > 0 and not re.fullmatch(r"[^\n]+: error: [^\n]+\n", ran.err):
+        elif ran.status > 0 and not re.fullmatch(r"(kept [^\n]+\n)?[^\n]+: error: [^\n]+\n", ran.err):
             wrong.append(f"standard error is {ran.err!r}, expected one line")
         for name, content in contents.items():
             if name.endswith(".part"):
