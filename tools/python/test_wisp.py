@@ -219,7 +219,15 @@ def test_progress_names_stages_of_the_plan_and_stops_by_an_exception():
     assert len(calls) == 1
 
 
-def test_ctrl_c_stops_a_render_and_the_next_one_is_whole():
+@pytest.fixture
+def interruptible():
+    """Ctrl-C raises, also in a process that a shell runs in the background, where SIGINT is ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_ctrl_c_stops_a_render_and_the_next_one_is_whole(interruptible):
     digest = small().digest
     before = signal.getsignal(signal.SIGINT)
     seen = []
