@@ -43,15 +43,15 @@ struct Particle {
     double area; // extinction cross-section C_ext m, in squared units of length
 };
 
-// A box of nx * ny * nz cells, turned about its middle, with a density at the centre of each. A sparse grid has blocks of
-// 8 * 8 * 8 samples, and only those with smoke: `blocks` has for each block of the box, x fastest, its number, whose
+// A box of nx * ny * nz cells, turned about its middle, with a density at the centre of each. A sparse grid has blocks
+// of 8 * 8 * 8 samples, and only those with smoke: `blocks` has for each block of the box, x fastest, its number, whose
 // samples are density[512 * number ...], or UINT32_MAX. The box begins `skipped` samples after the first block does.
 struct GridDescription {
-    int32_t nx, ny, nz;   // 0: there is no grid
-    const float *density; // x fastest, 0 or more; nullptr: 1 everywhere
-    double extinction;    // sigma_t of density 1, per unit of length
-    Double3 center, half; // half the box's edges
-    Double3 axis[3];      // the directions of its edges: unit vectors at right angles
+    int32_t nx, ny, nz;               // 0: there is no grid
+    const float *density;             // x fastest, 0 or more; nullptr: 1 everywhere
+    double extinction;                // sigma_t of density 1, per unit of length
+    Double3 center, half;             // half the box's edges
+    Double3 axis[3];                  // the directions of its edges: unit vectors at right angles
     const uint32_t *blocks = nullptr; // nullptr: all samples of the box are in `density`
     uint32_t block_count = 0;         // in `density`, whose samples outside of the box are 0
     int32_t skipped[3] = {0, 0, 0};   // 0 to 7

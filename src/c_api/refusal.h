@@ -1,5 +1,6 @@
 // The line that says why a call of the C interface is refused.
 #pragma once
+#include "host/base/decimal.h"
 #include "wisp/c_api.h"
 
 namespace wisp::c_api {
@@ -13,14 +14,7 @@ class Line {
         for (; *text && size_ + 1 < sizeof error_.text; ++text) error_.text[size_++] = *text;
         error_.text[size_] = 0;
     }
-    void add(uint64_t number) {
-        char digits[21];
-        char *first = digits + sizeof digits - 1;
-        *first = 0;
-        do *--first = static_cast<char>('0' + number % 10);
-        while ((number /= 10) > 0);
-        add(first);
-    }
+    void add(uint64_t number) { add(Decimal(number).text()); }
 
   private:
     wisp_error &error_;

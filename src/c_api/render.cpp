@@ -37,22 +37,12 @@ class Hash {
     uint64_t hash_ = 0;
 };
 
-void add_all(Hash &hash, const wisp_settings &s) {
-    hash.add(s.arithmetic), hash.add(s.samples), hash.add(s.seed), hash.add(s.photons), hash.add(s.method);
-    for (const uint32_t side : s.crop) hash.add(side);
-    hash.add(s.irradiance), hash.add(s.estimate), hash.add(s.deposit), hash.add(s.direction), hash.add(s.gather);
-    hash.add(s.gather_radius), hash.add(s.step), hash.add(s.density_step), hash.add(s.light_step);
-    hash.add(s.irradiance_step), hash.add(s.paths), hash.add(s.depth), hash.add(s.shadows), hash.add(s.lights);
-    hash.add(s.tree), hash.add(s.layers);
-}
-
-// Of what must be the same for anything to be kept: where the memory and the frame are, the settings, the triangles
-// that stand still, those of instances in their own space, and materials.
-uint64_t hash_of_shapes(const wisp_frame &frame, const wisp_settings &settings, const wisp_job &job) {
+// Of what must be the same for anything to be kept: where the memory and the frame are, the triangles that stand still,
+// those of instances in their own space, and materials. The core looks at the settings itself.
+uint64_t hash_of_shapes(const wisp_frame &frame, const wisp_job &job) {
     const Scene &scene = frame.scene;
     Hash hash;
     hash.add(job.memory), hash.add(job.memory_bytes), hash.add(scene.triangles), hash.add(scene.instances);
-    add_all(hash, settings);
     hash.add(frame.width), hash.add(frame.height), hash.add(scene.light_count);
     hash.add(scene.static_count), hash.add(scene.instance_triangle_count), hash.add(scene.deforming_count);
     for (uint32_t i = 0; i < scene.static_count + scene.instance_triangle_count; ++i) {
@@ -97,11 +87,11 @@ uint64_t hash_of_smoke(const Scene &scene) {
 enum Word { word_frame, word_shapes, word_smoke };
 
 // The core's cache of what is left of the frames before, where it fits this one. The words become this frame's.
-FrameCache take_cache(const wisp_frame &frame, const wisp_settings &settings, const wisp_job &job) {
+FrameCache take_cache(const wisp_frame &frame, const wisp_job &job) {
     FrameCache cache = {};
     if (!job.cache) return cache;
     uint64_t *words = job.cache->words;
-    const uint64_t shapes = hash_of_shapes(frame, settings, job), smoke = hash_of_smoke(frame.scene);
+    const uint64_t shapes = hash_of_shapes(frame, job), smoke = hash_of_smoke(frame.scene);
     if (words[word_shapes] == shapes) {
         cache.frame = reinterpret_cast<CachedFrame *>(static_cast<uintptr_t>(words[word_frame]));
         cache.same_smoke = words[word_smoke] == smoke;
@@ -211,7 +201,7 @@ wisp_status wisp_render(const wisp_frame *frame, const wisp_settings *settings, 
         return refuse(error, WISP_NO_MEMORY, "job.memory: found ", job->memory ? uint64_t{job->memory_bytes} : 0,
                       " bytes, expected ", plan.arena_bytes);
     Arena arena(job->memory, job->memory_bytes);
-    FrameCache cache = take_cache(*frame, *settings, *job);
+    FrameCache cache = take_cache(*frame, *job);
     Statistics statistics;
     Progress progress = {*job, plan};
     Job of_frame = {frame->scene, of_core, arena, statistics};

@@ -5,8 +5,8 @@
 
 namespace wisp {
 
-// The same samples as those of `dense`. The box begins `skipped` samples after the first block; blocks of zeros are left
-// out.
+// The same samples as those of `dense`. The box begins `skipped` samples after the first block; blocks of zeros are
+// left out.
 struct BlockedGrid {
     BlockedGrid(const GridDescription &dense, int32_t sx, int32_t sy, int32_t sz) : grid(dense) {
         const int32_t skipped[3] = {sx, sy, sz}, count[3] = {dense.nx, dense.ny, dense.nz};
@@ -22,8 +22,7 @@ struct BlockedGrid {
                     bool any = false;
                     for (int32_t i = 0; i < 512; ++i) {
                         const int32_t x = bx * 8 + i % 8 - sx, y = by * 8 + i / 8 % 8 - sy, z = bz * 8 + i / 64 - sz;
-                        const bool inside =
-                            x >= 0 && y >= 0 && z >= 0 && x < dense.nx && y < dense.ny && z < dense.nz;
+                        const bool inside = x >= 0 && y >= 0 && z >= 0 && x < dense.nx && y < dense.ny && z < dense.nz;
                         block.push_back(inside ? dense.density[(int64_t{z} * dense.ny + y) * dense.nx + x] : 0);
                         any = any || block.back() > 0;
                     }

@@ -8,9 +8,7 @@ namespace wisp::WISP_ARITH {
 struct ProvedMemory {
     // With the room for a picture of 512 x 512 pixels.
     explicit ProvedMemory(const Scene &scene) {
-        Settings settings = {};
-        settings.crop = {0, 0, 512, 512, 1};
-        settings.samples = 1;
+        const Settings settings = small_settings(512);
         kept.resize(exact_technique.bytes(scene, settings));
         frame.resize(kept.size());
         Arena arena(kept.data(), kept.size());

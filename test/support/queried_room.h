@@ -9,9 +9,7 @@ namespace wisp::WISP_ARITH {
 // A room whose shadow queries come one by one, each compared with tracing.
 struct QueriedRoom : Room {
     void use(ShadowMethod method) {
-        Settings settings = {};
-        settings.crop = {0, 0, 512, 512, 1};
-        settings.samples = 1;
+        Settings settings = small_settings(512);
         settings.shadows = method;
         block.resize(static_cast<size_t>(shadow_bytes(scene, settings)));
         Arena arena(block.data(), block.size());

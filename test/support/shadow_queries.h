@@ -101,8 +101,7 @@ class ShadowQueries {
     // The room has its triangles, instances, and as many lights as there will be.
     ShadowQueries(Room &room, ShadowMethod method) : room_(room) {
         room_.build();
-        settings_.crop = {0, 0, 512, 512, 1};
-        settings_.samples = 1;
+        settings_ = small_settings(512);
         settings_.shadows = method;
         kept_.resize(static_cast<size_t>(shadow_bytes(room.scene, settings_)));
         frame_.resize(kept_.size());

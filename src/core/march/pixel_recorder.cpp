@@ -5,8 +5,6 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-Double3 to_double3(const Vec3 &v) { return {to_double(v.x), to_double(v.y), to_double(v.z)}; }
-
 // One overload for each member of TraceEvent.
 #define WISP_SEND(Type, name)                                                                                          \
     void send(const PixelRecorder &recorder, const TraceEvent::Type &name) {                                           \

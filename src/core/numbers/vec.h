@@ -12,6 +12,7 @@ namespace wisp::WISP_ARITH {
 using Vec3 = glm::vec<3, Real, glm::defaultp>;
 using Color = Vec3; // linear R G B
 
+inline Double3 to_double3(const Vec3 &v) { return {to_double(v.x), to_double(v.y), to_double(v.z)}; }
 inline Vec3 vec_of(const Double3 &v) { return Vec3(to_real<Real>(v.x), to_real<Real>(v.y), to_real<Real>(v.z)); }
 
 // The scalar product; in Fixed rounded once, from the exact 128-bit sum.

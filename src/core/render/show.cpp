@@ -11,7 +11,6 @@ namespace {
 
 constexpr uint32_t units_of_point = 64; // of work
 
-Double3 to_double3(const Vec3 &v) { return {to_double(v.x), to_double(v.y), to_double(v.z)}; }
 bool is_between(double x, Real low, Real high) { return to_double(low) <= x && x <= to_double(high); }
 bool holds(const Box &box, const Double3 &x) {
     return is_between(x.x, box.low.x, box.high.x) && is_between(x.y, box.low.y, box.high.y) &&

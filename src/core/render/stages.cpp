@@ -324,8 +324,7 @@ bool keeps_sequence(const FrameState &state, const Scene &scene, const Settings 
     const auto rays = [](const Settings &of) { return of.crop.pixels() * of.samples; };
     return state.renderer == &renderer && state.light_count == scene.light_count &&
            state.static_count == scene.static_count && state.settings.shadows == settings.shadows &&
-           state.settings.tree == settings.tree &&
-           rays(state.settings) <= rays(settings);
+           state.settings.tree == settings.tree && rays(state.settings) <= rays(settings);
 }
 
 // Whether the structures of the same smoke are the same by these settings.
@@ -333,8 +332,8 @@ bool keeps_smoke(const Settings &a, const Settings &b) {
     const auto same = [](double x, double y) { return total_order_key(x) == total_order_key(y); };
     return same(a.density_step, b.density_step) && same(a.light_step, b.light_step) &&
            same(a.irradiance_step, b.irradiance_step) && a.irradiance == b.irradiance && a.method == b.method &&
-           a.deposit == b.deposit && a.direction == b.direction && a.estimate == b.estimate &&
-           a.photons == b.photons && a.paths == b.paths && a.goal == b.goal;
+           a.deposit == b.deposit && a.direction == b.direction && a.estimate == b.estimate && a.photons == b.photons &&
+           a.paths == b.paths && a.goal == b.goal;
 }
 
 // The state of the frames before, or a new one. nullptr: the arena was too small.

@@ -35,8 +35,8 @@ struct NahCulling {
     Crop crop;
     int32_t width, height; // of the crop, which is the screen
     int32_t x, y;          // in it
-    bool first_sample; // of the pixel
-    bool wrong;        // a shadow in the pixel is not that of `trace`
+    bool first_sample;     // of the pixel
+    bool wrong;            // a shadow in the pixel is not that of `trace`
 };
 
 } // namespace wisp::WISP_ARITH

@@ -12,7 +12,8 @@ uint32_t roots_for(const Scene &scene) { return scene.static_count / 4 + 1; }
 uint64_t blocks_for(const Scene &scene, const Settings &settings) {
     constexpr uint64_t frames = 6;
     const uint64_t queries = settings.crop.pixels() * settings.samples;
-    const uint64_t of_light = roots_for(scene) + min(queries, max_blocks * rays_before_split) * frames / rays_before_split;
+    const uint64_t of_light =
+        roots_for(scene) + min(queries, max_blocks * rays_before_split) * frames / rays_before_split;
     return min(max_blocks, 1 + min(of_light, max_blocks) * scene.light_count); // block 0 means none
 }
 

@@ -19,16 +19,16 @@ struct GridField {
     Cell samples;
     // The grid's frame: a point p of the scene has the coordinates dot(axis[i], p - center). Lengths are the scene's.
     Vec3 center, axis[3];
-    Box box;            // in the frame
-    Lattice between;    // in the frame: cell (x, y, z) lies between the samples x - 1 and x, y - 1 and y, z - 1 and z
-    Box bounds;         // of the rotated box, in the scene
-    const uint32_t *blocks;   // nullptr: all samples of the box are there. Else, by place: the block's number
-    const uint32_t *place;    // by block
-    Cell block_lattice;       // blocks along each edge of the box
-    Cell skipped;             // samples of the first block that lie before the box
-    uint32_t block_count;     // without the empty one, whose number this is
-    uint32_t dimension; // the first of a photon's two draws (random.h): free path, sample
-    bool ready;         // false: the arena was too small
+    Box box;         // in the frame
+    Lattice between; // in the frame: cell (x, y, z) lies between the samples x - 1 and x, y - 1 and y, z - 1 and z
+    Box bounds;      // of the rotated box, in the scene
+    const uint32_t *blocks; // nullptr: all samples of the box are there. Else, by place: the block's number
+    const uint32_t *place;  // by block
+    Cell block_lattice;     // blocks along each edge of the box
+    Cell skipped;           // samples of the first block that lie before the box
+    uint32_t block_count;   // without the empty one, whose number this is
+    uint32_t dimension;     // the first of a photon's two draws (random.h): free path, sample
+    bool ready;             // false: the arena was too small
 
     bool constant() const { return !blocks && samples.x == 1 && samples.y == 1 && samples.z == 1; }
 };
@@ -37,8 +37,8 @@ struct GridField {
 inline uint32_t number_of_sample(const GridField &field, const Cell &at) {
     if (!field.blocks) return static_cast<uint32_t>(index_of(field.samples, at));
     const int32_t x = at.x + field.skipped.x, y = at.y + field.skipped.y, z = at.z + field.skipped.z;
-    const uint32_t block = field.blocks[index_of(
-        field.block_lattice, {x >> log_block_edge, y >> log_block_edge, z >> log_block_edge})];
+    const uint32_t block =
+        field.blocks[index_of(field.block_lattice, {x >> log_block_edge, y >> log_block_edge, z >> log_block_edge})];
     constexpr int32_t in_block = block_edge - 1;
     const int32_t row = (z & in_block) << log_block_edge | (y & in_block);
     return min(block, field.block_count) * samples_of_block +

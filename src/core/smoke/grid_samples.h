@@ -30,45 +30,57 @@ constexpr uint64_t block_places(const GridDescription &grid) {
            static_cast<uint64_t>(blocks_along(grid, 2));
 }
 
+// The number of a block of a sparse grid, or no_block.
+constexpr uint32_t number_of_block(const GridDescription &grid, int32_t x, int32_t y, int32_t z) {
+    return grid.blocks[(int64_t{z} * blocks_along(grid, 1) + y) * blocks_along(grid, 0) + x];
+}
+
+// Visits the blocks of a sparse grid that are there, x fastest: visit(low, samples) returns whether to go on. `low` is
+// the place of the first of its samples, of which some may lie outside of the box. `backwards`: in descending order.
+template <class Visit> bool for_each_block(const GridDescription &grid, Visit &&visit, bool backwards = false) {
+    const int32_t count[3] = {blocks_along(grid, 0), blocks_along(grid, 1), blocks_along(grid, 2)};
+    const auto at = [&](int32_t i, int axis) { return backwards ? count[axis] - 1 - i : i; };
+    for (int32_t k = 0; k < count[2]; ++k)
+        for (int32_t j = 0; j < count[1]; ++j)
+            for (int32_t i = 0; i < count[0]; ++i) {
+                const int32_t block[3] = {at(i, 0), at(j, 1), at(k, 2)};
+                const uint32_t number = number_of_block(grid, block[0], block[1], block[2]);
+                if (number == no_block) continue;
+                const int32_t low[3] = {block[0] * block_edge - grid.skipped[0],
+                                        block[1] * block_edge - grid.skipped[1],
+                                        block[2] * block_edge - grid.skipped[2]};
+                if (!visit(low, grid.density + uint64_t{number} * samples_of_block)) return false;
+            }
+    return true;
+}
+
 // Visits all samples of the box that are stored, in runs along x: visit(x, y, z, densities, count) returns whether to
 // go on. The blocks are in ascending order, in each the rows. `backwards`: in descending order, but each run ascends.
 template <class Visit> bool for_each_run(const GridDescription &grid, Visit &&visit, bool backwards = false) {
-    const auto at = [backwards](int32_t i, int32_t first, int32_t last) { return backwards ? last - i + first : i; };
-    if (!grid.blocks) {
-        for (int32_t k = 0; k < grid.nz; ++k)
-            for (int32_t j = 0; j < grid.ny; ++j) {
-                const int32_t z = at(k, 0, grid.nz - 1), y = at(j, 0, grid.ny - 1);
-                const int64_t row = (int64_t{z} * grid.ny + y) * grid.nx;
-                if (!visit(0, y, z, grid.density + row, grid.nx)) return false;
+    const int32_t box[3] = {grid.nx, grid.ny, grid.nz};
+    // The rows of `edge` samples a row, of samples that begin at `low`.
+    const auto rows = [&](const int32_t(&low)[3], const int32_t(&edge)[3], const float *samples) {
+        int32_t first[3], end[3]; // in the box
+        for (int a = 0; a < 3; ++a) {
+            first[a] = low[a] < 0 ? 0 : low[a];
+            end[a] = low[a] + edge[a] > box[a] ? box[a] : low[a] + edge[a];
+        }
+        const auto at = [&](int32_t i, int axis) { return backwards ? end[axis] - 1 - i + first[axis] : i; };
+        for (int32_t k = first[2]; k < end[2]; ++k)
+            for (int32_t j = first[1]; j < end[1]; ++j) {
+                const int32_t z = at(k, 2), y = at(j, 1);
+                const int64_t row = (int64_t{z - low[2]} * edge[1] + (y - low[1])) * edge[0];
+                if (!visit(first[0], y, z, samples + row + (first[0] - low[0]), end[0] - first[0])) return false;
             }
         return true;
-    }
-    struct Range {
-        int32_t low, first, last; // the block's first sample, and those of it that are in the box
-        Range(int32_t block, int32_t count, int32_t skipped) : low(block * block_edge - skipped) {
-            first = low < 0 ? 0 : low;
-            last = low + block_edge > count ? count - 1 : low + block_edge - 1;
-        }
     };
-    const int32_t nx = blocks_along(grid, 0), ny = blocks_along(grid, 1), nz = blocks_along(grid, 2);
-    for (int32_t c = 0; c < nz; ++c)
-        for (int32_t b = 0; b < ny; ++b)
-            for (int32_t a = 0; a < nx; ++a) {
-                const int32_t bx = at(a, 0, nx - 1), by = at(b, 0, ny - 1), bz = at(c, 0, nz - 1);
-                const uint32_t number = grid.blocks[(int64_t{bz} * ny + by) * nx + bx];
-                if (number == no_block) continue;
-                const float *samples = grid.density + uint64_t{number} * samples_of_block;
-                const Range x(bx, grid.nx, grid.skipped[0]), y(by, grid.ny, grid.skipped[1]),
-                    z(bz, grid.nz, grid.skipped[2]);
-                for (int32_t k = z.first; k <= z.last; ++k)
-                    for (int32_t j = y.first; j <= y.last; ++j) {
-                        const int32_t iz = at(k, z.first, z.last), iy = at(j, y.first, y.last);
-                        const int32_t row = ((iz - z.low) * block_edge + (iy - y.low)) * block_edge;
-                        if (!visit(x.first, iy, iz, samples + row + (x.first - x.low), x.last - x.first + 1))
-                            return false;
-                    }
-            }
-    return true;
+    if (!grid.blocks) return rows({0, 0, 0}, box, grid.density);
+    return for_each_block(
+        grid,
+        [&](const int32_t(&low)[3], const float *samples) {
+            return rows(low, {block_edge, block_edge, block_edge}, samples);
+        },
+        backwards);
 }
 
 } // namespace wisp

@@ -139,7 +139,7 @@ void for_each_touched(const Scene &scene, const Layout &layout, int32_t subdivis
 // Marks of up to max_counted bricks, which are counted.
 struct Marks {
     uint8_t bits[max_counted / 8];
-    uint64_t count;
+    uint64_t count = 0;
 
     void clear(uint64_t bricks) {
         for (uint64_t i = 0; i < (bricks + 7) / 8; ++i) bits[i] = 0;
@@ -170,7 +170,7 @@ void mark_around_blocks(const GridDescription &grid, const Cell &bricks, int32_t
         for (int32_t bz = from; bz < nz && range(bz, grid.skipped[2], grid.nz, bricks.z).first <= z; ++bz)
             for (int32_t by = 0; by < ny; ++by)
                 for (int32_t bx = 0; bx < nx; ++bx) {
-                    if (grid.blocks[(int64_t{bz} * ny + by) * nx + bx] == no_block) continue;
+                    if (number_of_block(grid, bx, by, bz) == no_block) continue;
                     const Range x = range(bx, grid.skipped[0], grid.nx, bricks.x),
                                 y = range(by, grid.skipped[1], grid.ny, bricks.y);
                     for (int32_t j = y.first; j <= y.last; ++j)
@@ -245,7 +245,6 @@ SparseGridPlan plan_sparse_grid(const Scene &scene, double lengths) {
     uint64_t count = all;
     if (by_blocks || all <= max_counted) {
         Marks marks;
-        marks.count = 0;
         if (by_blocks) {
             mark_around_blocks(only->grid, n, subdivision_for(lengths), marks);
         } else {

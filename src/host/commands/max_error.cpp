@@ -1,6 +1,5 @@
 #include "host/commands/max_error.h"
 #include "host/base/json_object.h"
-#include "host/base/memory.h"
 #include "host/base/messages.h"
 #include "host/base/text.h"
 #include "host/commands/defaults.h"
@@ -139,8 +138,8 @@ class MeasuredPixels {
     void render(const Settings &settings, Values &values, PixelSums *sums, Pair &times) const {
         const int64_t frame = request_.frames.first;
         const Plan plan = checked_plan(request_, scene(), settings);
-        check_memory(request_, prepared_, settings, plan, available_memory());
-        const auto block = make_block(request_.name, plan.arena_bytes);
+        Block block;
+        block.fit(request_, prepared_, settings, plan);
         Arena arena(block.get(), plan.arena_bytes);
         Statistics statistics = {};
         RunProgress run;

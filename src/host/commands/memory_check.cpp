@@ -1,4 +1,5 @@
 #include "host/base/error.h"
+#include "host/base/memory.h"
 #include "host/base/text.h"
 #include "host/commands/memory_check.h"
 #include "host/results/render_layers.h"
@@ -82,13 +83,22 @@ void check_memory(const Request &request, const PreparedScene &prepared, const S
             (optional ? " of --memory" : " that are available here") + advice(request, prepared, settings, plan, most));
 }
 
-Block make_block(const std::string &name, uint64_t bytes) {
+bool Block::fit(const Request &request, const PreparedScene &prepared, const Settings &settings, const Plan &plan) {
+    const bool is_small = bytes_ < plan.arena_bytes;
+    if (is_small) {
+        memory_.reset();
+        bytes_ = 0;
+    }
+    check_memory(request, prepared, settings, plan, available_memory() + bytes_);
+    if (!is_small) return false;
     constexpr uint64_t line = 64;
-    Block block(static_cast<unsigned char *>(std::aligned_alloc(line, (bytes + line - 1) / line * line)));
-    if (!block)
-        throw Error(exit_memory, name,
-                    "the plan needs " + std::to_string(bytes) + " bytes, more than the system gives in one piece");
-    return block;
+    memory_.reset(static_cast<unsigned char *>(std::aligned_alloc(line, (plan.arena_bytes + line - 1) / line * line)));
+    if (!memory_)
+        throw Error(exit_memory, request.name,
+                    "the plan needs " + std::to_string(plan.arena_bytes) +
+                        " bytes, more than the system gives in one piece");
+    bytes_ = plan.arena_bytes;
+    return true;
 }
 
 } // namespace wisp

@@ -16,12 +16,20 @@ void check_memory(const Request &request, const PreparedScene &prepared, const S
                   uint64_t available);
 
 // The arena's memory. It begins at a cache line, so that what --stats says of its bytes does not depend on the system.
-struct FreeBlock {
-    void operator()(unsigned char *block) const { std::free(block); }
-};
-using Block = std::unique_ptr<unsigned char[], FreeBlock>;
-
 // Not initialised: pages that the core never writes cost nothing.
-Block make_block(const std::string &name, uint64_t bytes);
+class Block {
+  public:
+    // Makes it at least as large as the plan needs, after check_memory(). True: it is another one, and what the one
+    // before held is gone.
+    bool fit(const Request &request, const PreparedScene &prepared, const Settings &settings, const Plan &plan);
+    unsigned char *get() const { return memory_.get(); }
+
+  private:
+    struct Free {
+        void operator()(unsigned char *memory) const { std::free(memory); }
+    };
+    std::unique_ptr<unsigned char[], Free> memory_;
+    uint64_t bytes_ = 0;
+};
 
 } // namespace wisp

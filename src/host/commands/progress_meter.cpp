@@ -54,8 +54,8 @@ double part_done(const RunProgress &run, Stage stage, double of_stage) {
 ProgressMeter::ProgressMeter(const Options &options, int64_t frame, const Plan &plan, RunProgress &run)
     : frame_(frame), plan_(plan), run_(run) {
     using Show = Options::Progress;
-    bar_ = !options.quiet && (options.progress == Show::always ||
-                              (options.progress == Show::automatic && isatty(STDERR_FILENO)));
+    bar_ = !options.quiet &&
+           (options.progress == Show::always || (options.progress == Show::automatic && isatty(STDERR_FILENO)));
     lines_ = !bar_ && !options.quiet && options.progress == Show::automatic;
     next_ = bar_ ? 0 : now() + seconds_between_lines;
     for (uint32_t i = 0; i < stage_count && !run_.measured; ++i)
@@ -111,8 +111,7 @@ std::string ProgressMeter::text(double of_stage, double time) const {
         line = "[" + std::string(filled, '#') + std::string(width - filled, '.') + "] ";
     }
     line += std::to_string(static_cast<int>(100 * part)) + " %, frame " + std::to_string(frame_);
-    if (run_.frames > 1)
-        line += " (" + std::to_string(run_.done + 1) + " of " + std::to_string(run_.frames) + ")";
+    if (run_.frames > 1) line += " (" + std::to_string(run_.done + 1) + " of " + std::to_string(run_.frames) + ")";
     line += std::string(": ") + plan_[stage_].name + ", " + minutes(elapsed);
     if (part >= least_part && elapsed >= least_seconds)
         line += ", about " + minutes(elapsed * (1 - part) / part) + " left";

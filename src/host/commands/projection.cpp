@@ -1,4 +1,5 @@
 #include "host/commands/projection.h"
+#include "host/prepare/core_units.h"
 
 namespace wisp {
 
@@ -80,9 +81,7 @@ void Section::add_triangles(const Scene &scene) {
     for (uint32_t k = 0; k < scene.instance_count; ++k) {
         const Instance &instance = scene.instances[k];
         if (instance.visible)
-            add(instance.first, instance.count, [&](const Double3 &p) {
-                return instance.axis[0] * p.x + instance.axis[1] * p.y + instance.axis[2] * p.z + instance.origin;
-            });
+            add(instance.first, instance.count, [&](const Double3 &p) { return transformed_point(instance, p); });
     }
     add(scene.static_count + scene.instance_triangle_count, scene.deforming_count, as_it_is);
 }

@@ -1,5 +1,4 @@
 #include "host/base/files.h"
-#include "host/base/memory.h"
 #include "host/base/sha256.h"
 #include "host/base/version.h"
 #include "host/commands/commands.h"
@@ -84,7 +83,6 @@ struct Sequence {
     PreparedScene prepared;
     std::string shapes; // fingerprint_of_shapes(); empty until it is needed
     Block block;
-    uint64_t bytes = 0;    // of the block
     FrameCache cache = {}; // in the block
     std::string smoke;     // fingerprint_of_smoke() of the cache
     MapFile map;           // the particle map of the frame before
@@ -120,20 +118,6 @@ bool keep_frame(const Options &options, const PictureRecord &record, int64_t fra
     return true;
 }
 
-// Makes the block at least as large as the plan needs. Throws Error(exit_memory).
-void fit_block(const Request &request, const Settings &settings, const Plan &plan, Sequence &sequence) {
-    const bool is_small = sequence.bytes < plan.arena_bytes;
-    if (is_small) {
-        sequence.block.reset();
-        sequence.bytes = 0;
-        sequence.cache = {};
-    }
-    check_memory(request, sequence.prepared, settings, plan, available_memory() + sequence.bytes);
-    if (!is_small) return;
-    sequence.block = make_block(request.name, plan.arena_bytes);
-    sequence.bytes = plan.arena_bytes;
-}
-
 FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequence) {
     FrameReport report = {};
     report.frame = frame;
@@ -161,7 +145,7 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     }
     end_at_once(request, frame, at_once);
     const Plan plan = checked_plan(request, prepared.scene, settings);
-    fit_block(request, settings, plan, sequence);
+    if (sequence.block.fit(request, prepared, settings, plan)) sequence.cache = {};
     sequence.warnings.of_frame(frame, prepared, settings, plan);
     const bool mapped = uses_map(settings);
     const bool traced = mapped && load_or_reset_map(request, frame, prepared, settings, plan, map);

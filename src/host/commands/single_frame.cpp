@@ -1,5 +1,4 @@
 #include "host/commands/single_frame.h"
-#include "host/base/memory.h"
 #include "host/commands/max_error.h"
 #include "host/commands/progress_meter.h"
 
@@ -44,21 +43,16 @@ void SingleFrame::prepare(int64_t frame) {
 
 void SingleFrame::make_plan() {
     plan = checked_plan(request_, prepared.scene, settings);
-    check_memory(request_, prepared, settings, plan, available_memory() + bytes_);
+    if (block_.fit(request_, prepared, settings, plan)) cache = {};
     warnings_.of_frame(frame_, prepared, settings, plan);
     if (!request_.options.map_in.empty())
         map_ = saved_map(request_, frame_, fingerprint_of_map(request_, prepared, settings, plan), plan);
-    if (plan.arena_bytes <= bytes_) return;
-    block_.reset();
-    block_ = make_block(request_.name, plan.arena_bytes);
-    bytes_ = plan.arena_bytes;
-    cache = {};
 }
 
 void SingleFrame::run(const std::function<Status(Job &job)> &core) {
     at_once_.reset();
     Statistics statistics;
-    Arena arena(block_.get(), bytes_);
+    Arena arena(block_.get(), plan.arena_bytes);
     PhotonSums sums = {map_.sums.data(), map_.sums.size(), map_.sums.size()};
     RunProgress alone;
     ProgressMeter progress(request_.options, frame_, plan, alone);

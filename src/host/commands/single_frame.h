@@ -38,7 +38,6 @@ class SingleFrame {
     std::optional<EndAtOnce> at_once_;
     MapFile map_;
     Block block_;
-    uint64_t bytes_ = 0; // of the block
 };
 
 } // namespace wisp

@@ -201,11 +201,16 @@ class SampleReader {
     }
 
     void read() {
-        const uint64_t places = static_cast<uint64_t>(blocks_[0]) * static_cast<uint64_t>(blocks_[1]) *
-                                static_cast<uint64_t>(blocks_[2]);
+        const uint64_t places =
+            static_cast<uint64_t>(blocks_[0]) * static_cast<uint64_t>(blocks_[1]) * static_cast<uint64_t>(blocks_[2]);
         require_memory(in_.name(), "the places of the grid's blocks", places * sizeof(uint32_t));
         volume_.blocks.assign(static_cast<size_t>(places), no_block);
-        const uint64_t count = number_blocks();
+        uint64_t count = 0;
+        for_each_block([&](uint32_t &number, const int64_t(&low)[3]) {
+            if (!may_have_smoke(low)) return;
+            number = 0; // until it is read
+            ++count;
+        });
         // A file that is small beside its voxels is no smoke: leaves of 512 voxels take 300 bytes and more.
         const uint64_t voxels = count * samples_of_block,
                        most = std::min(uint64_t{1} << 31, (uint64_t{1} << 24) + 16 * grid_.bytes);
@@ -213,9 +218,14 @@ class SampleReader {
             in_.fail(std::to_string(voxels) + " voxels are not 0, expected " + std::to_string(most) +
                      " at most: wisp keeps all of them");
         require_memory(in_.name(), "the grid", voxels * sizeof(float));
-        volume_.density.assign(static_cast<size_t>(voxels), 0.0f);
-        for_each_block([this](uint32_t &number, const int64_t(&low)[3]) {
-            if (number != no_block) read_block(low, volume_.density.data() + size_t{number} * samples_of_block);
+        volume_.density.reserve(static_cast<size_t>(voxels));
+        for_each_block([&](uint32_t &number, const int64_t(&low)[3]) {
+            float samples[samples_of_block];
+            if (number == no_block) return;
+            number = no_block;
+            if (!read_block(low, samples)) return;
+            number = static_cast<uint32_t>(volume_.density.size() / samples_of_block);
+            volume_.density.insert(volume_.density.end(), samples, samples + samples_of_block);
         });
     }
 
@@ -227,37 +237,27 @@ class SampleReader {
                 for (int64_t x = 0; x < blocks_[0]; ++x) {
                     const int64_t block[3] = {x, y, z};
                     int64_t low[3];
-                    for (size_t a = 0; a < 3; ++a)
-                        low[a] = box_.first[a] - volume_.skipped[a] + block[a] * block_edge;
+                    for (size_t a = 0; a < 3; ++a) low[a] = box_.first[a] - volume_.skipped[a] + block[a] * block_edge;
                     visit(*number++, low);
                 }
     }
 
-    // Blocks that are not 0 everywhere are numbered in order. Returns how many there are.
-    uint64_t number_blocks() {
-        uint64_t count = 0;
-        for_each_block([&](uint32_t &number, const int64_t(&low)[3]) {
-            if (!is_zero(low)) number = static_cast<uint32_t>(count++);
-        });
-        return count;
-    }
-
-    bool is_zero(const int64_t (&low)[3]) {
+    // Leaf nodes, and constant parts that are not 0.
+    bool may_have_smoke(const int64_t (&low)[3]) {
         const pnanovdb_coord_t at = {static_cast<int32_t>(low[0]), static_cast<int32_t>(low[1]),
                                      static_cast<int32_t>(low[2])};
         pnanovdb_uint32_t level = 0;
         const float first = value_at(grid_, accessor_, at, level);
-        if (level > 0) return first == 0;
-        float samples[samples_of_block];
-        read_block(low, samples);
-        return std::all_of(samples, samples + samples_of_block, [](float x) { return x == 0; });
+        return level == 0 || first != 0;
     }
 
-    // The voxels of a block that are not in the outermost layer of the box; 0 for the others.
-    void read_block(const int64_t (&low)[3], float *samples) {
+    // The voxels of a block that are not in the outermost layer of the box; 0 for the others. False: all are 0.
+    bool read_block(const int64_t (&low)[3], float *samples) {
+        bool any = false;
         const bool quantised = grid_.type != PNANOVDB_GRID_TYPE_FLOAT;
         for (uint32_t i = 0; i < samples_of_block; ++i) {
-            const int64_t index[3] = {low[0] + i % 8, low[1] + i / 8 % 8, low[2] + i / 64};
+            constexpr uint32_t edge = block_edge;
+            const int64_t index[3] = {low[0] + i % edge, low[1] + i / edge % edge, low[2] + i / (edge * edge)};
             bool inside = true;
             for (size_t a = 0; a < 3; ++a)
                 inside = inside && index[a] > box_.first[a] && index[a] < box_.first[a] + box_.count[a] - 1;
@@ -273,7 +273,9 @@ class SampleReader {
                          std::to_string(at.z) + (density < 0 ? " is negative" : " is not finite") +
                          ", expected 0 or more");
             samples[i] = density;
+            any = any || density > 0;
         }
+        return any;
     }
 
     const ByteReader &in_;

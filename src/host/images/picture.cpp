@@ -2,6 +2,7 @@
 #include "core/numbers/elementary.h"
 #include "host/base/byte_reader.h"
 #include "host/base/error.h"
+#include "host/images/pfm_writer.h"
 #include "host/images/picture.h"
 #include <algorithm>
 #include <array>
@@ -28,23 +29,12 @@ bool read_little_endian(ByteReader &reader) {
     return negative;
 }
 
-void append(Bytes &bytes, const std::string &text) { bytes.insert(bytes.end(), text.begin(), text.end()); }
-
-// value(i): channel i % channels of pixel i / channels, rows from the top.
+// As write_pfm().
 template <class Value> Bytes pfm_of(int width, int height, size_t channels, Value value) {
     Bytes bytes;
-    const size_t row = channels * static_cast<size_t>(width);
-    bytes.reserve(64 + 4 * row * static_cast<size_t>(height));
-    append(bytes,
-           (channels == 3 ? "PF\n" : "Pf\n") + std::to_string(width) + " " + std::to_string(height) + "\n-1.0\n");
-    for (size_t y = static_cast<size_t>(height); y-- > 0;) {
-        for (size_t i = y * row; i < (y + 1) * row; ++i) {
-            const float number = value(i);
-            uint32_t bits;
-            std::memcpy(&bits, &number, 4);
-            for (int shift = 0; shift < 32; shift += 8) bytes.push_back(static_cast<uint8_t>(bits >> shift));
-        }
-    }
+    bytes.reserve(64 + 4 * channels * static_cast<size_t>(width) * static_cast<size_t>(height));
+    write_pfm(width, height, channels, value,
+              [&bytes](const char *data, size_t size) { bytes.insert(bytes.end(), data, data + size); });
     return bytes;
 }
 

@@ -9,6 +9,7 @@
 #include "host/scene/placement.h"
 #include <algorithm>
 #include <filesystem>
+#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -49,32 +50,19 @@ Cloud cloud_of(const Volume &volume) {
                                volume.axis[2] * (volume.low[2] + z * edge[2]));
         cloud.areas.push_back(density * volume_of_cell);
     };
-    struct Block {
-        int32_t x, y, z; // its first sample
-        double sum;      // of densities
-    } block = {0, 0, 0, 0};
-    const auto add_block = [&] {
-        if (block.sum > 0) add(block.x + 4, block.y + 4, block.z + 4, block.sum);
-    };
-    for_each_run(grid, [&](int32_t first, int32_t y, int32_t z, const float *densities, int32_t n) {
-        if (by_block) {
-            const auto low = [](int32_t at, int32_t skipped) { return ((at + skipped) & -block_edge) - skipped; };
-            const int32_t bx = low(first, grid.skipped[0]), by = low(y, grid.skipped[1]), bz = low(z, grid.skipped[2]);
-            if (bx != block.x || by != block.y || bz != block.z) {
-                add_block();
-                block = {bx, by, bz, 0};
-            }
-        }
-        for (int32_t i = 0; i < n; ++i) {
-            if (!(densities[i] > 0)) continue;
-            if (by_block)
-                block.sum += static_cast<double>(densities[i]);
-            else
-                add(first + i + 0.5, y + 0.5, z + 0.5, static_cast<double>(densities[i]));
-        }
-        return true;
-    });
-    add_block();
+    if (by_block)
+        for_each_block(grid, [&](const int32_t(&low)[3], const float *samples) {
+            constexpr double middle = 0.5 * block_edge;
+            const double sum = std::accumulate(samples, samples + samples_of_block, 0.0);
+            if (sum > 0) add(low[0] + middle, low[1] + middle, low[2] + middle, sum);
+            return true;
+        });
+    else
+        for_each_run(grid, [&](int32_t x, int32_t y, int32_t z, const float *densities, int32_t n) {
+            for (int32_t i = 0; i < n; ++i)
+                if (densities[i] > 0) add(x + i + 0.5, y + 0.5, z + 0.5, static_cast<double>(densities[i]));
+            return true;
+        });
     return cloud;
 }
 

@@ -5,14 +5,22 @@
 
 namespace wisp::WISP_ARITH {
 
+namespace {
+
+// So many floors, one above the other, and three lights.
+struct Floors : Room {
+    explicit Floors(int count) {
+        for (int i = 0; i < count; ++i) add_floor(*this, i, 1, material(matte({1, 1, 1})));
+        for (int i = 0; i < 3; ++i) light(LightKind::point, {0, 30.0 + i, 0}, {1, 1, 1});
+        build();
+    }
+};
+
+} // namespace
+
 TEST_CASE(WISP_ARITH_NAME ": the cell of a point holds it, however often cells are divided") {
-    Room room;
-    for (int i = 0; i < 6; ++i) add_floor(room, i, 1, room.material(matte({1, 1, 1})));
-    for (int i = 0; i < 3; ++i) room.light(LightKind::point, {0, 30.0 + i, 0}, {1, 1, 1});
-    room.build();
-    Settings settings = {};
-    settings.crop = {0, 0, 256, 256, 1};
-    settings.samples = 1;
+    const Floors room(6);
+    const Settings settings = small_settings(256);
     std::vector<unsigned char> block(static_cast<size_t>(shadow_cell_bytes(room.scene, settings)));
     Arena arena(block.data(), block.size());
     ShadowCells cells = make_shadow_cells(room.scene, settings, arena);
@@ -45,10 +53,7 @@ TEST_CASE(WISP_ARITH_NAME ": the cell of a point holds it, however often cells a
 }
 
 TEST_CASE(WISP_ARITH_NAME ": the memory of cells is in proportion to what rays can teach, and ends") {
-    Room room;
-    for (int i = 0; i < 1000; ++i) add_floor(room, i, 1, room.material(matte({1, 1, 1})));
-    for (int i = 0; i < 3; ++i) room.light(LightKind::point, {0, 30.0 + i, 0}, {1, 1, 1});
-    room.build();
+    const Floors room(1000);
     Settings settings = {};
     const auto bytes = [&](int32_t width, uint32_t samples) {
         settings.crop = {0, 0, width, 48, 1};
