@@ -5,7 +5,7 @@ from harness import DATA, OUT, WISP, Job, median, skipped, table
 from smoke import sheet
 
 # Fog volumes of OpenVDB's own tool, and what makes them.
-VDB = {"vdb_ball": "-sphere d=200 r=1.5", "vdb_torus": "-platonic f=20 r=1 d=160 w=5"}
+VDB = {"vdb_ball": "-sphere d=200 r=1.5", "vdb_icosahedron": "-platonic faces=20 dim=160"}
 
 
 def made_by_vdb_tool():

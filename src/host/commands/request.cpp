@@ -57,10 +57,10 @@ SceneFile scene_of(const std::string &name, const Options &options, const Comman
         if (!options.write_scene.empty()) write_scene(options.write_scene, name, chosen);
         return chosen.scene();
     }
+    SceneFile scene = read_scene(name); // first: it may be no scene either
     for (const auto &[option, value] : line.options)
         if (is_among(option, options_of_smoke_files))
             throw Error(exit_usage, name, "option '" + option + "' is for a file of smoke by itself, found a scene");
-    SceneFile scene = read_scene(name);
     notes = complete_scene(scene);
     return scene;
 }
@@ -259,8 +259,6 @@ void check_options(const Request &request) {
         throw Error(exit_usage, "option 'error-out' belongs to --reference");
 }
 
-bool several_frames(const Request &request) {
-    return request.frames.count() > 1;
-}
+bool several_frames(const Request &request) { return request.frames.count() > 1; }
 
 } // namespace wisp

@@ -177,7 +177,7 @@ void place(const ByteReader &in, const Grid &grid, const Indices &box, Volume &v
         if (std::fabs(dot(step[a], step[(a + 1) % 3])) > 1e-5 * edge[a] * edge[(a + 1) % 3])
             in.fail("the transform of the grid shears, expected rotation, scale and translation");
     for (size_t a = 0; a < 3; ++a) {
-        volume.axis[a] = step[a] * (1 / edge[a]);
+        volume.axis[a] = unit(step[a]); // exactly 1 and 0 of a grid that is not turned: can_resample() asks
         const double start = dot(origin, volume.axis[a]) + (static_cast<double>(box.first[a]) - 0.5) * edge[a];
         volume.low[a] = start;
         volume.high[a] = start + static_cast<double>(box.count[a]) * edge[a];

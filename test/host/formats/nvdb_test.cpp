@@ -153,6 +153,19 @@ TEST_CASE("nvdb: voxels may be turned, stretched and mirrored; a shear is refuse
     }
 }
 
+// Or bricks would not do for it, and it would be rendered a hundred times slower. 49 (1 / 49) is not 1.
+TEST_CASE("nvdb: the axes of a grid that is not turned are exactly those of the scene, whatever its voxels measure") {
+    for (const double edge : {49.0, 0.015463917525773196, 0.1, 1e-7}) {
+        CAPTURE(edge);
+        std::vector<Handle> grids;
+        grids.push_back(grid("density", {{{edge, 0, 0}, {0, edge, 0}, {0, 0, edge}}, {1, 2, 3}}));
+        const Volume volume = parse(file_of(grids));
+        CHECK(volume.axis[0].x == 1);
+        CHECK(volume.axis[1].y == 1);
+        CHECK(volume.axis[2].z == 1);
+    }
+}
+
 TEST_CASE("nvdb: quantised floats are within their steps") {
     std::vector<Handle> coarse, fine;
     coarse.push_back(grid<nanovdb::Fp8>("density"));
