@@ -48,6 +48,7 @@ TEST_CASE_FIXTURE(CommandLineTest, "what is no smoke, and options that have no m
         CHECK(ran.err.find(text) != std::string::npos);
     };
     refused("render " + s() + " --up z", 2, "option 'up' is for a file of smoke by itself, found a scene");
+    refused("render " + file("none.vtk") + " --up z", 3, "cannot be opened");
     refused("render " + s() + " --write-scene " + file("c.aff"), 2, "option 'write-scene' is for a file of smoke");
     refused("render " + file("puff.vtk") + " --up x", 2, "expected y, z");
     refused("render " + file("puff.vtk") + " --ground maybe", 2, "expected yes, no");
@@ -73,6 +74,27 @@ TEST_CASE_FIXTURE(CommandLineTest, "a file whose name has blanks is rendered, an
         CHECK(text_of(file("chosen.aff")).find("smoke \"" + name + "\" {") != std::string::npos);
         REQUIRE(wisp("render " + file("chosen.aff") + options + "-o " + file("b.pfm")).status == 0);
         CHECK(text_of(file("a.pfm")) == text_of(file("b.pfm")));
+    }
+}
+
+TEST_CASE_FIXTURE(CommandLineTest, "smoke without any light gets two, which are said in a line; what shines does not") {
+    const std::string view = "v from 3 1 5 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 8 6\n";
+    write("dark.aff", view + "smoke box -1 -1 -1 1 1 1 1 { }\n");
+    const Ran ran = wisp("render " + file("dark.aff") + " --photons 1000 -o " + file("a.pfm"));
+    CHECK(ran.status == 0);
+    CHECK(lines(ran.err) == 1);
+    const std::string said = "chosen, as there is no light: ";
+    REQUIRE(ran.err.rfind(said, 0) == 0);
+    // The same lights, written down.
+    const size_t second = ran.err.find(" and ld ");
+    REQUIRE(second != std::string::npos);
+    write("lit.aff", view + ran.err.substr(said.size(), second - said.size()) + "\n" + ran.err.substr(second + 5) +
+                         "smoke box -1 -1 -1 1 1 1 1 { }\n");
+    CHECK(wisp("render " + file("lit.aff") + " --photons 1000 -o " + file("b.pfm")).err.empty());
+    CHECK(wisp("compare " + file("a.pfm") + " " + file("b.pfm") + " --tolerance 1e-5").status == 0);
+    for (const char *const smoke : {"emission 1 1 1", "albedo 0 0 0", ""}) {
+        write("s.aff", view + (*smoke ? "" : "b 1 1 1\n") + "smoke box -1 -1 -1 1 1 1 1 { " + smoke + " }\n");
+        CHECK(wisp("plan " + file("s.aff")).err.find("chosen") == std::string::npos);
     }
 }
 

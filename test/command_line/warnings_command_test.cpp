@@ -121,8 +121,8 @@ TEST_CASE("warnings: the project's own scenes have none") {
 
 TEST_CASE("warnings: plan and inspect warn as render does") {
     WarningCommandTest test;
-    test.write("s.aff",
-               "v from 0 0 4 at 0 0 9 up 0 1 0 angle 30 hither 1 resolution 4 4\nsmoke box 0 0 0 1 1 1 1 { }\n");
+    test.write("s.aff", "v from 0 0 4 at 0 0 9 up 0 1 0 angle 30 hither 1 resolution 4 4\nb 1 1 1\n"
+                        "smoke box 0 0 0 1 1 1 1 { }\n");
     const std::string err = test.warned("--gather 9");
     CHECK(err == test.s() + ": warning: nothing is in view in frame 0: the camera looks past all smoke and surfaces\n" +
                      test.s() + ": warning: there is no light: the smoke is black\n" +

@@ -295,13 +295,18 @@ std::string words(const SceneFile::View &view) {
 }
 
 // From above on the left, and from the right.
-std::string lights(const Axes &axes) {
-    const auto parallel = [&](double right, double up, double back, const char *color) {
-        return "ld " + words(unit(axes.right * -right + axes.up * -up + axes.back * -back)) + "  " + color;
+struct KeyAndFill {
+    SceneFile::Light key, fill;
+};
+KeyAndFill lights(const Axes &axes) {
+    const auto parallel = [&](double right, double up, double back, const Double3 &color) {
+        const Double3 direction = unit(axes.right * -right + axes.up * -up + axes.back * -back);
+        return SceneFile::Light{LightKind::parallel, {0, 0, 0}, direction, 0, color};
     };
-    return line(parallel(-0.6, 0.8, 0.5, "8 7.6 7"), "key light") +
-           line(parallel(0.9, 0.3, 0.6, "1.6 1.8 2.2"), "fill light");
+    return {parallel(-0.6, 0.8, 0.5, {8, 7.6, 7}), parallel(0.9, 0.3, 0.6, {1.6, 1.8, 2.2})};
 }
+
+std::string words(const SceneFile::Light &light) { return "ld " + words(light.direction) + "  " + words(light.color); }
 
 std::string ground(const Choice &choice) {
     const Axes &axes = choice.axes;
@@ -382,6 +387,17 @@ std::string complete(SceneFile::SmokeVolume &smoke, const Cloud &cloud, const Ax
     return chosen + " extinction " + number(*smoke.extinction);
 }
 
+// Whether there is no light, although smoke scatters some, and nothing shines by itself or behind it.
+bool is_dark(const SceneFile &scene) {
+    const auto shines = [](const Double3 &color) { return largest_component(color) > 0; };
+    bool scatters = false;
+    for (const SceneFile::SmokeVolume &smoke : scene.smokes) {
+        if (shines(smoke.emission)) return false;
+        scatters |= shines(smoke.albedo);
+    }
+    return scene.lights.empty() && scatters && !shines(scene.background);
+}
+
 // Whether nothing of it is to be chosen, or it cannot be read for that.
 bool is_passed_over(const SceneFile::SmokeVolume &smoke, bool has_view) {
     if (smoke.box) return has_view;
@@ -405,7 +421,7 @@ ChosenScene::ChosenScene(const std::string &path, const Options &options) : path
     if (choice.count == 0)
         throw InputError(path, "no smoke, expected particles, or a density grid with samples above 0");
     before_ = line(words(view(choice, options)), "frames all smoke") + line("b 0.03 0.04 0.06", "background") +
-              lights(choice.axes);
+              line(words(lights(choice.axes).key), "key light") + line(words(lights(choice.axes).fill), "fill light");
     if (sequence.count > 1) before_ += line("a 0 1 " + std::to_string(sequence.count), "one frame for each file");
     smoke_ = smoke(choice, options.grid, sequence);
     if (options.ground) behind_ = ground(choice);
@@ -439,9 +455,16 @@ std::vector<std::string> complete_scene(SceneFile &scene) {
             any = true;
         } catch (const InputError &) {
         } // said where the file is read
-    if (!any) return lines;
-    scene.view = view(choice, {});
-    lines.push_back("chosen, as there is no view: " + words(*scene.view));
+    if (any) {
+        scene.view = view(choice, {});
+        lines.push_back("chosen, as there is no view: " + words(*scene.view));
+    }
+    if (scene.view && is_dark(scene)) {
+        const Double3 back = unit(scene.view->from - scene.view->at), right = unit(cross(scene.view->up, back));
+        const KeyAndFill chosen = lights({right, cross(back, right), back});
+        scene.lights = {chosen.key, chosen.fill};
+        lines.push_back("chosen, as there is no light: " + words(chosen.key) + " and " + words(chosen.fill));
+    }
     return lines;
 }
 

@@ -168,8 +168,8 @@ TEST_CASE_FIXTURE(ChosenSceneTest,
     write("s_2.vtk", cube(20, 0.5));
     const auto completed = [&](const std::string &more, bool with_view = true) {
         const std::string view = "v from 0 0 9 at 0 0 0 up 0 1 0 angle 40 hither 0.1 resolution 4 3\n";
-        SceneFile scene =
-            parse_scene(file("s.aff"), (with_view ? view : "") + "smoke s_%d.vtk {\n frames 1 1\n" + more + "}\n");
+        SceneFile scene = parse_scene(
+            file("s.aff"), (with_view ? view : "") + "l 9 9 9 1 1 1\nsmoke s_%d.vtk {\n frames 1 1\n" + more + "}\n");
         const std::vector<std::string> lines = complete_scene(scene);
         return std::pair(scene, lines);
     };
