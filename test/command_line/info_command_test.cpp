@@ -55,6 +55,17 @@ std::string lattice(bool attributes) {
 
 } // namespace
 
+TEST_CASE("info command: optical depths of the rays that meet smoke, as it is rendered") {
+    InfoTest test;
+    // Rays through the middle of a box, along its edge of 1.
+    const std::string scene = "v from 0 0 100 at 0 0 0 up 0 1 0 angle 0.1 hither 1 resolution 4 4\nl 9 9 9 1 1 1\n"
+                              "smoke box -0.5 -0.5 -0.5 0.5 0.5 0.5 1 { extinction ";
+    test.write("s.aff", scene + "2.5 }\n");
+    test.says(test.file("s.aff"), {"\"optical_depth\": { \"low\": 2.5", "\"high\": 2.5"});
+    test.write("s.aff", scene + "0 }\n");
+    test.says(test.file("s.aff"), {"\"optical_depth\": null"});
+}
+
 TEST_CASE("info command: particles: number, bounds, spacing, attributes and neighbours") {
     InfoTest test;
     test.write("p.vtk", lattice(true));
@@ -193,7 +204,8 @@ TEST_CASE("info command: particle maps and passes, known by their content") {
 
 TEST_CASE("info command: what is broken, strange or not there is one error") {
     InfoTest test;
-    const std::string kinds = ", expected one of .vtk .bgeo .ply .vol .nvdb .vdb .aff .nff .map .passes .pfm .exr .png .ppm .wisp";
+    const std::string kinds =
+        ", expected one of .vtk .bgeo .ply .vol .nvdb .vdb .aff .nff .map .passes .pfm .exr .png .ppm .wisp";
     const auto refused = [&](const std::string &name, const std::string &content, const std::string &error) {
         test.write(name, content);
         test.refused(test.file(name), error);

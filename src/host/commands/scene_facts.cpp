@@ -4,6 +4,7 @@
 #include "host/commands/memory_check.h"
 #include "host/commands/plan_lines.h"
 #include "host/commands/scene_facts.h"
+#include "host/commands/show_stages.h"
 
 namespace wisp {
 
@@ -71,6 +72,25 @@ Facts rendering_of(const Request &request, const PreparedScene &prepared) {
 
 } // namespace
 
+void add_optical_depth(Facts &facts, Request request) {
+    request.options.quiet = true;
+    try {
+        SingleFrame frame(request);
+        frame.make_plan();
+        Spread depths;
+        if (frame.plan[Stage::march].needed)
+            for (const double depth : optical_depths(request, frame))
+                if (depth > 0) depths.add(depth);
+        if (depths.any())
+            facts.spread("optical_depth", depths);
+        else
+            facts.none("optical_depth", "no ray of the camera meets smoke");
+    } catch (const Error &error) {
+        if (error.status >= exit_signal) throw;
+        facts.none("optical_depth", error.text);
+    }
+}
+
 void add_scene_file(Facts &facts, const std::string &path) {
     const Request request = read_request({{path}, {}});
     check_options(request);
@@ -91,6 +111,7 @@ void add_scene_file(Facts &facts, const std::string &path) {
     facts.integers("size", {prepared.width, prepared.height});
     facts.list("smokes", "smoke", smokes_of(file, frame, prepared));
     facts.group("rendering", rendering_of(request, prepared));
+    if (prepared.scene.smoke_count > 0) add_optical_depth(facts, request);
 }
 
 } // namespace wisp

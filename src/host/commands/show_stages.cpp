@@ -324,6 +324,10 @@ Shown draw_wrong(const Drawing &drawing) {
 
 } // namespace
 
+std::vector<double> optical_depths(const Request &request, SingleFrame &frame) {
+    return field_of({request, {}, frame}, Quantity::optical_depth).values;
+}
+
 const std::vector<ShownStage> &shown_stages() {
     static const std::vector<ShownStage> stages = {
         {"density",

@@ -32,4 +32,8 @@ struct ShownStage {
 };
 const std::vector<ShownStage> &shown_stages();
 
+// The smoke's optical depths along the rays through the middles of the pixels, up to the first surface; 0 or NaN: a ray
+// meets no smoke. make_plan() has been called, and the plan needs Stage::march.
+std::vector<double> optical_depths(const Request &request, SingleFrame &frame);
+
 } // namespace wisp
