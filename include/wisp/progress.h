@@ -18,12 +18,12 @@ enum class Status : uint8_t {
     done,
     stopped, // by the observer
     out_of_memory,
-    overflow,     // more photons than the sums of a particle map are sure to hold
-    size_mismatch // the photon sums are not as many numbers as this scene's particle map has
+    overflow,      // more photons than the sums of a particle map are sure to hold
+    size_mismatch, // the photon sums are not as many numbers as this scene's particle map has
+    missing_part   // Plan::missing
 };
 
-// Is called as each stage begins (done = 0), and then as parts of the stage are done. The work stops when it returns
-// false. It may look at a clock; the core does not. on_progress = nullptr: nothing is called.
+// Called as each stage begins (done = 0), and as parts of it are done. False stops the work. nullptr: nobody is called.
 struct Observer {
     void *context;
     bool (*on_progress)(void *context, Stage stage, uint64_t done, uint64_t total);

@@ -36,9 +36,9 @@ struct PlanRow {
 struct Plan {
     PlanRow rows[stage_count];
     uint64_t arena_bytes; // the sum of the bytes of all rows
-    bool smoke;    // there are particles, density grids or boxes
-    bool surfaces; // there are triangles
-    bool photons;  // some light is scattered more than once
+    bool smoke;           // there are particles, density grids or boxes
+    bool surfaces;        // there are triangles
+    bool photons;         // some light is scattered more than once
     // Of photons; none: all smoke scatters evenly; to_eye: only what is scattered to it, so the sums are of one view.
     enum class Directions : uint8_t { none, flux, harmonics, to_eye } photon_directions;
     bool photon_powers;       // photons keep their powers: they differ
@@ -47,13 +47,13 @@ struct Plan {
     uint64_t map_sums;        // numbers in the photon sums of a particle map, at most
     uint64_t max_photons;     // that such sums are sure to hold
     uint32_t layers;          // of settings.layers, those that there are: bits as of wisp/layers.h
+    const char *missing;      // what it needs of the core and the program was built without (parts.h); or nullptr
 
     const PlanRow &operator[](Stage stage) const { return rows[static_cast<uint32_t>(stage)]; }
 };
 
-// What lives from frame to frame, at the beginning of the arena: trees of static triangles, what the shadow technique
-// has learnt, the smoke with its optical depths. Empty at first, it is the caller's to hand on with the same arena. What
-// other settings made is made anew.
+// What lives from frame to frame, at the beginning of the arena: trees of static triangles, what shadows have learnt,
+// smoke with its depths. Empty at first, the caller's to hand on with the same arena. Other settings begin anew.
 struct CachedFrame; // the core's own
 struct FrameCache {
     CachedFrame *frame;

@@ -150,6 +150,7 @@ wisp_status status_of(Status status, wisp_error *error) {
                       "photons: they collide so often that the particle map's sums might "
                       "overflow, expected fewer, or thinner smoke");
     case Status::out_of_memory:
+    case Status::missing_part: // the library has all
     case Status::size_mismatch: break;
     }
     return refuse(error, WISP_NO_MEMORY, "memory: the plan's bytes do not suffice");

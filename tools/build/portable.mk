@@ -6,6 +6,8 @@ portability-deps: ## as root: installs the compilers and emulators of ROWS
 	apt-get install -y --no-install-recommends $(PACKAGES) $$(tools/portability/run --packages $(ROWS))
 embedded: scenes ## the core on a Cortex-M3 and a RISC-V in qemu: goldens, sizes, and no floating-point code in fixed point
 	+for a in $(ARITHMETICS); do tools/embedded/run $$a && tools/embedded/run $$a rv32imac || exit 1; done
+sizes: scenes ## code of programs that have some parts of the core, on a Cortex-M3: their pictures, limits, and that no other part is in them
+	+tools/embedded/sizes $(ARITHMETIC)
 web: scenes ## the core in a page of the web, build/web/index.html
 	+tools/web/build
 web-test: web ## clicks through that page in Chromium

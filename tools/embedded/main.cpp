@@ -8,6 +8,7 @@
 // 3. plan() says how many bytes of memory that takes. Give them to an Arena.
 // 4. render() fills a picture of floats, and tells an Observer how it gets on.
 #include "board.h"
+#include "core/numbers/parts.h"
 #include "core/numbers/real.h"
 #include "portability/compiled_scene.h"
 #include "core/numbers/self_test.h"
@@ -103,7 +104,14 @@ bool write_picture(const char *name, int32_t width, int32_t height) {
 bool show(const wisp::CompiledScene &compiled, const char *file_name) {
     const int32_t width = compiled.width, height = compiled.height;
     print_line(file_name, ": ", static_cast<uint64_t>(width), " x ", static_cast<uint64_t>(height));
-    const wisp::Plan plan = core::renderer.plan(compiled.scene, compiled.settings);
+    wisp::Settings settings = compiled.settings;
+    // Without proofs a ray is traced for each shadow: the same picture, later.
+    if (!has(wisp::parts::shadow_proofs)) settings.shadows = wisp::ShadowMethod::trace;
+    const wisp::Plan plan = core::renderer.plan(compiled.scene, settings);
+    if (plan.missing) {
+        print_line("  not in this program: ", plan.missing);
+        return true;
+    }
     print_plan(plan);
     if (plan.arena_bytes > arena_size || width * height > max_pixels) {
         print_line("  too large for this board");
@@ -114,7 +122,7 @@ bool show(const wisp::CompiledScene &compiled, const char *file_name) {
     wisp::Arena arena(arena_memory, arena_size);
     Quarters quarters = {plan, 0};
     wisp::Statistics statistics;
-    wisp::Job job = {compiled.scene, compiled.settings, arena, statistics, {&quarters, print_progress}, picture};
+    wisp::Job job = {compiled.scene, settings, arena, statistics, {&quarters, print_progress}, picture};
     const uint64_t start = board::instructions();
     const wisp::Status status = core::renderer.render(job);
     const uint64_t instructions = board::instructions() - start;

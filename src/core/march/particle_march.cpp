@@ -124,7 +124,7 @@ void gather_window(ParticleMarcher &marcher, const Ray &ray, const Stretch &stre
             marcher.green,          marcher.blue, stretch.from + Real(first) * stretch.step + Real(0.5) * stretch.step,
             Real(1) / stretch.step, count + 1};
         const DensityField &field = medium.smokes[s].field;
-        if (field.is_grid)
+        if (field.is_grid())
             gather(field.grid, marcher.sources[s], ray, window);
         else
             gather(field.particles, marcher.sources[s], ray, window);

@@ -65,14 +65,14 @@ Color single_scattering(const Medium &medium, const SingleScatterer &lights, con
 
 Real max_exact_step_depth(const Medium &medium) {
     for (uint32_t i = 0; i < medium.count; ++i)
-        if (medium.smokes[i].field.is_grid) return max_step_depth * Real(0.25);
+        if (medium.smokes[i].field.is_grid()) return max_step_depth * Real(0.25);
     return max_step_depth;
 }
 
 Real next_face(const Medium &medium, const Ray &ray, Real from, Real end) {
     Real next = end;
     for (uint32_t i = 0; i < medium.count; ++i) {
-        if (!medium.smokes[i].field.is_grid) continue;
+        if (!medium.smokes[i].field.is_grid()) continue;
         Ray inside;
         Real entry, length = infinite_distance;
         if (!enter(medium.smokes[i].field.grid, ray, inside, entry, length)) continue;
@@ -87,7 +87,7 @@ StepLengths step_lengths(const Scene &scene, const Medium &medium, Real lengths)
     Real coarsest = Real(0);
     bool exact_particles = true;
     for (uint32_t i = 0; i < medium.count; ++i) {
-        exact_particles = exact_particles && !medium.smokes[i].field.is_grid && !medium.smokes[i].field.is_resampled;
+        exact_particles = exact_particles && !medium.smokes[i].field.is_grid() && !medium.smokes[i].field.is_resampled;
         coarsest = max(coarsest, to_real<Real>(scene.smokes[i].largest_h));
     }
     const Real finest = smallest_smoothing_length(scene) * lengths;
@@ -138,7 +138,7 @@ int32_t parts_between_nodes(const Medium &medium, const Ray &ray, Real from, Rea
     int32_t parts = 1;
     for (uint32_t i = 0; i < medium.count; ++i) {
         const DensityField &field = medium.smokes[i].field;
-        if (!field.is_grid && !field.is_resampled) continue;
+        if (!field.is_grid() && !field.is_resampled) continue;
         const Real largest = field.is_resampled ? field.resampled.largest : field.grid.largest;
         if (!(largest * dx > opaque_depth)) continue;
         const Vec3 a = ray.origin + ray.direction * from, b = a + ray.direction * dx;

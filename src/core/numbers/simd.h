@@ -24,8 +24,13 @@
 #define WISP_NO_UNROLL
 #endif
 
-// Functions that must be inlined into a WISP_MULTIVERSIONED caller, to be compiled for its vectors.
+// Functions that must be inlined into a WISP_MULTIVERSIONED caller, to be compiled for its vectors. Where code is to be
+// small, there are no vectors.
+#if defined(__OPTIMIZE_SIZE__) && !defined(WISP_MULTIVERSION)
+#define WISP_INLINE inline
+#else
 #define WISP_INLINE __attribute__((always_inline)) inline
+#endif
 
 namespace wisp {
 

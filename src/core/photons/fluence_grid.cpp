@@ -261,7 +261,7 @@ template <class Density> uint32_t smoke_at(const Medium &medium, Pcg32 &generato
 
 // Whether a surface stands between x and the light.
 bool is_blocked(const Surfaces *surfaces, const Vec3 &x, const Illumination &from) {
-    if (!surfaces) return false;
+    if (!has(parts::surfaces) || !surfaces) return false;
     const Real ray_epsilon = surfaces->ray_epsilon;
     TreeCounts unused = {};
     return is_blocked(*surfaces, {x, -from.direction}, ray_epsilon, from.distance - ray_epsilon, no_triangle, unused);

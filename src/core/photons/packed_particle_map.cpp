@@ -70,7 +70,7 @@ struct Element {
     Real cross_section; // the integral of its contribution to sigma_t
 };
 Element element_of(const SmokeVolume &smoke, uint32_t index) {
-    if (smoke.field.is_grid) {
+    if (smoke.field.is_grid()) {
         const GridField &grid = smoke.field.grid;
         const Vec3 &edge = grid.between.edge;
         return {position_of_sample(grid, index), grid.extinction[index] * edge.x * edge.y * edge.z};

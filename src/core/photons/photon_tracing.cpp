@@ -18,7 +18,7 @@ bool same(double a, double b) { return total_order_key(a) == total_order_key(b);
 
 bool is_stopped_before(const Surfaces *surfaces, const Emission &emission) {
     const Light *light = emission.emitter->light;
-    if (!surfaces || !light || light->kind != LightKind::parallel) return false;
+    if (!has(parts::surfaces) || !surfaces || !light || light->kind != LightKind::parallel) return false;
     const Ray &ray = emission.photon.ray;
     TreeCounts unused = {};
     return is_blocked(*surfaces, {ray.origin, -ray.direction}, Real(0), infinite_distance, no_triangle, unused);

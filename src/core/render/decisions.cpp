@@ -113,6 +113,41 @@ void decide_layers(const Scene &scene, Decisions &d) {
     set(Layer::node_visits, d.surfaces);
 }
 
+// As parts::Part has them.
+const char *missing_part(const Scene &scene, const Settings &settings, const Decisions &d) {
+    using namespace parts;
+    const bool shadowed = d.shaded.needed && scene.light_count > 0;
+    const auto any_smoke = [&scene](bool is_grid) {
+        for (uint32_t i = 0; i < scene.smoke_count; ++i)
+            if (!scene.smokes[i].empty() && scene.smokes[i].is_grid() == is_grid) return true;
+        return false;
+    };
+    const bool of_exact = d.photons == PhotonStore::photon_map || d.photons == PhotonStore::particle_map;
+    const struct {
+        Part part;
+        bool needed;
+        const char *name;
+    } rows[] = {
+        {surfaces, d.surfaces.needed, "surfaces"},
+        {shadow_proofs, shadowed && settings.shadows == ShadowMethod::exact, "shadow_proofs"},
+        {other_shadows, shadowed && settings.shadows != ShadowMethod::exact && settings.shadows != ShadowMethod::trace,
+         "other_shadows"},
+        {kd_trees, d.surfaces.needed && settings.tree == TreeKind::kd, "kd_trees"},
+        {light_cuts, d.light_cuts.needed, "light_cuts"},
+        {particles, any_smoke(false), "particles"},
+        {grids, any_smoke(true), "grids"},
+        {resampled, d.resampled.needed, "resampled"},
+        {exact, d.smoke && d.goal != Goal::reference && !d.resampled.needed, "exact"},
+        {photons, d.photons == PhotonStore::fluence_grid, "photons"},
+        {exact_photons, of_exact, "exact_photons"},
+        {paths, d.paths.needed || d.goal == Goal::reference, "paths"},
+        {layers, d.layers != 0, "layers"},
+    };
+    for (const auto &row : rows)
+        if (row.needed && !has(row.part)) return row.name;
+    return nullptr;
+}
+
 } // namespace
 
 Decisions decide(const Scene &scene, const Settings &settings) {
@@ -127,6 +162,7 @@ Decisions decide(const Scene &scene, const Settings &settings) {
     else if (d.smoke)
         decide_smoke(scene, settings, d);
     if (settings.layers && d.goal != Goal::photons) decide_layers(scene, d);
+    d.missing = missing_part(scene, settings, d);
     return d;
 }
 

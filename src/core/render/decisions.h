@@ -1,5 +1,6 @@
 // What a scene needs, decided once: every stage asks the Decisions, and no stage decides again.
 #pragma once
+#include "core/numbers/parts.h"
 #include "core/photons/photon_tracing.h"
 #include "wisp/layers.h"
 #include "wisp/settings.h"
@@ -32,12 +33,12 @@ struct GridSpacing {
 
 struct Decisions {
     Goal goal;
-    bool smoke;    // there are particles, density grids or boxes
-    bool surfaces; // there are triangles
-    bool shaded;   // ... which rays see
+    bool smoke;                      // there are particles, density grids or boxes
+    Needs<parts::surfaces> surfaces; // there are triangles
+    Needs<parts::surfaces> shaded;   // ... which rays see
 
-    bool resampled;  // densities are those of the sparse grid's nodes, not exact
-    bool march_grid; // densities are exact, and there is a sparse grid for the fields over it
+    Needs<parts::resampled> resampled; // densities are those of the sparse grid's nodes, not exact
+    Needs<parts::exact> march_grid;    // densities are exact, and there is a sparse grid for the fields over it
     GridSpacing spacing;
     bool scatters;            // some smoke is not black
     uint32_t lights_in_smoke; // lights that smoke scatters: none where it is black
@@ -45,14 +46,15 @@ struct Decisions {
 
     PhotonNeeds photon_needs;
     PhotonStore photons;
-    bool paths;        // light scattered more than once is followed along random paths from each ray
-    bool particle_map; // sums of a particle map are read and written, if there are photons
-    bool nearest;      // the nearest photons or particles are gathered at every step
+    Needs<parts::paths> paths;           // light scattered more than once is followed along random paths from each ray
+    bool particle_map;                   // sums of a particle map are read and written, if there are photons
+    Needs<parts::exact_photons> nearest; // the nearest photons or particles are gathered at every step
     bool irradiance;
-    bool sweeps; // light of photons is gathered again, along lines
-    bool light_cuts;
+    Needs<parts::photons> sweeps; // light of photons is gathered again, along lines
+    Needs<parts::light_cuts> light_cuts;
     MarchKind march;
-    uint32_t layers; // bits of Layer
+    uint32_t layers;     // bits of Layer
+    const char *missing; // a part that the scene needs and the program does not have (parts.h), or nullptr
 };
 
 Decisions decide(const Scene &scene, const Settings &settings);

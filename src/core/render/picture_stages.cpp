@@ -32,6 +32,10 @@ Segment march(MarchAndPaths<AnyMarcher> &both, const Ray &ray, Real end, PixelRe
     return seen;
 }
 
+// Rays that pass through nothing.
+struct NoSmoke {};
+Segment march(NoSmoke &, const Ray &, Real, PixelRecorder *) { return empty_segment(); }
+
 // What a sample of a pixel draws at random is a function of its place alone.
 template <class AnyMarcher> void begin_sample(AnyMarcher &, const Settings &, int32_t, int32_t, uint32_t) {}
 template <class AnyMarcher>
@@ -169,12 +173,12 @@ Status make_march(Frame &frame) {
     const Medium &medium = frame.medium();
     const Irradiance *irradiance = frame.has_irradiance ? &frame.irradiance : nullptr;
     const StepLengths steps = step_lengths(frame.scene, medium, to_real<Real>(frame.settings.step));
-    if (decisions.march == MarchKind::grid) {
+    if (has(parts::resampled) && decisions.march == MarchKind::grid) {
         frame.grid_marcher = {&medium,           &frame.state.smoke.depths,
                               irradiance,        decisions.surfaces ? &frame.shadows_in_space : nullptr,
                               steps.finest,      frame.fluence.straight,
                               &frame.statistics, frame.watch};
-    } else if (decisions.march == MarchKind::particles) {
+    } else if (has(parts::exact) && decisions.march == MarchKind::particles) {
         ParticleMarcher &marcher = frame.particle_marcher;
         if (!make_window(frame.scene, frame.arena, marcher)) return Status::out_of_memory;
         marcher.sources = frame.sources;
@@ -184,7 +188,7 @@ Status make_march(Frame &frame) {
         marcher.steps = steps;
         marcher.statistics = &frame.statistics;
         marcher.watch = frame.watch;
-    } else {
+    } else if (has(parts::exact)) {
         Real *extinctions = frame.arena.make<Real>(frame.scene.smoke_count);
         if (!extinctions) return Status::out_of_memory;
         frame.marcher = {&medium,     lights_of_march(frame), frame.photon_maps, irradiance, steps, frame.gather_radius,
@@ -202,17 +206,15 @@ Status make_layers(Frame &frame) {
 }
 
 Status trace_camera_rays(Frame &frame) {
-    switch (frame.decisions.march) {
-    case MarchKind::grid: return trace_picture(frame, frame.grid_marcher);
-    case MarchKind::particles: return trace_picture(frame, frame.particle_marcher);
-    case MarchKind::steps: return trace_picture(frame, frame.marcher);
-    case MarchKind::none:
-    case MarchKind::paths: break;
-    }
-    if (frame.decisions.goal == Goal::reference) return trace_paths(frame);
-    if (frame.decisions.surfaces) return trace_surfaces(frame, frame.marcher);
-    frame.marcher.medium = &frame.medium(); // without smoke: an empty medium
-    return trace_smoke(frame, frame.marcher);
+    using namespace parts;
+    const MarchKind march = frame.decisions.march;
+    if (has(resampled) && march == MarchKind::grid) return trace_picture(frame, frame.grid_marcher);
+    if (has(exact) && march == MarchKind::particles) return trace_picture(frame, frame.particle_marcher);
+    if (has(exact) && march == MarchKind::steps) return trace_picture(frame, frame.marcher);
+    if (has(paths) && frame.decisions.goal == Goal::reference) return trace_paths(frame);
+    NoSmoke nothing;
+    if (frame.decisions.surfaces) return trace_surfaces(frame, nothing);
+    return trace_smoke(frame, nothing);
 }
 
 } // namespace wisp::WISP_ARITH::stages

@@ -117,23 +117,19 @@ Status distribute_emission(Frame &frame) {
 }
 
 uint64_t photon_bytes(const Scene &scene, const Settings &settings, const Decisions &d, const Sizes &sizes) {
-    switch (d.photons) {
-    case PhotonStore::none: return 0;
-    case PhotonStore::photon_map: return plan_photons(scene, settings).bytes;
-    case PhotonStore::particle_map:
+    if (has(parts::photons) && d.photons == PhotonStore::fluence_grid)
+        return plan_fluence(scene, d.photon_needs, sizes.grid.count, d.spacing.irradiance).bytes;
+    if (has(parts::exact_photons) && d.photons == PhotonStore::photon_map) return plan_photons(scene, settings).bytes;
+    if (has(parts::exact_photons) && d.photons == PhotonStore::particle_map)
         return plan_particle_map(scene, settings).bytes + packed_map_bytes(scene, d.photon_needs);
-    case PhotonStore::fluence_grid: break;
-    }
-    return plan_fluence(scene, d.photon_needs, sizes.grid.count, d.spacing.irradiance).bytes;
+    return 0;
 }
 
 Status trace_photons(Frame &frame) {
-    switch (frame.decisions.photons) {
-    case PhotonStore::none: break;
-    case PhotonStore::photon_map: return trace_to_photon_map(frame);
-    case PhotonStore::particle_map: return trace_to_particle_map(frame);
-    case PhotonStore::fluence_grid: return trace_to_fluence_grid(frame);
-    }
+    const PhotonStore store = frame.decisions.photons;
+    if (has(parts::photons) && store == PhotonStore::fluence_grid) return trace_to_fluence_grid(frame);
+    if (has(parts::exact_photons) && store == PhotonStore::photon_map) return trace_to_photon_map(frame);
+    if (has(parts::exact_photons) && store == PhotonStore::particle_map) return trace_to_particle_map(frame);
     return Status::done;
 }
 
@@ -158,18 +154,18 @@ Status make_gather(Frame &frame) {
 
 // S4-4. Where photons were wanted and none came there is nothing to keep.
 Status make_irradiance(Frame &frame) {
-    if (frame.decisions.photons == PhotonStore::fluence_grid) {
+    if (has(parts::photons) && frame.decisions.photons == PhotonStore::fluence_grid) {
         // Four times as many photons have half the noise. Twice as many lines are needed to err as little.
         const LineGather lines = {frame.decisions.sweeps ? &frame.state.smoke.depths : nullptr,
                                   vec_of(frame.scene.camera.origin), frame.settings.photons < 1000000 ? 1 : 2};
         frame.irradiance = WISP_ARITH::make_irradiance(frame.medium(), frame.fluence, lines,
                                                        irradiance_tolerance(frame.settings), frame.arena, frame.watch);
-    } else if (frame.decisions.photons == PhotonStore::photon_map) {
+    } else if (has(parts::exact_photons) && frame.decisions.photons == PhotonStore::photon_map) {
         if (!frame.photon_maps) return Status::done;
         frame.irradiance =
             WISP_ARITH::make_irradiance(irradiance_request(frame), frame.photon_maps, frame.gather_radius, frame.gather,
                                         frame.arena, frame.statistics, frame.watch);
-    } else {
+    } else if (has(parts::exact_photons)) {
         if (!frame.particle_map.per_smoke) return Status::done;
         frame.irradiance =
             WISP_ARITH::make_irradiance(irradiance_request(frame), frame.particle_map, frame.arena, frame.watch);

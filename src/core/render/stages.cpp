@@ -7,6 +7,7 @@ namespace wisp::WISP_ARITH {
 namespace {
 
 using namespace stages;
+using namespace parts;
 
 constexpr const char *no_smoke = "there is no smoke", *no_surface = "there is no triangle",
                      *no_light = "there is no light", *photons_alone = "photons are traced, no picture is made",
@@ -171,6 +172,12 @@ Need need_camera_rays(const Scene &, const Settings &, const Decisions &d) {
     return need_unless({{d.goal == Goal::photons, photons_alone}}, "the picture");
 }
 
+// The function, or nullptr in a program without the part.
+using Bytes = uint64_t(const Scene &, const Settings &, const Decisions &, const Sizes &);
+template <Part part> constexpr Bytes *only(Bytes *bytes) { return has(part) ? bytes : nullptr; }
+using Work = Status(Frame &);
+template <Part part> constexpr Work *only(Work *work) { return has(part) ? work : nullptr; }
+
 } // namespace
 
 // Each row: the stage and its name; the room of its method; its seconds; whether and why it is needed; its bytes; what
@@ -182,42 +189,46 @@ const StageRow stage_rows[stage_count] = {
         {nullptr, nullptr, nullptr}},
 
     // Surfaces: trees, shadows, shading (C)
-    {Stage::triangle_trees, "triangle trees", "surfaces", StageGroup::trees, need_triangle_trees, triangle_tree_bytes,
-        {build_triangle_trees, nullptr, place_triangle_trees}},
+    {Stage::triangle_trees, "triangle trees", "surfaces", StageGroup::trees, need_triangle_trees,
+        only<surfaces>(triangle_tree_bytes),
+        {only<surfaces>(build_triangle_trees), nullptr, only<surfaces>(place_triangle_trees)}},
     {Stage::lights, "lights", "lights", StageGroup::trees, need_lights, light_bytes,
         {make_lights, nullptr, nullptr}},
-    {Stage::shadows, "shadows", "shadows", StageGroup::trees, need_shadows, shadow_technique_bytes,
-        {make_shadow_memory, nullptr, begin_shadows}},
-    {Stage::light_cuts, "light cuts", "lights", StageGroup::trees, need_light_cuts, light_cut_bytes,
-        {nullptr, nullptr, build_light_cuts}},
-    {Stage::shading, "shading", "render", StageGroup::trees, need_shading, shading_bytes,
-        {nullptr, nullptr, make_shading}},
+    {Stage::shadows, "shadows", "shadows", StageGroup::trees, need_shadows, only<surfaces>(shadow_technique_bytes),
+        {only<surfaces>(make_shadow_memory), nullptr, only<surfaces>(begin_shadows)}},
+    {Stage::light_cuts, "light cuts", "lights", StageGroup::trees, need_light_cuts, only<light_cuts>(light_cut_bytes),
+        {nullptr, nullptr, only<light_cuts>(build_light_cuts)}},
+    {Stage::shading, "shading", "render", StageGroup::trees, need_shading, only<surfaces>(shading_bytes),
+        {nullptr, nullptr, only<surfaces>(make_shading)}},
 
     // Density of the smoke (S3, S4-1), and its depths to the lights
-    {Stage::particle_tree, "particle tree", "smoke", StageGroup::trees, need_particle_tree, exact_density_bytes,
-        {nullptr, build_exact_density, nullptr}},
-    {Stage::bricks, "bricks", "smoke", StageGroup::trees, need_bricks, brick_bytes,
-        {nullptr, build_sparse_grid, nullptr}},
-    {Stage::light_depths, "light depths", "lights", StageGroup::trees, need_light_depths, light_depth_bytes,
-        {nullptr, find_light_depths, nullptr}},
+    {Stage::particle_tree, "particle tree", "smoke", StageGroup::trees, need_particle_tree,
+        only<any_smoke>(exact_density_bytes),
+        {nullptr, only<any_smoke>(build_exact_density), nullptr}},
+    {Stage::bricks, "bricks", "smoke", StageGroup::trees, need_bricks, only<any_smoke>(brick_bytes),
+        {nullptr, only<any_smoke>(build_sparse_grid), nullptr}},
+    {Stage::light_depths, "light depths", "lights", StageGroup::trees, need_light_depths,
+        only<any_smoke>(light_depth_bytes),
+        {nullptr, only<any_smoke>(find_light_depths), nullptr}},
 
     // Photons (S2), and how they are read (S4-2, S4-3, S4-4)
-    {Stage::photons, "photons", "photons", StageGroup::photons, need_photons, photon_bytes,
-        {nullptr, distribute_emission, trace_photons}},
-    {Stage::gather, "gather", "photons", StageGroup::render, need_gather, stages::gather_bytes,
-        {nullptr, nullptr, stages::make_gather}},
-    {Stage::irradiance, "irradiance", "photons", StageGroup::irradiance, need_irradiance, irradiance_map_bytes,
-        {nullptr, nullptr, stages::make_irradiance}},
-    {Stage::sources, "sources", "photons", StageGroup::render, need_sources, source_bytes,
-        {nullptr, nullptr, stages::make_sources}},
+    {Stage::photons, "photons", "photons", StageGroup::photons, need_photons, only<any_photons>(photon_bytes),
+        {nullptr, only<photons>(distribute_emission), only<any_photons>(trace_photons)}},
+    {Stage::gather, "gather", "photons", StageGroup::render, need_gather, only<exact_photons>(stages::gather_bytes),
+        {nullptr, nullptr, only<exact_photons>(stages::make_gather)}},
+    {Stage::irradiance, "irradiance", "photons", StageGroup::irradiance, need_irradiance,
+        only<any_photons>(irradiance_map_bytes),
+        {nullptr, nullptr, only<any_photons>(stages::make_irradiance)}},
+    {Stage::sources, "sources", "photons", StageGroup::render, need_sources, only<exact>(source_bytes),
+        {nullptr, nullptr, only<exact>(stages::make_sources)}},
 
     // The picture (S1)
-    {Stage::majorants, "majorants", "render", StageGroup::trees, need_majorants, majorant_bytes,
-        {nullptr, nullptr, find_majorants}},
-    {Stage::march, "march", "march", StageGroup::render, need_march, march_bytes,
-        {nullptr, nullptr, make_march}},
-    {Stage::layers, "layers", "render", StageGroup::render, need_layers, layer_bytes,
-        {nullptr, nullptr, make_layers}},
+    {Stage::majorants, "majorants", "render", StageGroup::trees, need_majorants, only<paths>(majorant_bytes),
+        {nullptr, nullptr, only<paths>(find_majorants)}},
+    {Stage::march, "march", "march", StageGroup::render, need_march, only<any_smoke>(march_bytes),
+        {nullptr, nullptr, only<any_smoke>(make_march)}},
+    {Stage::layers, "layers", "render", StageGroup::render, need_layers, only<layers>(layer_bytes),
+        {nullptr, nullptr, only<layers>(make_layers)}},
     {Stage::camera_rays, "camera rays", "render", StageGroup::render, need_camera_rays, nullptr,
         {nullptr, nullptr, trace_camera_rays}},
 };
@@ -257,13 +268,15 @@ Plan plan(const Scene &scene, const Settings &settings) {
                                  ? Plan::Directions::harmonics
                                  : Plan::Directions::flux;
     plan.layers = d.layers;
+    plan.missing = d.missing;
     plan.photon_powers = d.photon_needs.powers;
     plan.bricks = d.resampled ? sizes.grid.count : 0;
-    if (d.photons == PhotonStore::photon_map) plan.photon_capacity = plan_photons(scene, settings).capacity;
+    if (has(parts::exact_photons) && d.photons == PhotonStore::photon_map)
+        plan.photon_capacity = plan_photons(scene, settings).capacity;
     if (d.particle_map && d.resampled) {
         plan.map_sums = plan_fluence(scene, d.photon_needs, sizes.grid.count, d.spacing.irradiance).sums;
         plan.max_photons = max_fluence_flights;
-    } else if (d.particle_map) {
+    } else if (has(parts::exact_photons) && d.particle_map) {
         plan.map_sums = plan_particle_map(scene, settings).sums;
         plan.max_photons = max_deposits(settings);
     }
@@ -417,6 +430,7 @@ void check_rows(const Job &job, Runner &runner) {
 
 Status run_stages(const Job &job, const Observation &observation) {
     const Decisions decisions = decide(job.scene, job.settings);
+    if (decisions.missing) return Status::missing_part;
     FrameCache none = {}, &cache = job.cache ? *job.cache : none;
     job.statistics.bytes.arena_size = job.arena.size();
     const size_t before = job.arena.mark();

@@ -136,7 +136,7 @@ bool shade_light(const Whitted &tracer, const Point &point, const Vec3 &directio
         return false;
     }
     Real depth = Real(0), passing = Real(1);
-    if (tracer.medium) {
+    if (has(parts::any_smoke) && tracer.medium) {
         depth = optical_depth(*tracer.medium, query.ray, from.distance);
         passing = exp(-depth);
     }
@@ -151,7 +151,7 @@ bool shade_light(const Whitted &tracer, const Point &point, const Vec3 &directio
 // Radiance that all lights send along `direction`.
 Color direct_light(const Whitted &tracer, const Point &point, const Vec3 &direction) {
     Color sum(Real(0)), factor;
-    if (!tracer.cuts) {
+    if (!has(parts::light_cuts) || !tracer.cuts) {
         for (uint32_t i = 0; i < tracer.scene->light_count; ++i) {
             if (i % 64 == 63 && !tracer.watch.go_on(64 * units_of_light)) return sum;
             const Illumination from = illuminate(tracer.lights[i], point.position, point.position, point.position);
@@ -250,7 +250,7 @@ Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth,
         tracer.nearest_hit(*tracer.surfaces, beam.ray, begin, infinite_distance, beam.ignore_triangle, asked);
     if (depth == 0) record_primary_hit(*tracer.shadows, beam.ray, hit);
     Segment smoke = empty_segment();
-    if (tracer.medium)
+    if (has(parts::any_smoke) && tracer.medium)
         smoke = tracer.march(tracer.marcher, beam.ray, hit.found ? hit.distance : infinite_distance, tracer.recorder);
     const Color behind = shade(tracer, beam, hit, depth, weight * smoke.transmittance);
     const Color radiance = tracer.medium ? smoke.radiance + behind * smoke.transmittance : behind;

@@ -37,8 +37,8 @@ struct Whitted {
     Watch watch = {};
     PixelRecorder *recorder = nullptr; // of the pixel that is traced, or nullptr
     // What finds the surface that a ray hits.
-    Hit (*nearest_hit)(const Surfaces &, const Ray &, Real begin, Real end, uint32_t ignore_triangle,
-                       TreeCounts &) = wisp::WISP_ARITH::nearest_hit;
+    using NearestHit = Hit(const Surfaces &, const Ray &, Real begin, Real end, uint32_t ignore_triangle, TreeCounts &);
+    NearestHit *nearest_hit = has(parts::surfaces) ? static_cast<NearestHit *>(WISP_ARITH::nearest_hit) : nullptr;
 };
 
 // Whether a radiance may have left the range of Fixed, which would have cut it off.

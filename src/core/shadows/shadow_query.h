@@ -70,7 +70,7 @@ struct Shadows {
     const Surfaces *surfaces;
     const Light *lights;
     Statistics *statistics;
-    const ShadowTechnique *technique = &trace_technique;
+    const ShadowTechnique *technique = has(parts::surfaces) ? &trace_technique : nullptr;
     void *memory = nullptr; // what the technique's `make` returned
     Watch watch = {};
 };

@@ -45,7 +45,8 @@ inline bool is_shadowed(Shadows &shadows, const ShadowQuery &query) {
 }
 // The same of a point of space that the light reaches as `from` says; false without surfaces (nullptr).
 inline bool is_shadowed(Shadows *shadows, uint32_t light, const Vec3 &x, const Illumination &from) {
-    return shadows && is_shadowed(*shadows, make_shadow_query(*shadows->surfaces, x, light, from));
+    return has(parts::surfaces) && shadows &&
+           is_shadowed(*shadows, make_shadow_query(*shadows->surfaces, x, light, from));
 }
 
 // The shadows of the same frame for points of space.

@@ -1,5 +1,6 @@
 // Resampling smoke to a sparse grid, and queries of the result.
 #include "core/smoke/resampled_field.h"
+#include "core/numbers/parts.h"
 #include "core/smoke/sparse_grid_lanes.h"
 
 namespace wisp::WISP_ARITH {
@@ -127,7 +128,7 @@ ResampledField resample(const SmokeDescription &source, const SparseGrid &bricks
     Real *majorants = arena.make<Real>(bricks.count);
     if (!nodes || !minorants || !majorants) return field;
     const size_t mark = arena.mark();
-    if (source.is_grid()) {
+    if (is_grid_of_program(source.is_grid())) {
         const GridField grid = make_grid_field(source.grid, dimension, arena, watch);
         if (!grid.ready || !resample_all(grid, bricks, nodes, minorants, majorants, watch)) return field;
     } else {

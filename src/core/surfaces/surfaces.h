@@ -4,6 +4,7 @@
 // is known of static ones holds in every frame.
 #pragma once
 #include "core/geometry/ray.h"
+#include "core/numbers/parts.h"
 #include "core/surfaces/triangle_queries.h"
 #include "wisp/scene.h"
 
@@ -73,7 +74,7 @@ Hit nearest_opaque_hit(const Surfaces &surfaces, const Ray &ray, Real begin, Rea
 // The distance beyond `begin` at which an opaque triangle blocks the ray; infinite_distance where none does, or where
 // `surfaces` is nullptr. These rays are not counted.
 inline Real distance_to_surface(const Surfaces *surfaces, const Ray &ray, Real begin) {
-    if (!surfaces) return infinite_distance;
+    if (!has(parts::surfaces) || !surfaces) return infinite_distance;
     TreeCounts unused = {};
     return nearest_opaque_hit(*surfaces, ray, begin, infinite_distance, unused).distance;
 }

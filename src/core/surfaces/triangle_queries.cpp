@@ -1,17 +1,24 @@
 #include "core/surfaces/triangle_queries.h"
+#include "core/numbers/parts.h"
 #include "core/surfaces/triangle_bvh.h"
 #include "core/surfaces/triangle_kdtree.h"
 
 namespace wisp::WISP_ARITH {
 
+namespace {
+
+bool is_kdtree(TreeKind kind) { return has(parts::kd_trees) && kind == TreeKind::kd; }
+
+} // namespace
+
 uint64_t triangle_tree_bytes(TreeKind kind, uint32_t count) {
-    return kind == TreeKind::bvh ? bvh_bytes(count) : kdtree_bytes(count);
+    return is_kdtree(kind) ? kdtree_bytes(count) : bvh_bytes(count);
 }
 
 TriangleTree make_triangle_tree(TreeKind kind, const Triangle *triangles, uint32_t count, const Material *materials,
                                 Arena &arena, Watch watch) {
     if (count > max_triangles) return {};
-    return (kind == TreeKind::bvh ? make_bvh : make_kdtree)(triangles, count, materials, arena, watch);
+    return (is_kdtree(kind) ? make_kdtree : make_bvh)(triangles, count, materials, arena, watch);
 }
 
 namespace {
@@ -22,10 +29,10 @@ template <bool nearest_first, class Visit>
 WISP_INLINE void search(const TriangleTree &tree, const TriangleRay &ray, Parameter begin, Parameter &end,
                         uint32_t ignore_triangle, TreeCounts &counts, Visit &&visit) {
     if (tree.triangle_count == 0) return;
-    if (tree.kind == TreeKind::bvh)
-        search_bvh<nearest_first>(tree, ray, begin, end, ignore_triangle, counts, visit);
-    else
+    if (is_kdtree(tree.kind))
         search_kdtree(tree, ray, begin, end, ignore_triangle, counts, visit);
+    else
+        search_bvh<nearest_first>(tree, ray, begin, end, ignore_triangle, counts, visit);
 }
 
 } // namespace
