@@ -106,7 +106,7 @@ bool show(const wisp::CompiledScene &compiled, const char *file_name) {
     print_line(file_name, ": ", static_cast<uint64_t>(width), " x ", static_cast<uint64_t>(height));
     wisp::Settings settings = compiled.settings;
     // Without proofs a ray is traced for each shadow: the same picture, later.
-    if (!has(wisp::parts::shadow_proofs)) settings.shadows = wisp::ShadowMethod::trace;
+    if (!wisp::has(wisp::parts::shadow_proofs)) settings.shadows = wisp::ShadowMethod::trace;
     const wisp::Plan plan = core::renderer.plan(compiled.scene, settings);
     if (plan.missing) {
         print_line("  not in this program: ", plan.missing);
