@@ -13,7 +13,8 @@ const presets = {
     tinted: { name: 'Tinted smoke', sentence: 'The plume scatters forward, and red more than blue. One of its two lights is inside.', options: [],
               golden: 'small.aff --irradiance adaptive --density-step 0.5 --size 24x16 --photons 10000' },
     glow: { name: 'Glowing ball', sentence: 'Two smokes overlap, and one of them glows.', options: [], golden: 'glow.aff' },
-    grid: { name: 'Density grid', sentence: 'A turned grid is lit from within. A box of even smoke glows beside it.', options: [],
+    grid: { name: 'Density grid', sentence: 'A turned grid is lit from within. A box of even smoke glows beside it.',
+            options: ['--smoke', 'map', '--irradiance', 'none'],
             golden: 'grid.aff --smoke map --deposit exact --irradiance none' },
     forward: { name: 'Light from behind', sentence: 'A grid scatters strongly forward and is lit from behind.', options: [], golden: 'forward.aff' },
     surfaces: { name: 'Surfaces', sentence: 'Glass, a mirror, textures and shadows, without smoke.', options: ['--frames', '3'],
@@ -22,11 +23,11 @@ const presets = {
 const tabs = ['picture', 'arithmetics', 'density', 'depth', 'light-depth', 'photons', 'paths', 'nodes', 'tree', 'visits', 'proofs', 'wrong'];
 const range = (from, to, step) => Array.from({ length: Math.round((to - from) / step) + 1 }, (_, i) => +(from + i * step).toFixed(4));
 const factors = [0.125, 0.25, 0.5, 0.7, 1, 1.4, 2, 4, 8];
-const times = (factor) => `${factor} times`;
+const times = (factor) => `\u00d7 ${factor}`;
 // A slider chooses one of the values; the scene's own is `own`, of the scene's text.
 const sliders = {
     photons: { label: 'Photons', values: [0, 1000, 2000, 5000, 10000, 20000, 40000, 100000, 200000, 500000, 1000000], smoke: true,
-               own: () => +(optionOf(golden() ? goldenWords() : [], '--photons') ?? (golden() && scene.text.match(/^render photons (\S+)/m)?.[1]) ?? 100000),
+               own: () => golden() ? +(optionOf(goldenWords(), '--photons') ?? scene.text.match(/^render photons (\S+)/m)?.[1] ?? 1000000) : 100000,
                say: (n) => n.toLocaleString('en') },
     step: { label: 'March step', values: [0.1, 0.2, 0.3, 0.5, 0.7, 1, 1.5, 2, 3, 4], smoke: true, own: () => 0.5, say: (h) => `${h} smoothing lengths` },
     g: { label: 'Scattering direction g', values: range(-0.9, 0.9, 0.1), smoke: true, own: () => +(scene.text.match(/\bphase\s+(\S+)/)?.[1] ?? 0),
@@ -89,7 +90,7 @@ function size() {
     const width = +(state.size ?? 320);
     return [width, Math.round(width * own[1] / own[0])];
 }
-// Scene and options as words of the command line. A coarse picture has half of the rows and fewer photons.
+// Scene and options as words of the command line. A coarse picture has half of the rows, fewer photons and longer steps.
 function words(coarse) {
     const file = edited() === scene.text ? scene.file : `edited-${scene.file}`;
     const set = (list, option, value) => {
@@ -101,7 +102,7 @@ function words(coarse) {
         set(list, '--size', size().map((side) => Math.max(1, Math.round(side / (coarse ? 2 : 1)))).join('x'));
         set(list, '--spp', coarse ? '1' : '4');
         if (hasSmoke()) set(list, '--photons', String(coarse ? Math.min(5000, chosen('photons')) : chosen('photons')));
-        if (coarse && hasSmoke() && scene.coarse) list.push('--density-step', scene.coarse);
+        if (coarse && hasSmoke()) list.push('--density-step', '2', '--light-step', '2', '--step', '2');
     } else if (state.photons !== undefined) set(list, '--photons', String(chosen('photons')));
     if (hasSmoke() && state.step !== undefined) set(list, '--step', String(chosen('step')));
     return list;
@@ -114,10 +115,12 @@ const dropped = {}; // files
 let module, fixtures, worker, waiting;
 const results = new Map(); // of commands, the last ones
 
-async function unpacked(bytes) {
-    return new Uint8Array(await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'))).arrayBuffer());
+const unpacked = (bytes, type) => new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip')), { headers: { 'Content-Type': type } });
+function bytesOf(base64) {
+    const text = atob(base64.trim()), bytes = new Uint8Array(text.length);
+    for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);
+    return bytes;
 }
-const bytesOf = (base64) => Uint8Array.from(atob(base64.trim()), (c) => c.charCodeAt(0));
 
 function start() {
     worker?.terminate();
@@ -191,7 +194,10 @@ async function work(job) {
         await job();
     } catch (error) {
         if (mine !== turn) return;
-        if (error !== stopped) say('fault', error.message, 'bad');
+        if (error === stopped) return;
+        say('fault', error.message, 'bad');
+        for (const id of ['state', 'caption', 'verdict', 'notes']) say(id);
+        at('picture').removeAttribute('src');
     } finally {
         if (mine === turn) {
             at('cancel').disabled = true;
@@ -217,11 +223,11 @@ async function show(coarse) {
     shown = { words: words(coarse), png: made['picture.png'] };
     at('command').textContent = `wisp ${command.join(' ')} -o picture.png`;
     say('state', `${size().map((side) => coarse && !golden() ? Math.round(side / 2) : side).join(' x ')} pixels in ${((performance.now() - begin) / 1000).toFixed(2)} s`);
-    say('notes', complaints);
+    say('notes', picture && !coarse ? complaints : '');
     firstPicture ??= { coarse: performance.now() };
     if (!coarse) firstPicture.fine ??= performance.now();
     if (picture) judge(said.slice(0, 64));
-    else say('caption', said);
+    else say('caption', complaints); // the legend is a note
 }
 function paint(png) {
     blobs.splice(0).forEach(URL.revokeObjectURL);
@@ -382,7 +388,7 @@ function draw({ samples: [{ ray }] }) {
     };
     const lights = (point, list) => {
         for (const { direction, distance, blocked } of list ?? [])
-            if (distance !== null && direction) line(blocked ? 'dark' : 'lit', point, along(point, direction, distance));
+            if (distance !== null && direction) line(blocked ? 'dark' : 'lit', point, along(point, direction, -distance)); // light comes along it
     };
     const visit = (ray) => {
         const end = ray.hit?.point ?? along(ray.origin, ray.direction, ray.march?.end || 10);
@@ -450,6 +456,7 @@ function build() {
     };
     for (const [id, { label, values, stages }] of Object.entries(sliders)) {
         const element = document.createElement('label');
+        element.htmlFor = id;
         element.innerHTML = `${label} <output id="${id}-value"></output><input id="${id}" type="range" min="0" max="${values.length - 1}">`;
         at(stages ? 'cuts' : 'sliders').append(element);
         at(id).oninput = () => change(id, String(values[at(id).value]));
@@ -558,7 +565,7 @@ async function drop(list) {
         let bytes = new Uint8Array(await file.arrayBuffer()), name = file.name;
         if (bytes[0] === 0x1f && bytes[1] === 0x8b) {
             try {
-                bytes = await unpacked(bytes);
+                bytes = new Uint8Array(await unpacked(bytes, '').arrayBuffer());
                 name = name.replace(/\.gz$/i, '');
             } catch { } // wisp says what is wrong with it
         }
@@ -575,7 +582,7 @@ async function drop(list) {
             scenes.dropped = { name: file, file, text: new TextDecoder().decode(added[file]), sentence: 'Your scene.' };
         } else {
             const { made } = await run(['plan', file, '--write-scene', 'chosen.aff', '--quiet'], ['chosen.aff'], added);
-            scenes.dropped = { name: file, file: 'chosen.aff', text: new TextDecoder().decode(made['chosen.aff']), coarse: '2',
+            scenes.dropped = { name: file, file: 'chosen.aff', text: new TextDecoder().decode(made['chosen.aff']),
                                sentence: 'Your file. wisp has chosen camera, lights and extinction.' };
             dropped['chosen.aff'] = made['chosen.aff'];
             worker.postMessage({ files: dropped });
@@ -588,15 +595,15 @@ async function drop(list) {
 
 (async () => {
     build();
-    const bytes = await unpacked(bytesOf(at('wasm').textContent));
-    const packed = JSON.parse(new TextDecoder().decode(await unpacked(bytesOf(at('files').textContent))));
+    const compiled = WebAssembly.compileStreaming(unpacked(bytesOf(at('wasm').textContent), 'application/wasm'));
+    const packed = await unpacked(bytesOf(at('files').textContent), 'application/json').json();
     fixtures = Object.fromEntries(Object.entries(packed).map(([name, text]) => [name, bytesOf(text)]));
     for (const [key, preset] of Object.entries(presets)) {
         const file = preset.golden.split(' ')[0];
         const text = new TextDecoder().decode(fixtures[file]);
-        scenes[key] = { ...preset, file, text, coarse: /\.(vtk|ply)\b/.test(text) ? '2' : undefined };
+        scenes[key] = { ...preset, file, text };
     }
-    module = await WebAssembly.compile(bytes);
+    module = await compiled;
     start();
     open();
 })().catch((error) => say('fault', `This browser does not run it: ${error.message}`, 'bad'));
