@@ -138,7 +138,7 @@ function start() {
         start();
         resolve({ status: -1, said: '', complaints: `the program ends: ${event.message}`, made: {} });
     };
-    worker.postMessage({ module, files: { ...fixtures, ...dropped } });
+    if (module) worker.postMessage({ module, files: { ...fixtures, ...dropped } });
 }
 function stop() {
     if (!waiting) return;
@@ -469,8 +469,8 @@ function build() {
         say('state', 'Cancelled.');
     };
     at('link').onclick = async () => {
-        await navigator.clipboard?.writeText(location.href).catch(() => {});
-        say('state', scene.dropped ? 'The link is copied. It holds the settings, not your file.' : 'The link is copied. It is the address of this page, too.');
+        const copied = await navigator.clipboard?.writeText(location.href).then(() => true, () => false);
+        say('state', (copied ? 'The link is copied.' : 'The link is the address of this page.') + (scene.dropped ? ' It holds the settings, not your file.' : ''));
     };
     at('aff').onclick = () => {
         const text = `# wisp ${at('command').textContent.slice(5)}\n${edited()}`;
@@ -595,6 +595,7 @@ async function drop(list) {
 
 (async () => {
     build();
+    start(); // reads its source meanwhile
     const compiled = WebAssembly.compileStreaming(unpacked(bytesOf(at('wasm').textContent), 'application/wasm'));
     const packed = await unpacked(bytesOf(at('files').textContent), 'application/json').json();
     fixtures = Object.fromEntries(Object.entries(packed).map(([name, text]) => [name, bytesOf(text)]));
@@ -604,6 +605,6 @@ async function drop(list) {
         scenes[key] = { ...preset, file, text };
     }
     module = await compiled;
-    start();
+    worker.postMessage({ module, files: fixtures });
     open();
 })().catch((error) => say('fault', `This browser does not run it: ${error.message}`, 'bad'));

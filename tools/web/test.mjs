@@ -25,7 +25,7 @@ page.on('pageerror', (error) => expect(false, `page: ${error.message}`));
 page.on('request', (request) => /^(file|blob|data):/.test(request.url()) || expect(false, `request: ${request.url()}`));
 
 const text = (id) => page.textContent(`#${id}`);
-const idle = () => page.waitForFunction(() => typeof scene === 'object' && !document.body.dataset.busy && !document.body.dataset.waits);
+const idle = () => page.waitForFunction(() => typeof scene === 'object' && !document.body.dataset.busy);
 const address = pathToFileURL(resolve('build/web/index.html')).href;
 // With the settings of a link, as a reader of the link has it.
 async function open(settings = '') {
@@ -160,6 +160,8 @@ async function download(id) {
     return [got.suggestedFilename(), readFileSync(await got.path())];
 }
 await open('scene=wake&size=160&g=0.5');
+await page.click('#link');
+expect(/^The link is /.test(await text('state')), await text('state'));
 const [png, picture] = await download('png');
 expect(png === 'wake-picture.png' && picture.subarray(1, 4).toString() === 'PNG', png);
 const [aff, words] = await download('aff');
