@@ -177,7 +177,6 @@ function progress(stage, percent) {
     say('state', `${pass}: ${stage}, ${percent} %`);
 }
 let pass = '';      // what is being made, in words
-let shown;          // the picture in view: { words, png }
 let turn = 0;       // counts what was asked for
 let pixel;          // [x, y] of the picture that is explained
 let firstPicture;   // milliseconds from the beginning of the page, coarse and whole
@@ -219,7 +218,6 @@ async function show(coarse) {
     const begin = performance.now();
     const { said, complaints, made } = await run([...command, ...(picture ? ['--digest'] : []), '--progress', 'always', '-o', 'picture.png'], ['picture.png']);
     paint(made['picture.png']);
-    shown = { words: words(coarse), png: made['picture.png'] };
     at('command').textContent = `wisp ${command.join(' ')} -o picture.png`;
     say('state', `${size().map((side) => coarse && !golden() ? Math.round(side / 2) : side).join(' x ')} pixels in ${((performance.now() - begin) / 1000).toFixed(2)} s`);
     say('notes', picture && !coarse ? complaints : '');
@@ -240,7 +238,7 @@ function judge(digest) {
     say('caption', `SHA-256 of the floats: ${digest}`);
     const expected = goldens.get(`${arith()}  ${words(false).join(' ')}`);
     if (!golden() || !expected) say('verdict');
-    else if (expected === digest) say('verdict', 'The SHA-256 is the golden\'s: these are the same bits as on every machine.', 'good');
+    else if (expected === digest) say('verdict', 'The SHA-256 is the golden\'s: the picture has the same bits.', 'good');
     else say('verdict', 'The SHA-256 DIFFERS from the golden\'s.', 'bad');
 }
 
@@ -337,7 +335,8 @@ async function explain() {
     pass = `Pixel ${x} ${y}`;
     say('state', `${pass} ...`);
     cursor();
-    const list = ['inspect', shown.words[0], String(x), String(y), ...shown.words.slice(1), '--arith', arith()];
+    const [file, ...options] = words(false);
+    const list = ['inspect', file, String(x), String(y), ...options, '--arith', arith()];
     const { said } = await run([...list, '--json']);
     const inspection = JSON.parse(said);
     draw(inspection);

@@ -113,8 +113,9 @@ expect((await text('verdict')) === '', 'no golden for a changed scene');
 
 // ---- Files of one's own
 async function give(...files) {
+    const before = await page.evaluate(() => turn);
     await page.setInputFiles('#file', files);
-    await page.waitForFunction(() => document.body.dataset.busy);
+    await page.waitForFunction((before) => turn > before, before);
     await idle();
 }
 const file = (name, buffer = readFileSync(`fixtures/${name}`)) => ({ name, mimeType: 'application/octet-stream', buffer });
@@ -151,7 +152,8 @@ expect(/hits triangle \d+/.test(explained), `surfaces: ${explained.slice(0, 60)}
 expect((await page.$$('#rays path:not(.cross):not(.edge)')).length > 1 && (await page.$('#plot svg')) === null, 'its rays are drawn, and nothing is plotted');
 const off = await page.evaluate(async () => {
     const place = camera(), [x, y] = pixel;
-    const { samples } = JSON.parse((await run(['inspect', shown.words[0], String(x), String(y), ...shown.words.slice(1), '--arith', 'f32', '--json'])).said);
+    const [file, ...options] = words(false);
+    const { samples } = JSON.parse((await run(['inspect', file, String(x), String(y), ...options, '--arith', 'f32', '--json'])).said);
     return Math.max(...samples.map(({ column, row, ray }) => Math.hypot(...place(ray.hit.point).slice(0, 2).map((v, i) => v - [column, row][i]))));
 });
 expect(off < 0.01, `what the rays hit is drawn ${off.toExponential(1)} pixels from where it is in the picture`);
