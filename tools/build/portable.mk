@@ -8,31 +8,30 @@ embedded: scenes ## the core on a Cortex-M3 and a RISC-V in qemu: goldens, sizes
 	+for a in $(ARITHMETICS); do tools/embedded/run $$a && tools/embedded/run $$a rv32imac || exit 1; done
 sizes: scenes ## code of programs that have some parts of the core, on a Cortex-M3: their pictures, limits, and that no other part is in them
 	+tools/embedded/sizes $(ARITHMETIC)
-web: scenes ## the core in a page of the web, build/web/index.html
+web: ## the program in a page of the web, build/web/index.html
 	+tools/web/build
 web-test: web ## clicks through that page in Chromium
 	node tools/web/test.mjs
 web-deps: ## as root: installs what the two need
 	apt-get update -q
-	apt-get install -y --no-install-recommends $(PACKAGES) $$(tools/portability/run --packages wasm32) chromium $$(command -v npm > /dev/null || echo npm)
+	apt-get install -y --no-install-recommends $(PACKAGES) emscripten chromium $$(command -v npm > /dev/null || echo npm)
 	npm install --no-save --prefix build/web playwright-core
 
 # Names of the scenes of each program, and their objects; the program itself gets the names as X(NAME) X(NAME) ...
-compiled    := $(foreach p,portable web embedded,$(eval COMPILED_$p := $(shell tools/golden --compiled $p)))
+compiled    := $(foreach p,portable embedded,$(eval COMPILED_$p := $(shell tools/golden --compiled $p)))
 scene_o      = $(COMPILED_$1:%=$B/scenes/%.o)
 names        = -DWISP_SCENES='$(COMPILED_$1:%=X(%))'
-scenes: $(patsubst %,build/scenes/%.cpp,$(sort $(COMPILED_portable) $(COMPILED_web) $(COMPILED_embedded)))
+scenes: $(patsubst %,build/scenes/%.cpp,$(sort $(COMPILED_portable) $(COMPILED_embedded)))
 build/scenes/%.cpp: build/scene_source tools/golden $(wildcard fixtures/*)
 	@mkdir -p $(@D)
 	$(call say,SCENE) build/scene_source scene_$* fixtures/$$(tools/golden --words $*) > $@.part && mv $@.part $@
 $(eval $(call objects,scenes,build/scenes,CXX,TOOL_FLAGS))
 $B/tools/portability/portable.o: TOOL_FLAGS += $(call names,portable)
-$B/tools/web/page.o: TOOL_FLAGS += $(call names,web)
 $B/tools/embedded/main.o: TOOL_FLAGS += $(call names,embedded)
 
 $B/portable: $B/tools/portability/portable.o $(call scene_o,portable) $B/host/base/sha256.o $(CORE_O)
 	$(call say,LD) $(CXX) $(FLAGS) $^ $(LINK) -o $@
-$B/page.wasm: $B/tools/web/page.o $(call scene_o,web) $B/host/commands/inspection.o $B/host/base/sha256.o $(CORE_O)
+$B/wisp.js: $(CORE_O) $(HOST_O) $B/tools/web/zlib.o
 	$(call say,LD) $(CXX) $(FLAGS) $^ $(LINK) -o $@
 # One arithmetic, with what a board needs instead of an operating system: BOARD's memory, PROCESSOR, and LIBC.
 $B/wisp.elf: $B/tools/embedded/main.o $B/tools/embedded/board.o $B/tools/embedded/$(PROCESSOR).o $(call scene_o,embedded) \

@@ -8,12 +8,9 @@ namespace wisp {
 
 struct CompiledScene {
     const char *name; // of the scene's file, and the options that follow it
-    int64_t frame;
     int32_t width, height;
     Scene scene;
     Settings settings; // the crop is the whole picture
-    Double3 center;    // p' = (p - center) * scale: from the units of the scene's file to the core's
-    double scale;
 };
 
 } // namespace wisp

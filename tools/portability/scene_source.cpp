@@ -1,4 +1,4 @@
-// scene_source: a frame of a scene as C++ source, for programs that have no files: of small computers, of web pages.
+// scene_source: a frame of a scene as C++ source, for programs that have no files, as those of small computers.
 //
 //     scene_source NAME SCENE [options of wisp render] > NAME.cpp
 //
@@ -67,7 +67,7 @@ template <class T> std::string array(const char *type, const std::string &name, 
     return name;
 }
 
-void print_scene(const std::string &name, const std::string &title, int64_t frame, const PreparedScene &prepared,
+void print_scene(const std::string &name, const std::string &title, const PreparedScene &prepared,
                  const Settings &s) {
     const Scene &scene = prepared.scene;
     std::vector<std::string> smokes, textures;
@@ -110,8 +110,7 @@ void print_scene(const std::string &name, const std::string &title, int64_t fram
                choice("Estimate", s.estimate), s.density_step, s.light_step, choice("IrradianceMap", s.irradiance),
                s.irradiance_step, choice("Method", s.method), choice("LightChoice", s.lights),
                choice("TreeKind", s.tree), choice("Goal", s.goal), s.first_pass, s.last_pass);
-    const std::string compiled = braces('"' + title + '"', std::to_string(frame), prepared.width, prepared.height, all,
-                                        settings, prepared.center, prepared.scale);
+    const std::string compiled = braces('"' + title + '"', prepared.width, prepared.height, all, settings);
     std::printf("} // namespace\nextern const CompiledScene %s;\nconst CompiledScene %s = %s;\n} // namespace wisp\n",
                 name.c_str(), name.c_str(), compiled.c_str());
 }
@@ -126,7 +125,7 @@ int run(const std::vector<std::string> &words) {
     std::string title = request.name.substr(request.name.rfind('/') + 1);
     for (size_t i = 2; i < words.size(); ++i) title += ' ' + words[i];
     std::puts("#include \"portability/compiled_scene.h\"\nnamespace wisp {\nnamespace {");
-    print_scene(words[0], title, request.frames.first, prepared, settings);
+    print_scene(words[0], title, prepared, settings);
     return exit_done;
 }
 

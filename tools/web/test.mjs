@@ -1,10 +1,11 @@
-// Clicks through build/web/index.html in headless Chromium, and leaves a look at it as build/web/page.png. Status 1 where
-// a picture differs from its golden, where the page does other than it should, and where it reaches for the network.
-// Usage: node tools/web/test.mjs, from the top folder, after tools/web/build and
-// `npm install --prefix build/web playwright-core`. CHROMIUM is the browser, /usr/bin/chromium.
+// Uses build/web/index.html in headless Chromium, and leaves looks at it as build/web/page.png and narrow.png. Status 1 where a
+// picture differs from its golden, where the page does other than it should, and where it reaches for the network.
+// Usage: node tools/web/test.mjs, from the top folder, after `make web-deps web`. CHROMIUM is the browser, /usr/bin/chromium.
 import { createRequire } from 'node:module';
+import { readFileSync } from 'node:fs';
 import { resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
+import { gzipSync } from 'node:zlib';
 
 const { chromium } = createRequire(resolve('build/web/index.html'))('playwright-core');
 const browser = await chromium.launch({
@@ -12,7 +13,7 @@ const browser = await chromium.launch({
     args: ['--headless', '--no-sandbox', '--disable-gpu', '--disable-background-networking', '--disable-component-update',
            '--disable-sync', '--no-first-run'],
 });
-const page = await browser.newPage({ viewport: { width: 1280, height: 900 } });
+const page = await browser.newPage({ viewport: { width: 1280, height: 900 }, acceptDownloads: true });
 page.setDefaultTimeout(300000); // however busy the machine is
 let failures = 0;
 const expect = (so, what) => {
@@ -24,94 +25,227 @@ page.on('pageerror', (error) => expect(false, `page: ${error.message}`));
 page.on('request', (request) => /^(file|blob|data):/.test(request.url()) || expect(false, `request: ${request.url()}`));
 
 const text = (id) => page.textContent(`#${id}`);
-const rendered = async () => {
-    await page.waitForFunction(() => !busy && request);
-    return { verdict: await text('verdict'), digest: (await text('digest')).slice(-64) };
-};
-const same = 'The picture equals the golden.', none = 'There is no golden for these settings.';
+const idle = () => page.waitForFunction(() => typeof scene === 'object' && !document.body.dataset.busy);
+const address = pathToFileURL(resolve('build/web/index.html')).href;
+// With the settings of a link, as a reader of the link has it.
+async function open(settings = '') {
+    await page.evaluate((hash) => { location.hash = hash; }, settings);
+    await page.waitForFunction((hash) => Object.entries(Object.fromEntries(new URLSearchParams(hash))).every(([key, value]) => state[key] === value), settings);
+    await idle();
+}
+// The sides of the picture that is shown, and the sum of its values; of none where there is no picture.
+const sums = () => page.evaluate(async () => {
+    const image = at('picture');
+    if (!image.src) return { width: 0, height: 0, sum: 0 };
+    await image.decode();
+    const canvas = document.createElement('canvas');
+    [canvas.width, canvas.height] = [image.naturalWidth, image.naturalHeight];
+    const context = canvas.getContext('2d');
+    context.drawImage(image, 0, 0);
+    const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
+    return { width: canvas.width, height: canvas.height, sum: data.reduce((a, b) => a + b, 0) - 255 * data.length / 4 };
+});
 
-await page.goto(pathToFileURL(resolve('build/web/index.html')).href);
-await page.waitForFunction(() => scenes || at('verdict').className === 'other');
-const names = await page.$$eval('#scene option', (options) => options.map((o) => o.text));
-expect(names.length === 6, `${names.length} scenes`);
-for (const [i, name] of names.entries())
-    for (const [k, arithmetic] of ['f32', 'f64', 'fixed'].entries()) {
-        await page.selectOption('#scene', String(i));
-        await page.selectOption('#arithmetic', String(k));
-        const { verdict, digest } = await rendered();
-        expect(verdict === same && /^[0-9a-f]{64}$/.test(digest),
-               `${arithmetic}  ${name}: ${digest.slice(0, 12)} ${await text('seconds')} ${verdict}`);
+// ---- It opens on a picture
+await page.goto(address);
+await page.waitForFunction(() => firstPicture);
+await idle();
+const { coarse, fine } = await page.evaluate(() => firstPicture);
+let now = await sums();
+expect(now.width === 320 && now.height === 240 && now.sum > 320 * 240 * 30, `the first picture: coarse after ${(coarse / 1000).toFixed(2)} s, whole after ${(fine / 1000).toFixed(2)} s`);
+expect((await text('verdict')) === '' && /SHA-256/.test(await text('caption')), 'without a golden, the page claims nothing');
+await page.screenshot({ path: 'build/web/page.png', fullPage: true });
+
+// ---- The same bits
+const keys = await page.$$eval('#scene option', (options) => options.map((o) => o.value));
+for (const key of keys)
+    for (const arith of ['f32', 'f64', 'fixed']) {
+        await open(`scene=${key}&size=golden&arith=${arith}`);
+        const digest = (await text('caption')).slice(-64);
+        const golden = await page.evaluate(() => `${arith()}  ${scene.golden}`);
+        expect(readFileSync('fixtures/goldens.txt', 'utf8').includes(`${digest}  ${golden}\n`) && (await page.getAttribute('#verdict', 'class')) === 'good',
+               `${golden}: ${digest.slice(0, 12)}, ${await text('state')}`);
     }
-
-// A pixel, the one in the middle where no position is given, as it is explained and as it is in the picture.
-async function inspected(what, position) {
-    await page.click('#canvas', { position });
-    await page.waitForFunction(() => !busy);
-    const inspection = await text('inspection');
-    const [, x, y] = inspection.match(/: pixel (\d+) (\d+) of/) ?? [];
-    const sums = inspection.match(/^pixel (.*)$/m)?.[1].split(' ').map(Number).map(Math.fround);
-    const shown = await page.evaluate(([x, y]) => [...picture.slice(3 * (y * request.width + x)).slice(0, 3)], [+x, +y]);
-    expect(sums?.length === 3 && sums.every((sum, i) => sum === shown[i]), `${what}: pixel ${x} ${y} is ${sums}`);
-    return inspection;
+for (const key of keys) {
+    await open(`scene=${key}&size=160`);
+    expect((await text('fault')) === '' && (await sums()).width === 160, `${key}: ${await text('state')}`);
 }
 
-await page.selectOption('#scene', { label: names.find((name) => name.startsWith('surfaces')) });
-await rendered();
-expect(/hits triangle \d+.*\n(.*\n)*.*(in shadow|not in shadow)/.test(await inspected('surfaces')), 'hits and shadows are shown');
-expect((await page.$('#plot svg')) === null, 'there is no plot without smoke');
+// ---- Stages, arithmetics
+const tabs = await page.$$eval('[role=tab]', (all) => all.map((tab) => tab.textContent));
+expect(tabs.join(' ') === 'picture arithmetics density depth light-depth photons paths nodes tree visits proofs wrong', `${tabs.length} tabs`);
+await open('scene=wake&size=160');
+for (const tab of tabs.slice(2)) {
+    await page.click(`#tab-${tab}`);
+    await idle();
+    now = await sums();
+    expect((await text('fault')) === '' && now.width === 160 && now.sum >= 0 && new RegExp(`^${tab}: `).test(await text('caption')), `${tab}: ${(await text('caption')).slice(0, 80)}`);
+}
+await open('scene=wake&size=160&tab=density&slice=0.2');
+const near = (await sums()).sum;
+await open('scene=wake&size=160&tab=density&slice=0.6');
+expect((await sums()).sum !== near, 'the plane moves');
+await open('scene=plume&size=160&tab=tree');
+expect(/error: /.test(await text('fault')), `a stage that the scene does not need: ${await text('fault')}`);
+await open('scene=forward&size=160&tab=arithmetics');
+const figures = await page.$$eval('figcaption', (all) => all.map((one) => one.textContent));
+expect(figures.length === 5 && figures.slice(3).every((caption) => /relative RMSE [\d.e-]+/.test(caption)), figures.slice(3).join('; '));
 
-await page.selectOption('#scene', '0');
-const { digest: first } = await rendered();
-await page.fill('#photons', '5000');
-await page.click('#render');
-let now = await rendered();
-expect(now.verdict === none && now.digest !== first, 'other photons, no golden');
-await page.click('#reset');
-now = await rendered();
-expect(now.verdict === same && now.digest === first, 'as it was');
-await page.fill('#step', '2');
-await page.click('#render');
-now = await rendered();
-expect(now.verdict === none && now.digest !== first, 'another step, no golden');
-await page.click('#reset');
-await rendered();
+// ---- Sliders, the link
+await open('scene=wake&size=160');
+const before = (await sums()).sum;
+for (const id of ['photons', 'step', 'g', 'albedo', 'extinction', 'light']) {
+    await open('scene=wake&size=160');
+    await page.focus(`#${id}`);
+    for (let i = 0; i < 2; ++i) await page.keyboard.press('ArrowLeft');
+    await idle();
+    const { sum } = await sums(), link = await page.evaluate(() => location.href);
+    expect(sum !== before && (await text('fault')) === '', `${id} ${await text(`${id}-value`)} changes the picture`);
+    expect(new URL(link).hash.includes(`${id}=`), `the link holds ${id}`);
+    if (id !== 'g') continue;
+    await page.goto('about:blank');
+    await page.goto(link);
+    await idle();
+    expect((await sums()).sum === sum && (await text('g-value')).startsWith('-0.2'), 'the link gives the same picture');
+}
+await open('scene=forward&size=golden&light=2');
+expect((await text('verdict')) === '', 'no golden for a changed scene');
 
-const drag = async (right, down) => {
-    const box = await page.locator('#canvas').boundingBox();
-    const x = box.x + box.width / 2, y = box.y + box.height / 2;
-    await page.mouse.move(x, y);
-    await page.mouse.down();
-    await page.mouse.move(x + right, y + down, { steps: 4 });
-    await page.mouse.up();
-    return rendered();
-};
-now = await drag(80, 30);
-expect(now.verdict === none && now.digest !== first, 'a turned camera, no golden');
-await inspected('turned');
-now = await drag(-80, -30);
-expect(now.verdict === same && now.digest === first, 'turned back');
+// ---- Files of one's own
+async function give(...files) {
+    const before = await page.evaluate(() => turn);
+    await page.setInputFiles('#file', files);
+    await page.waitForFunction((before) => turn > before, before);
+    await idle();
+}
+const file = (name, buffer = readFileSync(`fixtures/${name}`)) => ({ name, mimeType: 'application/octet-stream', buffer });
+await open('scene=forward');
+await give(file('plume.vtk'));
+now = await sums();
+expect((await text('fault')) === '' && now.width === 320 && now.sum > 0 && (await page.inputValue('#scene')) === 'dropped', `plume.vtk: ${now.width} x ${now.height}`);
+const whole = now.sum;
+await give(file('plume.vtk.gz', gzipSync(readFileSync('fixtures/plume.vtk'))));
+expect((await sums()).sum === whole, 'plume.vtk.gz is the same');
+await give(file('puff.vol'));
+expect((await text('fault')) === '' && (await sums()).sum !== whole, 'puff.vol');
+await give(file('mine.aff', readFileSync('fixtures/grid.aff')), file('puff.vol'));
+expect((await text('fault')) === '' && (await text('sentence')) === 'Your scene.', 'a scene with its grid');
+await give(file('broken.vtk', readFileSync('fixtures/plume.vtk').subarray(0, 5000)));
+expect(/broken\.vtk.*error: /.test(await text('fault')), `a broken file: ${await text('fault')}`);
+await give(file('nonsense.aff', Buffer.from('v from nowhere\n')));
+expect(/nonsense\.aff:1: error: /.test(await text('fault')), `a broken scene: ${await text('fault')}`);
+await page.evaluate((words) => {
+    const transfer = new DataTransfer();
+    transfer.items.add(new File([words], 'box.aff'));
+    document.dispatchEvent(new DragEvent('drop', { dataTransfer: transfer, bubbles: true, cancelable: true }));
+}, 'v from 0 -6 1 at 0 0 0 up 0 0 1 angle 30 hither 0.1 resolution 40 30\nld -1 1 -1 3 2 1\nsmoke box -1 -1 -1 1 1 1 0.5 { }\n');
+await page.waitForFunction(() => scene.file === 'box.aff');
+await idle();
+expect((await text('fault')) === '' && (await sums()).sum > 0, 'a file that is dropped on the page');
 
-// What comes later is not painted yet when the first rows are.
-const painted = () => {
-    const alpha = (y) => at('canvas').getContext('2d').getImageData(0, y, 1, 1).data[3];
-    return busy && alpha(0) === 255 && alpha(at('canvas').height - 1) === 0;
-};
-await page.selectOption('#size', '8');
-await page.waitForFunction(painted, undefined, { polling: 20 });
-expect(true, 'rows are painted as they come');
-await page.click('#reset');
-now = await rendered();
-expect(now.verdict === same && now.digest === first, 'as it was, without waiting for the end');
+// ---- A pixel
+await open('scene=surfaces&size=320');
+await page.click('#stage', { position: { x: 250, y: 330 } });
+await idle();
+const explained = await text('inspection');
+expect(/hits triangle \d+/.test(explained), `surfaces: ${explained.slice(0, 60)}`);
+expect((await page.$$('#rays path:not(.cross):not(.edge)')).length > 1 && (await page.$('#plot svg')) === null, 'its rays are drawn, and nothing is plotted');
+const off = await page.evaluate(async () => {
+    const place = camera(), [x, y] = pixel;
+    const [file, ...options] = words(false);
+    const { samples } = JSON.parse((await run(['inspect', file, String(x), String(y), ...options, '--arith', 'f32', '--json'])).said);
+    return Math.max(...samples.map(({ column, row, ray }) => Math.hypot(...place(ray.hit.point).slice(0, 2).map((v, i) => v - [column, row][i]))));
+});
+expect(off < 0.01, `what the rays hit is drawn ${off.toExponential(1)} pixels from where it is in the picture`);
+await open('scene=wake&pixel=175,105');
+expect(/\bstep \d+ at .*extinction/.test(await text('inspection')) && (await page.$$('#plot svg path')).length === 3, 'a link to a pixel in smoke: its steps are shown and plotted');
+await page.screenshot({ path: 'build/web/pixel.png', fullPage: true });
 
-await page.selectOption('#size', '4');
-now = await rendered();
-expect(now.verdict === none && (await page.evaluate(() => picture.length)) === 3 * 256 * 192, '4 x 4 as many pixels');
-const passage = await inspected('passage', { x: 262, y: 180 });
-expect(/\bstep \d+ at .*extinction/.test(passage), 'steps of the march are shown');
-expect((await page.$$('#plot svg path')).length === 3, 'they are plotted');
-await page.screenshot({ path: 'build/web/page.png', fullPage: true });
+// ---- Downloads
+async function download(id) {
+    const [got] = await Promise.all([page.waitForEvent('download'), page.click(`#${id}`)]);
+    return [got.suggestedFilename(), readFileSync(await got.path())];
+}
+await open('scene=wake&size=160&g=0.5');
+await page.click('#link');
+expect(/^The link is /.test(await text('state')), await text('state'));
+const [png, picture] = await download('png');
+expect(png === 'wake-picture.png' && picture.subarray(1, 4).toString() === 'PNG', png);
+const [aff, words] = await download('aff');
+expect(aff === 'edited-wake.aff' && /^# wisp render edited-wake\.aff .*\n(.*\n)*.*phase 0\.5/.test(words.toString()), aff);
+
+// ---- Cancel
+await open('scene=grid&size=160');
+await page.selectOption('#size', '640');
+await page.waitForFunction(() => /Fine.*%/.test(at('state').textContent));
+await page.click('#cancel');
+await idle();
+expect((await text('state')) === 'Cancelled.', 'a picture is cancelled');
+await open('scene=forward&size=160');
+expect((await sums()).width === 160, 'and the next one is made');
+
+// ---- Keyboard
+await page.focus('#tab-picture');
+await page.keyboard.press('ArrowLeft');
+expect((await page.evaluate(() => document.activeElement.id)) === 'tab-wrong' && (await page.evaluate(() => tab())) === 'wrong', 'arrow keys go through the tabs');
+await page.keyboard.press('Home');
+await idle();
+await page.focus('#stage');
+await page.keyboard.press('ArrowRight');
+await page.keyboard.press('Shift+ArrowDown');
+await page.keyboard.press('Enter');
+await idle();
+expect(/pixel 81 70 of/.test(await text('inspection')), 'arrow keys and Enter explain a pixel');
+const reached = new Set();
+await page.evaluate(() => document.activeElement.blur());
+for (let i = 0; i < 40; ++i) {
+    await page.keyboard.press('Tab');
+    const [id, outline] = await page.evaluate(() => [document.activeElement.id, getComputedStyle(document.activeElement).outlineStyle]);
+    if (id && !reached.has(id)) {
+        reached.add(id);
+        if (outline === 'none') expect(false, `the focus on ${id} is seen`);
+    }
+}
+const all = await page.$$eval('button, select, input, a[href], #stage, pre', (list) => list.filter((e) => e.offsetParent && !e.disabled && e.tabIndex >= 0).map((e) => e.id));
+expect(all.every((id) => reached.has(id)), `Tab reaches all ${all.length} controls`);
+expect((await page.$$eval('input, select', (list) => list.every((e) => e.labels.length))), 'every control has a label');
+
+// ---- Contrast, in both schemes
+for (const colorScheme of ['light', 'dark']) {
+    await page.emulateMedia({ colorScheme });
+    const [ratio, worst] = await page.evaluate(() => {
+        const channels = (color) => color.match(/[\d.]+/g).map(Number);
+        const luminance = (rgb) => rgb.slice(0, 3).map((c) => c / 255).map((c) => c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4)
+                                      .reduce((sum, c, i) => sum + c * [0.2126, 0.7152, 0.0722][i], 0);
+        const behind = (element) => {
+            for (; element; element = element.parentElement) {
+                const color = channels(getComputedStyle(element).backgroundColor);
+                if (color.length === 3 || color[3] === 1) return color;
+            }
+        };
+        let worst = [Infinity];
+        for (const element of document.querySelectorAll('body, body *')) {
+            const words = [...element.childNodes].some((n) => n.nodeType === 3 && n.data.trim());
+            if (!words || !element.offsetParent || element.disabled) continue;
+            const a = luminance(channels(getComputedStyle(element).color)), b = luminance(behind(element));
+            const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+            if (ratio < worst[0]) worst = [ratio, element.id || element.textContent.trim().slice(0, 30)];
+        }
+        return worst;
+    });
+    expect(ratio >= 4.5, `${colorScheme}: contrast of ${ratio.toFixed(1)} at least, of ${worst}`);
+}
+
+// ---- Narrow
 await page.setViewportSize({ width: 390, height: 844 });
-expect(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), 'it fits 390 pixels');
+await open('scene=wake&tab=picture&pixel=175,105');
+for (const tab of tabs) {
+    await page.click(`#tab-${tab}`);
+    await idle();
+    expect(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), `${tab} fits 390 pixels`);
+}
+await page.click('#tab-picture');
+await idle();
 await page.screenshot({ path: 'build/web/narrow.png', fullPage: true });
 
 await browser.close();
