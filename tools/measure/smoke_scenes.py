@@ -231,7 +231,8 @@ class Scene:
         draw, box = self.draw, self.boxes[0]
         lights = []
         count = draw.deals("lights", 1, 1, 1, 2, 3)
-        if any(any(emission) for *_, emission in self.smokes):
+        # Smoke that only scatters emits nothing, and with no light at all the program chooses two.
+        if any(e and a < 1 for *_, albedo, emission in self.smokes for a, e in zip(albedo, emission)):
             count = draw.pick(0, count)
         for i in range(count):
             name = f"light {min(i, 1)}"
