@@ -24,14 +24,15 @@ BITS         = $(IEEE) $(UNREAD)
 FREE         = -fno-math-errno -fno-trapping-math
 WARN         = -Wall -Wextra -Wshadow -Wno-psabi
 CPPFLAGS     = -Iinclude -Isrc -MMD -MP
-FLAGS        = $(BITS) $(FREE) $(OPT) $(ARCH) $(WARN)
+FLAGS        = $(BITS) $(FREE) $(OPT) $(ARCH) $(WARN) $(INSTRUMENTED)
 CORE_FLAGS   = $(FLAGS) $(MULTIVERSION) -fno-exceptions -fno-rtti
 # The test build traps what the release saturates, and is small and quick to compile.
-TEST_FLAGS   = $(BITS) $(FREE) -O2 $(ARCH) $(WARN) -DWISP_TRAP -DDOCTEST_CONFIG_SUPER_FAST_ASSERTS -DDATA='"$(DATA)"'
+TEST_FLAGS   = $(BITS) $(FREE) -O2 $(ARCH) $(WARN) -DWISP_TRAP -DDOCTEST_CONFIG_SUPER_FAST_ASSERTS -DDATA='"$(DATA)"' \
+               $(INSTRUMENTED)
 ARITHMETICS  = f32 f64 fixed
-# `make coverage` has flags here, for the host, and for what tests are linked with.
-COVERED     ?=
-LIBS         = -lz $(COVERED)
+# `make coverage` and `make sanitize` have flags here, for all that is compiled and linked.
+INSTRUMENTED ?=
+LIBS         = -lz $(INSTRUMENTED)
 
 # ---- Sources of any depth of folders, without their ending
 below        = $(patsubst $1/%.cpp,%,$(shell find $1 -name '*.cpp'))

@@ -5,12 +5,11 @@ ONCE        := $(filter-out $(PER_ARITHMETIC) $(FUZZ:%=fuzz/%_fuzz),$(call below
 TEST_O       = $(foreach a,$(ARITHMETICS),$(CORE:%=$B/test/core/$a/%.o) $(PER_ARITHMETIC:%=$B/test/cases/$a/%.o)) \
                $(patsubst %,$B/test/host/%.o,$(filter-out %/main,$(HOST))) $(C_API:%=$B/test/c_api/%.o) \
                $(ONCE:%=$B/test/cases/once/%.o) $(FUZZ:%=$B/test/cases/once/fuzz/%_fuzz.o)
-$(foreach a,$(ARITHMETICS),$(eval $(call objects,test/core/$a,src/core,CXX,TESTED_FLAGS,-DWISP_ARITH=$a)))
+$(foreach a,$(ARITHMETICS),$(eval $(call objects,test/core/$a,src/core,CXX,TEST_FLAGS,-DWISP_ARITH=$a)))
 $(foreach a,$(ARITHMETICS),$(eval $(call objects,test/cases/$a,test,CXX,CASE_FLAGS,-DWISP_ARITH=$a)))
-$(eval $(call objects,test/host,src/host,CXX,TESTED_FLAGS))
-$(eval $(call objects,test/c_api,src/c_api,CXX,TESTED_FLAGS))
+$(eval $(call objects,test/host,src/host,CXX,TEST_FLAGS))
+$(eval $(call objects,test/c_api,src/c_api,CXX,TEST_FLAGS))
 $(eval $(call objects,test/cases/once,test,CXX,CASE_FLAGS))
-TESTED_FLAGS = $(TEST_FLAGS) $(COVERED)
 CASE_FLAGS   = -Itest $(TEST_FLAGS)
 # A fuzz target is a test of its corpus, too: as a function of its own name.
 $B/test/cases/once/fuzz/%_fuzz.o: CASE_FLAGS += -DLLVMFuzzerTestOneInput=fuzz_$(patsubst %_fuzz,%,$(notdir $*))
@@ -29,10 +28,18 @@ cluster: $B/wisp ## the recipes for many processes and machines, with kills, on 
 	tools/cluster/cluster_test
 
 coverage: ## lines and branches of src/ that all tests reach, by room, and the lines of the core that none reaches; an hour
-	+$(MAKE) B=$B/coverage COVERED="--coverage -O1" all $B/coverage/tests $B/coverage/faults.so
+	+$(MAKE) B=$B/coverage INSTRUMENTED="--coverage -O1" all $B/coverage/tests $B/coverage/faults.so
 	find $B/coverage -name '*.gcda' -delete
 	-tools/run_tests $B/coverage/tests
 	python3 tools/coverage $B/coverage
+
+# Functions for wide vectors are chosen before the checks are set up, so there are none.
+CHECKS       = -O1 -g1 -fsanitize=address,undefined -fno-sanitize=vptr -fno-sanitize-recover=all -fno-omit-frame-pointer -D_GLIBCXX_ASSERTIONS
+sanitize: ## all tests with checks of addresses, undefined behaviour and the library's assertions; an hour
+	+$(MAKE) B=$B/sanitize MULTIVERSION= INSTRUMENTED="$(CHECKS)" all $B/sanitize/tests $B/sanitize/faults.so
+	tools/run_tests $B/sanitize/tests
+mutants: ## whether tests notice SAMPLE=1000 changed operators and numbers of the core; needs python3-clang-14; an hour
+	$(PYTHON) tools/mutants --build $B --data $(DATA) --sample $(or $(SAMPLE),1000)
 
 SECONDS     ?= 60
 SANITISED    = -O1 -g -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all

@@ -8,8 +8,10 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-// Up to so large a lattice a plan counts the bricks one by one, with a bit each; above it the plan assumes all of them.
+// Up to so large a lattice a plan counts the bricks one by one; above it the plan assumes all of them.
 constexpr uint64_t max_counted = uint64_t{1} << 19;
+// So many are counted at a time, with a bit each on the stack: it may be a board's.
+constexpr int32_t most_marked = 1 << 15;
 // More bricks than any memory holds, so few that their bytes do not overflow.
 constexpr uint64_t most_planned = uint64_t{1} << 40;
 
@@ -87,23 +89,40 @@ int32_t last_touched(int32_t sample, int32_t subdivision, int32_t count) {
     return min((sample + 3) * subdivision / brick_cells, count - 1);
 }
 
-// Calls visit(cell index in the lattice) for each brick that may hold smoke, perhaps more than once.
+// Bricks from first to last, both included.
+struct Part {
+    Cell first, last;
+};
+Part all_of(const Cell &count) { return {{0, 0, 0}, {count.x - 1, count.y - 1, count.z - 1}}; }
+Part overlap(const Part &a, const Part &b) {
+    return {{max(a.first.x, b.first.x), max(a.first.y, b.first.y), max(a.first.z, b.first.z)},
+            {min(a.last.x, b.last.x), min(a.last.y, b.last.y), min(a.last.z, b.last.z)}};
+}
+
+// Calls visit(cell) for each brick of a part of the lattice that may hold smoke, perhaps more than once.
 template <class Visit>
-void for_each_touched(const Scene &scene, const Layout &layout, int32_t subdivision, Watch watch, Visit &&visit) {
+void for_each_touched(const Scene &scene, const Layout &layout, const Part &part, int32_t subdivision, Watch watch,
+                      Visit &&visit) {
     const Lattice &lattice = layout.bricks;
-    const auto visit_range = [&](const Cell &first, const Cell &last, auto &&touched) {
+    const auto visit_range = [&](const Cell &low, const Cell &high, auto &&touched) {
+        const auto [first, last] = overlap({low, high}, part);
+        if (first.x > last.x || first.y > last.y) return;
         const uint32_t units = static_cast<uint32_t>((last.x - first.x + 1) * (last.y - first.y + 1)) / 16;
         for (int32_t z = first.z; z <= last.z && (units == 0 || watch.go_on(units)); ++z)
             for (int32_t y = first.y; y <= last.y; ++y)
                 for (int32_t x = first.x; x <= last.x; ++x)
-                    if (touched(Vec3(Real(x), Real(y), Real(z)) * lattice.edge + lattice.low))
-                        visit(index_of(lattice.count, {x, y, z}));
+                    if (touched(Vec3(Real(x), Real(y), Real(z)) * lattice.edge + lattice.low)) visit(Cell{x, y, z});
+    };
+    const auto layer_of = [&lattice](Real z) {
+        return cell_of(z, lattice.low.z, lattice.inverse_edge.z, lattice.count.z);
     };
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const SmokeDescription &smoke = scene.smokes[i];
         for (uint32_t k = 0; k < smoke.count && watch.done_round(k, 1024); ++k) {
-            const Vec3 x = vec_of(smoke.particles[k].position);
             const Real reach = Real(2) * to_real<Real>(smoke.particles[k].h), reach_squared = reach * reach;
+            const Real z = to_real<Real>(smoke.particles[k].position.z);
+            if (layer_of(z + reach) < part.first.z || layer_of(z - reach) > part.last.z) continue;
+            const Vec3 x = vec_of(smoke.particles[k].position);
             visit_range(cell_at(lattice, x - Vec3(reach)), cell_at(lattice, x + Vec3(reach)), [&](const Vec3 &low) {
                 const Vec3 apart(gap(x.x, low.x, lattice.edge.x), gap(x.y, low.y, lattice.edge.y),
                                  gap(x.z, low.z, lattice.edge.z));
@@ -114,7 +133,7 @@ void for_each_touched(const Scene &scene, const Layout &layout, int32_t subdivis
         const GridDescription &grid = smoke.grid;
         const auto always = [](const Vec3 &) { return true; };
         if (!grid.density) {
-            visit_range({0, 0, 0}, {lattice.count.x - 1, lattice.count.y - 1, lattice.count.z - 1}, always);
+            visit_range(part.first, part.last, always);
             continue;
         }
         if (!aligned_grid(scene)) {
@@ -124,35 +143,56 @@ void for_each_touched(const Scene &scene, const Layout &layout, int32_t subdivis
         }
         const Cell &n = lattice.count;
         for_each_run(grid, [&](int32_t x, int32_t y, int32_t z, const float *densities, int32_t count) {
+            const auto touched = [&](int32_t sample) {
+                return Part{
+                    {first_touched(sample, subdivision), first_touched(y, subdivision), first_touched(z, subdivision)},
+                    {last_touched(sample, subdivision, n.x), last_touched(y, subdivision, n.y),
+                     last_touched(z, subdivision, n.z)}};
+            };
+            const auto [first, last] = overlap(touched(x), part);
+            if (first.y > last.y || first.z > last.z) return true;
             for (int32_t k = 0; k < count; ++k)
-                if (total_order_key(densities[k]) > 0)
-                    visit_range({first_touched(x + k, subdivision), first_touched(y, subdivision),
-                                 first_touched(z, subdivision)},
-                                {last_touched(x + k, subdivision, n.x), last_touched(y, subdivision, n.y),
-                                 last_touched(z, subdivision, n.z)},
-                                always);
+                if (total_order_key(densities[k]) > 0) {
+                    const Part bricks = touched(x + k);
+                    visit_range(bricks.first, bricks.last, always);
+                }
             return watch.go_on(8);
         });
     }
 }
 
-// Marks of up to max_counted bricks, which are counted.
+// Marks of the bricks of a part of most_marked bricks at most, which are counted.
 struct Marks {
-    uint8_t bits[max_counted / 8];
+    Part part;
     uint64_t count = 0;
+    uint8_t bits[most_marked / 8] = {};
 
-    void clear(uint64_t bricks) {
-        for (uint64_t i = 0; i < (bricks + 7) / 8; ++i) bits[i] = 0;
-    }
-    void mark(int64_t brick) {
-        uint8_t &byte = bits[brick / 8];
-        const uint8_t bit = static_cast<uint8_t>(1u << (brick % 8));
+    void mark(const Cell &brick) {
+        const Cell edges = {part.last.x - part.first.x + 1, part.last.y - part.first.y + 1, 0};
+        const int64_t i = index_of(edges, {brick.x - part.first.x, brick.y - part.first.y, brick.z - part.first.z});
+        uint8_t &byte = bits[i / 8];
+        const uint8_t bit = static_cast<uint8_t>(1u << (i % 8));
         count += byte & bit ? 0 : 1;
         byte |= bit;
     }
 };
 
-// Marks the bricks that touch blocks of an aligned sparse grid, layer by layer of the lattice.
+// The number of bricks that mark_bricks(marks) marks, of a lattice whose rows are of most_marked at most: counted in
+// parts, of whole layers where there is room for one, else of whole rows.
+template <class Mark> uint64_t count_bricks(const Cell &n, Mark &&mark_bricks) {
+    const int32_t rows = min(n.y, most_marked / n.x);
+    const int32_t layers = rows < n.y ? 1 : min(n.z, most_marked / (n.x * n.y));
+    uint64_t count = 0;
+    for (int32_t z = 0; z < n.z; z += layers)
+        for (int32_t y = 0; y < n.y; y += rows) {
+            Marks marks = {overlap(all_of(n), {{0, y, z}, {n.x, y + rows - 1, z + layers - 1}})};
+            mark_bricks(marks);
+            count += marks.count;
+        }
+    return count;
+}
+
+// Marks the bricks that touch blocks of an aligned sparse grid.
 void mark_around_blocks(const GridDescription &grid, const Cell &bricks, int32_t subdivision, Marks &marks) {
     const int32_t nx = blocks_along(grid, 0), ny = blocks_along(grid, 1), nz = blocks_along(grid, 2);
     struct Range {
@@ -162,20 +202,21 @@ void mark_around_blocks(const GridDescription &grid, const Cell &bricks, int32_t
         const int32_t low = block * block_edge - skipped, high = min(low + block_edge, samples) - 1;
         return Range{first_touched(max(low, 0), subdivision), last_touched(high, subdivision, count)};
     };
-    const uint64_t layer = static_cast<uint64_t>(bricks.x) * static_cast<uint64_t>(bricks.y);
-    int32_t from = 0; // the first layer of blocks that touches this layer of bricks
-    for (int32_t z = 0; z < bricks.z; ++z) {
-        marks.clear(layer);
-        while (from < nz && range(from, grid.skipped[2], grid.nz, bricks.z).last < z) ++from;
-        for (int32_t bz = from; bz < nz && range(bz, grid.skipped[2], grid.nz, bricks.z).first <= z; ++bz)
-            for (int32_t by = 0; by < ny; ++by)
-                for (int32_t bx = 0; bx < nx; ++bx) {
-                    if (number_of_block(grid, bx, by, bz) == no_block) continue;
-                    const Range x = range(bx, grid.skipped[0], grid.nx, bricks.x),
-                                y = range(by, grid.skipped[1], grid.ny, bricks.y);
-                    for (int32_t j = y.first; j <= y.last; ++j)
-                        for (int32_t i = x.first; i <= x.last; ++i) marks.mark(int64_t{j} * bricks.x + i);
-                }
+    for (int32_t bz = 0; bz < nz; ++bz) {
+        const Range z = range(bz, grid.skipped[2], grid.nz, bricks.z);
+        if (z.last < marks.part.first.z || z.first > marks.part.last.z) continue;
+        for (int32_t by = 0; by < ny; ++by) {
+            const Range y = range(by, grid.skipped[1], grid.ny, bricks.y);
+            if (y.last < marks.part.first.y || y.first > marks.part.last.y) continue;
+            for (int32_t bx = 0; bx < nx; ++bx) {
+                if (number_of_block(grid, bx, by, bz) == no_block) continue;
+                const Range x = range(bx, grid.skipped[0], grid.nx, bricks.x);
+                const auto [first, last] = overlap({{x.first, y.first, z.first}, {x.last, y.last, z.last}}, marks.part);
+                for (int32_t k = first.z; k <= last.z; ++k)
+                    for (int32_t j = first.y; j <= last.y; ++j)
+                        for (int32_t i = first.x; i <= last.x; ++i) marks.mark({i, j, k});
+            }
+        }
     }
 }
 
@@ -213,13 +254,14 @@ SparseGrid make_sparse_grid(const Scene &scene, double lengths, Arena &arena, Wa
     if (!index) return bricks;
     if (!fill(index, all, no_brick, watch)) return bricks;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) watch.expect(scene.smokes[i].count);
-    for_each_touched(scene, layout, bricks.subdivision, watch, [index](int64_t i) { index[i] = 0; });
+    const Cell &n = layout.bricks.count;
+    for_each_touched(scene, layout, all_of(n), bricks.subdivision, watch,
+                     [index, &n](const Cell &brick) { index[index_of(n, brick)] = 0; });
     if (watch.stopped()) return bricks;
     for (uint64_t i = 0; i < all; ++i)
         if (index[i] != no_brick) index[i] = bricks.count++;
     Cell *position = arena.make<Cell>(bricks.count);
     if (!position) return bricks;
-    const Cell &n = layout.bricks.count;
     for (int32_t z = 0; z < n.z; ++z)
         for (int32_t y = 0; y < n.y; ++y) {
             if (!watch.go_on(8)) return bricks;
@@ -242,17 +284,16 @@ SparseGridPlan plan_sparse_grid(const Scene &scene, double lengths) {
     const uint64_t all = layer > most_planned / layers ? most_planned : layer * layers;
     const SmokeDescription *const only = aligned_grid(scene);
     const bool by_blocks = only && only->grid.blocks && layer <= max_counted;
+    const int32_t subdivision = subdivision_for(lengths);
     uint64_t count = all;
-    if (by_blocks || all <= max_counted) {
-        Marks marks;
-        if (by_blocks) {
-            mark_around_blocks(only->grid, n, subdivision_for(lengths), marks);
-        } else {
-            marks.clear(all);
-            for_each_touched(scene, layout, subdivision_for(lengths), {}, [&marks](int64_t i) { marks.mark(i); });
-        }
-        count = marks.count;
-    }
+    if (n.x <= most_marked && (by_blocks || all <= max_counted))
+        count = count_bricks(n, [&](Marks &marks) {
+            if (by_blocks)
+                mark_around_blocks(only->grid, n, subdivision, marks);
+            else
+                for_each_touched(scene, layout, marks.part, subdivision, {},
+                                 [&marks](const Cell &brick) { marks.mark(brick); });
+        });
     return {count, min(count, places_of_line(n)), bytes_of(all, count), all, layout.bounds, layout.cell};
 }
 

@@ -1,5 +1,6 @@
 // Sparse grids: which bricks exist, who holds a node, and pictures that are marched through them.
 #include "wisp/wisp.h"
+#include "support/blocked_grid.h"
 #include "support/built_sparse_grid.h"
 #include "support/compared_pictures.h"
 #include "support/mixture.h"
@@ -124,6 +125,39 @@ TEST_CASE(WISP_ARITH_NAME ": of a lattice too large to count, a plan takes all b
     CHECK(lattice > uint64_t{1} << 19);
     CHECK(built.plan.count == lattice);
     CHECK(built.bricks.count <= 16);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": a plan counts bricks exactly, of whole layers at a time or of rows of one") {
+    Sequence next{5};
+    for (const Double3 &half : {Double3{250, 150, 90}, Double3{700, 700, 9}, Double3{20, 30, 3000}}) {
+        std::vector<Particle> particles;
+        for (int i = 0; i < 3000; ++i)
+            particles.push_back(
+                {{half.x * (2 * next() - 1), half.y * (2 * next() - 1), half.z * (2 * next() - 1)}, 1, 1});
+        const BuiltSparseGrid built({smoke_of(particles)}, 0.75);
+        CHECK(number_of(built.bricks.lattice.count) > 40000);
+        CHECK(built.plan.count == built.bricks.count);
+    }
+    // Blocks that are full or empty, so that blocks and samples touch the same bricks.
+    constexpr int32_t edge = 1600, layers = 2;
+    std::vector<float> density(edge * edge * layers);
+    std::vector<bool> full(edge / 8 * (edge / 8));
+    for (size_t i = 0; i < full.size(); ++i) full[i] = next() < 0.2;
+    for (int32_t i = 0; i < edge * edge * layers; ++i)
+        density[static_cast<size_t>(i)] = full[static_cast<size_t>(i / edge % edge / 8 * (edge / 8) + i % edge / 8)];
+    const GridDescription grid = {edge,
+                                  edge,
+                                  layers,
+                                  density.data(),
+                                  0.7,
+                                  {0, 0, 0},
+                                  {edge / 2.0, edge / 2.0, 1},
+                                  {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    const BlockedGrid blocked(grid, 0, 0, 0);
+    const BuiltSparseGrid dense({grid_smoke_of(grid)}, 1), sparse({grid_smoke_of(blocked.grid)}, 1);
+    CHECK(number_of(dense.bricks.lattice.count) > 40000);
+    CHECK(dense.plan.count == dense.bricks.count);
+    CHECK(sparse.plan.count == dense.bricks.count);
 }
 
 TEST_CASE(WISP_ARITH_NAME ": the bytes of a lattice that no memory holds do not wrap") {
