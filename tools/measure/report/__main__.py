@@ -15,7 +15,7 @@ PAGE = Path("build/report/index.html")
 TABLES = read()
 QUICK = [name for name, table in TABLES.items() if table.machine.get("quick")]
 MADE_BY = {"hard_cases.csv": "make hard-cases", "portability.csv": "make portability", "build/wisp": "make all",
-           "build/truth/.*": "make truth", "(limits|scaling).*csv": "make bench SECTIONS=scaling",
+           "build/truth/.*": "make truth", r"build/bench/(files)_.\.png": r"make bench SECTIONS=\1", "(limits|scaling).*csv": "make bench SECTIONS=scaling",
            r"(?:shadows_)?(.*)\.csv": r"make bench SECTIONS=\1", ".*": "a full make bench"}  # the first that fits
 VERDICTS = {True: '<span class="met">✓ met</span>', False: '<span class="unmet">✗ not met</span>',
             None: '<span class="open">not known</span>', "quick": '<span class="open">QUICK: not judged</span>'}
@@ -156,7 +156,8 @@ def count(name, columns, good):
     return f"{results.count([good] * 3)} of {len(results) - skipped}" + (f" ({skipped} skipped)" if skipped else "")
 
 
-PARTS = {part.__name__: part for part in (targets, conditions, show, front, culling, sweep, count, pictures.pair)}
+PARTS = {part.__name__: part for part in (targets, conditions, show, front, culling, sweep, count, pictures.pair,
+                                           pictures.sheet)}
 PARTS["bars"] = lambda name, *how: plots.bars(records(name), *how)
 PARTS["quick"] = lambda: f"{len(QUICK)} of {len(TABLES)}"
 PARTS["rest"] = lambda: "".join(show(name) for name in TABLES if name not in shown)

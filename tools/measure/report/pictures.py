@@ -1,4 +1,4 @@
-"""A pair of pictures with a slider between them, and their difference."""
+"""A pair of pictures with a slider between them, and their difference; a sheet of pictures."""
 import base64, io, tempfile
 from pathlib import Path
 
@@ -18,6 +18,14 @@ def png(values):
     return out.getvalue()
 
 
+def image(png, alt, kind=""):
+    return f'<img class="{kind}" src="data:image/png;base64,{base64.b64encode(png).decode()}" alt="{alt}">'
+
+
+def sheet(file, text):
+    return f'<figure class="sheet">{image(Path(file).read_bytes(), "Sheet of pictures")}<figcaption>{text}</figcaption></figure>'
+
+
 def pair(a, said_a, b, said_b, text):
     # Rows from the bottom, of three channels.
     left, right = (numpy.repeat(numpy.array(values, float).reshape(height, width, channels), 3 // channels, axis=2)
@@ -29,9 +37,6 @@ def pair(a, said_a, b, said_b, text):
     with tempfile.NamedTemporaryFile(suffix=".png") as file:
         mean_flip = compare(a, b, "mean FLIP", "--diff", file.name)
         flip = Path(file.name).read_bytes()
-
-    def image(png, alt, kind=""):
-        return f'<img class="{kind}" src="data:image/png;base64,{base64.b64encode(png).decode()}" alt="{alt}">'
     return f"""<figure class="pair {'coarse' if width < 64 else ''}">
 <div class="compare" style="aspect-ratio: {width} / {height}">
 {image(png(left), said_a)}{image(png(right), said_b, "over")}
