@@ -1,16 +1,16 @@
 """`make mutants`: whether tests notice when one place of the core computes something else.
 
-    tools/mutants [--sample N] [--seed S] [--seconds T] [--build FOLDER] [--data FOLDER] [-j N] [--only PATTERN] [--place K]
+    tools/mutants [--sample N] [--seed S] [--seconds T] [--budget B] [--build FOLDER] [--data FOLDER] [-j N] [--only PATTERN] [--place K]
 
 A copy of the sources is made in which each operator and many numbers of src/core are behind a switch (switches.h), and is compiled
 once. Each test that runs in the test's own process is run once, to see which places it comes to, and how long it takes; those that
 take more than T seconds are left out. Then, for each of N places drawn at random from those reached (0: all), the tests that come
-there run with that place switched, the quickest first, until one fails, crashes or takes ten times as long. A place at which none
-does is a survivor: it is printed. What was found lies in FOLDER/mutants.csv.
+there run with that place switched, the quickest first, until one fails, crashes or takes ten times as long, or B seconds of tests
+are over. A place at which none does is a survivor: it is printed. What was found lies in FOLDER/mutants.csv.
 
 Needs python3-clang-14. Places that no test reaches, and tests of the command line, do not count.
 """
-import argparse, csv, os, random, re, shutil, subprocess, sys, time
+import argparse, csv, json, os, random, re, shutil, subprocess, sys, time
 from collections import defaultdict
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -25,6 +25,15 @@ BINARY = {"<": "less", "<=": "less_equal", ">": "greater", ">=": "greater_equal"
 # Tests that start other processes, or whose subject is the sources.
 OTHER_PROCESSES = "*test/command_line/*,*test/c_api/*"
 MEMORY = 6 << 20  # kilobytes of address space of a test
+
+
+def copy(tree):
+    """Copies the sources, but for those of the core, which are written by `compiled`; what is the same keeps its time."""
+    for folder in ("src", "include", "test", "tools", "fixtures"):
+        shutil.copytree(TOP / folder, tree / folder, dirs_exist_ok=True,
+                        ignore=lambda path, names: [name for name in names if Path(path, name) == TOP / "src/core"])
+    shutil.copy2(TOP / "Makefile", tree)
+    shutil.copy2(TOP / "tools/mutants/switches.cpp", tree / "test/support")
 
 
 def find_places(files, sources, flags):
@@ -119,28 +128,39 @@ def position(files, key):
 
 
 def compiled(tree, files, places, build, data):
-    """Writes and compiles the copy, without the places that do not compile. {number: place} of those left."""
+    """Writes and compiles the copy, without the places that do not compile. {number: place} of those left. Which do not is kept."""
     numbers = {key: i for i, key in enumerate(places, 1)}
     flags = f"-O1 -w -include {tree}/tools/mutants/switches.h"
-    make = ["make", "-k", f"-j{os.cpu_count()}", f"B={build}", f"DATA={data}", f"INSTRUMENTED={flags}", "MULTIVERSION=", f"{build}/tests"]
+    make = ["make", "-k", f"-j{os.cpu_count()}", f"B={build}", f"DATA={data}", f"INSTRUMENTED={flags}", "MULTIVERSION="]
+    # First the core alone: what does not compile is found there.
+    core = [f"{build}/test/core/{a}/{path.relative_to(TOP / 'src/core').with_suffix('.o')}" for a in ("f32", "f64", "fixed")
+            for path in files if path.suffix == ".cpp"]
+    kept = tree.parent / "uncompiled.json"
+    wrong = [(TOP / file, offset, what) for file, offset, what in (json.loads(kept.read_text()) if kept.exists() else ())]
+    for key in wrong:
+        places.pop(key, None)
     while True:
         edits = defaultdict(list)
         for key, parts in places.items():
             edits[key[0]] += [(o, s, w.replace("@", str(numbers[key])) if isinstance(w, str) else w) for o, s, w in parts]
         for file, text in files.items():
-            copy, new = tree / file.relative_to(TOP), rewritten(text, edits[file])
-            if copy.read_text() != new:
-                copy.write_text(new)
-        run = subprocess.run(make, cwd=tree, capture_output=True, text=True)
+            target, new = tree / file.relative_to(TOP), rewritten(text, edits[file])
+            if not target.exists() or target.read_text() != new:
+                target.parent.mkdir(parents=True, exist_ok=True)
+                target.write_text(new)
+        run = subprocess.run([*make, *core], cwd=tree, capture_output=True, text=True)
         if run.returncode == 0:
+            subprocess.run([*make, f"{build}/tests"], cwd=tree, capture_output=True, check=True)
             return {numbers[key]: key for key in places}
         # Left out are the places of lines that a message of the compiler names.
         named = {(file, int(line)) for file, line in re.findall(r"^(src/core/[^:]+):(\d+):", run.stderr, re.M)}
-        wrong = [key for key in places if position(files, key)[:2] in named]
-        if not wrong:
+        found = [key for key in places if position(files, key)[:2] in named]
+        if not found:
             sys.exit(run.stderr[-3000:])
-        print(f"{len(wrong)} places do not compile", flush=True)
-        for key in wrong:
+        print(f"{len(found)} places do not compile", flush=True)
+        wrong += found
+        kept.write_text(json.dumps([(str(key[0].relative_to(TOP)), *key[1:]) for key in wrong]))
+        for key in found:
             del places[key]
 
 
@@ -174,6 +194,7 @@ def main():
     parser.add_argument("--sample", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--seconds", type=float, default=10)
+    parser.add_argument("--budget", type=float, default=60)
     parser.add_argument("--build", type=Path, default=TOP / "build")
     parser.add_argument("--data", type=Path, default=TOP / "../shared/data")
     parser.add_argument("-j", type=int, default=os.cpu_count())
@@ -183,35 +204,38 @@ def main():
     cindex.Config.set_library_file("/usr/lib/llvm-14/lib/libclang-14.so.1")
     build = args.build.resolve() / "mutants"
     tree = build / "tree"
-    for name in ("Makefile", "src", "include", "test", "tools", "fixtures"):
-        if name == "Makefile":
-            tree.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(TOP / name, tree)
-        else:
-            shutil.copytree(TOP / name, tree / name, dirs_exist_ok=True)
-    shutil.copy2(TOP / "tools/mutants/switches.cpp", tree / "test/support")
+    copy(tree)
     sources = sorted((TOP / "src/core").rglob("*.cpp"))
     files = {path.resolve(): path.read_bytes() for path in (TOP / "src/core").rglob("*") if path.suffix in (".h", ".cpp")}
     places = find_places(files, sources, ["-std=c++17", f"-I{TOP}/include", f"-I{TOP}/src", "-DWISP_ARITH=f32", "-DWISP_TRAP"])
     print(f"{len(places)} places", flush=True)
     numbered = compiled(tree, files, places, build / "objects", args.data.resolve())
     tests = Tests(build / "objects/tests", args.seconds)
+    (build / "reached").mkdir(exist_ok=True)
 
-    with ThreadPoolExecutor(args.j) as pool:
-        found = list(pool.map(lambda test: tests.reach(test, build / f"reached.{test}"), range(1, tests.count + 1)))
+    # What tests come to is kept for as long as the program is the same.
+    kept = build / "reach.json"
+    if not kept.exists() or kept.stat().st_mtime < Path(tests.program).stat().st_mtime:
+        with ThreadPoolExecutor(args.j) as pool:
+            found = list(pool.map(lambda test: tests.reach(test, build / "reached" / str(test)), range(1, tests.count + 1)))
+        kept.write_text(json.dumps([result and [result[0], sorted(result[1])] for result in found]))
+    found = json.loads(kept.read_text())
     reached_by = defaultdict(list)
     for test, result in enumerate(found, 1):
         for place in result[1] if result else ():
             reached_by[place].append((result[0], test))
-    left_out = found.count(None)
-    print(f"{tests.count} tests, {left_out} of them left out; they come to {len(reached_by)} of {len(numbered)} places", flush=True)
+    print(f"{tests.count} tests, {found.count(None)} of them left out; they come to {len(reached_by)} of {len(numbered)} places", flush=True)
 
     drawn = sorted(place for place in reached_by if args.only in str(numbered[place][0]))
     random.Random(args.seed).shuffle(drawn)
     drawn = [args.place] if args.place else drawn[:args.sample or None]
 
     def killer(place):
+        spent = 0
         for seconds, test in sorted(reached_by[place]):
+            spent += seconds
+            if spent > args.budget:
+                break
             if not tests.passes(test, 2 + 10 * seconds, WISP_MUTANT=str(place)):
                 return test
         return None
