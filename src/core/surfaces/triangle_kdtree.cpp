@@ -100,8 +100,8 @@ bool narrow(const FinePoint (&corner)[3], LatticeBox &box) {
         now = 1 - now;
     };
     for (uint32_t a = 0; a < 3; ++a) {
-        cut(a, (int64_t{box.low[a]} << fine_bits) - fine_slack, -1);
-        cut(a, (int64_t{box.high[a]} << fine_bits) + fine_slack, 1);
+        cut(a, int64_t{box.low[a]} * (int64_t{1} << fine_bits) - fine_slack, -1);
+        cut(a, int64_t{box.high[a]} * (int64_t{1} << fine_bits) + fine_slack, 1);
     }
     if (count == 0) return false;
     for (uint32_t a = 0; a < 3; ++a) {

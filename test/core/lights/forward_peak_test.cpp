@@ -13,21 +13,25 @@ Vec3 at_angle(double degrees) {
     return vec(std::sin(angle), 0, std::cos(angle));
 }
 
-// A lit box about the origin, seen by an eye on the z axis.
+// A lit box, seen by an eye in front of it along z. It is not about the origin, so that a difference is not a sum.
 struct LitBox {
     LitBox() : built({source()}, 1) {}
     static SmokeDescription source() {
         SmokeDescription smoke = box_smoke({1, 1, 1}, 2, 2);
         smoke.asymmetry = 0.9;
+        smoke.grid.center = {3, -2, 1};
         return smoke;
     }
     // The light travels at that angle to the direction of the eye from the middle.
     static Light parallel(double degrees, double color = 1) {
         return {LightKind::parallel, vec(0, 0, 0), at_angle(degrees), Real(0), Color(real(color))};
     }
+    static Light point(double z) {
+        return {LightKind::point, vec(3, -2, 1 + z), vec(0, 0, 1), Real(0), Color(Real(1))};
+    }
     double narrow(const std::vector<Light> &lights) const {
         return to_double(
-            forward_peak(built.medium, lights.data(), static_cast<uint32_t>(lights.size()), vec(0, 0, 9)).narrow);
+            forward_peak(built.medium, lights.data(), static_cast<uint32_t>(lights.size()), vec(3, -2, 1 + 9)).narrow);
     }
     Resampled built;
 };
@@ -77,9 +81,6 @@ TEST_CASE(WISP_ARITH_NAME ": what counts as straight on is a third of the way to
     CHECK(box.narrow({box.parallel(180), box.parallel(24, 0.1)}) == like(30));
     CHECK(box.narrow({box.parallel(24, 0), box.parallel(60)}) == like(20));
     // A point light behind the smoke, and one in it.
-    const auto point = [](double z) {
-        return Light{LightKind::point, vec(0, 0, z), vec(0, 0, 1), Real(0), Color(Real(1))};
-    };
-    CHECK(box.narrow({point(-5)}) == like(5));
-    CHECK(box.narrow({point(-0.5)}) == like(30));
+    CHECK(box.narrow({box.point(-5)}) == like(5));
+    CHECK(box.narrow({box.point(-0.5)}) == like(30));
 }
