@@ -12,6 +12,8 @@ DATA        ?= ../shared/data
 # V=1 shows whole commands.
 V           ?=
 PACKAGES     = g++ make python3 zlib1g-dev libglm-dev doctest-dev libstb-dev libtinyexr-dev libnanovdb-dev libmpfr-dev
+# The package, where no other has brought npm.
+NPM          = $$(command -v npm > /dev/null || echo npm)
 
 # ---- Flags
 # What the bits rest on (checked at start-up by the self-test): IEEE arithmetic, never contracted.

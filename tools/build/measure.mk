@@ -26,7 +26,7 @@ report-test: report ## looks at that page in Chromium
 	node tools/measure/report/check.mjs
 report-deps: ## as root: installs what the two need
 	apt-get update -q
-	apt-get install -y --no-install-recommends python3-matplotlib chromium $$(command -v npm > /dev/null || echo npm)
+	apt-get install -y --no-install-recommends python3-matplotlib chromium $(NPM)
 	npm install --no-save --prefix build/web playwright-core
 convergence: $B/wisp ## how direct converges to the reference; half an hour the first time
 	python3 tools/measure convergence

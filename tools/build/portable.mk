@@ -14,7 +14,7 @@ web-test: web ## clicks through that page in Chromium
 	node tools/web/test.mjs
 web-deps: ## as root: installs what the two need
 	apt-get update -q
-	apt-get install -y --no-install-recommends $(PACKAGES) emscripten chromium $$(command -v npm > /dev/null || echo npm)
+	apt-get install -y --no-install-recommends $(PACKAGES) emscripten chromium $(NPM)
 	npm install --no-save --prefix build/web playwright-core
 
 # Names of the scenes of each program, and their objects; the program itself gets the names as X(NAME) X(NAME) ...

@@ -34,7 +34,8 @@ coverage: ## lines and branches of src/ that all tests reach, by room, and the l
 	python3 tools/coverage $B/coverage
 
 # Functions for wide vectors are chosen before the checks are set up, so there are none.
-CHECKS       = -O1 -g1 -fsanitize=address,undefined -fno-sanitize=vptr -fno-sanitize-recover=all -fno-omit-frame-pointer -D_GLIBCXX_ASSERTIONS
+SANITISED    = -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all
+CHECKS       = $(SANITISED) -fno-sanitize=vptr -D_GLIBCXX_ASSERTIONS
 sanitize: ## all tests with checks of addresses, undefined behaviour and the library's assertions; an hour
 	+$(MAKE) B=$B/sanitize MULTIVERSION= INSTRUMENTED="$(CHECKS)" all $B/sanitize/tests $B/sanitize/faults.so
 	tools/run_tests $B/sanitize/tests
@@ -42,9 +43,8 @@ mutants: ## whether tests notice SAMPLE=1000 changed operators and numbers of th
 	$(PYTHON) tools/mutants --build $B --data $(DATA) --sample $(or $(SAMPLE),1000)
 
 SECONDS     ?= 60
-SANITISED    = -O1 -g -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all
 FUZZ_CXX     = clang++
-FUZZ_FLAGS   = $(IEEE) $(SANITISED) -DWISP_FLAGS='""'
+FUZZ_FLAGS   = $(IEEE) $(SANITISED) -fsanitize=fuzzer-no-link -DWISP_FLAGS='""'
 $(eval $(call objects,fuzz/host,src/host,FUZZ_CXX,FUZZ_FLAGS))
 $(eval $(call objects,fuzz/targets,test/fuzz,FUZZ_CXX,FUZZ_FLAGS))
 fuzz: $(FUZZ:%=$B/fuzz/%) ## every reader under libFuzzer with address and undefined-behaviour checks, SECONDS=60 each

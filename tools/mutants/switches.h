@@ -1,7 +1,7 @@
 // Included before each source of the mutated copy: what stands in place of an operator or a number of the core.
 //
 // Each place has a number, and a switch. WISP_MUTANT=number turns one on: that place then computes something else.
-// WISP_REACHED=FILE adds the numbers of all places to the file that a process has come to.
+// WISP_REACHED=FILE adds to the file the numbers of all places that a process has come to.
 #pragma once
 
 namespace mutant {
@@ -36,7 +36,7 @@ WISP_MUTATED(shift_left, <<, >>)
 WISP_MUTATED(shift_right, >>, <<)
 // clang-format on
 
-// Products and quotients lose a factor or a divisor: types need not have the other operation.
+// Products and quotients are doubled: a type that has one need not have the other.
 template <int place, class A, class B> constexpr auto times(const A &a, const B &b) -> decltype(a * b) {
     if (on(place)) return a * b + a * b;
     return a * b;
