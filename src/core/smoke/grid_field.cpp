@@ -1,6 +1,7 @@
 // Density grids: trilinear extinction, and its exact line integrals cell by cell.
 #include "core/smoke/grid_field.h"
 #include "core/numbers/increasing_root.h"
+#include "core/numbers/simd.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -17,19 +18,45 @@ uint32_t sample_beside(const GridField &field, const Cell &cell, int32_t dx, int
                                     min(max(cell.z - 1 + dz, 0), n.z - 1)});
 }
 
+// The samples at the corners of a cell of GridField::between: bit 0 of the number is dx, bit 1 dy, bit 2 dz.
+struct CellSamples {
+    CellSamples(const GridField &field, const Cell &cell) {
+        const Cell &n = field.samples;
+        if (!field.blocks && cell.x > 0 && cell.y > 0 && cell.z > 0 && cell.x < n.x && cell.y < n.y && cell.z < n.z) {
+            const ptrdiff_t row = n.x, slice = row * n.y;
+            const Real *first = field.extinction + index_of(n, {cell.x - 1, cell.y - 1, cell.z - 1});
+            for (int i = 0; i < 8; ++i) at[i] = first[(i & 1) + (i >> 1 & 1) * row + (i >> 2) * slice];
+        } else {
+            for (int i = 0; i < 8; ++i) at[i] = field.extinction[sample_beside(field, cell, i & 1, i >> 1 & 1, i >> 2)];
+        }
+    }
+    bool empty() const {
+        bool all = true;
+        for (const Real &sigma : at) all &= sigma == Real(0);
+        return all;
+    }
+    // sigma_t where the cell's coordinates are t.
+    Real value(const Vec3 &t) const {
+        return max(Real(0),
+                   trilinear(t, [&](int32_t dx, int32_t dy, int32_t dz) { return at[dx | dy << 1 | dz << 2]; }));
+    }
+    Real at[8];
+};
+
 // sigma_t at p, a point of the frame in or next to a cell of GridField::between.
 Real value_in_cell(const GridField &field, const Cell &cell, const Vec3 &p) {
-    return max(Real(0), trilinear(position_in(field.between, cell, p), [&](int32_t dx, int32_t dy, int32_t dz) {
-                   return field.extinction[sample_beside(field, cell, dx, dy, dz)];
-               }));
+    return CellSamples(field, cell).value(position_in(field.between, cell, p));
 }
 
 // The integral of sigma_t over the distances [from, to] inside one cell. Gauss-Legendre is exact for this cubic.
 Real depth_in_cell(const GridField &field, const Cell &cell, const Ray &ray, Real from, Real to) {
+    const CellSamples samples(field, cell);
+    if (samples.empty()) return Real(0);
     const Real half = (to - from) * Real(0.5), middle = from + half;
-    const Real a = value_in_cell(field, cell, ray.origin + ray.direction * (middle - gauss_node * half));
-    const Real b = value_in_cell(field, cell, ray.origin + ray.direction * (middle + gauss_node * half));
-    return half * (a + b);
+    const auto value = [&](Real t) {
+        return samples.value(position_in(field.between, cell, ray.origin + ray.direction * t));
+    };
+    return half * (value(middle - gauss_node * half) + value(middle + gauss_node * half));
 }
 
 bool contains(const Box &box, const Vec3 &p) {
@@ -132,7 +159,7 @@ Color radiated(const GridField &field, const Vec3 &x, const Color *source, Real 
     return sum;
 }
 
-Real optical_depth(const GridField &field, const Ray &ray, Real end) {
+WISP_MULTIVERSIONED Real optical_depth(const GridField &field, const Ray &ray, Real end) {
     Ray inside;
     Real entry, depth = Real(0);
     if (!enter(field, ray, inside, entry, end)) return Real(0);
