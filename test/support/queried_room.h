@@ -20,15 +20,20 @@ struct QueriedRoom : Room {
         REQUIRE(begin_frame(shadows, settings, arena));
     }
     void ask(const Vec3 &from, uint32_t light, uint32_t triangle) {
-        const Illumination way = illuminate(tracer.lights[light], from, from, from);
-        const ShadowQuery query = make_shadow_query(surfaces, from, light, way, triangle, {}, {}, 0);
+        ask(make_shadow_query(surfaces, from, light, illuminate(tracer.lights[light], from, from, from), triangle, {},
+                              {}, 0));
+    }
+    void ask_in_space(const Vec3 &from, uint32_t light) {
+        ask(make_shadow_query(surfaces, from, light, illuminate(tracer.lights[light], from, from, from)));
+    }
+    void ask(const ShadowQuery &query) {
         TreeCounts unused = {};
-        const bool right = is_blocked(surfaces, query.ray, surfaces.ray_epsilon, query.end, triangle, unused);
+        const bool right = is_blocked(surfaces, query.ray, query.begin, query.end, query.triangle, unused);
         ++queries;
         shadowed += right;
         wrong += is_shadowed(shadows, query) != right;
     }
-    // Points of every triangle, and everywhere, and of and about the lights.
+    // Points of every triangle, of the space next to it, and everywhere, and of and about the lights.
     void query_everywhere(uint64_t seed, double size) {
         Sequence next{seed};
         const uint32_t other = scene.static_count; // a triangle that moves
@@ -41,11 +46,17 @@ struct QueriedRoom : Room {
                 const Double3 *c = triangles[i].corner;
                 for (const double u : {0.0, 0.5, 1.0, next()})
                     for (const double v : {0.0, 0.5, next()})
-                        if (u + v <= 1) ask(vec_of(c[0] + (c[1] - c[0]) * u + (c[2] - c[0]) * v), l, i);
+                        if (u + v <= 1) {
+                            const Double3 at = c[0] + (c[1] - c[0]) * u + (c[2] - c[0]) * v;
+                            ask(vec_of(at), l, i);
+                            ask_in_space(vec_of(at), l);
+                            ask_in_space(vec_of(at + somewhere(1e-6)), l);
+                        }
                 ask(vec_of(c[0] * 1.25 - lights[l].position * 0.25), l, other); // seen behind its corners
             }
             for (int i = 0; i < 100; ++i) {
                 ask(vec_of(somewhere(1.25)), l, other);
+                ask_in_space(vec_of(somewhere(1.25)), l);
                 ask(vec_of(lights[l].position + somewhere(1e-6)), l, other);
             }
             ask(vec_of(lights[l].position), l, other);

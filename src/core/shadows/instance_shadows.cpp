@@ -250,7 +250,7 @@ bool is_blocked_by_listed(const InstanceLight &instance, const Shadows &shadows,
     const TriangleRay ray(query.ray.origin, query.ray.direction);
     for (uint32_t i = 0; i < instance.blocker_count; ++i) {
         ++shadows.statistics->shadow.extra_tests;
-        if (intersects(*shadows.scene, instance.blocker[i], ray, shadows.surfaces->ray_epsilon, query.end)) return true;
+        if (intersects(*shadows.scene, instance.blocker[i], ray, query.begin, query.end)) return true;
     }
     return false;
 }
@@ -264,8 +264,7 @@ bool is_blocked_by_moving(const InstanceShadows &instances, const Shadows &shado
         tested = tested || surfaces.group_count > 0;
         return is_blocked_by_moving(shadows, query);
     }
-    if (is_blocked_by_deforming(surfaces, query.ray, surfaces.ray_epsilon, query.end, query.triangle, counts))
-        return true;
+    if (is_blocked_by_deforming(surfaces, query.ray, query.begin, query.end, query.triangle, counts)) return true;
     const uint32_t *step = find_step(instances, shadows.lights[query.light], query);
     if (!step) return false;
     tested = tested || step[0] < step[1];
@@ -274,7 +273,7 @@ bool is_blocked_by_moving(const InstanceShadows &instances, const Shadows &shado
         Real begin = Real(0), end = query.end;
         ++counts.node_visits;
         if (clip(group.box, query.ray, begin, end) &&
-            is_blocked_by_instance(surfaces.instances[group.instance], query.ray, surfaces.ray_epsilon, query.end,
+            is_blocked_by_instance(surfaces.instances[group.instance], query.ray, query.begin, query.end,
                                    query.triangle, counts))
             return true;
     }

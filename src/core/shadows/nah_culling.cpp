@@ -91,10 +91,9 @@ void record_culling_hit(Shadows &shadows, const Ray &ray, const Hit &hit) {
 // The shadow test (C3), and what it adds to the mode (C4). As C3's erratum says, FULL_SHADOW is a hit.
 bool is_shadowed_by_culling(Shadows &shadows, const ShadowQuery &query) {
     NahCulling &culling = memory_of<NahCulling>(shadows);
-    const Surfaces &surfaces = *shadows.surfaces;
     Statistics &statistics = *shadows.statistics;
     const auto traced = [&](TreeCounts &counts) {
-        return is_blocked(surfaces, query.ray, surfaces.ray_epsilon, query.end, query.triangle, counts);
+        return is_blocked(*shadows.surfaces, query.ray, query.begin, query.end, query.triangle, counts);
     };
     if (query.light >= ModeWord::lights) return traced(statistics.shadow.traced);
     ModeWord &mode = culling.triangles[query.triangle].mode;

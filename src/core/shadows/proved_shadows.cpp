@@ -40,7 +40,7 @@ bool trace_from_cell(ShadowCells &cells, ShadowCell &cell, const CellPlace &plac
     if (cell.occluder != no_triangle) {
         ++shadows.statistics->shadow.extra_tests;
         blocked = intersects(*shadows.scene, cell.occluder, TriangleRay(query.ray.origin, query.ray.direction),
-                             shadows.surfaces->ray_epsilon, query.end);
+                             query.begin, query.end);
     }
     if (!blocked) blocked = is_blocked_by_static(shadows, query, cell.occluder);
     cell.count_ray(blocked, rays_before_split);

@@ -9,6 +9,7 @@ namespace wisp::WISP_ARITH {
 // Whether an opaque triangle stands between a point and a light. The point is one of a triangle, or one of space.
 struct ShadowQuery {
     Ray ray;           // from the point towards the light; its direction has length 1
+    Real begin;        // a nearer hit is the triangle that holds the point: ray_epsilon, or 0 of a point of space
     Real end;          // distance to the light less ray_epsilon: a farther hit lies behind the light
     uint32_t light;    // of the scene
     uint32_t triangle; // that holds the point, and does not shadow it; no_triangle: a point of space
@@ -21,6 +22,7 @@ struct ShadowQuery {
 inline ShadowQuery make_shadow_query(const Surfaces &surfaces, const Vec3 &position, uint32_t light,
                                      const Illumination &from, uint32_t triangle, Real u, Real v, uint32_t instance) {
     return {{position, -from.direction},
+            surfaces.ray_epsilon,
             from.distance - surfaces.ray_epsilon,
             light,
             triangle,
@@ -29,10 +31,18 @@ inline ShadowQuery make_shadow_query(const Surfaces &surfaces, const Vec3 &posit
             v,
             instance};
 }
-// The query of a point of space.
+// The query of a point of space. A wall shadows it, however near it is.
 inline ShadowQuery make_shadow_query(const Surfaces &surfaces, const Vec3 &position, uint32_t light,
                                      const Illumination &from) {
-    return make_shadow_query(surfaces, position, light, from, no_triangle, Real(0), Real(0), surfaces.instance_count);
+    return {{position, -from.direction},
+            Real(0),
+            from.distance - surfaces.ray_epsilon,
+            light,
+            no_triangle,
+            false,
+            Real(0),
+            Real(0),
+            surfaces.instance_count};
 }
 
 struct Shadows;
@@ -78,18 +88,15 @@ template <class Memory> Memory &memory_of(const Shadows &shadows) { return *stat
 
 // The answer by a ray through the trees, counted as traced: of all triangles, of static ones, of moving ones.
 inline bool is_blocked(const Shadows &shadows, const ShadowQuery &query) {
-    const Surfaces &surfaces = *shadows.surfaces;
-    return is_blocked(surfaces, query.ray, surfaces.ray_epsilon, query.end, query.triangle,
+    return is_blocked(*shadows.surfaces, query.ray, query.begin, query.end, query.triangle,
                       shadows.statistics->shadow.traced);
 }
 inline bool is_blocked_by_static(const Shadows &shadows, const ShadowQuery &query, uint32_t &occluder) {
-    const Surfaces &surfaces = *shadows.surfaces;
-    return is_blocked_by_static(surfaces, query.ray, surfaces.ray_epsilon, query.end, query.triangle, occluder,
+    return is_blocked_by_static(*shadows.surfaces, query.ray, query.begin, query.end, query.triangle, occluder,
                                 shadows.statistics->shadow.traced);
 }
 inline bool is_blocked_by_moving(const Shadows &shadows, const ShadowQuery &query) {
-    const Surfaces &surfaces = *shadows.surfaces;
-    return is_blocked_by_moving(surfaces, query.ray, surfaces.ray_epsilon, query.end, query.triangle,
+    return is_blocked_by_moving(*shadows.surfaces, query.ray, query.begin, query.end, query.triangle,
                                 shadows.statistics->shadow.traced);
 }
 // The answer where it is known, without a test, that no static triangle blocks the ray.

@@ -63,7 +63,7 @@ TEST_CASE(WISP_ARITH_NAME ": whatever is proved of a box holds for every ray fro
                         make_shadow_query(room.surfaces, from, number, illuminate(light, from, from, from));
                     if (!(query.end > Real(0))) continue;
                     const bool hit = intersects(room.scene, t, TriangleRay(query.ray.origin, query.ray.direction),
-                                                room.surfaces.ray_epsilon, query.end);
+                                                query.begin, query.end);
                     hits += hit;
                     wrong += (hit && apart) || (!hit && shadowed) || (hit && opaque && !is_listed);
                 }

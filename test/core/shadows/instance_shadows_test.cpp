@@ -106,8 +106,8 @@ TEST_CASE(WISP_ARITH_NAME ": a light's raster has every instance that its rays m
             const ShadowQuery query = room.query(from, light);
             if (!(query.end > Real(0))) continue;
             TreeCounts counts = {};
-            const bool right = is_blocked_by_moving(room.surfaces, query.ray, room.surfaces.ray_epsilon, query.end,
-                                                    query.triangle, counts);
+            const bool right =
+                is_blocked_by_moving(room.surfaces, query.ray, query.begin, query.end, query.triangle, counts);
             const uint64_t before = room.statistics.shadow.traced.node_visits;
             bool any;
             wrong += is_blocked_by_moving(memory.instances, room.shadows, query, any) != right;
@@ -174,8 +174,8 @@ TEST_CASE(WISP_ARITH_NAME ": what stands between an instance and a light is all 
                 free += found->blocker_count == 0;
                 TreeCounts counts = {};
                 uint32_t occluder;
-                const bool right = is_blocked_by_static(room.surfaces, query.ray, room.surfaces.ray_epsilon, query.end,
-                                                        no_triangle, occluder, counts);
+                const bool right = is_blocked_by_static(room.surfaces, query.ray, query.begin, query.end, no_triangle,
+                                                        occluder, counts);
                 blocked += right;
                 wrong += is_blocked_by_listed(*found, room.shadows, query) != right;
             }

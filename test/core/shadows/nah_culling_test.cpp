@@ -75,8 +75,7 @@ class ReferenceCulling {
         if (r.occlusion == fully && missed && !hit) {
             ++moving;
             TreeCounts unused = {};
-            return is_blocked_by_moving(room_.surfaces, query.ray, room_.surfaces.ray_epsilon, query.end,
-                                        query.triangle, unused);
+            return is_blocked_by_moving(room_.surfaces, query.ray, query.begin, query.end, query.triangle, unused);
         }
         (blocked ? hit : missed) = true;
         return blocked;

@@ -12,8 +12,8 @@ bool stops(const Room &room, uint32_t triangle, const ShadowQuery &query) {
     const Vec3 a = vec_of(t.corner[0]), b = vec_of(t.corner[1]), c = vec_of(t.corner[2]);
     TriangleHit hit;
     return triangle != query.triangle && has_area(a, b, c) && !(room.materials[t.material].transmission > 0) &&
-           intersect(TriangleRay(query.ray.origin, query.ray.direction), a, b, c, hit) &&
-           hit.distance > room.surfaces.ray_epsilon && hit.distance < query.end;
+           intersect(TriangleRay(query.ray.origin, query.ray.direction), a, b, c, hit) && hit.distance > query.begin &&
+           hit.distance < query.end;
 }
 
 // A receiver, a light, and what touches the shaft from one of its cells to the light, or nearly.

@@ -536,7 +536,7 @@ bool is_shadowed_by_buffer(Shadows &shadows, const ShadowQuery &query) {
         if (entry->triangle == query.triangle) continue;
         tested = true;
         ++statistics.shadow.extra_tests;
-        if (intersects(*shadows.scene, entry->triangle, ray, surfaces.ray_epsilon, query.end)) return true;
+        if (intersects(*shadows.scene, entry->triangle, ray, query.begin, query.end)) return true;
     }
     return tested ? is_blocked_by_moving(shadows, query) : is_shadowed_by_moving_alone(shadows, query);
 }

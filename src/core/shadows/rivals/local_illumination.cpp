@@ -158,7 +158,7 @@ bool is_shadowed_by_octrees(Shadows &shadows, const ShadowQuery &query) {
             if (list[i] == query.triangle) continue;
             tested = true;
             ++statistics.shadow.extra_tests;
-            if (!intersects(*shadows.scene, list[i], ray, surfaces.ray_epsilon, query.end)) continue;
+            if (!intersects(*shadows.scene, list[i], ray, query.begin, query.end)) continue;
             std::swap(list[0], list[i]); // it will block other rays, too
             return true;
         }

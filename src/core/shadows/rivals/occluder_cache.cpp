@@ -38,8 +38,8 @@ bool is_shadowed_by_cache(Shadows &shadows, const ShadowQuery &query) {
     uint32_t &last = cache.occluder[row * cache.light_count + query.light];
     if (last != no_triangle && last != query.triangle) {
         ++shadows.statistics->shadow.extra_tests;
-        if (intersects(*shadows.scene, last, TriangleRay(query.ray.origin, query.ray.direction),
-                       shadows.surfaces->ray_epsilon, query.end))
+        if (intersects(*shadows.scene, last, TriangleRay(query.ray.origin, query.ray.direction), query.begin,
+                       query.end))
             return true;
     }
     uint32_t occluder;

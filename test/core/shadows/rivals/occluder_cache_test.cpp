@@ -21,9 +21,15 @@ TEST_CASE(WISP_ARITH_NAME ": the cache tries the last occluder of a triangle and
     const auto ask = [&](double x, uint32_t light, uint32_t triangle, bool is_static) {
         const Vec3 from = vec_of({x, 0, 0.5}), way = room.tracer.lights[light].position - from;
         const Real far = length(way);
-        return is_shadowed(
-            room.shadows,
-            {{from, way / far}, far - room.surfaces.ray_epsilon, light, triangle, is_static, Real(0), Real(0), 0});
+        return is_shadowed(room.shadows, {{from, way / far},
+                                          room.surfaces.ray_epsilon,
+                                          far - room.surfaces.ray_epsilon,
+                                          light,
+                                          triangle,
+                                          is_static,
+                                          Real(0),
+                                          Real(0),
+                                          0});
     };
     const uint64_t &extra = room.statistics.shadow.extra_tests, &visits = room.statistics.shadow.traced.node_visits;
     CHECK(ask(0, 0, 0, true)); // nothing is known
