@@ -95,7 +95,7 @@ TEST_CASE("dense smoke: light that grazes a hard face, or stands close to it") {
 TEST_CASE("dense smoke: backward scattering does not brighten it") {
     DenseSmokeTest test;
     test.write("s.aff", test.box(1, 0.99, "phase -0.95\n"));
-    const double reference = test.mean("--spp 4 --reference --passes 0:64");
+    const double reference = test.mean("--spp 4 --reference --passes 0:1024");
     CHECK(std::fabs(test.mean("--spp 4 --photons 20000") / reference - 1) < 0.06);
 }
 

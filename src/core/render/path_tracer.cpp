@@ -10,6 +10,17 @@ namespace {
 inline uint64_t most_majorants_of(uint64_t elements) {
     return min(max(elements * 64, uint64_t{1} << 19), uint64_t{1} << 22);
 }
+// Edge of a cell of majorants: six samples of density grids, a smoothing length of particles, whose bounds loosen
+// sooner in larger cells (README).
+Real majorant_edge(const Scene &scene) {
+    const Real edge = smallest_smoothing_length(scene);
+    for (uint32_t i = 0; i < scene.smoke_count; ++i)
+        if (!scene.smokes[i].is_grid() && !scene.smokes[i].empty()) return edge;
+    return edge * Real(6);
+}
+// Tentative collisions on a ray whose cells all have smoke, however thin it is; what is left of the light when one
+// flight decides for all of it; the throughput from which on paths go on for certain. Measured (README).
+constexpr Real least_tentative = Real(4), one_flight = Real(0x1p-4), certain_survival = Real(0.375);
 // Collisions of a path: where there are more it ends, and is counted as capped.
 constexpr uint32_t longest_path = 1u << 20;
 // Tentative collisions of a flight, after which the observer may be asked; units of work.
@@ -72,43 +83,145 @@ struct EquiAngular {
     Real end, middle, distance, low, spread;
 };
 
-// Next-event estimation of such a light has an infinite variance: it does not sample in proportion to 1 / r^2.
+// At a path's collisions such a light would have an infinite variance: they do not come in proportion to 1 / r^2.
 bool stands_in_smoke(const PathTracer &tracer, const Light &light) {
     return has_falloff(light.kind) && is_strictly_inside(tracer.medium->bounds, light.position);
 }
 
-// Next-event estimation: an estimate of what the lights send towards the ray's origin after one scattering on the ray's
-// distances 0 to `end`. Its sample is the ray's own `collision`; for lights in the smoke a second one is drawn, and
-// each is weighted as by the balance heuristic.
-Color single_scattering(const PathTracer &tracer, const Ray &ray, Real end, const MediumCollision &collision,
-                        Pcg32 &generator) {
-    Color sum(Real(0));
-    for (uint32_t l = 0; l < tracer.light_count; ++l) {
-        const Light &light = tracer.lights[l];
-        if (!stands_in_smoke(tracer, light)) {
-            if (!collision.found) continue;
-            const Source source = scattered_once(tracer, l, ray, collision.distance);
-            if (source.sigma > Real(0)) sum += source.radiance / source.sigma;
-            continue;
-        }
-        const EquiAngular angular(light, ray, end);
-        const auto weighted = [&](Real t) {
-            const Source source = scattered_once(tracer, l, ray, t);
-            if (!(largest(source.radiance) > Real(0))) return Color(Real(0));
-            const Real transmittance = exp(-optical_depth(*tracer.medium, ray, t));
-            return source.radiance * (transmittance / (source.sigma * transmittance + angular.density(t)));
-        };
-        if (collision.found) sum += weighted(collision.distance);
-        sum += weighted(angular.sample(uniform(generator)));
+// Next-event estimation: an estimate of what a light sends towards the ray's origin after one scattering on the ray's
+// distances 0 to `end`, at the ray's `collision`. For a light in the smoke the place is drawn as the light falls off.
+Color single_scattering(const PathTracer &tracer, uint32_t number, const Ray &ray, Real end,
+                        const WeightedCollision &collision, Pcg32 &generator) {
+    const Light &light = tracer.lights[number];
+    if (!stands_in_smoke(tracer, light)) {
+        if (!(collision.weight > Real(0))) return Color(Real(0));
+        const Source source = scattered_once(tracer, number, ray, collision.distance);
+        return source.sigma > Real(0) ? source.radiance * (collision.weight / source.sigma) : Color(Real(0));
     }
-    return sum;
+    const EquiAngular angular(light, ray, end);
+    const Real t = angular.sample(uniform(generator));
+    const Source source = scattered_once(tracer, number, ray, t);
+    if (!(largest(source.radiance) > Real(0))) return Color(Real(0));
+    return source.radiance * (exp(-optical_depth(*tracer.medium, ray, t)) / angular.density(t));
 }
 
-// Moves the ray to its collision, and draws its new direction.
-void scatter(const SmokeVolume &smoke, Real distance, Ray &ray, Pcg32 &generator) {
-    ray.origin += ray.direction * distance;
-    const Phase::Cosine angle = smoke.phase.sample(unit_open<Real>(generator()));
-    ray.direction = deflect(ray.direction, angle, uniform(generator));
+// Moves the ray to where it enters the medium's bounds. False: it does not before `end`.
+bool enter(const Medium &medium, Ray &ray, Real &end) {
+    Real begin = Real(0);
+    if (!clip(medium.bounds, ray, begin, end)) return false;
+    ray.origin += ray.direction * begin;
+    end -= begin;
+    return true;
+}
+
+// Where a path is scattered. Its next single scattering is estimated twice for some lights: along the path's own new
+// direction, and along one that is drawn from a lobe about the light, in which its light is likely to be scattered
+// back. The lobe is the phase function, as the light is scattered by it; about a light in the smoke it is uniform in
+// the angle, as a ray that passes the light at the distance h scatters light in proportion to 1 / h. Each estimate is
+// weighted as by the balance heuristic.
+class Turn {
+  public:
+    Turn(const PathTracer &tracer, const SmokeVolume &smoke, const Vec3 &x, const Vec3 &before)
+        : tracer_(tracer), phase_(smoke.phase), x_(x), before_(before) {
+        for (uint32_t l = 0; l < tracer.light_count; ++l) lobes_ += has_lobe(l) ? 1 : 0;
+    }
+
+    Ray follow_phase(Pcg32 &generator) const {
+        const Phase::Cosine angle = phase_.sample(unit_open<Real>(generator()));
+        return {x_, deflect(before_, angle, uniform(generator))};
+    }
+
+    // Draws one of the lights that have a lobe, and a direction about it. False: none has.
+    bool follow_lobe(Pcg32 &generator, uint32_t &light, Ray &ray) const {
+        if (lobes_ == 0) return false;
+        uint32_t before = static_cast<uint32_t>(uint64_t{generator()} * lobes_ >> 32);
+        for (light = 0; !has_lobe(light) || before-- > 0;) ++light;
+        Phase::Cosine angle;
+        if (stands_in_smoke(tracer_, tracer_.lights[light]))
+            sincos_turns(uniform(generator) * Real(0.5), angle.sine, angle.cosine);
+        else
+            angle = phase_.sample(unit_open<Real>(generator()));
+        ray = {x_, deflect(towards(light), angle, uniform(generator))};
+        return true;
+    }
+
+    // The weight of a light's single scattering along a direction that was drawn in either way, over the phase
+    // function there.
+    Real share(uint32_t light, const Vec3 &direction) const {
+        if (!has_lobe(light)) return Real(1);
+        const Vec3 to_light = towards(light);
+        const Real density = phase_(before_, direction);
+        const Real lobe = stands_in_smoke(tracer_, tracer_.lights[light])
+                              ? per_turn / max(length(cross(to_light, direction)), Real(0x1p-14))
+                              : phase_(to_light, direction);
+        return density / (density + lobe / Real(static_cast<int32_t>(lobes_)));
+    }
+
+  private:
+    static constexpr Real per_turn = Real(0.0506605918212); // 1 / (2 pi^2)
+
+    // Of a distant light and an even phase function, the lobe would be as that is.
+    bool has_lobe(uint32_t light) const {
+        return !phase_.isotropic() || stands_in_smoke(tracer_, tracer_.lights[light]);
+    }
+    Vec3 towards(uint32_t light) const { return -illuminate(tracer_.lights[light], x_, x_, x_).direction; }
+
+    const PathTracer &tracer_;
+    const Phase &phase_;
+    const Vec3 x_, before_;
+    uint32_t lobes_ = 0;
+};
+
+// Whether a path goes on; its throughput grows where others end.
+bool survives(Color &throughput, Pcg32 &generator) {
+    const Real most = largest(throughput);
+    if (!(most > Real(0))) return false;
+    if (!(most < certain_survival)) return true;
+    if (!(uniform(generator) < most / certain_survival)) return false;
+    throughput = throughput * (certain_survival / most);
+    return true;
+}
+
+Color emitted(const PathTracer &tracer, const WeightedCollision &collision) {
+    if (!(collision.weight > Real(0))) return Color(Real(0));
+    const SmokeVolume &smoke = tracer.medium->smokes[collision.smoke];
+    return (Color(Real(1)) - smoke.albedo) * smoke.emission * collision.weight;
+}
+
+// Returns `radiance` plus one sample of light that is scattered at the ray's `collision` and has been emitted or
+// scattered before.
+Color scattered_again(const PathTracer &tracer, Ray ray, WeightedCollision collision, Color radiance,
+                      Pcg32 &generator) {
+    const Medium &medium = *tracer.medium;
+    const Surfaces *surfaces = tracer.shadows ? tracer.shadows->surfaces : nullptr;
+    Color throughput(Real(1));
+    for (uint32_t number = 1; number < longest_path; ++number) {
+        if (!(collision.weight > Real(0)) || !tracer.watch.go_on(units_of_collision)) return radiance;
+        const SmokeVolume &smoke = medium.smokes[collision.smoke];
+        throughput = throughput * smoke.albedo * collision.weight;
+        if (!survives(throughput, generator)) return radiance;
+
+        const Turn turn(tracer, smoke, ray.origin + ray.direction * collision.distance, ray.direction);
+        uint32_t light;
+        if (turn.follow_lobe(generator, light, ray)) {
+            Real end = distance_to_surface(surfaces, ray, Real(0));
+            const Real share = turn.share(light, ray.direction);
+            if (enter(medium, ray, end)) {
+                collision = sample_collision(tracer, ray, end, generator);
+                radiance += throughput * single_scattering(tracer, light, ray, end, collision, generator) * share;
+            }
+        }
+        ray = turn.follow_phase(generator);
+        Real end = distance_to_surface(surfaces, ray, Real(0));
+        if (!enter(medium, ray, end)) return radiance;
+        collision = sample_collision(tracer, ray, end, generator);
+        radiance += throughput * emitted(tracer, collision);
+        for (uint32_t l = 0; l < tracer.light_count; ++l)
+            radiance += throughput * single_scattering(tracer, l, ray, end, collision, generator) *
+                        turn.share(l, ray.direction);
+    }
+    ++tracer.statistics->photons.capped;
+    return radiance;
 }
 
 } // namespace
@@ -146,18 +259,22 @@ Majorants make_majorants(const Medium &medium, Real edge, Arena &arena, Watch wa
     return majorants;
 }
 
-MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 &generator) {
+WeightedCollision sample_collision(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 &generator) {
     const Medium &medium = *tracer.medium;
     const Lattice &lattice = tracer.majorants.lattice;
-    MediumCollision collision = {false, end, 0, 0};
-    Real rest = exponential(generator); // the majorants' optical depth from here to the next tentative collision
+    WeightedCollision collision = {Real(0), end, 0};
+    const Real more = least_tentative / max(end, Real(0x1p-20));
+    Real rest = exponential(generator); // tentative collisions to expect from here to the next one
+    Real left = Real(1);                // of a unit of light: what has not collided yet
     uint32_t tentative = 0;
     for_each_cell(lattice, ray, Real(0), end, [&](const Cell &cell, Real from, Real to) {
-        const Real bound = tracer.majorants.sigma[index_of(lattice.count, cell)];
+        const Real majorant = tracer.majorants.sigma[index_of(lattice.count, cell)];
+        if (!(majorant > Real(0))) return true;
+        const Real rate = majorant + more;
         for (Real t = from;;) {
-            const Real depth = bound * (to - t);
-            if (!(rest < depth)) {
-                rest -= depth;
+            const Real expected = rate * (to - t);
+            if (!(rest < expected)) {
+                rest -= expected;
                 return true;
             }
             if (++tentative % asked_after == 0 && !tracer.watch.go_on(asked_after * units_of_collision)) return false;
@@ -165,17 +282,26 @@ MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 
                 ++tracer.statistics->photons.capped;
                 return false;
             }
-            t += rest / bound;
+            t += rest / rate;
             const Vec3 x = ray.origin + ray.direction * t;
-            // The collision is real if this is below sigma_t. It is then one with the smoke in whose part of sigma_t it
-            // lies.
-            Real sigma = uniform(generator) * bound;
+            // A little light flies on or collides as one: a path through deep smoke then has the weight 1, not a
+            // product of as many random numbers as it has collisions.
+            const bool whole = left < one_flight;
+            const Real arriving = left, chance = whole ? uniform(generator) * rate : Real(0);
+            Real sigma = Real(0);
             for (uint32_t i = 0; i < medium.count; ++i) {
                 ++tracer.statistics->smoke.density_evaluations;
-                sigma -= extinction(medium.smokes[i].field, x);
-                if (!(sigma < Real(0))) continue;
-                collision = {true, t, i, 0};
-                return false;
+                const Real here = extinction(medium.smokes[i].field, x);
+                sigma += here;
+                if (whole ? !(chance < sigma) : !(here > Real(0))) continue;
+                const Real part = whole ? arriving : arriving * (here / rate);
+                collision.weight = whole ? Real(1) : collision.weight + part;
+                left -= part;
+                if (uniform(generator) * collision.weight < part) {
+                    collision.distance = t;
+                    collision.smoke = i;
+                }
+                if (whole) return false;
             }
             rest = exponential(generator);
         }
@@ -184,46 +310,18 @@ MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 
 }
 
 Color sample_radiance(const PathTracer &tracer, Ray ray, Real end, Color radiance, Pcg32 &generator) {
-    const Medium &medium = *tracer.medium;
-    if (medium.empty()) return radiance;
-    const Surfaces *surfaces = tracer.shadows ? tracer.shadows->surfaces : nullptr;
-    Color throughput(Real(1));
-    for (uint32_t number = 0; number < longest_path; ++number) {
-        if (!tracer.watch.go_on(units_of_collision)) return radiance;
-        if (number > 0) end = distance_to_surface(surfaces, ray, Real(0));
-        Real begin = Real(0);
-        if (!clip(medium.bounds, ray, begin, end)) return radiance;
-        ray.origin += ray.direction * begin;
-        end -= begin;
-        const MediumCollision collision = track(tracer, ray, end, generator);
-        radiance += throughput * single_scattering(tracer, ray, end, collision, generator);
-        if (!collision.found) return radiance;
-        const SmokeVolume &smoke = medium.smokes[collision.smoke];
-        radiance += throughput * (Color(Real(1)) - smoke.albedo) * smoke.emission;
-
-        throughput = throughput * smoke.albedo;
-        if (!(largest(throughput) > Real(0))) return radiance;
-        if (largest(throughput) < Real(0.25)) {
-            if (uniform(generator) < Real(0.5)) return radiance;
-            throughput = throughput * Real(2);
-        }
-        scatter(smoke, collision.distance, ray, generator);
-    }
-    ++tracer.statistics->photons.capped;
-    return radiance;
+    if (tracer.medium->empty() || !enter(*tracer.medium, ray, end)) return radiance;
+    const WeightedCollision collision = sample_collision(tracer, ray, end, generator);
+    radiance += emitted(tracer, collision);
+    for (uint32_t l = 0; l < tracer.light_count; ++l)
+        radiance += single_scattering(tracer, l, ray, end, collision, generator);
+    return scattered_again(tracer, ray, collision, radiance, generator);
 }
 
 Color sample_multiple_scattering(const PathTracer &tracer, Ray ray, Real end, Pcg32 &generator) {
     const Color none(Real(0));
-    Real begin = Real(0);
-    if (!clip(tracer.medium->bounds, ray, begin, end)) return none;
-    ray.origin += ray.direction * begin;
-    const MediumCollision collision = track(tracer, ray, end - begin, generator);
-    if (!collision.found) return none;
-    const SmokeVolume &smoke = tracer.medium->smokes[collision.smoke];
-    const Surfaces *surfaces = tracer.shadows ? tracer.shadows->surfaces : nullptr;
-    scatter(smoke, collision.distance, ray, generator);
-    return smoke.albedo * sample_radiance(tracer, ray, distance_to_surface(surfaces, ray, Real(0)), none, generator);
+    if (!enter(*tracer.medium, ray, end)) return none;
+    return scattered_again(tracer, ray, sample_collision(tracer, ray, end, generator), none, generator);
 }
 
 uint64_t majorant_bytes(const Scene &scene) {
@@ -236,7 +334,7 @@ bool make_path_tracer(const Scene &scene, const Medium &medium, const Light *lig
                       Statistics &statistics, PathTracer &tracer, Watch watch) {
     tracer = {&medium, lights, scene.light_count, {}, &statistics, shadows, watch};
     if (medium.empty()) return true;
-    tracer.majorants = make_majorants(medium, smallest_smoothing_length(scene), arena, watch);
+    tracer.majorants = make_majorants(medium, majorant_edge(scene), arena, watch);
     return tracer.majorants.sigma != nullptr;
 }
 

@@ -1,8 +1,8 @@
 // The reference that every other method is measured against: unbiased volumetric path tracing (README).
 //
 // It shares the density fields, the lights' formulas and the phase function with the rest, and nothing of the photons:
-// free paths are Woodcock's delta tracking against local majorants (where photons use exact collisions), draws come
-// from a generator in sequence (where photons hash), and light arrives by next-event estimation. Slow and simple.
+// collisions are found by weighted tracking against local majorants (where photons use exact collisions), draws come
+// from a generator in sequence (where photons hash), and light arrives by next-event estimation.
 #pragma once
 #include "core/shadows/shadows.h"
 #include "core/smoke/medium.h"
@@ -35,10 +35,17 @@ struct PathTracer {
     Watch watch = {};
 };
 
-// Draws the first collision along the ray before `end`, by delta tracking: its distance, and which smoke is hit.
-// Tentative collisions have the rate sigma_m of the majorants; each is real with probability sigma_t / sigma_m. This is
-// unbiased.
-MediumCollision track(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 &generator);
+// A collision of light that flies along a ray, and how much of the light collides.
+struct WeightedCollision {
+    Real weight; // of a unit of light, from [0, 1]; 0: no collision was found
+    Real distance;
+    uint32_t smoke;
+};
+// Draws a collision before `end`, by weighted tracking. Tentative collisions have a rate above the majorant; at each,
+// sigma_t / rate of what has not yet collided does. One of these parts is drawn in proportion to its size, and stands
+// for their sum. The expectation of weight times any function of the distance is that of delta tracking: the integral
+// of the function times sigma_t times the transmittance (README).
+WeightedCollision sample_collision(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 &generator);
 
 // Returns `radiance` plus one sample of the radiance of the smoke on the ray's distances 0 to `end`. The expectation of
 // the sample is that of S1. A path that meets a surface ends there, because surfaces give no light to smoke.

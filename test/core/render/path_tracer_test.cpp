@@ -88,7 +88,7 @@ Score fluence(uint64_t seed, double albedo, double r) {
     box.albedo = {albedo, albedo, albedo};
     const double intensity = 1 / (4 * pi_);
     const Tracer tracer(box, {{LightKind::point, {0, 0, 0}, {0, 0, 1}, 2, {intensity, intensity, intensity}}});
-    return score(6000, [&](int i) {
+    return score(9000, [&](int i) {
         Sequence next{seed << 32 | uint64_t(i)};
         next();
         const double cosine = 2 * next() - 1, turn = 2 * pi_ * next(), side = std::sqrt(1 - cosine * cosine);
@@ -138,7 +138,7 @@ bool measure(const Row &row, const std::vector<Row> &rows, uint64_t seed, double
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME ": delta tracking lets through what the closed optical depth says") {
+TEST_CASE(WISP_ARITH_NAME ": light collides as much, and as far, as the closed optical depth says") {
     // Particles of both kernels with unlike sizes, and a turned grid: two ways that share nothing but the density.
     std::vector<Particle> particles = cloud(300, 3, 1, 1.2);
     for (size_t i = 0; i < particles.size(); i += 3) particles[i].h = 1.75;
@@ -161,12 +161,61 @@ TEST_CASE(WISP_ARITH_NAME ": delta tracking lets through what the closed optical
             const Ray inside = {ray.origin + ray.direction * begin, ray.direction};
             const double expected = std::exp(-at(optical_depth(tracer.built.medium, inside, end - begin)));
             REQUIRE(expected < 0.8);
-            const int n = 10000;
-            int through = 0;
-            Pcg32 generator(5);
-            for (int i = 0; i < n; ++i) through += track(tracer.tracer, inside, end - begin, generator).found ? 0 : 1;
-            CHECK(std::fabs(double(through) / n - expected) < 4 * std::sqrt(expected * (1 - expected) / n) + 1e-9);
+            // Of a unit of light 1 - T collides. Where half, or any part p of it has collided, p is uniform: E[p] and
+            // E[p^2] are the integrals of p and p^2 from 0 to 1 - T.
+            const double collides = 1 - expected, unseen = expected < 1e-3 ? 2 * expected : 1e-9; // by 4000 samples
+            for (int power = 0; power < 3; ++power) {
+                Pcg32 generator(5);
+                const Score mean = score(4000, [&](int) {
+                    const WeightedCollision found = sample_collision(tracer.tracer, inside, end - begin, generator);
+                    REQUIRE((found.weight >= Real(0) && found.weight <= Real(1)));
+                    if (!(found.weight > Real(0))) return 0.0;
+                    const double p = 1 - std::exp(-at(optical_depth(tracer.built.medium, inside, found.distance)));
+                    return at(found.weight) * std::pow(p, power);
+                });
+                CHECK(std::fabs(mean.mean - std::pow(collides, power + 1) / (power + 1)) < 4 * mean.error + unseen);
+            }
         }
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": most rays through thin smoke find a collision, and all light collides in deep smoke") {
+    const auto weights = [](double sigma, double length) {
+        const Tracer tracer(box_of(1, 1, length / 2, sigma), {});
+        Pcg32 generator(7);
+        return score(2000, [&](int) {
+            return at(
+                sample_collision(tracer.tracer, {vec(0.1, 0.2, -length / 2), vec(0, 0, 1)}, real(length), generator)
+                    .weight);
+        });
+    };
+    const double thin = 1 - std::exp(-0.05);
+    const Score found = weights(0.05, 1);
+    CHECK(std::fabs(found.mean - thin) < 4 * found.error);
+    // One flight's weight is 0 or 1: the standard deviation is sqrt(T (1 - T)).
+    CHECK(found.error < 0.2 * std::sqrt(thin * (1 - thin) / 2000));
+    const Score all = weights(4, 16);
+    CHECK(all.mean == 1);
+    CHECK(all.error == 0);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": light collides with each of two smokes in proportion to its density") {
+    const SmokeDescription thin = box_of(2, 2, 2, 0.25), dense = box_of(2, 2, 2, 0.75);
+    Tracer tracer(thin, {});
+    const BuiltMedium both({thin, dense});
+    std::vector<unsigned char> memory(1 << 20);
+    Arena arena(memory.data(), memory.size());
+    tracer.tracer.medium = &both.medium;
+    tracer.tracer.majorants = make_majorants(both.medium, Real(1), arena);
+    Pcg32 generator(9);
+    const double depth = 4, all = 1 - std::exp(-depth);
+    for (uint32_t smoke : {0u, 1u}) {
+        const Score part = score(4000, [&](int) {
+            const WeightedCollision found =
+                sample_collision(tracer.tracer, {vec(0, 0, -2), vec(0, 0, 1)}, Real(4), generator);
+            return found.smoke == smoke ? at(found.weight) : 0.0;
+        });
+        CHECK(std::fabs(part.mean - all * (smoke ? 0.75 : 0.25)) < 4 * part.error);
     }
 }
 
@@ -259,6 +308,11 @@ TEST_CASE(WISP_ARITH_NAME
     const double expected = albedo / (4 * pi_) * 9.1192720747;
     CHECK(std::fabs(mean.mean - expected) < 4 * mean.error + 1e-3 * expected);
     CHECK(mean.error < 0.02 * expected); // without the second strategy 0.034
+}
+
+TEST_CASE(WISP_ARITH_NAME ": light that is scattered forward twice is found without luck") {
+    const Score reflected = scattered_by_slab(1, 0.9, 0.75, 2, 1, 1, true);
+    CHECK(reflected.error < 0.0015); // 0.0026 by directions of the phase function alone
 }
 
 TEST_CASE(WISP_ARITH_NAME ": smoke of any density ends a path") { // B2

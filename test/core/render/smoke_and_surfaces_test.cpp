@@ -509,13 +509,18 @@ TEST_CASE(WISP_ARITH_NAME ": pictures of smoke among surfaces are those of the r
         Settings settings = cellar_settings(way, pixels, 10000);
         settings.gather = 10; // so near that their ball does not blur either
         const Rendered picture = render_in_memory(scene, settings);
+        settings.seed = 2;
+        const Rendered other = render_in_memory(scene, settings);
         settings.photons = 0;
         const Rendered once = render_in_memory(scene, settings);
         REQUIRE(picture.status == Status::done);
+        const double of_photons = relative_difference(picture.rgb, other.rgb) / std::sqrt(2.0);
+        const double both = std::hypot(noise, of_photons);
         const double multiple = 1 - sum_of(once.rgb) / sum_of(truth), bias = 0.1 * multiple + 0.01;
         CHECK(multiple > 0.15);
+        CHECK(of_photons < 0.06);
         CHECK(std::fabs(sum_of(picture.rgb) / sum_of(truth) - 1) < 3.5 * noise / pixels + bias);
-        CHECK(relative_difference(picture.rgb, truth) < 1.2 * noise + bias);
+        CHECK(relative_difference(picture.rgb, truth) < 1.2 * both + bias);
     }
 }
 
