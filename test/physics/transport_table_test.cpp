@@ -1,5 +1,6 @@
 // The table of transport values against closed forms, and its rows against each other: a number that was changed or
 // copied wrongly is found. The formulas are in README.md here.
+#include "physics/adding_doubling.h"
 #include "physics/transport_rows.h"
 #include <map>
 
@@ -80,7 +81,43 @@ TEST_CASE("the table of transport values agrees with closed forms") {
             CHECK(agrees(found, (1 - value.at(escapes)) / (1 - c), 5e-7));
         } else if (matches(std::sscanf(text, "slab_a%lf_g%lf_t%lf_UTd1%n", &c, &g, &x, &end), 3))
             // All that is transmitted is direct or diffuse.
-            CHECK(agrees(found + std::exp(-x), value.at(id.substr(0, id.find("UTd1")) + "UT1"), 5e-8));
+            CHECK(agrees(found + std::exp(-x), value.at(id.substr(0, id.find("UTd1")) + "UT1"),
+                         1e-7)); // both are rounded
     }
-    CHECK(checked == 80 + 16 + 42 + 18 + 2 + 3);
+    CHECK(checked == 80 + 16 + 42 + 18 + 2 + 11);
+}
+
+TEST_CASE("the table's slabs agree with the doubling method") {
+    const std::vector<Row> rows = transport_rows();
+    struct Series {
+        double albedo, g;
+        size_t points;
+    };
+    int checked = 0;
+    for (const Series &of :
+         {Series{0.5, 0, 32}, {1, 0, 64}, {0.9, 0.75, 80}, {1, 0.75, 80}, {0.9, -0.5, 48}, {0.9, 0.95, 220}})
+        for (DoubledSlab slab(of.albedo, of.g, 0x1p-5, of.points, {1, 0.5, 0.1}); slab.depth() <= 16; slab.twice())
+            for (const Row &row : rows) {
+                double albedo, g, depth, out, in;
+                int end = 0;
+                char way;
+                if (std::sscanf(row.id.c_str(), "slab_a%lf_g%lf_t%lf_%n", &albedo, &g, &depth, &end) != 3 ||
+                    albedo != of.albedo || g != of.g || depth != slab.depth())
+                    continue;
+                const std::string what = row.id.substr(static_cast<size_t>(end));
+                const double found = what == "UR1"      ? slab.reflected(1)
+                                     : what == "UR(.5)" ? slab.reflected(0.5)
+                                     : what == "URU"    ? slab.reflected_of_diffuse()
+                                     : what == "UTd1"   ? slab.transmitted(1)
+                                     : what == "UT1"    ? slab.transmitted(1) + std::exp(-depth)
+                                     : what == "UT(.5)" ? slab.transmitted(0.5) + std::exp(-depth / 0.5)
+                                     : what == "UTU"    ? slab.transmitted_of_diffuse()
+                                     : std::sscanf(what.c_str(), "%c(%lf,%lf)", &way, &out, &in) < 3 ? 0
+                                     : way == 'R' ? slab.reflection(out, in)
+                                                  : slab.transmission(out, in);
+                CAPTURE(row.id);
+                CHECK(std::fabs(found - row.value) < 2e-6 * row.value);
+                ++checked;
+            }
+    CHECK(checked == 11 * 13);
 }

@@ -11,12 +11,10 @@ using namespace wisp::WISP_ARITH;
 
 namespace {
 
-// A medium of extinction 1 inside a convex shape, with the functions that `walk` calls. `exit` is a point behind the
-// boundary, where the last photon left.
+// A medium of extinction 1 inside a convex shape, with the functions that `walk` calls.
 struct UnitMedium {
     double albedo_, g;
     std::function<bool(const Vec3 &)> inside;
-    mutable Vec3 exit = Vec3(Real(0));
 };
 struct UnitCollision {
     bool found;
@@ -24,15 +22,11 @@ struct UnitCollision {
 };
 UnitCollision first_collision(const UnitMedium &medium, const Ray &ray, Real, Event event) {
     const Real distance = -wisp::log(unit_open<Real>(draw(event, 0)));
-    const Vec3 end = ray.origin + ray.direction * distance;
-    const bool found = medium.inside(end); // a convex shape holds the whole flight
-    if (!found) medium.exit = end;
-    return {found, distance};
+    // A convex shape holds the whole flight, or it leaves.
+    return {medium.inside(ray.origin + ray.direction * distance), distance};
 }
 Color albedo(const UnitMedium &medium, const UnitCollision &) { return Color(real(medium.albedo_)); }
 Phase phase(const UnitMedium &medium, const UnitCollision &) { return Phase(real(medium.g)); }
-
-uint64_t key_of(uint64_t row, uint64_t i) { return (row * 1000003 + i + 1) * 0x9e3779b97f4a7c15u; }
 
 Photon photon_at(const Vec3 &origin, const Vec3 &direction) { return {{origin, direction}, Color(Real(1)), true}; }
 
@@ -42,91 +36,128 @@ Photon isotropic_photon(const Vec3 &origin, uint64_t key) {
                                      unit_half_open<Real>(draw(emission, 2))));
 }
 
-Score score_photons(uint64_t row, int photons, const std::function<double(uint64_t)> &of_photon) {
-    return score(photons, [&](int i) { return of_photon(key_of(row, uint64_t(i))); });
-}
+constexpr auto on_no_collision = [](const UnitCollision &, uint32_t, const Photon &) {};
 
-// Light enters a slab 0 < z < depth at a cosine. The fraction that leaves at z <= 0 (`reflected`), or at z >= depth.
-Score half_space(uint64_t row, double a, double g, double depth, double cosine, bool reflected) {
-    UnitMedium slab = {a, g, [depth](const Vec3 &x) { return x.z > Real(0) && x.z < real(depth); }};
-    const Vec3 direction = vec(std::sqrt(1 - cosine * cosine), 0, cosine);
-    return score_photons(row, 6000, [&](uint64_t key) {
-        const PathEnd ending =
-            walk(slab, photon_at(vec(0, 0, 0), direction), key, [](const UnitCollision &, uint32_t, const Photon &) {});
-        return ending == PathEnd::escaped && (slab.exit.z <= Real(0)) == reflected ? 1.0 : 0.0;
-    });
-}
+// The exponential integral E1; as far from its pole as positions are rounded.
+double e1(double x) { return -std::expint(-std::max(x, 1e-7)); }
+
+// Photons of one row.
+class RowWalks {
+  public:
+    explicit RowWalks(uint64_t row) : row_(row) {}
+
+    // Light enters a slab 0 < z < depth at a cosine; 0: diffusely, from all directions of a side. The fraction that
+    // leaves at z <= 0 (`reflected`), or at z >= depth; `diffuse`: of that which was scattered. Of each flight that
+    // part counts which would leave without a collision.
+    bool slab(double a, double g, double depth, double cosine, bool reflected, bool diffuse, Score &result) const {
+        const UnitMedium slab = {a, g, [depth](const Vec3 &x) { return x.z > Real(0) && x.z < real(depth); }};
+        return score_photons(
+            [&](uint64_t key) {
+                const double in = cosine > 0 ? cosine : std::sqrt(at(unit_open<Real>(draw(photon_event(key, 0), 1))));
+                double leaves = 0;
+                walk(slab, photon_at(vec(0, 0, 0), vec(std::sqrt(1 - in * in), 0, in)), key, on_no_collision,
+                     [&](const Photon &photon, Real, uint32_t number) {
+                         if (diffuse && number == 0) return;
+                         const double z = at(photon.ray.origin.z), towards = at(photon.ray.direction.z);
+                         if (reflected ? towards < 0 : towards > 0)
+                             leaves += std::exp(-(reflected ? z : depth - z) / std::fabs(towards));
+                     });
+                return leaves;
+            },
+            result);
+    }
+    // Collisions of a photon in an infinite medium, or the squared distance of the last one.
+    bool infinite(double c, double g, bool spread, Score &result) const {
+        const UnitMedium medium = {c, g, [](const Vec3 &) { return true; }};
+        return score_photons(
+            [&](uint64_t key) {
+                Vec3 last(Real(0));
+                double collisions = 0;
+                walk(medium, photon_at(vec(0, 0, 0), vec(0, 0, 1)), key,
+                     [&](const UnitCollision &, uint32_t, const Photon &p) {
+                         last = p.ray.origin;
+                         ++collisions;
+                     });
+                return spread ? at(dot(last, last)) : collisions;
+            },
+            result);
+    }
+    // The fluence at distance r from an isotropic source. Of each flight that counts which flights from there in all
+    // directions give a sphere of radius r in the mean.
+    bool fluence(double c, double r, Score &result) const {
+        const UnitMedium medium = {c, 0, [](const Vec3 &) { return true; }};
+        return score_photons(
+            [&](uint64_t key) {
+                double sum = 0;
+                walk(medium, isotropic_photon(vec(0, 0, 0), key), key, on_no_collision,
+                     [&](const Photon &p, Real, uint32_t number) {
+                         const double from = std::max(at(length(p.ray.origin)), 1e-7);
+                         sum += number == 0 ? std::exp(-r) / (4 * pi_ * r * r)
+                                            : (e1(std::fabs(r - from)) - e1(r + from)) / (8 * pi_ * r * from);
+                     });
+                return sum;
+            },
+            result);
+    }
+    // A ball of radius 5 with a source at its centre or throughout: what leaves of a photon, or its collisions.
+    bool ball(double c, bool throughout, bool escapes, Score &result) const {
+        const UnitMedium ball = {c, 0, [](const Vec3 &p) { return dot(p, p) < Real(25); }};
+        return score_photons(
+            [&](uint64_t key) {
+                Vec3 start(Real(0));
+                if (throughout) {
+                    const Event place = photon_event(key, 1u << 30);
+                    const double radius = 5 * std::cbrt(at(unit_open<Real>(draw(place, 1))));
+                    start = isotropic_photon(start, key ^ 0x5555).ray.direction * real(radius * 0.999999);
+                }
+                double collisions = 0, leaves = 0;
+                walk(
+                    ball, isotropic_photon(start, key), key,
+                    [&](const UnitCollision &, uint32_t, const Photon &) { ++collisions; },
+                    [&](const Photon &p, Real, uint32_t) {
+                        const double along = at(dot(p.ray.origin, p.ray.direction));
+                        const double rest = 25 - at(dot(p.ray.origin, p.ray.origin));
+                        leaves += std::exp(along - std::sqrt(along * along + rest));
+                    });
+                return escapes ? leaves : collisions;
+            },
+            result);
+    }
+
+  private:
+    template <class OfPhoton> bool score_photons(OfPhoton of_photon, Score &result) const {
+        return score_until(
+            100,
+            [&](int64_t i) { return of_photon((row_ * 1000003 + static_cast<uint64_t>(i) + 1) * 0x9e3779b97f4a7c15u); },
+            result);
+    }
+    uint64_t row_;
+};
 
 // Measures a row's value by photon walks. False where they cannot: the row is of another kind, or too few photons
 // count.
-bool measure(const Row &row, uint64_t seed, Score &result) {
+bool measure(const Row &row, uint64_t number, Score &result) {
     double c, g, x;
     char word[16] = "";
     int end = 0;
     const char *id = row.id.c_str();
     const auto whole = [&] { return end > 0 && id[end] == 0; };
-    if (std::sscanf(id, "slab_a%lf_g%lf_t%lf_U%2[RT1]%n", &c, &g, &x, word, &end) == 4 && whole()) {
-        result = half_space(seed, c, g, x, 1, word[0] == 'R');
-        return row.value > 1e-3;
+    const RowWalks walks(number);
+    if (too_dark(row)) return false;
+    if (std::sscanf(id, "slab_a%lf_g%lf_t%lf_U%15s%n", &c, &g, &x, word, &end) == 4 && whole()) {
+        const std::string way = word; // R1 T1 Td1 R(.5) T(.5) RU TU
+        const double cosine = way.back() == '1' ? 1 : way.back() == ')' ? 0.5 : 0;
+        return walks.slab(c, g, x, cosine, way[0] == 'R', way[1] == 'd', result);
     }
-    if (std::sscanf(id, "slab_a%lf_g%lf_t%lf_U%1[RT](.5)%n", &c, &g, &x, word, &end) == 4 && whole()) {
-        result = half_space(seed, c, g, x, 0.5, word[0] == 'R');
-        return row.value > 1e-3;
-    }
-    if (std::sscanf(id, "semi_c%lf_UR(%lf)%n", &c, &x, &end) == 2 && whole()) {
-        result = half_space(seed, c, 0, 1e5, x, true);
-        return true;
-    }
-    const UnitMedium infinite = {c, 0, [](const Vec3 &) { return true; }};
-    if (std::sscanf(id, "inf_c%lf_g%lf_%5[r2ncol]%n", &c, &g, word, &end) == 3 && whole()) {
-        const UnitMedium medium = {c, g, infinite.inside};
-        const bool spread = std::strcmp(word, "r2") == 0;
-        result = score_photons(seed, c > 0.98 ? 3000 : 10000, [&](uint64_t key) {
-            Vec3 last(Real(0));
-            double collisions = 0;
-            walk(medium, photon_at(vec(0, 0, 0), vec(0, 0, 1)), key,
-                 [&](const UnitCollision &, uint32_t, const Photon &p) {
-                     last = p.ray.origin;
-                     ++collisions;
-                 });
-            return spread ? at(dot(last, last)) : collisions;
-        });
-        return true;
-    }
-    if (std::sscanf(id, "inf_c%lf_r%lf%n", &c, &x, &end) == 2 && whole()) {
-        // Collisions in a shell of +-4 %, each weighted so that a fluence like 1 / r^2 has no bias.
-        const UnitMedium medium = {c, 0, infinite.inside};
-        const double low = 0.96 * x, high = 1.04 * x, width = high - low;
-        const int photons = c > 0.98 ? 4000 : 20000;
-        if (row.value * 4 * pi_ * x * x * width * photons < 100) return false; // too few would fall there
-        result = score_photons(seed, photons, [&](uint64_t key) {
-            double sum = 0;
-            walk(medium, isotropic_photon(vec(0, 0, 0), key), key,
-                 [&](const UnitCollision &, uint32_t, const Photon &p) {
-                     const double r2 = at(dot(p.ray.origin, p.ray.origin));
-                     if (r2 >= low * low && r2 < high * high) sum += 1 / (4 * pi_ * x * x * width);
-                 });
-            return sum;
-        });
-        return true;
-    }
-    if (std::sscanf(id, "sph_R5_c%lf_%4[Pesccoll]_%3[unictr]%n", &c, word, word + 8, &end) == 3 && whole()) {
-        const UnitMedium ball = {c, 0, [](const Vec3 &p) { return dot(p, p) < Real(25); }};
-        const bool uniform = std::strcmp(word + 8, "uni") == 0, escapes = word[0] == 'P';
-        result = score_photons(seed, c > 0.98 ? 4000 : 10000, [&](uint64_t key) {
-            Vec3 start(Real(0));
-            if (uniform) {
-                const Event place = photon_event(key, 1u << 30);
-                const double radius = 5 * std::cbrt(at(unit_open<Real>(draw(place, 1))));
-                start = isotropic_photon(start, key ^ 0x5555).ray.direction * real(radius * 0.999999);
-            }
-            double collisions = 0;
-            const PathEnd ending = walk(ball, isotropic_photon(start, key), key,
-                                        [&](const UnitCollision &, uint32_t, const Photon &) { ++collisions; });
-            return escapes ? (ending == PathEnd::escaped ? 1.0 : 0.0) : collisions;
-        });
-        return true;
-    }
+    if (std::sscanf(id, "semi_c%lf_UR(%lf)%n", &c, &x, &end) == 2 && whole())
+        return walks.slab(c, 0, 1e5, x, true, false, result);
+    if (std::sscanf(id, "semi_c%lf_URU%n", &c, &end) == 1 && whole())
+        return walks.slab(c, 0, 1e5, 0, true, false, result);
+    if (std::sscanf(id, "inf_c%lf_g%lf_%5[r2ncol]%n", &c, &g, word, &end) == 3 && whole())
+        return walks.infinite(c, g, std::strcmp(word, "r2") == 0, result);
+    if (std::sscanf(id, "inf_c%lf_r%lf%n", &c, &x, &end) == 2 && whole()) return walks.fluence(c, x, result);
+    if (std::sscanf(id, "sph_R5_c%lf_%4[Pesccoll]_%3[unictr]%n", &c, word, word + 8, &end) == 3 && whole())
+        return walks.ball(c, std::strcmp(word + 8, "uni") == 0, word[0] == 'P', result);
     return false;
 }
 

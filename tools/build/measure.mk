@@ -32,6 +32,8 @@ convergence: $B/wisp ## how direct converges to the reference; half an hour the 
 	python3 tools/measure convergence
 hard-cases: $B/tests ## each case of test/physics/hard_cases.txt in each arithmetic, as a table
 	python3 tools/measure hard_cases
+physics: $B/tests $B/wisp ## all rows of test/physics/transport.csv, to a standard error of ERROR=0.003; three quarters of an hour
+	python3 tools/measure/physics.py
 lessons: $B/wisp ## fixtures/lessons: runs them, checks their figures and answers, makes build/lessons/index.html; LESSON=06: one
 	@python3 tools/lessons/test.py 2> $B/lessons.log || { cat $B/lessons.log; exit 1; }
 	python3 tools/lessons --wisp $B/wisp --out $B/lessons $(LESSON)
