@@ -53,6 +53,10 @@ void leave(int status) {
 }
 
 size_t stack_size() { return reinterpret_cast<uintptr_t>(stack_end) - reinterpret_cast<uintptr_t>(stack_begin); }
+__attribute__((noinline)) void begin_stack_peak() {
+    uint32_t *const top = static_cast<uint32_t *>(__builtin_frame_address(0)) - 32; // below what this function has
+    for (uint32_t *word = stack_begin; word < top; ++word) *word = unused;
+}
 size_t stack_peak() {
     const uint32_t *word = stack_begin;
     while (*word == unused) ++word;
@@ -68,8 +72,6 @@ void fault() {
 
 // C++ begins with its variables set: those with values copied from the code, the others 0, constructors run.
 void start() {
-    uint32_t *const top = static_cast<uint32_t *>(__builtin_frame_address(0)) - 32; // below what start() itself has
-    for (uint32_t *word = stack_begin; word < top; ++word) *word = board::unused;
     for (uint32_t *to = data_begin, *from = data_image; to < data_end;) *to++ = *from++;
     for (uint32_t *word = bss_begin; word < bss_end;) *word++ = 0;
     processor::begin();

@@ -25,7 +25,8 @@ class File {
 // Since the program began. Of the Cortex-M it runs over after 40 * 2^32.
 uint64_t instructions();
 
-// Bytes of the stack that have been in use, at most; and all that there are.
+// Bytes of the stack that have been in use at most since begin_stack_peak(); and all that there are.
+void begin_stack_peak();
 size_t stack_peak();
 size_t stack_size();
 

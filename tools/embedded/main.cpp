@@ -123,6 +123,7 @@ bool show(const wisp::CompiledScene &compiled, const char *file_name) {
     Quarters quarters = {plan, 0};
     wisp::Statistics statistics;
     wisp::Job job = {compiled.scene, settings, arena, statistics, {&quarters, print_progress}, picture};
+    board::begin_stack_peak();
     const uint64_t start = board::instructions();
     const wisp::Status status = core::renderer.render(job);
     const uint64_t instructions = board::instructions() - start;

@@ -208,8 +208,8 @@ bool make_optical_depth_grid(const Medium &medium, const Light *lights, uint32_t
     depths.depth = depth;
     const size_t mark = arena.mark();
     Real *found = arena.make<Real>(all);
-    if (!depth || !found) return false;
-    Cell place[nodes_of(1)];
+    Cell *place = arena.make<Cell>(nodes);
+    if (!depth || !found || !place) return false;
     for (uint32_t k = 0; k < nodes; ++k) place[k] = cell_of_index(nodes_along(spacing), k);
     // Samples of a density grid lie half a cell of it inside its faces.
     bool samples = false;
@@ -234,7 +234,7 @@ bool make_optical_depth_grid(const Medium &medium, const Light *lights, uint32_t
 
 uint64_t optical_depth_grid_bytes(uint64_t bricks, uint32_t light_count, int32_t spacing) {
     const uint64_t nodes = bricks * nodes_of(spacing);
-    return Arena::bytes<Real>(nodes * light_count) + Arena::bytes<Real>(nodes) +
+    return Arena::bytes<Real>(nodes * light_count) + Arena::bytes<Real>(nodes) + Arena::bytes<Cell>(nodes_of(spacing)) +
            Arena::bytes<Real>(max_cache_size(bricks)) + Arena::bytes<uint32_t>(nodes) +
            Arena::bytes<uint32_t>(max_rows + 1);
 }

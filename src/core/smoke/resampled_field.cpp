@@ -57,10 +57,10 @@ void sum_particles(const ParticleField &field, const SparseGrid &bricks, uint32_
     });
 }
 
+// `sums` has room for rows * row numbers.
 WISP_MULTIVERSIONED void resample_brick(const ParticleField &field, const SparseGrid &bricks, uint32_t brick,
-                                        Real *nodes) {
-    Real sums[rows * row];
-    for (Real &sum : sums) sum = Real(0);
+                                        Real *sums, Real *nodes) {
+    for (uint32_t i = 0; i < rows * row; ++i) sums[i] = Real(0);
     if (field.kernel == Kernel::spline)
         sum_particles<Spline>(field, bricks, brick, sums);
     else
@@ -69,7 +69,7 @@ WISP_MULTIVERSIONED void resample_brick(const ParticleField &field, const Sparse
         for (uint32_t l = 0; l < static_cast<uint32_t>(along); ++l) *nodes++ = sums[r * row + l];
 }
 
-void resample_brick(const GridField &grid, const SparseGrid &bricks, uint32_t brick, Real *nodes) {
+void resample_brick(const GridField &grid, const SparseGrid &bricks, uint32_t brick, Real *, Real *nodes) {
     const Cell &at = bricks.position[brick], &n = grid.samples;
     const int32_t subdivision = bricks.subdivision;
     const auto sample = [](int32_t i, int32_t count) { return min(max(i, 0), count - 1); };
@@ -87,13 +87,13 @@ void resample_brick(const GridField &grid, const SparseGrid &bricks, uint32_t br
 }
 
 template <class Field>
-bool resample_all(const Field &field, const SparseGrid &bricks, Real *nodes, Real *minorants, Real *majorants,
-                  Watch watch) {
+bool resample_all(const Field &field, const SparseGrid &bricks, Real *sums, Real *nodes, Real *minorants,
+                  Real *majorants, Watch watch) {
     constexpr uint32_t units_per_brick = 1 << 13;
     watch.expect(uint64_t{bricks.count} * units_per_brick);
     for (uint32_t brick = 0; brick < bricks.count; ++brick, nodes += nodes_of(1)) {
         if (!watch.done(units_per_brick)) return false;
-        resample_brick(field, bricks, brick, nodes);
+        resample_brick(field, bricks, brick, sums, nodes);
         minorants[brick] = majorants[brick] = nodes[0];
         for (uint32_t i = 1; i < nodes_of(1); ++i) {
             minorants[brick] = min(minorants[brick], nodes[i]);
@@ -117,7 +117,8 @@ bool enter(const SparseGrid &bricks, const Ray &ray, Ray &inside, Real &entry, R
 
 uint64_t resampled_field_bytes(const SmokeDescription &source, uint64_t bricks) {
     return Arena::bytes<Real>(bricks * nodes_of(1)) + 2 * Arena::bytes<Real>(bricks) +
-           (source.is_grid() ? grid_field_bytes(source.grid) : particle_field_bytes(source.count));
+           (source.is_grid() ? grid_field_bytes(source.grid)
+                             : particle_field_bytes(source.count) + Arena::bytes<Real>(rows * row));
 }
 
 ResampledField resample(const SmokeDescription &source, const SparseGrid &bricks, uint32_t dimension, Arena &arena,
@@ -130,10 +131,12 @@ ResampledField resample(const SmokeDescription &source, const SparseGrid &bricks
     const size_t mark = arena.mark();
     if (is_grid_of_program(source.is_grid())) {
         const GridField grid = make_grid_field(source.grid, dimension, arena, watch);
-        if (!grid.ready || !resample_all(grid, bricks, nodes, minorants, majorants, watch)) return field;
+        if (!grid.ready || !resample_all(grid, bricks, nullptr, nodes, minorants, majorants, watch)) return field;
     } else {
         const ParticleField particles = make_particle_field(source, dimension, arena, watch);
-        if (!particles.ready || !resample_all(particles, bricks, nodes, minorants, majorants, watch)) return field;
+        Real *sums = arena.make<Real>(rows * row);
+        if (!particles.ready || !sums || !resample_all(particles, bricks, sums, nodes, minorants, majorants, watch))
+            return field;
     }
     arena.rewind(mark);
     field.extinction = nodes;
