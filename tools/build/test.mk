@@ -26,6 +26,8 @@ $B/faults.so: tools/faults/preloaded.c
 	$(call say,CC) $(CC) -O1 -Wall -Wextra -shared -fPIC $< -o $@
 cluster: $B/wisp ## the recipes for many processes and machines, with kills, on a Slurm of its own; two minutes
 	tools/cluster/cluster_test
+nightly: ## what is checked once a day (.ci/nightly): all compilers and processors, fuzzing, faults, physics; installs, hours
+	.ci/nightly
 
 coverage: ## lines and branches of src/ that all tests reach, by room, and the lines of the core that none reaches; an hour
 	+$(MAKE) B=$B/coverage INSTRUMENTED="--coverage -O1" all $B/coverage/tests $B/coverage/faults.so
