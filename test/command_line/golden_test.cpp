@@ -44,44 +44,39 @@ struct GoldenRenderer : TemporaryFolder {
 
 } // namespace
 
-TEST_CASE("every fixture has its golden in every arithmetic") {
+TEST_CASE("every fixture has its golden in every arithmetic, and f32 and fixed are within a thousandth of f64") {
     const GoldenRenderer renderer;
     const std::vector<Golden> list = goldens();
     CHECK(list.size() >= 18);
+    std::map<std::string, Picture> known; // by arithmetic and scene
     for (const Golden &golden : list) {
         CAPTURE(golden.scene);
         CAPTURE(golden.arithmetic);
         std::string digest;
-        renderer.render(golden.scene, golden.arithmetic, &digest);
+        known[golden.arithmetic + golden.scene] = renderer.render(golden.scene, golden.arithmetic, &digest);
         CHECK(digest == golden.digest);
     }
-}
-
-TEST_CASE("f32 and fixed are within a thousandth of f64") {
+    const auto picture = [&](const std::string &scene, const std::string &arithmetic) -> const Picture & {
+        const auto found = known.find(arithmetic + scene);
+        return found != known.end() ? found->second : known[arithmetic + scene] = renderer.render(scene, arithmetic);
+    };
     // Without photons as they are. With photons a few of them take another path after a decision that fell the other
     // way (one in some hundred of those with many collisions), so the pictures differ as those of other seeds do, by
     // far less: that is counted apart.
-    const GoldenRenderer renderer;
-    std::map<std::string, Picture> known;
-    const auto in_f64 = [&](const std::string &scene) -> const Picture & {
-        const auto found = known.find(scene);
-        return found != known.end() ? found->second : known[scene] = renderer.render(scene, "f64");
-    };
-    for (const Golden &golden : goldens()) {
+    for (const Golden &golden : list) {
         if (golden.arithmetic == "f64") continue;
         CAPTURE(golden.scene);
         CAPTURE(golden.arithmetic);
         const std::string single = golden.scene + " --photons 0", other_seed = golden.scene + " --seed 2";
         const bool paths = golden.scene.find("--reference") != std::string::npos; // they diverge as photons do
-        if (!paths) CHECK(compare(renderer.render(single, golden.arithmetic), in_f64(single)).relative_rmse < 1e-3);
+        if (!paths) CHECK(compare(picture(single, golden.arithmetic), picture(single, "f64")).relative_rmse < 1e-3);
         if (golden.scene.find("surfaces.aff") == 0) continue; // nothing there is drawn by lot
-        const Picture &exact = in_f64(golden.scene);
+        const Picture &exact = picture(golden.scene, "f64");
         // Photons of resampled smoke start by sums over all nodes. Their last digits move a part p of the photons to
         // another node (in f32 a sixth of those of wake.aff), which differ by sqrt(p) of the noise: p < 1/4.
         const bool resampled = !paths && golden.scene.find("--smoke direct") == std::string::npos &&
                                golden.scene.find("--deposit") == std::string::npos;
-        const double noise = compare(in_f64(other_seed), exact).relative_rmse;
-        CHECK(compare(renderer.render(golden.scene, golden.arithmetic), exact).relative_rmse <
-              (resampled ? 0.5 : 0.1) * noise);
+        const double noise = compare(picture(other_seed, "f64"), exact).relative_rmse;
+        CHECK(compare(picture(golden.scene, golden.arithmetic), exact).relative_rmse < (resampled ? 0.5 : 0.1) * noise);
     }
 }
