@@ -66,7 +66,7 @@ TEST_CASE(WISP_ARITH_NAME ": the particle map is as bright as the reference") {
         Scene scene = scene_of(smoke, lights);
         scene.camera = look_at_origin(12, 5, 4);
         double noise;
-        const std::vector<float> truth = reference_of(scene, 4, 800, noise);
+        const std::vector<float> truth = reference_of(scene, 4, 200, noise);
         Settings settings = map_settings(4, 20000);
         const Rendered map = render_in_memory(scene, settings);
         REQUIRE(map.status == Status::done);
