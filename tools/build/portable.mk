@@ -27,6 +27,7 @@ build/scenes/%.cpp: build/scene_source tools/golden $(wildcard fixtures/*)
 	$(call say,SCENE) build/scene_source scene_$* fixtures/$$(tools/golden --words $*) > $@.part && mv $@.part $@
 $(eval $(call objects,scenes,build/scenes,CXX,TOOL_FLAGS))
 $B/tools/portability/portable.o: TOOL_FLAGS += $(call names,portable)
+$B/tools/embedded/main.o $B/tools/portability/portable.o: fixtures/compiled_scenes.txt
 $B/tools/embedded/main.o: TOOL_FLAGS += $(call names,embedded)
 
 $B/portable: $B/tools/portability/portable.o $(call scene_o,portable) $B/host/base/sha256.o $(CORE_O)
