@@ -257,8 +257,9 @@ template <class Float> constexpr Float nearest_float(bool negative, uint64_t mag
     return from_bits<Float>(static_cast<Bits>(bits) | sign);
 }
 
-// x in units of 2^-32. Infinities and NaN saturate.
-template <class Float> constexpr Saturated raw_from_float(Float x) {
+// x in units of 2^-32. Infinities and NaN saturate. Always inlined, with the constructors: of constants nothing is
+// left, also where the compiler is asked for little code.
+template <class Float> __attribute__((always_inline)) constexpr Saturated raw_from_float(Float x) {
     using Format = FloatFormat<Float>;
     const uint64_t bits = to_bits(x), magnitude = bits & (Format::infinity | (Format::infinity - 1));
     const int field = static_cast<int>(magnitude >> Format::fraction_bits);
@@ -267,7 +268,7 @@ template <class Float> constexpr Saturated raw_from_float(Float x) {
     const int64_t mantissa = field == 0 ? fraction : fraction | leading;
     return scale(bits != magnitude ? -mantissa : mantissa, (field == 0 ? 0 : field - 1) + Format::min_exponent + 32);
 }
-template <class Integer> constexpr Saturated raw_from_integer(Integer i) {
+template <class Integer> __attribute__((always_inline)) constexpr Saturated raw_from_integer(Integer i) {
     int64_t raw = 0;
     if (__builtin_mul_overflow(i, int64_t{1} << 32, &raw)) return saturated(!(i > 0));
     return {raw, false};
@@ -285,9 +286,11 @@ struct Fixed {
     Fixed() = default;
     // Integers outside [-2^31, 2^31) overflow.
     template <class Integer, class = std::enable_if_t<std::is_integral<Integer>::value>>
-    constexpr explicit Fixed(Integer i) : raw_(detail::checked(detail::raw_from_integer(i))) {}
+    __attribute__((always_inline)) constexpr explicit Fixed(Integer i)
+        : raw_(detail::checked(detail::raw_from_integer(i))) {}
     // The nearest Fixed. This is for constants; run-time values that may not fit are converted by to_real.
-    constexpr explicit Fixed(double x) : raw_(detail::checked(detail::raw_from_float(x))) {}
+    __attribute__((always_inline)) constexpr explicit Fixed(double x)
+        : raw_(detail::checked(detail::raw_from_float(x))) {}
 
     static constexpr Fixed from_raw(int64_t raw) {
         Fixed x(0);
