@@ -18,11 +18,12 @@ struct ShadowQuery {
     uint32_t instance; // that the triangle belongs to, or Surfaces::instance_count: none
 };
 
-// The query of a point of a triangle that light number `light` reaches as `from` says.
+// The query of a point of a triangle that light number `light` reaches as `from` says. A point of space has no triangle
+// (no_triangle) that must not shadow it, so a wall shadows it however near it is.
 inline ShadowQuery make_shadow_query(const Surfaces &surfaces, const Vec3 &position, uint32_t light,
                                      const Illumination &from, uint32_t triangle, Real u, Real v, uint32_t instance) {
     return {{position, -from.direction},
-            surfaces.ray_epsilon,
+            triangle == no_triangle ? Real(0) : surfaces.ray_epsilon,
             from.distance - surfaces.ray_epsilon,
             light,
             triangle,
@@ -31,18 +32,10 @@ inline ShadowQuery make_shadow_query(const Surfaces &surfaces, const Vec3 &posit
             v,
             instance};
 }
-// The query of a point of space. A wall shadows it, however near it is.
+// The query of a point of space.
 inline ShadowQuery make_shadow_query(const Surfaces &surfaces, const Vec3 &position, uint32_t light,
                                      const Illumination &from) {
-    return {{position, -from.direction},
-            Real(0),
-            from.distance - surfaces.ray_epsilon,
-            light,
-            no_triangle,
-            false,
-            Real(0),
-            Real(0),
-            surfaces.instance_count};
+    return make_shadow_query(surfaces, position, light, from, no_triangle, Real(0), Real(0), surfaces.instance_count);
 }
 
 struct Shadows;
