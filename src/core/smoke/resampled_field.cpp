@@ -69,7 +69,7 @@ WISP_MULTIVERSIONED void resample_brick(const ParticleField &field, const Sparse
         for (uint32_t l = 0; l < static_cast<uint32_t>(along); ++l) *nodes++ = sums[r * row + l];
 }
 
-void resample_brick(const GridField &grid, const SparseGrid &bricks, uint32_t brick, Real *, Real *nodes) {
+void resample_brick(const GridField &grid, const SparseGrid &bricks, uint32_t brick, Real *nodes) {
     const Cell &at = bricks.position[brick], &n = grid.samples;
     const int32_t subdivision = bricks.subdivision;
     const auto sample = [](int32_t i, int32_t count) { return min(max(i, 0), count - 1); };
@@ -86,14 +86,15 @@ void resample_brick(const GridField &grid, const SparseGrid &bricks, uint32_t br
     }
 }
 
-template <class Field>
-bool resample_all(const Field &field, const SparseGrid &bricks, Real *sums, Real *nodes, Real *minorants,
-                  Real *majorants, Watch watch) {
+// Sets the nodes of all bricks by resample_one(brick, its nodes), and each brick's smallest and largest one.
+template <class ResampleOne>
+bool resample_all(const SparseGrid &bricks, Real *nodes, Real *minorants, Real *majorants, Watch watch,
+                  ResampleOne &&resample_one) {
     constexpr uint32_t units_per_brick = 1 << 13;
     watch.expect(uint64_t{bricks.count} * units_per_brick);
     for (uint32_t brick = 0; brick < bricks.count; ++brick, nodes += nodes_of(1)) {
         if (!watch.done(units_per_brick)) return false;
-        resample_brick(field, bricks, brick, sums, nodes);
+        resample_one(brick, nodes);
         minorants[brick] = majorants[brick] = nodes[0];
         for (uint32_t i = 1; i < nodes_of(1); ++i) {
             minorants[brick] = min(minorants[brick], nodes[i]);
@@ -131,11 +132,13 @@ ResampledField resample(const SmokeDescription &source, const SparseGrid &bricks
     const size_t mark = arena.mark();
     if (is_grid_of_program(source.is_grid())) {
         const GridField grid = make_grid_field(source.grid, dimension, arena, watch);
-        if (!grid.ready || !resample_all(grid, bricks, nullptr, nodes, minorants, majorants, watch)) return field;
+        const auto resample_one = [&](uint32_t brick, Real *to) { resample_brick(grid, bricks, brick, to); };
+        if (!grid.ready || !resample_all(bricks, nodes, minorants, majorants, watch, resample_one)) return field;
     } else {
         const ParticleField particles = make_particle_field(source, dimension, arena, watch);
         Real *sums = arena.make<Real>(rows * row);
-        if (!particles.ready || !sums || !resample_all(particles, bricks, sums, nodes, minorants, majorants, watch))
+        const auto resample_one = [&](uint32_t brick, Real *to) { resample_brick(particles, bricks, brick, sums, to); };
+        if (!particles.ready || !sums || !resample_all(bricks, nodes, minorants, majorants, watch, resample_one))
             return field;
     }
     arena.rewind(mark);
