@@ -80,9 +80,8 @@ TEST_CASE("the table of transport values agrees with closed forms") {
             const std::string escapes = id.substr(0, id.find("coll")) + "Pesc_" + word;
             CHECK(agrees(found, (1 - value.at(escapes)) / (1 - c), 5e-7));
         } else if (matches(std::sscanf(text, "slab_a%lf_g%lf_t%lf_UTd1%n", &c, &g, &x, &end), 3))
-            // All that is transmitted is direct or diffuse.
-            CHECK(agrees(found + std::exp(-x), value.at(id.substr(0, id.find("UTd1")) + "UT1"),
-                         1e-7)); // both are rounded
+            // All that is transmitted is direct or diffuse; both values are rounded to eight digits.
+            CHECK(agrees(found + std::exp(-x), value.at(id.substr(0, id.find("UTd1")) + "UT1"), 1e-7));
     }
     CHECK(checked == 80 + 16 + 42 + 18 + 2 + 11);
 }
