@@ -1,18 +1,18 @@
 """Every row of test/physics/transport.csv that can be measured, by photon walks and by the reference, each to a standard error of
-ERROR (0.003) of its value; and the slabs of it as pictures by photons, in which no error is noise alone. In three arithmetics; as
-a table, and by row as build/transport_*.csv and build/physics_pictures.csv.
+ERROR (0.003) of its value; and the slabs of it as pictures by photons, in which no error is noise alone. In three arithmetics. As
+tables, and as build/physics*.csv; walks by row as build/transport_*.csv.
 
     [ERROR=0.003] [JOBS=2] python3 tools/measure/physics.py
 
 from the top folder, after `make build/tests`: three quarters of an hour.
 """
-import csv, math, os, subprocess, sys, tempfile
+import csv, math, os, statistics, subprocess, sys, tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from harness import read_pfm
+from hard_cases import ARITHMETICS
+from harness import OUT, read_pfm, table
 
-ARITHMETICS = "f32", "f64", "fixed"
 TESTS = {"photons": "walks reproduce published transport values", "reference": "the reference reproduces published transport values"}
 SLABS = ("0.5", "0", "1"), ("1", "0", "1"), ("0.9", "-0.5", "1"), ("0.9", "0.75", "2")
 METHODS = {"lines": [], "nearest photons": ["--smoke", "direct"]}
@@ -66,27 +66,29 @@ def main():
         walks = {(name, arithmetic): jobs.submit(walk, name, arithmetic)
                  for name in ("reference", "photons") for arithmetic in reversed(ARITHMETICS)}
         seen = {(name, arithmetic): jobs.submit(pictures, name, arithmetic) for name in METHODS for arithmetic in ARITHMETICS}
-    passed = True
-    print("| by | arithmetic | rows | standard error, median | chi-square | 99 % of such are | largest deviation |\n" + "| --- " * 7 + "|")
+    passed, of_walks, of_pictures, each = True, [], [], []
     for (name, arithmetic), job in walks.items():
         rows, held = job.result()
         passed = passed and held
-        errors = sorted(row[3] / row[1] for row in rows)
         low, high = chi_square_band(len(rows))
         worst = max(rows, key=lambda row: abs(row[4]))
-        print(f"| {name} | {arithmetic} | {len(rows)} | {100 * errors[len(rows) // 2]:.2f} % | {sum(row[4] ** 2 for row in rows):.1f} "
-              f"| {low:.0f} to {high:.0f} | {worst[0]} {worst[4]:+.1f} standard errors |")
-    print("\n| pictures by | arithmetic | rows | root of the mean square of deviations | largest |\n" + "| --- " * 5 + "|")
-    with open("build/physics_pictures.csv", "w") as file:
-        file.write("method,arithmetic,row,value,measured\n")
-        for (name, arithmetic), job in seen.items():
-            rows = job.result()
-            deviation = {row: measured / value - 1 for row, value, measured in rows}
-            worst = max(deviation, key=lambda row: abs(deviation[row]))
-            print(f"| {name} | {arithmetic} | {len(rows)} | {100 * math.sqrt(sum(d * d for d in deviation.values()) / len(rows)):.2f} % "
-                  f"| {worst} {100 * deviation[worst]:+.1f} % |")
-            for row, value, measured in rows:
-                file.write(f'{name},{arithmetic},"{row}",{value},{measured:.6g}\n')
+        of_walks.append([name, arithmetic, len(rows), f"{100 * statistics.median(row[3] / row[1] for row in rows):.2f}",
+                         f"{sum(row[4] ** 2 for row in rows):.1f}", f"{low:.0f} to {high:.0f}", f"{worst[0]} {worst[4]:+.1f}"])
+    for (name, arithmetic), job in seen.items():
+        deviation = {row: 100 * (measured / value - 1) for row, value, measured in job.result()}
+        worst = max(deviation, key=lambda row: abs(deviation[row]))
+        of_pictures.append([name, arithmetic, len(deviation), f"{math.sqrt(statistics.fmean(d * d for d in deviation.values())):.2f}",
+                            f"{worst} {deviation[worst]:+.1f}"])
+        each += [[name, arithmetic, row, f"{value:.8g}", f"{measured:.6g}"] for row, value, measured in job.result()]
+    OUT.mkdir(parents=True, exist_ok=True)  # where table() keeps titles
+    build = Path("build")
+    table("physics", "Published values of light transport", ["by", "arithmetic", "rows", "standard error %, median", "chi-square",
+                                                             "99 % of such are", "largest deviation, standard errors"],
+          of_walks, folder=build)
+    table("physics_pictures", "Pictures of slabs by photons", ["by", "arithmetic", "rows", "deviation %, root mean square",
+                                                               "largest %"], of_pictures, folder=build)
+    table("physics_picture_rows", "Pictures of slabs by photons, each", ["by", "arithmetic", "row", "value", "measured"], each,
+          printed=False, folder=build)
     sys.exit(0 if passed else 1)
 
 
