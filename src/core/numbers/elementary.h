@@ -41,7 +41,7 @@ constexpr double abs(double x) { return __builtin_fabs(x); }
 constexpr Fixed abs(Fixed x) { return x < Fixed(0) ? -x : x; }
 
 // The nearest T. For Fixed, a number outside [-2^31, 2^31) becomes the nearer limit; it does not trap.
-// Not inlined for Fixed: these numbers come from scenes, and there are many.
+// Not inlined for Fixed: numbers of scenes are converted in many places, none of which is called often.
 template <class T> constexpr T to_real(double x) { return static_cast<T>(x); }
 template <> __attribute__((noinline)) constexpr Fixed to_real(double x) {
     return Fixed::from_raw(detail::raw_from_float(x).raw);
