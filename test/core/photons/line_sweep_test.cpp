@@ -207,6 +207,38 @@ TEST_CASE(WISP_ARITH_NAME ": lines err by half of what few photons do, and by le
     }
 }
 
+// Most of what is scattered twice in a thin layer flies nearly along it, where there are few lines: they miss a fifth.
+TEST_CASE(WISP_ARITH_NAME ": lines bring as much light to a thin layer as photons do") {
+    SmokeDescription layer = box_smoke({20, 20, 1.0 / 64}, 1, 1); // 1/32 deep
+    layer.smallest_h = layer.largest_h = 1;
+    layer.albedo = {1, 1, 1};
+    std::vector<SmokeDescription> smokes = {layer};
+    Scene scene = {};
+    scene.smokes = smokes.data();
+    scene.smoke_count = 1;
+    scene.lights = sun_along_z.data();
+    scene.light_count = 1;
+    const double step = 0.55;
+    TracedFluence traced(scene, brick_settings(8, step, 1000000), 2);
+    double light[2];
+    for (const bool swept : {false, true}) {
+        std::vector<unsigned char> memory(
+            irradiance_bytes(scene, traced.count, 2, false, true, false, swept ? traced.count : 0));
+        Arena arena(memory.data(), memory.size());
+        const Irradiance map = make_irradiance(traced.medium, traced.deposits,
+                                               {swept ? &traced.depths : nullptr, vec(0, 0, 1e3), 2}, Real(0), arena);
+        REQUIRE(map.ready);
+        light[swept] = 0;
+        const Real one = Real(1);
+        for (double x = -15; x < 15; x += 0.25)
+            for (double y = -15; y < 15; y += 0.25)
+                light[swept] += at(scattered_light(map, traced.medium, vec(x, y, 0), vec(0, 0, 1), &one).x);
+    }
+    CHECK(light[0] > 0);
+    // The rest is that lines miss more in the middle than at the rim.
+    CHECK(light[1] == doctest::Approx(light[0]).epsilon(0.07));
+}
+
 TEST_CASE(WISP_ARITH_NAME ": no line is followed beside a light in the smoke") {
     const Resampled built({smoke_of(cloud(50, 4, 1, 1))}, 1);
     for (const double far : {0.0, 4.0, 100.0})
