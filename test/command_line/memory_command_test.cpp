@@ -106,6 +106,23 @@ TEST_CASE("memory: --memory counts where it is less than what is available") {
     CHECK(planned.refusal(20479).find("expected at most the 20479 that are available here") != std::string::npos);
 }
 
+TEST_CASE("memory: shadows are traced where --memory has no room for proofs, and the pictures are the same") {
+    CommandLineTest test;
+    const std::string scene = "fixtures/surfaces.aff --size 20x15 --spp 1 --frames 0:2 ";
+    const auto digests = [&](const std::string &more) {
+        return test.wisp("render " + scene + "-q --digest -o " + test.file("%04d.pfm") + more).out;
+    };
+    const std::string plenty = digests("");
+    CHECK(lines(plenty) == 3);
+    CHECK(digests(" --memory 500k") == plenty);
+    const std::string rows = test.wisp("plan " + scene + "--memory 500k").out;
+    CHECK(rows.find("a ray for each, 5 lights: what proofs keep does not fit in --memory\n") != std::string::npos);
+    CHECK(test.wisp("plan " + scene + "--memory 2M").out.find("--memory") == std::string::npos);
+    const Ran asked = test.wisp("plan " + scene + "--shadows exact --memory 500k");
+    CHECK(asked.status == exit_memory);
+    CHECK(asked.err.find("; --shadows trace needs ") != std::string::npos);
+}
+
 TEST_CASE("memory: a plan beyond the memory of the machine is refused before any work") {
     CommandLineTest test;
     const std::string scene = test.s() + " --smoke direct --photons 4000000";

@@ -2,8 +2,6 @@
 #include "host/base/memory.h"
 #include "host/base/text.h"
 #include "host/commands/memory_check.h"
-#include "host/results/render_layers.h"
-#include "wisp/pixel_sums.h"
 #include <algorithm>
 
 namespace wisp {
@@ -58,14 +56,6 @@ std::string advice(const Request &request, const PreparedScene &prepared, const 
 }
 
 } // namespace
-
-uint64_t picture_bytes(const Options &options, const Settings &settings, const Plan &plan) {
-    if (options.batches) return 0;
-    const Crop &c = settings.crop;
-    const uint64_t pixels = static_cast<uint64_t>(c.x1 - c.x0) * static_cast<uint64_t>(c.y1 - c.y0);
-    const uint64_t floats = 3 + layer_planes(settings, plan);
-    return pixels * (2 * floats * sizeof(float) + (settings.goal == Goal::reference ? sizeof(PixelSums) : 0));
-}
 
 void check_memory(const Request &request, const PreparedScene &prepared, const Settings &settings, const Plan &plan,
                   uint64_t available) {

@@ -6,10 +6,6 @@
 
 namespace wisp {
 
-// Bytes of the picture and its layers, which are held twice, as numbers and as their file, and of the sums of
-// --reference.
-uint64_t picture_bytes(const Options &options, const Settings &settings, const Plan &plan);
-
 // Throws Error(exit_memory) for a plan and a picture that need more than --memory together, or more than the
 // `available` bytes. The error names the largest part, and an option with which a new plan fits, if there is one.
 void check_memory(const Request &request, const PreparedScene &prepared, const Settings &settings, const Plan &plan,

@@ -18,7 +18,10 @@ class RowText {
         case Stage::lights: return number(scene_.light_count) + " lights";
         case Stage::shadows:
             return std::string(shadow_method_descriptions[static_cast<int>(settings_.shadows)]) + ", " +
-                   number(scene_.light_count) + " lights";
+                   number(scene_.light_count) + " lights" +
+                   (!request_.options.shadows && settings_.shadows == ShadowMethod::trace
+                        ? ": what proofs keep does not fit in --memory"
+                        : "");
         case Stage::shading: return shading();
         case Stage::particle_tree: return density();
         case Stage::bricks:

@@ -261,7 +261,7 @@ Shown draw_visits(const Drawing &drawing) {
 }
 
 Shown draw_proofs(const Drawing &drawing) {
-    if (drawing.request.options.shadows != ShadowMethod::exact)
+    if (drawing.frame.settings.shadows != ShadowMethod::exact)
         throw Error(exit_usage, "option 'shadows' does not go with show proofs, expected exact, which alone proves");
     constexpr Double3 colors[] = {{0.12, 0.12, 0.12}, {0.8, 0.6, 0.15}, {0.02, 0.07, 0.3}, {0.6, 0.06, 0.03}};
     static_assert(static_cast<int>(CellState::mixed) == 3, "colours by state");

@@ -189,7 +189,7 @@ const OptionTable<Options> &scene_options() {
          to_count_in(&Options::depth, 0, 64)},
         {"shadows", shadow_method_choices + 1,
          "how shadows of surfaces are found: by rays; the last occluder first; by what was met before; without rays "
-         "where proved, of cells, of voxels; by lists of what a light sees, of what may be in the way (exact)",
+         "where proved, of cells, of voxels; by lists of what a light sees, of what may be in the way (exact; trace, the same picture, where --memory is less)",
          to_word(&Options::shadows, {std::begin(shadow_method_names), std::end(shadow_method_names)})},
         {"up", "y|z", "of a file of smoke by itself: the axis that points up (y)", to_word(&Options::up, {"y", "z"})},
         {"ground", "yes|no", "of a file of smoke by itself: whether it has a ground that catches its shadow (yes)",

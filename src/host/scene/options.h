@@ -42,7 +42,7 @@ struct Options {
     std::optional<Frames> frames;
     std::optional<int64_t> frame_count;
     uint32_t depth = 10; // longest chain of reflected and refracted rays
-    ShadowMethod shadows = ShadowMethod::exact;
+    std::optional<ShadowMethod> shadows;
     LightChoice lights = LightChoice::all;
     TreeKind tree = TreeKind::bvh;
     std::optional<Method> method;
