@@ -88,7 +88,7 @@ TEST_CASE("command line: show draws every stage, with the same bits everywhere")
 TEST_CASE("command line: show's crop is part of the whole, and its outputs are those of render") {
     const CommandLineTest test;
     const std::string whole = test.file("whole.pfm"), part = test.file("part.pfm"), png = test.file("a.png");
-    for (const std::string stage : {"depth " + smoke, "light-depth " + smoke + " --slice 0.3", "tree " + ball}) {
+    for (const std::string &stage : {"depth " + smoke, "light-depth " + smoke + " --slice 0.3", "tree " + ball}) {
         CAPTURE(stage);
         REQUIRE(test.wisp("show " + stage + " -q -o " + whole + " -o " + png).status == 0);
         const Ran cropped = test.wisp("show " + stage + " -q --crop 10,6,30,26 -o " + part);

@@ -2,6 +2,8 @@
 #pragma once
 #include "host/base/files.h"
 #include "support/built.h"
+#include "support/data.h"
+#include "support/data.h"
 #include "support/temporary_folder.h"
 #include <algorithm>
 #include <cstdlib>
@@ -23,6 +25,13 @@ inline std::string text_of(const std::string &path) {
 }
 
 inline size_t lines(const std::string &text) { return static_cast<size_t>(std::count(text.begin(), text.end(), '\n')); }
+
+// AddressSanitizer maps more than any small machine has.
+#ifdef __SANITIZE_ADDRESS__
+constexpr bool can_limit_addresses = false;
+#else
+constexpr bool can_limit_addresses = true;
+#endif
 
 struct CommandLineTest : TemporaryFolder {
     CommandLineTest() {

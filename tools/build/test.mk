@@ -40,7 +40,7 @@ SANITISED    = -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all
 CHECKS       = $(SANITISED) -fno-sanitize=vptr -D_GLIBCXX_ASSERTIONS
 sanitize: ## all tests with checks of addresses, undefined behaviour and the library's assertions; an hour
 	+$(MAKE) B=$B/sanitize MULTIVERSION= INSTRUMENTED="$(CHECKS)" all $B/sanitize/tests $B/sanitize/faults.so
-	tools/run_tests $B/sanitize/tests
+	LSAN_OPTIONS=suppressions=$(CURDIR)/tools/build/leaks.supp:print_suppressions=0 tools/run_tests $B/sanitize/tests
 mutants: ## whether tests notice SAMPLE=1000 changed operators and numbers of the core; needs python3-clang-14; an hour
 	$(PYTHON) tools/mutants --build $B --data $(DATA) --sample $(or $(SAMPLE),1000)
 

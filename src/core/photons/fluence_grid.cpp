@@ -678,8 +678,9 @@ bool light_at_node(const FluenceSums &fluence, uint32_t brick, const Cell &node,
                                              [other](const ResampledField &field) { return field.majorants[other]; }));
         const size_t k = size_t{other} * nodes_of(spacing) + there;
         integral += fluence.tents[k];
-        for (uint32_t c = 0; c < fluence.channels; ++c) power[c] += fluence.power[k * fluence.channels + c];
-        for (uint32_t c = 0; fluence.flux && c < 3; ++c) flux[c] += fluence.flux[k * 3 + c];
+        for (uint32_t c = 0; c < fluence.channels; ++c)
+            power[c] = wrapped_sum(power[c], fluence.power[k * fluence.channels + c]);
+        for (uint32_t c = 0; fluence.flux && c < 3; ++c) flux[c] = wrapped_sum(flux[c], fluence.flux[k * 3 + c]);
     });
     integral *= Real(1.0 / 216);
     light = {Color(Real(0)), Vec3(Real(0))};
@@ -705,12 +706,12 @@ SphericalHarmonics harmonics_at_node(const FluenceSums &fluence, uint32_t brick,
                     [&](uint32_t other, uint32_t there) {
                         const size_t k = size_t{other} * nodes_of(spacing) + there;
                         for (uint32_t i = 0; i < harmonic_numbers; ++i)
-                            sum[i] += fluence.harmonics[k * harmonic_numbers + i];
+                            sum[i] = wrapped_sum(sum[i], fluence.harmonics[k * harmonic_numbers + i]);
                     });
     SphericalHarmonics harmonics = {};
     const Real all = photons_of(sum[0]);
-    for (uint32_t i = 0; all > Real(0) && i < harmonic_count; ++i)
-        harmonics.value[i] = photons_of(sum[1 + i] - (sum[0] - sum[1 + i])) / all; // (1 + m) / 2 minus (1 - m) / 2
+    for (uint32_t i = 0; all > Real(0) && i < harmonic_count; ++i) // (1 + m) / 2 minus (1 - m) / 2
+        harmonics.value[i] = photons_of(wrapped_difference(sum[1 + i], wrapped_difference(sum[0], sum[1 + i]))) / all;
     return harmonics;
 }
 

@@ -20,7 +20,7 @@ uint32_t direction_of(const Deposits &deposits, const Color &photon_color, uint3
     const int64_t *sum = deposits.power + uint64_t{element} * deposits.channels;
     const int64_t *flux = deposits.flux + uint64_t{element} * 3;
     const bool one_channel = deposits.channels == 1;
-    const int64_t power = one_channel ? *sum : sum[0] + sum[1] + sum[2];
+    const int64_t power = one_channel ? *sum : wrapped_sum(sum[0], wrapped_sum(sum[1], sum[2]));
     if (power <= 0) return 0;
     const Vec3 sum_of_directions(photons_of(flux[0]), photons_of(flux[1]), photons_of(flux[2]));
     if (deposits.direction_kind == Direction::mean) {

@@ -22,6 +22,13 @@ struct Deposits {
     Direction direction_kind;
 };
 
+// Sums that photons left do not overflow. Those of a file that nobody traced may, and wrap around.
+inline int64_t wrapped_sum(int64_t a, int64_t b) {
+    return static_cast<int64_t>(static_cast<uint64_t>(a) + static_cast<uint64_t>(b));
+}
+inline int64_t wrapped_difference(int64_t a, int64_t b) {
+    return static_cast<int64_t>(static_cast<uint64_t>(a) - static_cast<uint64_t>(b));
+}
 // A sum of deposits in photons.
 inline Real photons_of(int64_t sum) { return scaled_integer<Real>(sum, -deposit_bits); }
 
