@@ -239,6 +239,67 @@ TEST_CASE(WISP_ARITH_NAME ": lines bring as much light to a thin layer as photon
     CHECK(light[1] == doctest::Approx(light[0]).epsilon(0.07));
 }
 
+// Light of two beams, whose shares change from x to x. Nodes that no line counts for keep the light of photons.
+TEST_CASE(WISP_ARITH_NAME ": the light of photons is turned from each node to an eye that is near") {
+    const int32_t spacing = 2, coarse = 2 * spacing;
+    const Resampled built({GlowingBox::box(0.1, {1, 1, 1})}, 1);
+    const SparseGrid &bricks = built.bricks();
+    const uint32_t nodes = nodes_of(spacing);
+    const uint64_t points = uint64_t{bricks.count} * nodes;
+    const Vec3 first = vec(0.6, 0, -0.8), second = vec(0, 0.8, 0.6), eye = vec(3, 40, 5);
+    const SphericalHarmonics of_first = harmonics_of(first), of_second = harmonics_of(second);
+    const auto share_at = [](const Vec3 &x) { return (at(x.x) + at(x.y) / 2 + 30) / 75; };
+    std::vector<uint32_t> flux, harmonics;
+    for (uint32_t b = 0; b < bricks.count; ++b) {
+        for (uint32_t k = 0; k < nodes; ++k) {
+            const Cell node = cell_of_index(nodes_along(spacing), k);
+            const Real t = real(share_at(node_of(bricks, b, {node.x * spacing, node.y * spacing, node.z * spacing})));
+            flux.push_back(pack_flux(first * t + second * (Real(1) - t)));
+        }
+        for (uint32_t k = 0; k < nodes_of(coarse); ++k) {
+            const Cell node = cell_of_index(nodes_along(coarse), k);
+            const Real t = real(share_at(node_of(bricks, b, {node.x * coarse, node.y * coarse, node.z * coarse})));
+            for (uint32_t i = 0; i < harmonic_count; i += 3) {
+                const auto mean = [&](uint32_t j) {
+                    return of_first.value[i + j] * t + of_second.value[i + j] * (Real(1) - t);
+                };
+                harmonics.push_back(pack_flux({mean(0), mean(1), mean(2)}));
+            }
+        }
+    }
+    const Phase phase(real(0.5));
+    const OpticalDepthGrid depths = {&built.medium, nullptr, 0, &bricks, 1, nullptr, false};
+    const std::unique_ptr<bool[]> known(new bool[points]());
+    std::vector<Color> radiance(points, Color(real(0.25), real(0.5), real(1)));
+    std::vector<unsigned char> memory(
+        line_sweep_bytes(bricks.count, places_of_line(bricks.lattice.count), spacing, false));
+    Arena arena(memory.data(), memory.size());
+    REQUIRE(sweep_lines({&built.medium, &depths, spacing, 0, phase, eye, 1},
+                        {known.get(), radiance.data(), flux.data(), harmonics.data(), coarse}, arena));
+    double least = 9, most = 0;
+    for (uint32_t b = 0; b < bricks.count; ++b)
+        for (uint32_t k = 0; k < nodes; ++k) {
+            const Cell node = cell_of_index(nodes_along(spacing), k);
+            const Vec3 x = node_of(bricks, b, {node.x * spacing, node.y * spacing, node.z * spacing});
+            const Vec3 out = normalize(eye - x);
+            const double t = share_at(x), cosine[2] = {at(dot(first, out)), at(dot(second, out))};
+            const Vec3 mean = first * real(t) + second * real(1 - t);
+            // Orders 2 and 3 of each beam, by Legendre's polynomials; 1 and 4 on as of a lobe about the flux.
+            const auto orders = [](double c, double g) {
+                return 5 * g * g * (1.5 * c * c - 0.5) + 7 * g * g * g * (2.5 * c * c * c - 1.5 * c);
+            };
+            const double size = at(length(mean)), along = at(dot(mean, out)) / size;
+            const double lobe = (1 - 0.25 * size * size) / std::pow(1 + 0.25 * size * size - size * along, 1.5);
+            const double expected =
+                lobe - orders(along, 0.5 * size) + t * orders(cosine[0], 0.5) + (1 - t) * orders(cosine[1], 0.5);
+            const Color &found = radiance[uint64_t{b} * nodes + k];
+            CHECK(std::fabs(at(found.z) - std::max(expected, 0.0)) < 0.02);
+            CHECK(at(found.x) == doctest::Approx(0.25 * at(found.z)).epsilon(1e-4));
+            least = std::min(least, expected), most = std::max(most, expected);
+        }
+    CHECK(most > 4 * least);
+}
+
 TEST_CASE(WISP_ARITH_NAME ": no line is followed beside a light in the smoke") {
     const Resampled built({smoke_of(cloud(50, 4, 1, 1))}, 1);
     for (const double far : {0.0, 4.0, 100.0})
