@@ -3,7 +3,9 @@
 #include "host/base/error.h"
 #include "host/base/text.h"
 #include "host/commands/memory_check.h"
+#include "host/images/picture.h"
 #include "support/command_line.h"
+#include <numeric>
 
 using namespace wisp;
 
@@ -121,6 +123,24 @@ TEST_CASE("memory: shadows are traced where --memory has no room for proofs, and
     const Ran asked = test.wisp("plan " + scene + "--shadows exact --memory 500k");
     CHECK(asked.status == exit_memory);
     CHECK(asked.err.find("; --shadows trace needs ") != std::string::npos);
+}
+
+TEST_CASE("memory: particles are summed one by one where --memory has no room for bricks of them") {
+    CommandLineTest test;
+    const std::string scene = "fixtures/small.aff -q ";
+    CHECK(test.wisp("plan " + scene).out.find("\nbricks         yes ") != std::string::npos);
+    const std::string rows = test.wisp("plan " + scene + "--memory 4M").out;
+    CHECK(rows.find("\nbricks         no ") != std::string::npos);
+    CHECK(rows.find("paths from rays instead") != std::string::npos);
+    const auto mean = [&](const std::string &options) {
+        REQUIRE(test.wisp("render " + scene + options + " -o " + test.file("p.pfm")).status == 0);
+        const Picture picture = read_pfm(test.file("p.pfm"));
+        return std::accumulate(picture.rgb.begin(), picture.rgb.end(), 0.0);
+    };
+    CHECK(mean("--memory 4M") == doctest::Approx(mean("")).epsilon(0.02));
+    const Ran less = test.wisp("plan " + scene + "--memory 1M");
+    CHECK(less.status == exit_memory);
+    CHECK(less.err.find("; --irradiance none needs ") != std::string::npos);
 }
 
 TEST_CASE("memory: a plan beyond the memory of the machine is refused before any work") {

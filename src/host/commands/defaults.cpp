@@ -21,14 +21,11 @@ bool is_anisotropic(const Scene &scene) {
 // radii, take less memory and time one by one.
 constexpr uint64_t max_brick_bytes = uint64_t{5} << 26, max_brick_bytes_of_element = 5120;
 
-// Whether the bricks of these settings take more. The choice must not depend on the arithmetic: its plan is that of
-// f64.
-bool are_bricks_too_large(const Scene &scene, const Settings &settings) {
+uint64_t most_brick_bytes(const Scene &scene) {
     uint64_t elements = 0;
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
         elements += scene.smokes[i].grid.density ? stored_samples(scene.smokes[i].grid) : scene.smokes[i].count;
-    return f64::renderer.plan(scene, settings).arena_bytes >
-           std::max(max_brick_bytes, max_brick_bytes_of_element * elements);
+    return std::max(max_brick_bytes, max_brick_bytes_of_element * elements);
 }
 
 // Photons leave their power at points that far apart, in smoothing lengths. The deepest of their cells may have this
@@ -92,21 +89,26 @@ bool own_samples_suffice(const Options &options, const Scene &scene, const Smoke
 // particles is 4 % too bright at a depth of 850, and 13 % at 2,400.
 constexpr double max_depth_in_bricks = 100;
 
-// Where bricks would be too large, those of a box become coarser, and particles are summed one by one.
+// Where bricks would be too large, those of a box become coarser, and particles are summed one by one. Where --memory
+// has no room for bricks, all densities are exact. The choice must not depend on the arithmetic: its plan is that of
+// f64.
 void shrink_bricks(const Options &options, const Scene &scene, const SmokeDensity &density, Settings &settings) {
     const bool samples = has_samples(scene);
     bool particles = false;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) particles |= scene.smokes[i].count > 0;
     const bool solid = (particles || samples) && density.greatest_depth > max_depth_in_bricks;
-    while (settings.density_step > 0 && (solid || are_bricks_too_large(scene, settings))) {
-        if (particles || solid) {
+    const uint64_t most = most_brick_bytes(scene), memory = options.memory.value_or(UINT64_MAX);
+    while (settings.density_step > 0) {
+        const uint64_t bytes = f64::renderer.plan(scene, settings).arena_bytes;
+        if (!solid && bytes <= std::min(most, memory)) return;
+        const bool as_coarse_as_samples = samples && settings.density_step >= 1;
+        if (particles || solid || (bytes > memory && (!samples || as_coarse_as_samples))) {
             settings.density_step = 0;
             settings.irradiance = IrradianceMap::none;
-        } else if (samples) {
-            if (settings.density_step >= 1) return; // as coarse as the samples
-            settings.density_step = 1;
+        } else if (as_coarse_as_samples) {
+            return;
         } else {
-            settings.density_step *= 1.125;
+            settings.density_step = samples ? 1 : 1.125 * settings.density_step;
         }
         choose_spacings(options, scene, 1, settings);
     }

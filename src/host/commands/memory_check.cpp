@@ -19,7 +19,8 @@ std::vector<Change> changes_of(const PreparedScene &prepared, const Settings &se
     for (double coarser : {1.25, 1.5, 2.0, 3.0})
         if (settings.density_step > 0) changes.push_back({"density-step", two_digits(settings.density_step * coarser)});
     for (double coarser : {1.5, 2.0, 4.0})
-        changes.push_back({"irradiance-step", two_digits(settings.irradiance_step * coarser)});
+        if (settings.irradiance != IrradianceMap::none)
+            changes.push_back({"irradiance-step", two_digits(settings.irradiance_step * coarser)});
     for (uint64_t fewer = 2; plan.photons && fewer <= 1024; fewer *= 2)
         changes.push_back({"photons", std::to_string(settings.photons / fewer)});
     changes.insert(changes.end(), {{"light-step", "0"}, {"irradiance", "none"}, {"smoke", "direct"}});
