@@ -103,9 +103,9 @@ TEST_CASE("memory: a refusal names the largest stage, and an option that makes t
 
 TEST_CASE("memory: --memory counts where it is less than what is available") {
     CommandLineTest test;
-    const Planned planned({{test.s()}, {{"memory", "20k"}}});
-    CHECK(planned.refusal(1 << 30).find("expected at most the 20480 of --memory") != std::string::npos);
-    CHECK(planned.refusal(20479).find("expected at most the 20479 that are available here") != std::string::npos);
+    const Planned planned({{test.s()}, {{"memory", "4k"}}});
+    CHECK(planned.refusal(1 << 30).find("expected at most the 4096 of --memory") != std::string::npos);
+    CHECK(planned.refusal(4095).find("expected at most the 4095 that are available here") != std::string::npos);
 }
 
 TEST_CASE("memory: shadows are traced where --memory has no room for proofs, and the pictures are the same") {
