@@ -114,6 +114,7 @@ class Doubts {
         warnings_ = prepared_.warnings;
         for (size_t i = 0; i < file_.smokes.size(); ++i) look_at(file_.smokes[i], scene_.smokes[i]);
         look_at_view();
+        look_at_motions();
         look_at_lights();
         return std::move(warnings_);
     }
@@ -160,6 +161,19 @@ class Doubts {
             warn("view", name_,
                  "nothing is in view in frame " + std::to_string(frame_) +
                      ": the camera looks past all smoke and surfaces");
+    }
+
+    // A misspelt name leaves a motion without what it moves, and a node without its motion, where it is.
+    void look_at_motions() {
+        for (const auto &entry : file_.graph.motions) {
+            const std::string &motion = entry.first;
+            const auto moves = [&motion](const auto &what) { return what.name == motion; };
+            if (motion != "camera" && std::none_of(file_.graph.nodes.begin(), file_.graph.nodes.end(), moves) &&
+                std::none_of(file_.lights.begin(), file_.lights.end(), moves))
+                warn("motion", name_,
+                     "the motion '" + motion + "' moves nothing: there is neither an 'x " + motion +
+                         "' nor a light 'la' of this name");
+        }
     }
 
     void look_at_lights() {

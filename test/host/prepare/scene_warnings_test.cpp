@@ -82,6 +82,22 @@ TEST_CASE("scene warnings: nothing shines where something could be lit") {
     }
 }
 
+TEST_CASE("scene warnings: a motion that moves nothing") {
+    WarningTest test;
+    const auto kinds = [&test](const std::string &motion, const std::string &more) {
+        return test.kinds(camera + light + "a 0 1 2\nk " + motion +
+                          " { transl 4 0 0 0 0 0 0 0 0.3 0 0 0 0 0 0 0.6 0 0 0 0 0 0 1 0 0 0 0 0 0 }\n"
+                          "x box { p 3\n-1 -1 0\n1 -1 0\n0 1 0\n}\n" +
+                          more);
+    };
+    CHECK(kinds("box", "").empty()); // an 'x' without a motion stands still: files of others have such
+    CHECK(kinds("camera", "").empty());
+    CHECK(kinds("bix", "") == "motion");
+    CHECK(test.texts ==
+          "s.aff: the motion 'bix' moves nothing: there is neither an 'x bix' nor a light 'la' of this name\n");
+    CHECK(kinds("lamp", "la lamp 0 3 3 40 40 40\n").empty());
+}
+
 TEST_CASE("scene warnings: smoke that is not there") {
     WarningTest test;
     test.particles("none.vtk", 0);
