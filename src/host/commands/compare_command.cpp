@@ -16,7 +16,8 @@ struct CompareOptions {
 
 const OptionTable<CompareOptions> &compare_options() {
     static const OptionTable<CompareOptions> table = {
-        {"tolerance", "REL", "allows that relative RMSE; without this and the next two bits must match",
+        {"tolerance", "REL",
+         "allows that relative RMSE, with --error beyond the noise; without this and the next two bits must match",
          [](CompareOptions &options, const std::string &value) {
              options.limits.relative_rmse = number_that(
                  value, [](double x) { return x >= 0; }, "a number of at least 0");

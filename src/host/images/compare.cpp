@@ -179,7 +179,10 @@ void judge(Difference &difference, const Limits &limits) {
         exceeded +=
             (exceeded.empty() ? "" : ", ") + std::string(what) + " above " + figure(static_cast<double>(*limit));
     };
-    check("relative RMSE", difference.relative_rmse, limits.relative_rmse);
+    if (difference.relative_rmse_beyond_noise)
+        check("relative RMSE beyond the noise of B", *difference.relative_rmse_beyond_noise, limits.relative_rmse);
+    else
+        check("relative RMSE", difference.relative_rmse, limits.relative_rmse);
     check("mean FLIP", difference.mean_flip, limits.mean_flip);
     check("largest difference in ulps", static_cast<double>(difference.largest_ulps), limits.ulps);
     const bool limited = limits.relative_rmse || limits.mean_flip || limits.ulps;

@@ -48,7 +48,7 @@ Difference compare(const Picture &a, const Picture &b, const std::string &name_a
 void weigh_noise(Difference &difference, const Picture &b, const Picture &error, const std::string &name_b = "B",
                  const std::string &name_error = "error");
 
-// Sets the verdict. Within the limits is what breaks none of them; no limit allows a NaN on one side only.
+// Sets the verdict. The limit of the relative RMSE is for what is beyond the noise, where that is known. Within the limits is what breaks none of them; no limit allows a NaN on one side only.
 void judge(Difference &difference, const Limits &limits);
 
 // The figures, one a line, and the verdict in words, for people.

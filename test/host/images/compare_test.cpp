@@ -285,6 +285,14 @@ TEST_CASE("compare: what is beyond the noise of B") {
           std::string::npos);
     CHECK(difference_json(d).find("\"relative_noise\": 1.5,\n  \"relative_rmse_beyond_noise\": 2,") !=
           std::string::npos);
+    Limits limits;
+    limits.relative_rmse = 2;
+    judge(d, limits); // where all of the RMSE, 2.5, is not
+    CHECK(d.verdict == Verdict::within);
+    limits.relative_rmse = 1.99;
+    judge(d, limits);
+    CHECK(d.verdict == Verdict::different);
+    CHECK(d.exceeded == "relative RMSE beyond the noise of B above 1.99");
     d = compare(row({4, 6}), b);
     weigh_noise(d, b, row({5, 5}));
     CHECK(*d.relative_rmse_beyond_noise == 0);
