@@ -800,8 +800,8 @@ TEST_CASE("command line: plan -v says whether the particles suffice, and how man
         CHECK(ran.out.find("smoke 2: a particle has 5.4 neighbours, one in twenty no more than 4; the density errs by "
                            "308.6 %; for 5 % it takes 3810 times as many, for 1 % 95238 times\n") != std::string::npos);
         // 15 / (8 pi) 0.001 / 0.36 = 0.00166.
-        CHECK(ran.out.find("smoke 2: no ray would miss 0 of them (--thin 0.001), 1 of them (--thin 0.01), 1 of them "
-                           "(--thin 0.1)\n") != std::string::npos);
+        CHECK(ran.out.find("smoke 2: particles that no ray would miss: 0 with --thin 0.001, 1 with --thin 0.01, 1 with "
+                           "--thin 0.1\n") != std::string::npos);
         CHECK(ran.out.find("smoke 1: ") == std::string::npos); // a box has no particles
     }
     CHECK(test.wisp("plan " + test.file("l.aff")).out.find("neighbours") == std::string::npos);

@@ -144,7 +144,7 @@ TEST_CASE("memory: particles are summed one by one where --memory has no room fo
 }
 
 TEST_CASE("memory: a plan beyond the memory of the machine is refused before any work") {
-    if (!can_limit_addresses) return skip_case("AddressSanitizer maps more than a limit on addresses allows");
+    if (has_address_sanitizer) return skip_case("no limit on addresses with AddressSanitizer");
     CommandLineTest test;
     const std::string scene = test.s() + " --smoke direct --photons 4000000";
     for (const std::string &command : {"plan " + scene, "render " + scene + " --digest", "inspect " + scene + " 3 4"}) {
@@ -157,7 +157,7 @@ TEST_CASE("memory: a plan beyond the memory of the machine is refused before any
 }
 
 TEST_CASE("memory: a file that is larger than the memory of the machine is refused by its name") {
-    if (!can_limit_addresses) return skip_case("AddressSanitizer maps more than a limit on addresses allows");
+    if (has_address_sanitizer) return skip_case("no limit on addresses with AddressSanitizer");
     CommandLineTest test;
     for (const char *name : {"huge.vtk", "huge.vol", "huge.aff"}) {
         test.write(name, name == std::string("huge.vol") ? "VOL\3" : "# vtk DataFile Version 3.0\n");

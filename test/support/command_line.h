@@ -26,13 +26,6 @@ inline std::string text_of(const std::string &path) {
 
 inline size_t lines(const std::string &text) { return static_cast<size_t>(std::count(text.begin(), text.end(), '\n')); }
 
-// AddressSanitizer maps more than any small machine has.
-#ifdef __SANITIZE_ADDRESS__
-constexpr bool can_limit_addresses = false;
-#else
-constexpr bool can_limit_addresses = true;
-#endif
-
 struct CommandLineTest : TemporaryFolder {
     CommandLineTest() {
         write("puff.vtk", puff(40));

@@ -63,7 +63,10 @@ def main():
     lessons = [Lesson(folder, TOP) for folder in chosen]
     if words.answer:
         question, answer = words.answer
-        right = lessons[0].is_right(question, answer)
+        try:
+            right = lessons[0].is_right(question, answer)
+        except Wrong as wrong:
+            sys.exit("\n".join(wrong.problems))
         print("right" if right else "not right")
         return 0 if right else 1
     began = time.monotonic()

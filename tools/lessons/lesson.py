@@ -159,7 +159,13 @@ class Lesson:
             raise Wrong(*unknown)
 
     def is_right(self, question, answer):
-        """Whole numbers must be the same, others within 1 %."""
-        word, _, _ = self.answers[question]
-        expected = number(word)[0]
-        return abs(number(answer.rstrip("% "))[0] - expected) <= (0 if is_whole(word) else 0.01 * abs(expected))
+        """Whole numbers must be the same, others within 1 %. 5.4, 5.4% and 0.054 are one answer in per cent."""
+        if question not in self.answers:
+            raise Wrong(f"{self.name}: found question {question}, expected {' '.join(sorted(self.answers))}")
+        try:
+            found = float(answer.rstrip("% ").replace(",", ""))
+        except ValueError:
+            raise Wrong(f"{self.name}: found '{answer}', expected a number") from None
+        word, percent, _ = self.answers[question]
+        expected, slack = number(word)[0], 0 if is_whole(word) else 0.01
+        return any(abs(value - expected) <= slack * abs(expected) for value in ([found, 100 * found] if percent else [found]))

@@ -55,6 +55,18 @@ class Lessons(unittest.TestCase):
     def test_a_question_without_an_answer(self):
         self.assertIn("questions 1, but answers ", problems(answer="")[0])
 
+    def test_an_answer(self):
+        with tempfile.TemporaryDirectory() as name:
+            (Path(name) / "lesson/solution").mkdir(parents=True)
+            (Path(name) / "lesson/README.md").write_text(PAGE.format(**RIGHT))
+            (Path(name) / "lesson/solution/README.md").write_text("    answer 1 = 1234\n    answer 2 = 5.4 %\n")
+            lesson = Lesson(Path(name) / "lesson", Path(name))
+        for question, answer, right in (("1", "1,234", True), ("1", "1235", False), ("2", "5.4", True), ("2", "5.42%", True),
+                                        ("2", "0.054", True), ("2", "0.54", False)):
+            self.assertEqual(lesson.is_right(question, answer), right, answer)
+        for question, answer in (("3", "1"), ("1", "many")):
+            self.assertRaises(Wrong, lesson.is_right, question, answer)
+
     def test_numbers(self):
         self.assertTrue(agrees("0.14", 0.1353) and agrees("6.2e-7", 6.229e-7))
         self.assertFalse(agrees("0.136", 0.1353))

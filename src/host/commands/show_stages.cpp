@@ -176,8 +176,8 @@ Shown draw_paths(const Drawing &drawing) {
     constexpr Double3 colors[] = {{0.5, 0.4, 0.12}, {0.5, 0.07, 0.02}, {0.14, 0.06, 0.4}}; // by flight
     const Projection projection = projection_of(drawing);
     const uint64_t every = std::max<uint64_t>(drawing.frame.settings.photons / drawn, 1);
-    Shown shown = {dim_smoke(drawing), "paths of one of " + std::to_string(every) +
-                                           " photons: yellow from the light, red once scattered, blue more often"};
+    Shown shown = {dim_smoke(drawing), "paths of one photon in " + std::to_string(every) +
+                                           ": yellow from the light, red once scattered, blue more often"};
     uint64_t photon = 0, flight = 0;
     for_each_mark(drawing, Quantity::flights, [&](const Mark &mark) {
         flight = mark.photon == photon ? flight + 1 : 0;

@@ -136,7 +136,8 @@ Extent extent_along(const std::vector<Double3> &points, const Double3 &axis) {
 // ---- The smoke's numbers
 
 // The distance between neighbouring points: the edge of a cube for each, in a volume that is found by counting cubes of
-// twice that edge that hold points. It is found for points on a surface or a line, too.
+// twice that edge that hold points. It is found for points on a surface or a line, too. All points lie in a cube of
+// their longest extent, which bounds it: fewer than eight points may lie in one cube of any size.
 double spacing_of(const std::vector<Double3> &points) {
     Double3 low = points[0], high = points[0];
     for (const Double3 &p : points) {
@@ -145,7 +146,8 @@ double spacing_of(const std::vector<Double3> &points) {
     }
     const double count = static_cast<double>(points.size()), longest = largest(high - low);
     if (!(longest > 0)) return 0;
-    double spacing = longest / cbrt(count);
+    const double widest = longest / cbrt(count);
+    double spacing = widest;
     std::vector<uint64_t> cubes;
     for (int round = 0; round < 30; ++round) {
         const double edge = std::max(2 * spacing, longest * 0x1p-20);
@@ -156,7 +158,7 @@ double spacing_of(const std::vector<Double3> &points) {
         }
         std::sort(cubes.begin(), cubes.end());
         const auto taken = std::unique(cubes.begin(), cubes.end()) - cubes.begin();
-        const double better = edge * cbrt(static_cast<double>(taken) / count);
+        const double better = std::min(edge * cbrt(static_cast<double>(taken) / count), widest);
         if (better > 0.99 * spacing && better < 1.01 * spacing) break;
         spacing = better;
     }
@@ -327,7 +329,7 @@ std::string smoke(const Choice &choice, const std::string &grid, const Sequence 
     if (!grid.empty()) text += "  grid " + grid + "\n";
     if (choice.radius)
         text += line("  radius " + number(*choice.radius),
-                     number(lengths_of_spacing) + " times the spacing of the particles");
+                     number(lengths_of_spacing) + " times the cube root of the volume for each particle");
     if (!choice.is_grid && !choice.has_mass) text += "  mass 1\n";
     text += line("  extinction " + number(choice.extinction),
                  "for a mean optical depth of " + number(mean_depth) + " where a ray meets smoke");

@@ -100,13 +100,12 @@ std::vector<std::string> particle_report(const PreparedScene &prepared, Arithmet
         const SmokeDescription &smoke = prepared.smokes[i];
         if (smoke.count == 0) continue;
         lines.push_back(resampling_line(i + 1, smoke, density_statistics(smoke, arithmetic)));
-        std::string line = "smoke " + std::to_string(i + 1) + ": no ray would miss";
+        std::string line = "smoke " + std::to_string(i + 1) + ": particles that no ray would miss:";
         for (int e = 0; e < 3; ++e)
-            line += (e ? ", " : " ") + std::to_string(removable[e][i].size()) + " of them (--thin " +
+            line += (e ? ", " : " ") + std::to_string(removable[e][i].size()) + " with --thin " +
                     (e == 0   ? "0.001"
                      : e == 1 ? "0.01"
-                              : "0.1") +
-                    ")";
+                              : "0.1");
         lines.push_back(line);
     }
     return lines;

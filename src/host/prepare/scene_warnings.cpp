@@ -17,6 +17,9 @@ constexpr double invisible = 1e-3;
 // Of a smoke of more depth than this only the outermost thousandth is seen.
 constexpr double solid = 1e3;
 
+// Of fewer particles a support may hold all.
+constexpr uint32_t many = 100;
+
 bool shines(const Double3 &color) { return color.x > 0 || color.y > 0 || color.z > 0; }
 
 // --- what the camera sees -------------------------------------------------------------------------------------------
@@ -102,6 +105,16 @@ Columns grid_columns(const GridDescription &grid, int axis) {
     return columns;
 }
 
+double longest_extent(const SmokeDescription &smoke) {
+    Double3 low = smoke.particles[0].position, high = low;
+    for (uint32_t i = 0; i < smoke.count; ++i) {
+        const Double3 &p = smoke.particles[i].position;
+        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    }
+    return std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+}
+
 // --- the warnings ---------------------------------------------------------------------------------------------------
 
 class Doubts {
@@ -132,6 +145,10 @@ class Doubts {
                         path + " has no particles" +
                             (options_.decimate > 0 ? ", or --thin leaves out all of them" : ""));
         if (!(smoke.total_area > 0)) return warn("empty smoke", said.where, nothing_in(said, smoke, path));
+        if (smoke.count > many && 2 * smoke.smallest_h > longest_extent(smoke))
+            warn("wide smoke", said.where,
+                 "the supports of the smoke's particles are wider than the smoke: most of its " +
+                     std::to_string(smoke.count) + " particles are in each; is the radius too large?");
         const DepthRange depth = depths_through(smoke);
         const double brightest = std::ldexp(1.0, scene_.radiance_exponent + static_cast<int>(options_.exposure));
         if (depth.largest < invisible && depth.largest * brightest < invisible)

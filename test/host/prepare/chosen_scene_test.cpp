@@ -57,6 +57,9 @@ TEST_CASE_FIXTURE(ChosenSceneTest, "chosen scene: the smoothing length is 1.2 ti
     both.insert(both.end(), other.begin(), other.end());
     write("both.vtk", both);
     CHECK(*choose("both.vtk").smokes[0].radius == doctest::Approx(0.12).epsilon(0.15));
+    // Few points, which one cube of any size holds.
+    write("few.vtk", {{0, 0, 0}, {0.1, 0.1, 0.1}, {0.2, 0.2, 0.2}, {0.3, 0.3, 0.3}, {0.4, 0.4, 0.4}});
+    CHECK(*choose("few.vtk").smokes[0].radius == doctest::Approx(1.2 * 0.4 / std::cbrt(5)));
     // On a plane cubes hold points in one layer: the edge is sqrt(2) times their spacing.
     std::vector<Double3> plane;
     for (int i = 0; i < 10000; ++i) plane.push_back({0.1 * (i % 100), 0.1 * (i / 100), 0});

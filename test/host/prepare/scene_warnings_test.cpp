@@ -82,6 +82,19 @@ TEST_CASE("scene warnings: nothing shines where something could be lit") {
     }
 }
 
+TEST_CASE("scene warnings: supports wider than the smoke") {
+    WarningTest test; // particles in a cube of edge 1
+    test.particles("many.vtk", 101);
+    const auto kinds = [&test](const std::string &file, const std::string &radius) {
+        return test.kinds(camera + light + "smoke " + file + " { radius " + radius + " mass 0.01 }\n");
+    };
+    CHECK(kinds("many.vtk", "0.45").empty());
+    CHECK(kinds("many.vtk", "0.55") == "wide smoke");
+    CHECK(test.texts == "s.aff:3: the supports of the smoke's particles are wider than the smoke: most of its 101 "
+                        "particles are in each; is the radius too large?\n");
+    CHECK(kinds("p.vtk", "0.55").empty()); // 40 particles
+}
+
 TEST_CASE("scene warnings: a motion that moves nothing") {
     WarningTest test;
     const auto kinds = [&test](const std::string &motion, const std::string &more) {
