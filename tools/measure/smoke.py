@@ -171,7 +171,7 @@ def methods():
     """README's table: what a user would choose from, all by default but for what a row says."""
     rows = [("default, 1,000,000 photons", "default", photons(1000000)),
             ("`--photons 250k`", "few", photons(250000)),
-            ("`--photons 4M`, cells and step of half the size", "fine",
+            ("`--photons 4M --density-step 0.275 --irradiance-step 0.55 --step 0.25`", "fine",
              f"{photons(4000000)} --density-step 0.275 --light-step 0.275 --irradiance-step 0.55 --step 0.25"),
             ("`--smoke direct --irradiance none`, 4,100,000 photons: the paper's method", "direct",
              f"--smoke direct --irradiance none {ALL}")]
