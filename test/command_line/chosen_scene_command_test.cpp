@@ -70,7 +70,7 @@ TEST_CASE_FIXTURE(CommandLineTest, "a file whose name has blanks is rendered, an
         CAPTURE(name);
         write(name, puff(40));
         REQUIRE(wisp("render '" + file(name) + "'" + options + "-o " + file("a.pfm")).status == 0);
-        REQUIRE(wisp("plan '" + file(name) + "' --write-scene " + file("chosen.aff")).status == 0);
+        REQUIRE(wisp("plan '" + file(name) + "'" + options + "--write-scene " + file("chosen.aff")).status == 0);
         CHECK(text_of(file("chosen.aff")).find("smoke \"" + name + "\" {") != std::string::npos);
         REQUIRE(wisp("render " + file("chosen.aff") + options + "-o " + file("b.pfm")).status == 0);
         CHECK(text_of(file("a.pfm")) == text_of(file("b.pfm")));
