@@ -163,7 +163,7 @@ class Lesson:
         if question not in self.answers:
             raise Wrong(f"{self.name}: found question {question}, expected {' '.join(sorted(self.answers))}")
         try:
-            found = float(answer.rstrip("% ").replace(",", ""))
+            found, _ = number(answer.rstrip("% "))
         except ValueError:
             raise Wrong(f"{self.name}: found '{answer}', expected a number") from None
         word, percent, _ = self.answers[question]

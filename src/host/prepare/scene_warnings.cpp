@@ -2,6 +2,7 @@
 #include "core/smoke/resampling.h"
 #include "host/base/double3_algebra.h"
 #include "host/base/text.h"
+#include "host/prepare/core_units.h"
 #include "host/prepare/extinction.h"
 #include "host/prepare/frustum.h"
 #include "host/prepare/scene_warnings.h"
@@ -105,16 +106,6 @@ Columns grid_columns(const GridDescription &grid, int axis) {
     return columns;
 }
 
-double longest_extent(const SmokeDescription &smoke) {
-    Double3 low = smoke.particles[0].position, high = low;
-    for (uint32_t i = 0; i < smoke.count; ++i) {
-        const Double3 &p = smoke.particles[i].position;
-        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-    }
-    return std::max({high.x - low.x, high.y - low.y, high.z - low.z});
-}
-
 // --- the warnings ---------------------------------------------------------------------------------------------------
 
 class Doubts {
@@ -145,7 +136,8 @@ class Doubts {
                         path + " has no particles" +
                             (options_.decimate > 0 ? ", or --thin leaves out all of them" : ""));
         if (!(smoke.total_area > 0)) return warn("empty smoke", said.where, nothing_in(said, smoke, path));
-        if (smoke.count > many && 2 * smoke.smallest_h > longest_extent(smoke))
+        const SmokeExtent extent = extent_of(smoke.particles, smoke.count, smoke);
+        if (smoke.count > many && 2 * smoke.smallest_h > largest(extent.high - extent.low))
             warn("wide smoke", said.where,
                  "the supports of the smoke's particles are wider than the smoke: most of its " +
                      std::to_string(smoke.count) + " particles are in each; is the radius too large?");
