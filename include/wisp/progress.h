@@ -23,10 +23,12 @@ enum class Status : uint8_t {
     missing_part   // Plan::missing
 };
 
-// Called as each stage begins (done = 0), and as parts of it are done. False stops the work. nullptr: nobody is called.
+// Called as each stage begins (done = 0), and as parts of it are done; with each row of a picture, from the top. False
+// stops the work. nullptr: nobody is called.
 struct Observer {
     void *context;
     bool (*on_progress)(void *context, Stage stage, uint64_t done, uint64_t total);
+    bool (*on_row)(void *context, int32_t y, const float *rgb) = nullptr;
 
     bool operator()(Stage stage, uint64_t done, uint64_t total) const {
         return !on_progress || on_progress(context, stage, done, total);

@@ -5,8 +5,7 @@
 //     const wisp::Plan plan = renderer.plan(scene, settings);
 //     wisp::Arena arena(block, size);                              // size: at least plan.arena_bytes
 //     wisp::Statistics statistics;
-//     wisp::Job job = {scene, settings, arena, statistics};
-//     job.rgb = picture;                                           // 3 floats a pixel of settings.crop
+//     wisp::Job job = {scene, settings, arena, statistics, {}, picture}; // 3 floats a pixel of settings.crop
 //     const wisp::Status status = renderer.render(job);
 #pragma once
 #include "wisp/arena.h"
@@ -62,12 +61,11 @@ struct FrameCache {
 
 // A frame to render. `settings.goal` says what is made:
 // - Goal::picture: `rgb` is filled with width() * height() linear radiances of the crop, three floats each, top row
-//   first. `photons` may hold the sums of a particle map: they are traced when `count` is 0, and used otherwise.
-//   Without `photons` the arena has room for them.
+//   first; if the observer takes rows, with one at a time. `photons` may hold the sums of a particle map: they are
+//   traced when `count` is 0, and used otherwise. Without `photons` the arena has room for them.
 // - Goal::photons: the photons of `batches` are added to the sums in `photons`. Sums of all batches together are those
 //   that a picture traces. Unless the status is done, the sums are of no use.
-// - Goal::reference: the samples of the passes are added to `pixels`, one for each pixel of the crop, top row first. A
-//   sample's unit is 2^scene.radiance_exponent.
+// - Goal::reference: passes are added to `pixels`, one a pixel, top row first, in units of 2^scene.radiance_exponent.
 struct Job {
     const Scene &scene;
     const Settings &settings;

@@ -36,6 +36,6 @@ $B/wisp.js: $(CORE_O) $(HOST_O) $B/tools/web/zlib.o
 	$(call say,LD) $(CXX) $(FLAGS) $^ $(LINK) -o $@
 # One arithmetic, with what a board needs instead of an operating system: BOARD's memory, PROCESSOR, and LIBC.
 $B/wisp.elf: $B/tools/embedded/main.o $B/tools/embedded/board.o $B/tools/embedded/$(PROCESSOR).o $(call scene_o,embedded) \
-             $B/host/base/sha256.o $(CORE:%=$B/core/$(ARITHMETIC)/%.o) tools/embedded/$(BOARD).ld tools/embedded/sections.ld
+             $(CORE:%=$B/core/$(ARITHMETIC)/%.o) tools/embedded/$(BOARD).ld tools/embedded/sections.ld
 	$(call say,LD) $(CXX) $(ARCH) -nostdlib -nostartfiles -T tools/embedded/$(BOARD).ld $(LINK) $(filter %.o,$^) $(LIBC) -lm -lgcc \
 	    $(LIBC) -o $@

@@ -16,7 +16,7 @@ namespace {
 
 constexpr uint32_t unused = 0xdeadbeef; // words of the stack that nobody has written
 
-enum Call : uint32_t { open_file = 1, close_file = 2, write_text = 4, write_bytes = 5, exit_with = 0x20 };
+enum Call : uint32_t { open_file = 1, close_file = 2, write_text = 4, write_bytes = 5, seek = 10, exit_with = 0x20 };
 
 } // namespace
 
@@ -39,6 +39,13 @@ void File::write(const void *bytes, size_t size) {
         size_t size;
     } arguments = {handle_, bytes, size};
     good_ = good_ && processor::ask(write_bytes, &arguments) == 0; // so many are missing
+}
+void File::go_to(size_t position) {
+    const struct {
+        uint32_t handle;
+        size_t position;
+    } arguments = {handle_, position};
+    good_ = good_ && processor::ask(seek, &arguments) == 0;
 }
 bool File::close() { return good_ && processor::ask(close_file, &handle_) == 0; }
 

@@ -8,11 +8,12 @@ namespace board {
 
 void print(const char *text);
 
-// A file that is written anew, from its beginning to its end. close() says whether all of it is there.
+// A file that is written anew. close() says whether all of it is there.
 class File {
   public:
     explicit File(const char *name);
     void write(const void *bytes, size_t size);
+    void go_to(size_t position); // of the byte that is written next
     bool close();
 
   private:

@@ -6,7 +6,7 @@
 // 2. A wisp::Scene says what is there, wisp::Settings how it is rendered: plain data. A program with a file system has
 //    src/host make them; here scene_source has written them down as C++.
 // 3. plan() says how many bytes of memory that takes. Give them to an Arena.
-// 4. render() fills a picture of floats, and tells an Observer how it gets on.
+// 4. render() hands on the picture, row by row, and tells an Observer how it gets on.
 #include "board.h"
 #include "core/numbers/parts.h"
 #include "core/numbers/real.h"
@@ -25,12 +25,12 @@ namespace core = wisp::WISP_ARITH;
 
 namespace {
 
-// All memory that wisp uses, but for the stack and the picture. It need not be 0.
+// All memory that wisp uses, but for the stack and a row of the picture. It need not be 0.
 constexpr size_t arena_size = size_t{16} << 20;
 __attribute__((section(".arena"))) unsigned char arena_memory[arena_size];
 
-constexpr int32_t max_pixels = 64 * 64;
-float picture[3 * max_pixels]; // red, green, blue; rows from the top
+constexpr int32_t max_width = 192;
+float row[3 * max_width]; // red, green, blue of each pixel
 
 // printf would bring a heap and floating-point code.
 class Text {
@@ -69,34 +69,50 @@ void print_plan(const wisp::Plan &plan) {
     print_line("  plan: all of it ", plan.arena_bytes, " bytes");
 }
 
-// ---- 4. Progress
+// ---- The picture
 
-struct Quarters {
+// Written as .pfm: a line of text that says how large it is, then floats, the bottom row first. (A display would want
+// bytes: 255 x^(1/2.2) of each float, clamped to 1.)
+class PictureFile {
+  public:
+    PictureFile(const char *name, int32_t width, int32_t height)
+        : file_(name), row_bytes_(size_t{3} * sizeof(float) * static_cast<size_t>(width)), height_(height) {
+        Text header;
+        header << "PF\n" << static_cast<uint64_t>(width) << " " << static_cast<uint64_t>(height) << "\n-1.0\n";
+        file_.write(header.text(), header.length());
+        header_bytes_ = header.length();
+    }
+    void write_row(int32_t y, const float *rgb) { // y: from the top
+        file_.go_to(header_bytes_ + static_cast<size_t>(height_ - 1 - y) * row_bytes_);
+        file_.write(rgb, row_bytes_);
+    }
+    bool close() { return file_.close(); }
+
+  private:
+    board::File file_;
+    size_t header_bytes_, row_bytes_;
+    int32_t height_;
+};
+
+// ---- 4. What render() tells
+
+struct Listener {
     const wisp::Plan &plan;
+    PictureFile &file;
     uint64_t printed; // quarters of the stage that is running
 };
 // Returning false would stop render(). `context` is the Observer's own.
 bool print_progress(void *context, wisp::Stage stage, uint64_t done, uint64_t total) {
-    Quarters &quarters = *static_cast<Quarters *>(context);
-    if (done == 0) quarters.printed = 0;
-    if (done * 4 < quarters.printed * total) return true;
-    print_line("  ", quarters.plan[stage].name, " ", done, "/", total);
-    ++quarters.printed;
+    Listener &to = *static_cast<Listener *>(context);
+    if (done == 0) to.printed = 0;
+    if (done * 4 < to.printed * total) return true;
+    print_line("  ", to.plan[stage].name, " ", done, "/", total);
+    ++to.printed;
     return true;
 }
-
-// ---- The picture
-
-// As .pfm: a line of text that says how large it is, then floats, the bottom row first. (A display would want bytes:
-// 255 x^(1/2.2) of each float, clamped to 1.)
-bool write_picture(const char *name, int32_t width, int32_t height) {
-    Text header;
-    header << "PF\n" << static_cast<uint64_t>(width) << " " << static_cast<uint64_t>(height) << "\n-1.0\n";
-    board::File file(name);
-    file.write(header.text(), header.length());
-    const size_t row = size_t{3} * static_cast<size_t>(width);
-    for (size_t y = static_cast<size_t>(height); y-- > 0;) file.write(picture + y * row, row * sizeof(float));
-    return file.close();
+bool write_row(void *context, int32_t y, const float *rgb) {
+    static_cast<Listener *>(context)->file.write_row(y, rgb);
+    return true;
 }
 
 // ---- All of it
@@ -113,16 +129,17 @@ bool show(const wisp::CompiledScene &compiled, const char *file_name) {
         return true;
     }
     print_plan(plan);
-    if (plan.arena_bytes > arena_size || width * height > max_pixels) {
+    if (plan.arena_bytes > arena_size || width > max_width) {
         print_line("  too large for this board");
         return false;
     }
 
     // An arena that begins anew for each picture. For frames of an animation keep a wisp::FrameCache beside it.
     wisp::Arena arena(arena_memory, arena_size);
-    Quarters quarters = {plan, 0};
     wisp::Statistics statistics;
-    wisp::Job job = {compiled.scene, settings, arena, statistics, {&quarters, print_progress}, picture};
+    PictureFile file(file_name, width, height);
+    Listener listener = {plan, file, 0};
+    wisp::Job job = {compiled.scene, settings, arena, statistics, {&listener, print_progress, write_row}, row};
     board::begin_stack_peak();
     const uint64_t start = board::instructions();
     const wisp::Status status = core::renderer.render(job);
@@ -134,12 +151,12 @@ bool show(const wisp::CompiledScene &compiled, const char *file_name) {
 
     print_line("  arena peak ", arena.peak(), " bytes, stack peak ", board::stack_peak(), " bytes");
     print_line("  ", instructions / static_cast<uint64_t>(width * height), " instructions a pixel");
-    if (!write_picture(file_name, width, height)) {
+    if (!file.close()) {
         print_line("  cannot write ", file_name);
         return false;
     }
-    // The bits are those of every other machine: fixtures/goldens.txt says which.
-    print_line(wisp::digest_of_picture(picture, width, height).text, "  ", WISP_ARITH_NAME, "  ", compiled.name);
+    // Its bits are those of every other machine: `run` compares the file's digest with fixtures/goldens.txt.
+    print_line("  written: ", file_name, "  ", WISP_ARITH_NAME, "  ", compiled.name);
     return true;
 }
 

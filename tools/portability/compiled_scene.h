@@ -1,6 +1,5 @@
-// One frame of a scene as `scene_source` compiles it into a program that has no files, and the digest of its picture (picture_digest.h).
+// One frame of a scene as `scene_source` compiles it into a program that has no files.
 #pragma once
-#include "host/images/picture_digest.h"
 #include "wisp/settings.h"
 #include "wisp/wisp.h"
 

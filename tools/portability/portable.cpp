@@ -6,6 +6,7 @@
 // line, as in WebAssembly, portable_fault() is asked once and portable_line() for one line after the other.
 #include "core/numbers/sample_sums.h"
 #include "host/base/renderers.h"
+#include "host/images/picture_digest.h"
 #include "portability/compiled_scenes.h"
 #include "core/numbers/self_test.h"
 #include "wisp/settings.h"

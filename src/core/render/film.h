@@ -19,16 +19,19 @@ inline PixelRecorder *recorder_of(const Frame &frame, int32_t x, int32_t y) {
     return any && (any->every_pixel || (any->trace.x == x && any->trace.y == y)) ? any : nullptr;
 }
 
-// Fills job.rgb with the means of radiance(ray, x, y, sample, recorder): x and y are the pixel's column and row.
+// Fills job.rgb with the means of radiance(ray, x, y, sample, recorder), and hands on its rows: x and y are the pixel's
+// column and row.
 template <class Radiance> Status expose_film(const Frame &frame, Radiance &&radiance) {
     const Scene &scene = frame.scene;
     const Crop &crop = frame.settings.crop;
     const uint32_t samples = frame.settings.samples;
     const View view(scene.camera);
     const SamplePattern pattern(samples);
+    const Observer &observer = frame.job.observer;
     float *rgb = frame.job.rgb;
     expect_samples(frame, 1);
     for (int32_t y = crop.y0; y < crop.y1; y += crop.step) {
+        if (observer.on_row) rgb = frame.job.rgb;
         for (int32_t x = crop.x0; x < crop.x1; x += crop.step) {
             Color sum(Real(0));
             PixelRecorder *const recorder = recorder_of(frame, x, y);
@@ -48,6 +51,8 @@ template <class Radiance> Status expose_film(const Frame &frame, Radiance &&radi
             *rgb++ = to_float_scaled(mean.z, scene.radiance_exponent);
             if (is_recording(recorder)) recorder->pixel(*recorder, samples, mean, rgb - 3);
         }
+        if (observer.on_row && !observer.on_row(observer.context, (y - crop.y0) / crop.step, frame.job.rgb))
+            return Status::stopped;
     }
     return Status::done;
 }

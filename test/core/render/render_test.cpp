@@ -155,6 +155,40 @@ TEST_CASE(WISP_ARITH_NAME ": a crop is the same part of the whole, to the bit") 
     CHECK(some.statistics.rays.primary == 6 * 3);
 }
 
+TEST_CASE(WISP_ARITH_NAME ": rows are handed on from the top, in room for one, until their receiver stops the work") {
+    LitSmoke lit(cloud(100, 3, 1, 0.3));
+    lit.light({LightKind::point, {5, 6, 4}, {0, 0, 1}, 2, {50, 40, 30}});
+    Settings settings = small_settings(12);
+    settings.photons = 2000;
+    for (const Crop crop : {Crop{0, 0, 12, 12}, Crop{3, 5, 10, 10, 3}}) {
+        settings.crop = crop;
+        const Rendered whole = render_in_memory(lit.scene, settings);
+        const size_t values = size_t(crop.width()) * 3;
+        for (int32_t stop_after = 0; stop_after <= crop.height(); ++stop_after) { // 0: never
+            struct Received {
+                size_t values;
+                int32_t stop_after, next;
+                std::vector<float> rgb;
+            } received = {values, stop_after, 0, {}};
+            std::vector<unsigned char> memory(renderer.plan(lit.scene, settings).arena_bytes);
+            std::vector<float> row(values + 1, -7); // one more, which nobody may write
+            Arena arena(memory.data(), memory.size());
+            Statistics statistics;
+            const Observer observer = {&received, nullptr, [](void *context, int32_t y, const float *rgb) {
+                                           Received &to = *static_cast<Received *>(context);
+                                           CHECK(y == to.next++);
+                                           to.rgb.insert(to.rgb.end(), rgb, rgb + to.values);
+                                           return to.next != to.stop_after;
+                                       }};
+            const Status status = renderer.render({lit.scene, settings, arena, statistics, observer, row.data()});
+            CHECK(status == (stop_after == 0 ? Status::done : Status::stopped));
+            CHECK(received.next == (stop_after == 0 ? crop.height() : stop_after));
+            CHECK(row[values] == -7);
+            CHECK(std::memcmp(received.rgb.data(), whole.rgb.data(), received.rgb.size() * sizeof(float)) == 0);
+        }
+    }
+}
+
 TEST_CASE(WISP_ARITH_NAME ": two smokes add, and one split in two is the one") {
     const auto all = cloud(300, 3, 1, 0.3);
     const std::vector<Particle> first(all.begin(), all.begin() + 120), second(all.begin() + 120, all.end());
