@@ -152,7 +152,7 @@ TEST_CASE("command line: show says in one line what it cannot show") {
          "expected exact, which alone proves"},
         {"show proofs fixtures/lessons/02-tree/one.aff" + out + " --shadows paper", "does not go with show"},
         {"show wrong fixtures/lessons/02-tree/one.aff" + out + " --crop 0,0,8,8", "learns from whole pictures"},
-        {"show density fixtures/wake.aff" + out, "for several frames"},
+        {"show density fixtures/wake.aff" + out, "found several frames, expected one with --frames"},
         {"show density " + scene + out + " --layers", "option 'layers' does not go with show"},
         {"show density " + scene + out + " --reference", "option 'reference' does not go with show"},
         {"show photons " + scene + out + " --map-in " + test.file("a.map"), "no photon is traced"},

@@ -152,8 +152,8 @@ TEST_CASE("command line: a texture as PNG makes the same picture as the PPM of t
     bytes.resize(bytes.size() - 1);
     write_file(test.file("tiles.png"), bytes);
     test.refuses(test.draw("tt tiles.png" + corners_of_texture), 3,
-                 test.file("tiles.png") + ": byte " + std::to_string(bytes.size() - 11) +
-                     ": 8 bytes of a chunk, expected at most 7: 7 bytes are left");
+                 test.file("t.aff") + ":5: " + test.file("tiles.png") + ": byte " + std::to_string(bytes.size() - 11) +
+                     ": 8 bytes of a chunk, expected at most 7: the file ends 7 bytes further on");
 }
 
 TEST_CASE("command line: what does not fit is refused with a line, not drawn otherwise") {
@@ -165,10 +165,11 @@ TEST_CASE("command line: what does not fit is refused with a line, not drawn oth
     refused(test.draw("l 1e9 1e9 1e9\n" + corners),
             t + "a light is too far from the surfaces for this arithmetic" + end);
     refused(test.draw("tt nowhere.ppm -1 0 0 0 0 1 0 0 1 0 0 1 0 0 1\n"),
-            test.file("nowhere.ppm") + ": cannot be opened: No such file or directory");
+            test.file("t.aff") + ":5: " + test.file("nowhere.ppm") + ": cannot be opened: No such file or directory");
     std::ofstream(test.file("cut.ppm")) << "P6 4 4 255\nabc";
     refused(test.draw("tt cut.ppm -1 0 0 0 0 1 0 0 1 0 0 1 0 0 1\n"),
-            test.file("cut.ppm") + ": byte 11: 3 bytes of texels, expected 4 x 4 texels of 3 bytes");
+            test.file("t.aff") + ":5: " + test.file("cut.ppm") +
+                ": byte 11: 3 bytes of texels, expected 4 x 4 texels of 3 bytes");
     refused(test.draw("tt tiles.ppm -1 0 0 1e30 0 1 0 0 1 0 0 1 0 0 1\n"),
             test.file("t.aff") + ":5: found 1e30, expected u from -8192 to 8192");
     refused(test.draw("lp 0 0 1e-20 1e30 1e30 1e30\nm vertices 3 -1e-29 0 0 1e-29 0 0 0 1e-29 0 triangles 1 0 1 2\n"),

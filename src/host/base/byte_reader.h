@@ -52,8 +52,8 @@ class ByteReader {
     void require(uint64_t count, uint64_t bytes_each, const char *items) const {
         const uint64_t room = left() + (is_text() ? 1 : 0); // nothing separates the last number from the end
         if (bytes_each == 0 || count <= room / bytes_each) return;
-        fail(std::to_string(count) + " " + items + ", expected at most " + std::to_string(room / bytes_each) + ": " +
-             std::to_string(left()) + " bytes are left");
+        fail(std::to_string(count) + " " + items + ", expected at most " + std::to_string(room / bytes_each) +
+             ": the file ends " + std::to_string(left()) + " bytes further on");
     }
 
     // The next bytes, at most `count` of them; the reader stays where it is.

@@ -31,4 +31,13 @@ struct InputError : Error {
     InputError(const std::string &place_, const std::string &text_) : Error(exit_input, place_, text_) {}
 };
 
+// What `read` reads: a fault of the file that a statement names is one of the statement, at `where`.
+template <class Read> auto named_at(const std::string &where, Read read) {
+    try {
+        return read();
+    } catch (const InputError &error) {
+        throw InputError(where, error.what());
+    }
+}
+
 } // namespace wisp

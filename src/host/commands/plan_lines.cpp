@@ -25,15 +25,19 @@ class RowText {
         case Stage::shading: return shading();
         case Stage::particle_tree: return density();
         case Stage::bricks:
-            return plan_.bricks > 0 ? density() + " resampled to " + number(plan_.bricks) + " bricks of 8 x 8 x 8 cells"
+            return plan_.bricks > 0 ? density() + " resampled to " + number(plan_.bricks) +
+                                          " bricks of 8 x 8 x 8 cells" + step("density-step", settings_.density_step)
                                     : std::string();
-        case Stage::light_depths: return "at most; around smoke";
+        case Stage::light_depths: return "at most; around smoke" + step("light-step", settings_.light_step);
         case Stage::photons: return photons();
         case Stage::gather:
             if (settings_.method == Method::map) return "up to " + number(settings_.gather) + " nearest particles";
             return "up to " + number(settings_.gather) +
                    " nearest photons, the paper's estimate: up to 1.4 times too bright where they are far";
-        case Stage::irradiance: return "at most, and what making it takes; bricks around smoke";
+        case Stage::irradiance:
+            return "at most, and what making it takes; bricks around smoke" +
+                   step("irradiance-step", settings_.irradiance_step);
+        case Stage::march: return std::string(plan_[stage].reason) + step("step", settings_.step);
         case Stage::camera_rays: return camera_rays();
         default: return "";
         }
@@ -41,6 +45,9 @@ class RowText {
 
   private:
     static std::string number(uint64_t n) { return std::to_string(n); }
+    static std::string step(const char *option, double value) {
+        return std::string(", --") + option + " " + six_digits(value);
+    }
 
     std::string triangle_trees() const {
         uint64_t visible = 0;

@@ -6,6 +6,8 @@ namespace wisp {
 
 void check_single_frame(const Request &request, const std::string &command, bool has_output) {
     const Options &options = request.options;
+    if (several_frames(request))
+        throw Error(exit_usage, request.name, "found several frames, expected one with --frames");
     check_options(request);
     check_max_error(request, false);
     const auto refuse = [&command](const char *option, const std::string &why) {
@@ -24,8 +26,6 @@ void check_single_frame(const Request &request, const std::string &command, bool
         if (option.given) refuse(option.name, has_output ? "it makes a picture of a stage" : "it makes no picture");
     if (options.reference) refuse("reference", "its pixels are sums of paths");
     if (options.shadows == ShadowMethod::paper) refuse("shadows", "paper's pixels depend on frames before");
-    if (several_frames(request))
-        throw Error(exit_usage, request.name, "found several frames, expected one with --frames");
 }
 
 SingleFrame::SingleFrame(const Request &request) : request_(request), warnings_(request) {

@@ -23,15 +23,6 @@ namespace wisp {
 
 namespace {
 
-// What `read` reads: a fault of a smoke's file is one of the line that names it.
-template <class Read> auto named_at(const std::string &where, Read read) {
-    try {
-        return read();
-    } catch (const InputError &error) {
-        throw InputError(where, error.what());
-    }
-}
-
 // The particles of one smoke in the units of the scene, in the order of the file.
 std::vector<Particle> load_particles(const std::vector<Node> &nodes, const SceneFile::SmokeVolume &smoke,
                                      const std::string &path, const Bytes &bytes, std::vector<std::string> &notes) {

@@ -57,7 +57,8 @@ PreparedSurfaces::PreparedSurfaces(const std::string &name, const SceneFile &fil
             normalize(shapes_.triangles[i], space);
         spaces_.push_back(space);
     }
-    for (const std::string &path : graph.textures) images_.push_back(read_texture(path));
+    for (const auto &[path, where] : graph.textures)
+        images_.push_back(named_at(where, [&path = path] { return read_texture(path); }));
     for (const TexturePyramid &image : images_) textures_.push_back(image.view());
 }
 

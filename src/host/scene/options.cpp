@@ -29,7 +29,8 @@ auto to_range(std::optional<Options::Range> Options::*member) {
         const auto parts = split(value, ':');
         if (parts.size() != 2) throw OptionError{"A:B"};
         const int64_t first = count_in(parts[0], 0, INT32_MAX - 1);
-        const int64_t last = count_in(parts[1], first + 1, INT32_MAX);
+        const int64_t last = count_in(parts[1], 0, INT32_MAX);
+        if (!(first < last)) throw OptionError{"A:B with A < B"};
         options.*member = Options::Range{static_cast<uint32_t>(first), static_cast<uint32_t>(last)};
     };
 }
@@ -189,7 +190,8 @@ const OptionTable<Options> &scene_options() {
          to_count_in(&Options::depth, 0, 64)},
         {"shadows", shadow_method_choices + 1,
          "how shadows of surfaces are found: by rays; the last occluder first; by what was met before; without rays "
-         "where proved, of cells, of voxels; by lists of what a light sees, of what may be in the way (exact; trace, the same picture, where --memory is less)",
+         "where proved, of cells, of voxels; by lists of what a light sees, of what may be in the way (exact; trace, "
+         "the same picture, where --memory is less)",
          to_word(&Options::shadows, {std::begin(shadow_method_names), std::end(shadow_method_names)})},
         {"up", "y|z", "of a file of smoke by itself: the axis that points up (y)", to_word(&Options::up, {"y", "z"})},
         {"ground", "yes|no", "of a file of smoke by itself: whether it has a ground that catches its shadow (yes)",

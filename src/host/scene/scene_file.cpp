@@ -185,8 +185,7 @@ class SceneParser {
         view.height = static_cast<int>(tokens_.integer("the picture's height", 1, 65536));
         const Double3 d = view.at - view.from;
         if (d.x == 0 && d.y == 0 && d.z == 0) tokens_.fail("'from' and 'at' are the same point, expected two");
-        if (are_parallel(d, view.up))
-            tokens_.fail("'up' is parallel to the direction of view, expected another");
+        if (are_parallel(d, view.up)) tokens_.fail("'up' is parallel to the direction of view, expected another");
         // The first of the outermost file counts; those of included files only where it has none.
         if (scene_.view && tokens_.depth() >= view_file_) return;
         scene_.view = view;
@@ -356,6 +355,7 @@ SceneFile parse_scene(const std::string &path, const std::string &text, const Fi
 
 SceneFile read_scene(const std::string &path) {
     const Bytes bytes = read_file(path);
+    if (bytes.empty()) throw InputError(path, "found an empty file, expected a scene, particles or a density grid");
     return parse_scene(path, std::string(bytes.begin(), bytes.end()));
 }
 

@@ -75,7 +75,10 @@ struct DeformingTriangle {
 struct SceneGraph {
     std::vector<Node> nodes;
     std::vector<FileMaterial> materials;
-    std::vector<std::string> textures; // files, as found from the working directory; each once
+    struct TextureFile {
+        std::string path, where; // as found from the working directory; the first statement that names it, `FILE:LINE`
+    };
+    std::vector<TextureFile> textures; // each once
     std::vector<Mesh> meshes;          // spheres, cones and polygons too, as triangles
     std::vector<DeformingTriangle> deforming;
     std::map<std::string, Motion> motions; // by name; `camera` moves the camera

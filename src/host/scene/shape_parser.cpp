@@ -86,7 +86,7 @@ uint32_t ShapeParser::material() {
 int32_t ShapeParser::texture(std::string_view file) {
     const auto [found, is_new] =
         textures_.try_emplace(tokens_.beside(file), static_cast<int32_t>(graph_.textures.size()));
-    if (is_new) graph_.textures.push_back(found->first);
+    if (is_new) graph_.textures.push_back({found->first, tokens_.where()});
     return found->second;
 }
 

@@ -658,7 +658,8 @@ TEST_CASE("particles: VTK errors name the line, or the byte of packed data") {
     CHECK(error_of(vtk_of("POINTS 1 float\n1 2 -1e39\n")) == "file:6: z of point 0 is -inf, expected a finite number");
     CHECK(error_of(vtk_of("POINTS 1 float\n1 2 3\nPOINTS 1 float\n1 2 3\n")) ==
           "file:7: POINTS again, expected them only once");
-    CHECK(error_of(vtk_of("POINTS 9 float\n1 2 3\n")) == "file:5: 9 points, expected at most 1: 7 bytes are left");
+    CHECK(error_of(vtk_of("POINTS 9 float\n1 2 3\n")) ==
+          "file:5: 9 points, expected at most 1: the file ends 7 bytes further on");
     CHECK(error_of(vtk_of("SCALARS mass float\n1 2 3\n")) ==
           "file:5: 'SCALARS', expected a keyword such as POINTS, CELLS or POINT_DATA");
     CHECK(error_of(vtk_of("POINT_DATA 0\n")) == "file:5: POINT_DATA before POINTS, expected it after them");
@@ -685,7 +686,7 @@ TEST_CASE("particles: BGEO errors name the byte") {
     CHECK(error_of(bgeo_header(-1, 0)) == "file: byte 9: -1 points, expected 0 or more");
     CHECK(error_of(bgeo_header(0, -1)) == "file: byte 25: -1 point attributes, expected 0 or more");
     CHECK(error_of(bgeo_header(3, 0) + std::string(47, '\0')) ==
-          "file: byte 37: 3 points, expected at most 2: 47 bytes are left");
+          "file: byte 37: 3 points, expected at most 2: the file ends 47 bytes further on");
     CHECK(error_of(bgeo_header(1, 1) + bgeo_attribute("name", 1, 2)) ==
           "file: byte 49: attribute 'name' has type 2, expected 0 (float), 1 (int), 4 (indexed string) or 5 (vector)");
     CHECK(error_of(bgeo_header(1, 1)) == "file: byte 41: the file ends, expected a number of 2 bytes");
@@ -722,7 +723,8 @@ TEST_CASE("particles: PLY errors name the line, or the byte of packed data") {
     CHECK(error_of(ply_of("1 2\n3\n")) == "file:8: the line ends, expected another number");
     CHECK(error_of(ply_of("1 2 3 4\n")) == "file:8: '4', expected the end of the line");
     CHECK(error_of(ply_of("1 2 3\n4 inf 6\n", "2")) == "file:9: y of point 1 is inf, expected a finite number");
-    CHECK(error_of(ply_of("1 2 3\n", "4000000000")) == "file:7: 4000000000 rows, expected at most 1: 6 bytes are left");
+    CHECK(error_of(ply_of("1 2 3\n", "4000000000")) ==
+          "file:7: 4000000000 rows, expected at most 1: the file ends 6 bytes further on");
     CHECK(error_of(ply_of("1 2 3 1e300\n", "1", "property list int int q\n")) ==
           "file:9: not a list's length, expected a whole number");
     CHECK(error_of(ply_of("1 2 3 -1\n", "1", "property float mass\n")) ==

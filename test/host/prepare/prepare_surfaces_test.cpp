@@ -135,7 +135,7 @@ TEST_CASE("prepared surfaces: what does not fit is refused with the reason") {
           "s.aff:1: a light is too far from the surfaces for this arithmetic, expected a scene that fits");
     CHECK(refused("lp 99 0 0 1 1 1\n" + floor_of_six, fixed) == "no error"); // in smaller units
     CHECK(refused("tt nowhere.ppm 0 0 0 0 0 1 0 0 1 0 0 1 0 0 1") ==
-          "nowhere.ppm: cannot be opened: No such file or directory");
+          "s.aff:2: nowhere.ppm: cannot be opened: No such file or directory");
 }
 
 TEST_CASE("prepared surfaces: smoke beside them is in their units, in fixed point neither fine nor coarse") {

@@ -144,9 +144,10 @@ TEST_CASE("scene: ambient light, animation, lights with names") {
 }
 
 TEST_CASE("scene: blocks are a tree, and what is in them stands in their spaces") {
-    const SceneGraph g = parse_scene("a", ball + "xs 1 2 -3 0 3 4 30 5 6 7 {" + ball + "x wheel{" + ball +
-                                              "xs 1 1 1 0 0 0 0 0 0 0 {}}" + ball + "}" + ball + "x wheel {" + ball + "}")
-                             .graph;
+    const SceneGraph g =
+        parse_scene("a", ball + "xs 1 2 -3 0 3 4 30 5 6 7 {" + ball + "x wheel{" + ball + "xs 1 1 1 0 0 0 0 0 0 0 {}}" +
+                             ball + "}" + ball + "x wheel {" + ball + "}")
+            .graph;
     REQUIRE(g.nodes.size() == 4);
     const int32_t parents[] = {-1, 0, 1, -1}, nodes[] = {-1, 0, 1, 0, -1, 3};
     const char *names[] = {"", "wheel", "", "wheel"};
@@ -406,7 +407,7 @@ TEST_CASE("scene: real scenes have the counts that are known of them") {
         CHECK(s.lights.size() == known.lights);
         CHECK(s.ambient.x == doctest::Approx(known.ambient));
         CHECK(g.textures.size() == known.textures);
-        for (const std::string &texture : g.textures) CHECK(std::filesystem::exists(texture));
+        for (const auto &texture : g.textures) CHECK(std::filesystem::exists(texture.path));
         CHECK(g.nodes.size() == known.nodes);
         CHECK(g.meshes.size() == known.shapes);
         if (known.triangles) CHECK(triangles == known.triangles);

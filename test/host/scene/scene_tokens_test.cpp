@@ -85,7 +85,9 @@ TEST_CASE("scene files: one is included in place, beside the file that names it,
          {"/abs.aff", "tt t.ppm 0 0 0 0 0 1 0 0 0 0 0 1 0 0 0 smoke p.ply {}"}}};
     const SceneFile s = files.parse();
     CHECK(files.reads == std::map<std::string, int>{{"sub/a.aff", 1}, {"sub/b.aff", 1}, {"/abs.aff", 1}});
-    CHECK(s.graph.textures == std::vector<std::string>{"sub/t.ppm", "/t.ppm"});
+    REQUIRE(s.graph.textures.size() == 2);
+    CHECK(s.graph.textures[0].path == "sub/t.ppm");
+    CHECK(s.graph.textures[1].path == "/t.ppm");
     REQUIRE(s.smokes.size() == 1);
     CHECK(s.smokes[0].file == "/p.ply");
     CHECK(s.smokes[0].where == "/abs.aff:1");
