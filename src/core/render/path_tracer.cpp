@@ -10,6 +10,9 @@ namespace {
 inline uint64_t most_majorants_of(uint64_t elements) {
     return min(max(elements * 64, uint64_t{1} << 19), uint64_t{1} << 22);
 }
+Cell majorants_in(const Vec3 &size, Real edge) {
+    return {floor_to_int(size.x / edge) + 1, floor_to_int(size.y / edge) + 1, floor_to_int(size.z / edge) + 1};
+}
 // Edge of a cell of majorants: six samples of density grids, a smoothing length of particles, whose bounds loosen
 // sooner in larger cells (README).
 Real majorant_edge(const Scene &scene) {
@@ -231,13 +234,10 @@ Color scattered_again(const PathTracer &tracer, Ray ray, WeightedCollision colli
 Majorants make_majorants(const Medium &medium, Real edge, Arena &arena, Watch watch) {
     Majorants majorants = {};
     const Vec3 size = medium.bounds.high - medium.bounds.low;
-    const auto cells = [&] {
-        return Cell{floor_to_int(size.x / edge) + 1, floor_to_int(size.y / edge) + 1, floor_to_int(size.z / edge) + 1};
-    };
     uint64_t elements = 0;
     for (uint32_t i = 0; i < medium.count; ++i) elements += elements_of(*medium.smokes[i].source);
-    while (number_of(cells()) > most_majorants_of(elements)) edge = edge * Real(1.25);
-    const Cell count = cells();
+    while (number_of(majorants_in(size, edge)) > most_majorants_of(elements)) edge = edge * Real(1.25);
+    const Cell count = majorants_in(size, edge);
     majorants.lattice = make_lattice(medium.bounds.low, Vec3(edge), count);
     Real *sigma = arena.make<Real>(number_of(count));
     if (!sigma) return majorants;
@@ -327,7 +327,11 @@ Color sample_multiple_scattering(const PathTracer &tracer, Ray ray, Real end, Pc
 uint64_t majorant_bytes(const Scene &scene) {
     uint64_t elements = 0;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) elements += elements_of(scene.smokes[i]);
-    return Arena::bytes<Real>(most_majorants_of(elements));
+    // The box of the medium is this one but for rounding.
+    const Box around = box_around_smoke(scene);
+    const Real edge = majorant_edge(scene);
+    const Vec3 size = (around.high - around.low) * Real(1 + 0x1p-10) + Vec3(edge * Real(0x1p-4));
+    return Arena::bytes<Real>(min(number_of(majorants_in(size, edge)), most_majorants_of(elements)));
 }
 
 bool make_path_tracer(const Scene &scene, const Medium &medium, const Light *lights, Shadows *shadows, Arena &arena,

@@ -12,7 +12,8 @@ using namespace parts;
 constexpr const char *no_smoke = "there is no smoke", *no_surface = "there is no triangle",
                      *no_light = "there is no light", *photons_alone = "photons are traced, no picture is made",
                      *by_paths = "the reference follows random paths instead", *no_photons = "there are no photons",
-                     *too_dense = "the smoke is too dense, or its phase too far backward: paths from rays instead";
+                     *by_rays = "paths from rays instead: the smoke is too dense, its phase too far backward, or "
+                                "there is no room for bricks";
 
 // Whether the stage is needed: `reasons` are why not, the first that holds.
 struct WhyNot {
@@ -108,7 +109,7 @@ Need need_photons(const Scene &, const Settings &settings, const Decisions &d) {
                         {d.goal == Goal::reference, by_paths},
                         {!d.scatters, "the albedo is 0: nothing scatters"},
                         {settings.photons == 0, "--photons 0"},
-                        {settings.paths > 0, too_dense},
+                        {settings.paths > 0, by_rays},
                         {d.photons == PhotonStore::none, "nothing lights the smoke"}},
                        "light is scattered more than once");
 }

@@ -42,23 +42,6 @@ Vec3 reach_of(const GridDescription &grid) {
                 along(axis[0].z, axis[1].z, axis[2].z));
 }
 
-Layout around_all(const Scene &scene, Real cell) {
-    Box bounds = {Vec3(Real(0)), Vec3(Real(0))};
-    bool any = false;
-    const auto add = [&](const Vec3 &x, const Vec3 &reach) {
-        bounds.low = any ? min(bounds.low, x - reach) : x - reach;
-        bounds.high = any ? max(bounds.high, x + reach) : x + reach;
-        any = true;
-    };
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
-        const SmokeDescription &smoke = scene.smokes[i];
-        const Vec3 reach = Vec3(Real(2) * to_real<Real>(smoke.largest_h));
-        for (uint32_t k = 0; k < smoke.count; ++k) add(vec_of(smoke.particles[k].position), reach);
-        if (smoke.is_grid()) add(vec_of(smoke.grid.center), reach_of(smoke.grid));
-    }
-    return layout_of(bounds.low, Vec3(cell), bounds);
-}
-
 Layout around_grid(const GridDescription &grid, Real cell, int32_t subdivision) {
     const Vec3 center = vec_of(grid.center), half = vec_of(grid.half);
     const Box box = {center - half, center + half};
@@ -76,7 +59,9 @@ Layout around_grid(const GridDescription &grid, Real cell, int32_t subdivision) 
 Layout layout_of(const Scene &scene, double lengths) {
     const Real cell = smallest_smoothing_length(scene) * to_real<Real>(lengths);
     const SmokeDescription *const only = aligned_grid(scene);
-    return only ? around_grid(only->grid, cell, subdivision_for(lengths)) : around_all(scene, cell);
+    if (only) return around_grid(only->grid, cell, subdivision_for(lengths));
+    const Box bounds = box_around_smoke(scene);
+    return layout_of(bounds.low, Vec3(cell), bounds);
 }
 
 // The distance of x from the interval [low, low + edge].
@@ -225,6 +210,23 @@ uint64_t bytes_of(uint64_t lattice, uint64_t count) {
 }
 
 } // namespace
+
+Box box_around_smoke(const Scene &scene) {
+    Box bounds = {Vec3(Real(0)), Vec3(Real(0))};
+    bool any = false;
+    const auto add = [&](const Vec3 &x, const Vec3 &reach) {
+        bounds.low = any ? min(bounds.low, x - reach) : x - reach;
+        bounds.high = any ? max(bounds.high, x + reach) : x + reach;
+        any = true;
+    };
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        const SmokeDescription &smoke = scene.smokes[i];
+        const Vec3 reach = Vec3(Real(2) * to_real<Real>(smoke.largest_h));
+        for (uint32_t k = 0; k < smoke.count; ++k) add(vec_of(smoke.particles[k].position), reach);
+        if (smoke.is_grid()) add(vec_of(smoke.grid.center), reach_of(smoke.grid));
+    }
+    return bounds;
+}
 
 Real smallest_smoothing_length(const Scene &scene) {
     Real finest = Real(0);

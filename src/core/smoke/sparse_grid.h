@@ -39,6 +39,9 @@ struct SparseGrid {
     bool ready;            // false: the arena was too small
 };
 
+// The box of all supports of particles and of all density grids; at the origin without smoke.
+Box box_around_smoke(const Scene &scene);
+
 // The smallest smoothing length of all smokes, 0 without smoke. A density grid's length is given by its description.
 Real smallest_smoothing_length(const Scene &scene);
 

@@ -176,6 +176,39 @@ TEST_CASE(WISP_ARITH_NAME ": the reference's majorants have a row of their own")
     CHECK(paths.plan[Stage::particle_tree].bytes == medium_bytes(smoke.scene, 0));
 }
 
+TEST_CASE(WISP_ARITH_NAME ": majorants of any box are planned, and hardly more") {
+    Settings settings = small_settings(1);
+    settings.goal = Goal::reference;
+    settings.last_pass = 1;
+    Sequence next{7};
+    const auto rendered = [&settings](Scene &scene) {
+        scene.camera = look_at_origin(120, 8, 1);
+        const Run paths = run(scene, settings);
+        check_rows(paths);
+        CHECK(paths.plan[Stage::majorants].bytes < paths.used(Stage::majorants) * 2 + 256);
+    };
+    for (int i = 0; i < 60; ++i) {
+        CAPTURE(i);
+        const double extent = i % 3 == 0 ? 1 + i / 3 : 0.1 + 20 * next();
+        LitSmoke smoke(cloud(1 + i, extent, i % 2 ? 1 : 0.25 + next(), 0.3, uint64_t(i) + 1));
+        smoke.light(lamp);
+        rendered(smoke.scene);
+        const double a = i % 4 ? pi_ * next() : 0;
+        const SmokeDescription grid =
+            grid_smoke_of({4 + i,
+                           3,
+                           5,
+                           nullptr,
+                           0.3,
+                           {next(), 1, -2},
+                           {2 + next(), 1, 3},
+                           {{std::cos(a), std::sin(a), 0}, {-std::sin(a), std::cos(a), 0}, {0, 0, 1}}});
+        const std::vector<LightSource> lights = {lamp};
+        Scene scene = scene_of(grid, lights);
+        rendered(scene);
+    }
+}
+
 TEST_CASE(WISP_ARITH_NAME ": density grids and boxes are smoke as particles are") {
     const float densities[] = {1, 2, 3, 4, 5, 6, 7, 8};
     for (const bool box : {false, true}) {
