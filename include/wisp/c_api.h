@@ -1,5 +1,5 @@
-/* The library in C (C99), for programs in C and for other languages' foreign functions. A program in C++ includes
- * wisp/wisp.h instead.
+/* The library in C (C99), for programs in C and C++ and for other languages' foreign functions. It checks what it is
+ * given. (wisp/wisp.h, for C++ alone, is below it: it checks nothing, and its scenes are in the core's own units.)
  *
  *     wisp_scene scene = {0};                       what to render, in units of your own; arrays stay where they are
  *     wisp_settings settings = wisp_default_settings();
@@ -16,8 +16,9 @@
  * `wisp render` for the same numbers in a scene file.
  *
  * A wrong value is refused before any work, with a line in wisp_error that says where it is and what was expected.
- * Numbers of scenes are finite and within +-1e30. Lengths are in any unit; directions need not be of length 1;
- * radiances are linear, R G B. A member that is not mentioned may be 0. */
+ * There are no warnings, as `wisp render` has them of black or empty pictures. Numbers of scenes are finite and within
+ * +-1e30. Lengths are in any unit; directions need not be of length 1; radiances are linear, R G B. A member that is
+ * not mentioned may be 0. */
 #ifndef WISP_C_API_H
 #define WISP_C_API_H
 
@@ -152,8 +153,9 @@ typedef struct wisp_frame wisp_frame;
 size_t wisp_prepared_bytes(const wisp_scene *scene);
 
 /* Reads the scene, checks it, and makes *frame in `memory` of `bytes`, of any alignment, which must outlive it. Smoke
- * that reaches beyond 8192 of its smallest radii is refused, as are surfaces that move beyond four times of what stands
- * still. WISP_DONE, WISP_WRONG_USAGE, WISP_BAD_SCENE or WISP_NO_MEMORY. */
+ * that reaches beyond 8192 of its smallest radii from its middle, or from that of the meshes, is refused, as are
+ * surfaces that move beyond four times of what stands still. WISP_DONE, WISP_WRONG_USAGE, WISP_BAD_SCENE or
+ * WISP_NO_MEMORY. */
 wisp_status wisp_prepare(const wisp_scene *scene, void *memory, size_t bytes, wisp_frame **frame, wisp_error *error);
 
 /* ---- How it is rendered */

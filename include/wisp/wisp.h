@@ -1,5 +1,5 @@
-// The door of the library: what an embedding program includes. plan() says what a scene needs, render() makes its
-// picture, in any of three arithmetics: float, double, and fixed point.
+// The door of the library. plan() says what a scene needs, render() makes its picture, in float, double or fixed point.
+// Nothing is checked: wisp/c_api.h, for C and C++, checks scenes and settings, and takes lengths of any unit.
 //
 //     const wisp::Renderer &renderer = wisp::f32::renderer;
 //     const wisp::Plan plan = renderer.plan(scene, settings);

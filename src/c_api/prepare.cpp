@@ -461,12 +461,16 @@ wisp_status prepare(const wisp_scene &from, const Counts &counts, const Arrays &
     const Reach reach = surfaces ? reach_of_surfaces(from, scene) : Reach{};
     Unit unit = surfaces ? reach.own : extent.any() ? unit_of_smoke(extent) : Unit{vector(from.camera.from), 1};
     if (extent.any()) {
-        if (!(reach_of(extent, unit.center) * unit.scale <= coordinate_limit))
+        const double of_h = surfaces ? 1 / extent.smallest_h : unit.scale;
+        if (!(reach_of(extent, unit.center) * of_h <= coordinate_limit))
             return refuse(error, WISP_BAD_SCENE,
-                          surfaces ? "smokes: they reach too far beside the meshes, expected at most four times as far"
-                                   : "smokes: they reach more than 8192 of their smallest radii or cells from their "
-                                     "middle, expected at most that");
+                          "smokes: they reach more than 8192 of their smallest radii or cells from ",
+                          surfaces ? "the meshes' middle" : "their middle",
+                          ", expected at most that; is a point far away from all others?");
         unit.scale = scale_of(extent, unit, surfaces, reach.reach);
+        if (surfaces && reach.reach > 0 && !(reach.reach * unit.scale >= least_size))
+            return refuse(error, WISP_BAD_SCENE, "smokes: they reach too far beside the meshes, expected at most ",
+                          uint64_t{static_cast<uint64_t>(coordinate_limit / least_size)}, " times as far");
     }
     if (surfaces)
         if (const wisp_status status = normalize_surfaces(arrays, reach, unit, scene, error)) return status;
@@ -525,9 +529,9 @@ wisp_status wisp_prepare(const wisp_scene *scene, void *memory, size_t bytes, wi
     Counts counts;
     if (const wisp_status status = count_scene(scene, counts, error)) return status;
     const uint64_t needed = bytes_of(*scene, counts);
-    if (!memory || bytes < needed)
-        return refuse(error, WISP_NO_MEMORY, "memory: found ", memory ? uint64_t{bytes} : 0, " bytes, expected ",
-                      needed);
+    if (!memory) return refuse(error, WISP_NO_MEMORY, "memory: found NULL, expected ", needed, " bytes");
+    if (bytes < needed)
+        return refuse(error, WISP_NO_MEMORY, "memory: found ", uint64_t{bytes}, " bytes, expected ", needed);
     Arena arena(memory, bytes);
     Arrays arrays;
     if (!make_arrays(*scene, counts, arena, arrays))

@@ -198,9 +198,11 @@ wisp_status wisp_render(const wisp_frame *frame, const wisp_settings *settings, 
     if (!job->rgb) return refuse(error, WISP_WRONG_USAGE, "job.rgb: found NULL, expected room for the picture");
     if (of_core.layers != (job->layers != nullptr))
         return refuse(error, WISP_WRONG_USAGE, "job.layers: expected planes with wisp_settings::layers, and only then");
-    if (!job->memory || job->memory_bytes < plan.arena_bytes)
-        return refuse(error, WISP_NO_MEMORY, "job.memory: found ", job->memory ? uint64_t{job->memory_bytes} : 0,
-                      " bytes, expected ", plan.arena_bytes);
+    if (!job->memory)
+        return refuse(error, WISP_NO_MEMORY, "job.memory: found NULL, expected ", plan.arena_bytes, " bytes");
+    if (job->memory_bytes < plan.arena_bytes)
+        return refuse(error, WISP_NO_MEMORY, "job.memory: found ", uint64_t{job->memory_bytes}, " bytes, expected ",
+                      plan.arena_bytes);
     Arena arena(job->memory, job->memory_bytes);
     FrameCache cache = take_cache(*frame, *job);
     Statistics statistics;

@@ -279,8 +279,9 @@ TEST_CASE("c_api: wrong scenes are refused with a line that says where and what 
              for (uint32_t &cells : s.smokes[0].cells) cells = 2;
          }},
         {"smokes[0].low, high", [](CScene &s) { s.smokes[0].kind = WISP_BOX; }},
-        {"smokes: they reach too far beside the meshes", [](CScene &s) { s.positions[0] = 1e6f; }},
-        {"smokes: they reach more than 8192",
+        {"smokes: they reach more than 8192 of their smallest radii or cells from the meshes' middle",
+         [](CScene &s) { s.positions[0] = 1e6f; }},
+        {"smokes: they reach more than 8192 of their smallest radii or cells from their middle",
          [](CScene &s) {
              s.positions[0] = 1e6f;
              s.scene.mesh_count = 0;

@@ -87,6 +87,9 @@ TEST_CASE("command line: bad input ends with 3 and a line that names the file") 
     test.write("broken.vtk", CommandLineTest::puff(40).substr(0, 300));
     test.write("broken.aff", CommandLineTest::scene("broken.vtk", ""));
     test.write("empty.vtk", "");
+    test.write("picture.pfm", "PF\n1 1\n-1.0\n............");
+    test.write("twice.aff", "v from 0 0 5 at 0 0 0 up 0 1 0 angle 40 hither 1 resolution 8 8\n"
+                            "smoke puff.vtk { mass 1 radius 0.2 mass 2 }\n");
     test.write("textured.aff", "v from 0 0 5 at 0 0 0 up 0 1 0 angle 40 hither 1 resolution 8 8\n"
                                "tt none.ppm  0 0 0 0 0  1 0 0 1 0  0 1 0 0 1\n");
     test.write("option.aff", CommandLineTest::scene("puff.vtk", "render spp zero"));
@@ -98,6 +101,8 @@ TEST_CASE("command line: bad input ends with 3 and a line that names the file") 
         {"broken.aff", "broken.aff:4: " + test.file("broken.vtk") +
                            ":5: 40 points, expected at most 38: the file ends 230 bytes further on"},
         {"empty.vtk", "empty.vtk: found an empty file, expected a scene, particles or a density grid"},
+        {"picture.pfm", "picture.pfm: found a picture, expected a scene, particles or a density grid"},
+        {"twice.aff", "twice.aff:2: found 'mass' again, expected it once in a smoke"},
         {"textured.aff", "textured.aff:2: " + test.file("none.ppm") + ": cannot be opened: No such file or directory"},
         {"option.aff", "option.aff:11: option 'spp': found 'zero', expected a whole number from 1 to 65536"}};
     for (const auto &[scene, line] : cases) {
@@ -374,8 +379,7 @@ TEST_CASE("command line: what belongs to --reference is refused without it, and 
                  "option 'error-out' belongs to --reference");
     test.refuses(test.wisp("render " + s + " -o " + x + ".passes"), 2,
                  "option 'output': found '" + x + ".passes', expected .passes only with --reference");
-    test.refuses(test.render("--passes 2:2"), 2,
-                 "option 'passes': found '2:2', expected A:B with A < B");
+    test.refuses(test.render("--passes 2:2"), 2, "option 'passes': found '2:2', expected A:B with A < B");
     test.refuses(test.render("--error-out " + x + ".png"), 2,
                  "option 'error-out': found '" + x + ".png', expected a file name that ends in .pfm");
     test.refuses(test.render("--frames 0:1 --error-out " + x + ".pfm"), 2,

@@ -124,7 +124,9 @@ TEST_CASE("warnings: plan and inspect warn as render does") {
     test.write("s.aff", "v from 0 0 4 at 0 0 9 up 0 1 0 angle 30 hither 1 resolution 4 4\nb 1 1 1\n"
                         "smoke box 0 0 0 1 1 1 1 { }\n");
     const std::string err = test.warned("--gather 9");
-    CHECK(err == test.s() + ": warning: nothing is in view in frame 0: the camera looks past all smoke and surfaces\n" +
+    CHECK(err == test.s() +
+                     ": warning: nothing is in view in frame 0: the camera looks past all smoke and surfaces, or they "
+                     "are invisible\n" +
                      test.s() + ": warning: there is no light: the smoke is black\n" +
                      WarningCommandTest::idle("gather", "there are no photons"));
     CHECK(test.wisp("plan " + test.s() + " --gather 9").err == err);

@@ -56,8 +56,9 @@ def main():
     parser.add_argument("--wisp", type=Path, default=TOP / "build/wisp")
     parser.add_argument("--out", type=Path, default=TOP / "build/lessons")
     words = parser.parse_args()
-    chosen = sorted(folder for folder in LESSONS.iterdir() if folder.is_dir()
-                    and (not words.lessons or folder.name.startswith(tuple(words.lessons))))
+    begins = tuple(word.zfill(2) if word.isdigit() else word for word in words.lessons)
+    chosen = sorted(folder for folder in LESSONS.iterdir()
+                    if folder.is_dir() and (not begins or folder.name.startswith(begins)))
     if not chosen:
         sys.exit(f"no lesson begins with {' or '.join(words.lessons)}")
     lessons = [Lesson(folder, TOP) for folder in chosen]

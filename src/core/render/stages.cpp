@@ -123,10 +123,11 @@ Need need_gather(const Scene &, const Settings &, const Decisions &d) {
                        "the nearest are looked up");
 }
 
-Need need_irradiance(const Scene &, const Settings &, const Decisions &d) {
+Need need_irradiance(const Scene &, const Settings &settings, const Decisions &d) {
     return need_unless({{!d.smoke, no_smoke},
                         {d.goal == Goal::reference, by_paths},
                         {d.goal == Goal::photons, photons_alone},
+                        {d.scatters && settings.paths > 0, by_rays},
                         {d.photons == PhotonStore::none, "nothing scatters twice"},
                         {!d.irradiance, "--irradiance none: estimated at every step"}},
                        d.sweeps ? "kept at points around the smoke, and gathered along lines if no light stands in it"

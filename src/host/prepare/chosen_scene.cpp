@@ -6,6 +6,7 @@
 #include "host/base/text.h"
 #include "host/formats/particles.h"
 #include "host/formats/volume.h"
+#include "host/prepare/core_units.h"
 #include "host/scene/placement.h"
 #include <algorithm>
 #include <filesystem>
@@ -394,7 +395,7 @@ bool is_dark(const SceneFile &scene) {
     const auto shines = [](const Double3 &color) { return largest_component(color) > 0; };
     bool scatters = false;
     for (const SceneFile::SmokeVolume &smoke : scene.smokes) {
-        if (shines(smoke.emission)) return false;
+        if (glows(smoke.emission, smoke.albedo)) return false;
         scatters |= shines(smoke.albedo);
     }
     return scene.lights.empty() && scatters && !shines(scene.background);

@@ -95,6 +95,11 @@ inline double reach_of(const SmokeExtent &extent, const Double3 &center) {
 // of the scene; 0: there are none, or one point.
 double scale_of(const SmokeExtent &all, const Unit &own, bool beside_surfaces, double surfaces);
 
+// Whether smoke shines by itself: it emits as much as it absorbs, which is nothing where its albedo is 1.
+inline bool glows(const Double3 &emission, const Double3 &albedo) {
+    return (emission.x > 0 && albedo.x < 1) || (emission.y > 0 && albedo.y < 1) || (emission.z > 0 && albedo.z < 1);
+}
+
 // ---- The camera and lights
 
 // A view as in scene files: `angle` in degrees is between the centres of the first and the last row; of a single row,

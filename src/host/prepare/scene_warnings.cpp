@@ -119,6 +119,7 @@ class Doubts {
         for (size_t i = 0; i < file_.smokes.size(); ++i) look_at(file_.smokes[i], scene_.smokes[i]);
         look_at_view();
         look_at_motions();
+        look_at_times();
         look_at_lights();
         return std::move(warnings_);
     }
@@ -141,6 +142,9 @@ class Doubts {
             warn("wide smoke", said.where,
                  "the supports of the smoke's particles are wider than the smoke: most of its " +
                      std::to_string(smoke.count) + " particles are in each; is the radius too large?");
+        if (shines(smoke.emission) && !glows(smoke.emission, smoke.albedo))
+            warn("emission", said.where,
+                 "'emission' does nothing: the smoke emits where it absorbs, and its albedo is 1");
         const DepthRange depth = depths_through(smoke);
         const double brightest = std::ldexp(1.0, scene_.radiance_exponent + static_cast<int>(options_.exposure));
         if (depth.largest < invisible && depth.largest * brightest < invisible)
@@ -150,7 +154,8 @@ class Doubts {
         if (depth.least_mean > solid)
             warn("solid smoke", said.where,
                  "the smoke is like a solid: its mean optical depth is " + two_digits(depth.least_mean) + "; is the " +
-                     (smoke.is_grid() ? "density" : "mass") + " or the extinction too large?");
+                     (smoke.is_grid() ? "density or the extinction too large?"
+                                      : "mass or the extinction too large, or the radius too small?"));
     }
     static std::string nothing_in(const SceneFile::SmokeVolume &said, const SmokeDescription &smoke,
                                   const std::string &path) {
@@ -169,7 +174,24 @@ class Doubts {
         if (!smoke && !sees_surfaces(view, scene_))
             warn("view", name_,
                  "nothing is in view in frame " + std::to_string(frame_) +
-                     ": the camera looks past all smoke and surfaces");
+                     ": the camera looks past all smoke and surfaces, or they are invisible");
+    }
+
+    // Times that descend are read as other programs read them, which is hardly what was meant.
+    void look_at_times() {
+        const auto descend = [](const auto &keys) {
+            return !std::is_sorted(keys.begin(), keys.end(),
+                                   [](const auto &a, const auto &b) { return a.time < b.time; });
+        };
+        for (const auto &[name, motion] : file_.graph.motions) {
+            const std::pair<const char *, bool> tracks[] = {{"transl", descend(motion.translation)},
+                                                            {"rot", descend(motion.rotation)},
+                                                            {"scale", descend(motion.scale)},
+                                                            {"visibility", descend(motion.visibility)}};
+            for (const auto &[track, wrong] : tracks)
+                if (wrong)
+                    warn("times", name_, "the times of '" + std::string(track) + "' in 'k " + name + "' descend");
+        }
     }
 
     // A misspelt name leaves a motion without what it moves, and a node without its motion, where it is.
@@ -193,7 +215,7 @@ class Doubts {
         for (uint32_t i = 0; i < scene_.smoke_count; ++i) {
             const SmokeDescription &smoke = scene_.smokes[i];
             if (!(smoke.total_area > 0)) continue;
-            if (shine(smoke.emission)) return;
+            if (glows(smoke.emission, smoke.albedo)) return;
             dark |= shine(smoke.albedo);
         }
         const bool black = scene_.triangle_count() > 0 &&

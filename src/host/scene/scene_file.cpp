@@ -1,8 +1,12 @@
 #include "host/base/error.h"
 #include "host/scene/placement.h"
 #include "host/base/text.h"
+#include "host/images/exr.h"
+#include "host/images/picture.h"
+#include "host/images/texture_readers.h"
 #include "host/scene/scene_file.h"
 #include "host/scene/shape_parser.h"
+#include <set>
 
 namespace wisp {
 
@@ -270,7 +274,9 @@ class SceneParser {
         else
             smoke.file = tokens_.beside(file);
         tokens_.keyword("{");
+        std::set<std::string> keys;
         for (std::string key; (key = tokens_.take("'}'")) != "}";) {
+            if (!keys.insert(key).second) tokens_.fail("found '" + key + "' again, expected it once in a smoke");
             if (key == "kernel" || key == "radius" || key == "mass") {
                 if (smoke.box) tokens_.fail("found '" + key + "', expected none in a box: only particles have it");
                 smoke.of_particles = {tokens_.where(), key};
@@ -355,7 +361,9 @@ SceneFile parse_scene(const std::string &path, const std::string &text, const Fi
 
 SceneFile read_scene(const std::string &path) {
     const Bytes bytes = read_file(path);
-    if (bytes.empty()) throw InputError(path, "found an empty file, expected a scene, particles or a density grid");
+    const std::string expected = ", expected a scene, particles or a density grid";
+    if (bytes.empty()) throw InputError(path, "found an empty file" + expected);
+    if (is_pfm(bytes) || is_exr(bytes) || is_png(bytes)) throw InputError(path, "found a picture" + expected);
     return parse_scene(path, std::string(bytes.begin(), bytes.end()));
 }
 

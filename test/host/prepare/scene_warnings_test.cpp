@@ -56,7 +56,8 @@ TEST_CASE("scene warnings: nothing in view, in front, behind and beside the came
         CHECK(test.kinds(from("0 0 9", "0 0 20") + thing) == "view");
         CHECK(test.kinds(from("0 0 9", "9 0 3") + thing) == "view");
         CHECK(test.kinds(from("0 0 9", "0 9 3") + thing) == "view");
-        CHECK(test.texts == "s.aff: nothing is in view in frame 0: the camera looks past all smoke and surfaces\n");
+        CHECK(test.texts == "s.aff: nothing is in view in frame 0: the camera looks past all smoke and surfaces, or "
+                            "they are invisible\n");
     }
     // One of several is enough; a corner is.
     CHECK(test.kinds(from("0 0 9", "9 0 3") + ball + "smoke box 8 0 3 9 1 4 1 { }\n").empty());
@@ -75,6 +76,11 @@ TEST_CASE("scene warnings: nothing shines where something could be lit") {
     CHECK(test.texts == "s.aff: all lights are of power 0: the smoke is black\n");
     CHECK(test.kinds(camera + "am 0 0 0\n" + triangle + smoke("")) == "light");
     CHECK(test.texts == "s.aff: there is no light: the smoke and the surfaces are black\n");
+    CHECK(test.kinds(camera + smoke("albedo 1 1 1 emission 2 2 2")) == "emission, light"); // it absorbs nothing
+    CHECK(test.texts == "s.aff:2: 'emission' does nothing: the smoke emits where it absorbs, and its albedo is 1\n"
+                        "s.aff: there is no light: the smoke is black\n");
+    CHECK(test.kinds(camera + smoke("albedo 1 0.5 1 emission 2 0 2")) == "emission, light");
+    CHECK(test.kinds(camera + smoke("albedo 1 0.5 1 emission 2 1 2")).empty());
     for (const std::string &scene : {"lp 3 3 3 0 0 1\n" + smoke(""), smoke("albedo 0 0 0"), smoke("emission 0 0.1 0"),
                                      triangle, smoke("emission 1 0 0") + smoke("")}) {
         CAPTURE(scene);
@@ -109,6 +115,24 @@ TEST_CASE("scene warnings: a motion that moves nothing") {
     CHECK(test.texts ==
           "s.aff: the motion 'bix' moves nothing: there is neither an 'x bix' nor a light 'la' of this name\n");
     CHECK(kinds("lamp", "la lamp 0 3 3 40 40 40\n").empty());
+}
+
+TEST_CASE("scene warnings: times that descend") {
+    WarningTest test;
+    const auto kinds = [&test](const std::string &tracks) {
+        return test.kinds(camera + light + "a 0 3 4\nk b { " + tracks + " }\nx b { p 3\n-1 -1 0\n1 -1 0\n0 1 0\n}\n");
+    };
+    const auto keys = [](const char *a, const char *b, const char *c, const char *d) {
+        std::string text = "transl 4";
+        for (const char *time : {a, b, c, d}) text += std::string(" ") + time + " 0 0 0 0 0 0";
+        return text;
+    };
+    CHECK(kinds(keys("0", "1", "2", "3")).empty());
+    CHECK(kinds(keys("0", "0", "3", "3")).empty()); // files of others have such
+    CHECK(kinds(keys("0", "2", "1", "3")) == "times");
+    CHECK(test.texts == "s.aff: the times of 'transl' in 'k b' descend\n");
+    CHECK(kinds("visibility 2 2 1 0 1") == "times");
+    CHECK(test.texts == "s.aff: the times of 'visibility' in 'k b' descend\n");
 }
 
 TEST_CASE("scene warnings: smoke that is not there") {
