@@ -59,7 +59,8 @@ struct Quotient {
     uint64_t quotient, remainder;
 };
 
-template <class Wide> constexpr Wide product(int64_t a, int64_t b); // signed factors
+// a b + more, of signed factors; `more` is below 2^32.
+template <class Wide> constexpr Wide product(int64_t a, int64_t b, uint64_t more = 0);
 template <class Wide> constexpr Wide join(uint64_t high, uint64_t low);
 
 constexpr int64_t high_word(PortableWide w) { return static_cast<int64_t>(w.high); }
@@ -69,14 +70,17 @@ constexpr PortableWide operator+(PortableWide a, PortableWide b) {
     return {a.high + b.high + (low < a.low), low};
 }
 template <> constexpr PortableWide join(uint64_t high, uint64_t low) { return {high, low}; }
-template <> constexpr PortableWide product(int64_t a, int64_t b) {
-    // Signed high and unsigned low halves. No sum overflows: |high * low| <= 2^31 (2^32 - 1).
+template <> constexpr PortableWide product(int64_t a, int64_t b, uint64_t more) {
+    // Signed high and unsigned low halves. No sum overflows: |high * low| <= 2^31 (2^32 - 1). The high halves are
+    // shifts of unsigned numbers: shifts of signed ones g++ multiplies as numbers of 64 bits.
     constexpr int64_t mask = 0xffffffff;
-    const int64_t a_high = a >> 32, a_low = a & mask, b_high = b >> 32, b_low = b & mask;
-    const uint64_t low = static_cast<uint64_t>(a_low) * static_cast<uint64_t>(b_low);
+    const int32_t a_high = static_cast<int32_t>(static_cast<uint64_t>(a) >> 32),
+                  b_high = static_cast<int32_t>(static_cast<uint64_t>(b) >> 32);
+    const int64_t a_low = a & mask, b_low = b & mask;
+    const uint64_t low = static_cast<uint64_t>(a_low) * static_cast<uint64_t>(b_low) + more;
     const int64_t middle = a_high * b_low + static_cast<int64_t>(low >> 32);
     const int64_t carry = a_low * b_high + (middle & mask);
-    const int64_t high = a_high * b_high + (middle >> 32) + (carry >> 32);
+    const int64_t high = int64_t{a_high} * b_high + (middle >> 32) + (carry >> 32);
     return {static_cast<uint64_t>(high), (static_cast<uint64_t>(carry) << 32) | (low & 0xffffffff)};
 }
 // dividend / divisor; the quotient must fit one word (dividend.high < divisor). Long division by two digits of base
@@ -107,8 +111,8 @@ __extension__ typedef __int128 SignedNativeWide;
 constexpr int64_t high_word(NativeWide w) { return static_cast<int64_t>(w >> 64); }
 constexpr uint64_t low_word(NativeWide w) { return static_cast<uint64_t>(w); }
 template <> constexpr NativeWide join(uint64_t high, uint64_t low) { return NativeWide{high} << 64 | low; }
-template <> constexpr NativeWide product(int64_t a, int64_t b) {
-    return static_cast<NativeWide>(static_cast<SignedNativeWide>(a) * b);
+template <> constexpr NativeWide product(int64_t a, int64_t b, uint64_t more) {
+    return static_cast<NativeWide>(static_cast<SignedNativeWide>(a) * b) + more;
 }
 constexpr Quotient divide(NativeWide dividend, uint64_t divisor) {
     const uint64_t quotient = static_cast<uint64_t>(dividend / divisor);
@@ -124,13 +128,14 @@ using Wide = PortableWide;
 // a b / 2^64, rounded down: for polynomials in units far below 2^-32.
 constexpr int64_t multiply_high(int64_t a, int64_t b) { return high_word(product<Wide>(a, b)); }
 
-// w / 2^32, rounded to nearest. If w does not fit, the result saturates; `negative` is the sign of the exact value,
-// which w is modulo 2^128.
-template <class Wide> constexpr Saturated rounded_to_fixed(Wide w, bool negative) {
-    const Wide rounded = w + join<Wide>(0, uint64_t{1} << 31);
-    const int64_t high = high_word(rounded);
+// Half a unit of Fixed, in those of products: what is cut off after it was added is rounded to nearest.
+constexpr uint64_t half_unit = uint64_t{1} << 31;
+// w / 2^32, rounded down. If w does not fit, the result saturates; `negative` is the sign of the exact value, which w
+// is modulo 2^128.
+template <class Wide> constexpr Saturated cut_to_fixed(Wide w, bool negative) {
+    const int64_t high = high_word(w);
     if (__builtin_expect(high != static_cast<int32_t>(high), 0)) return saturated(negative);
-    return {static_cast<int64_t>((static_cast<uint64_t>(high) << 32) | (low_word(rounded) >> 32)), false};
+    return {static_cast<int64_t>((static_cast<uint64_t>(high) << 32) | (low_word(w) >> 32)), false};
 }
 
 constexpr Saturated add(int64_t a, int64_t b) {
@@ -144,15 +149,15 @@ constexpr Saturated subtract(int64_t a, int64_t b) {
     return {difference, false};
 }
 template <class Wide> constexpr Saturated multiply(int64_t a, int64_t b) {
-    const Wide exact = product<Wide>(a, b);
-    return rounded_to_fixed(exact, high_word(exact) < 0);
+    const Wide w = product<Wide>(a, b, half_unit);
+    return cut_to_fixed(w, high_word(w) < 0);
 }
 // ax bx + ay by + az bz, rounded once. The sum may wrap around 2^127. Its high word then does not fit 32 bits either,
 // so the result saturates, with the sign of the sum of the high words.
 template <class Wide>
 constexpr Saturated sum_of_products(int64_t ax, int64_t bx, int64_t ay, int64_t by, int64_t az, int64_t bz) {
-    const Wide x = product<Wide>(ax, bx), y = product<Wide>(ay, by), z = product<Wide>(az, bz);
-    return rounded_to_fixed(x + y + z, (high_word(x) >> 2) + (high_word(y) >> 2) + (high_word(z) >> 2) < 0);
+    const Wide x = product<Wide>(ax, bx, half_unit), y = product<Wide>(ay, by), z = product<Wide>(az, bz);
+    return cut_to_fixed(x + y + z, (high_word(x) >> 2) + (high_word(y) >> 2) + (high_word(z) >> 2) < 0);
 }
 // a / 0 is the limit with the sign of a, and 0 / 0 is 0; both are overflows.
 template <class Wide> constexpr Saturated divide(int64_t a, int64_t b) {
