@@ -13,7 +13,8 @@ struct MaxErrorTest : CommandLineTest {
         std::ofstream(s(), std::ios::binary)
             << "v from 0 0 6 at 0 0 0 up 0 1 0 angle 26 hither 0.1 resolution 20 20\nlp 3 4 3 40 40 40\n"
                "smoke box -1 -1 -1 1 1 1 " +
-                   std::to_string(extinction) + " {\n albedo 0.9 0.9 0.9\n phase " + phase + "\n" + more + "}\n";
+                   std::to_string(extinction) + " {\n phase " + phase + "\n" +
+                   (more.empty() ? " albedo 0.9 0.9 0.9\n" : more) + "}\n";
     }
     // What is said of the choice, without the seconds.
     std::string chosen(const std::string &options) const {

@@ -101,10 +101,10 @@ TEST_CASE("warnings: the nearest photons' estimate, where it is far off") {
     CHECK(warns("100", "0.9", "--smoke direct --photons 20000"));
     CHECK(warns("100", "0.9", "--smoke volume --photons 20000"));
     CHECK(warns("100", "0.9", "--smoke direct --photons 20000 --gather 50"));
-    CHECK(warns("10", "0.9", "--smoke direct --photons 300000"));
+    CHECK(warns("10", "0.9", "--smoke direct --photons 150000"));
     CHECK(!warns("1", "0.9", "--smoke direct --photons 20000"));
     CHECK(!warns("3", "0.9", "--smoke direct --photons 20000 --gather 50"));
-    CHECK(!warns("100", "0.9", "--smoke direct --photons 300000 --gather 50"));
+    CHECK(!warns("100", "0.9", "--smoke direct --photons 150000 --gather 50"));
     CHECK(!warns("30", "0.2", "--smoke direct --photons 20000"));
     CHECK(!warns("3", "0.9", "--photons 20000"));
 }

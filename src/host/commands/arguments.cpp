@@ -62,11 +62,6 @@ CommandLine parse_arguments(const std::string &command, const std::vector<KnownO
         }
         line.options.emplace_back(option->name, value);
     }
-    const auto is_given = [&line](const char *name) {
-        return std::any_of(line.options.begin(), line.options.end(),
-                           [name](const auto &given) { return given.first == name; });
-    };
-    if (is_given("quiet") && is_given("verbose")) throw Error(exit_usage, "--quiet does not go with --verbose");
     return line;
 }
 

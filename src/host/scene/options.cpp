@@ -29,7 +29,7 @@ auto to_range(std::optional<Options::Range> Options::*member) {
         const auto parts = split(value, ':');
         if (parts.size() != 2) throw OptionError{"A:B"};
         const int64_t first = count_in(parts[0], 0, INT32_MAX - 1);
-        const int64_t last = count_in(parts[1], 0, INT32_MAX);
+        const int64_t last = count_in(parts[1], 1, INT32_MAX);
         if (!(first < last)) throw OptionError{"A:B with A < B"};
         options.*member = Options::Range{static_cast<uint32_t>(first), static_cast<uint32_t>(last)};
     };
