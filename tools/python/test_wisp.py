@@ -77,6 +77,20 @@ def test_grid_and_box_are_those_of_the_program(tmp_path):
     assert small(box).digest == digest_of_program(tmp_path / "s.aff")
 
 
+@pytest.mark.parametrize("reach", [10, 100, 4000])
+def test_smoke_far_around_a_mesh_is_that_of_the_program(tmp_path, reach):
+    points = numpy.random.default_rng(2).uniform(-reach, reach, (200, 3)).astype("<f4")
+    (tmp_path / "p.ply").write_bytes(b"ply\nformat binary_little_endian 1.0\nelement vertex 200\nproperty float x\n"
+                                     b"property float y\nproperty float z\nend_header\n" + points.tobytes())
+    (tmp_path / "s.aff").write_text(
+        "v from 0 2 14 at 0 -1 0 up 0 1 0 angle 40 hither 1 resolution 40 30\nb 0.5 0.6 0.9\n"
+        "ld -0.6 -0.8 0  12 11 9\nlp 5 1 5  20 30 60\nrender photons 2000\n"
+        "am 0.25 0.25 0.25\nsmoke p.ply { radius 0.5 mass 1 extinction 0.5 }\np 3  -1 -0.3 1  1 -0.3 1  0 -0.3 -1\n")
+    mesh = wisp.Mesh(numpy.array([[-1, -0.3, 1], [1, -0.3, 1], [0, -0.3, -1]]))
+    smoke = wisp.Particles(points, radius=0.5, extinction=0.5)
+    assert small(smoke, mesh).digest == digest_of_program(tmp_path / "s.aff")
+
+
 def test_scene_files_have_the_digests_of_the_goldens():
     goldens = [line.split() for line in (TOP / "fixtures/goldens.txt").read_text().splitlines()]
     digest, = (digest for digest, arithmetic, *words in goldens if (arithmetic, words) == ("f32", ["glow.aff"]))
