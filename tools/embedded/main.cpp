@@ -30,7 +30,7 @@ constexpr size_t arena_size = size_t{16} << 20;
 __attribute__((section(".arena"))) unsigned char arena_memory[arena_size];
 
 constexpr int32_t max_width = 192;
-float row[3 * max_width]; // red, green, blue of each pixel
+float row_of_picture[3 * max_width]; // red, green, blue of each pixel
 
 // printf would bring a heap and floating-point code.
 class Text {
@@ -139,7 +139,8 @@ bool show(const wisp::CompiledScene &compiled, const char *file_name) {
     wisp::Statistics statistics;
     PictureFile file(file_name, width, height);
     Listener listener = {plan, file, 0};
-    wisp::Job job = {compiled.scene, settings, arena, statistics, {&listener, print_progress, write_row}, row};
+    wisp::Job job = {compiled.scene, settings, arena, statistics, {&listener, print_progress, write_row},
+                     row_of_picture};
     board::begin_stack_peak();
     const uint64_t start = board::instructions();
     const wisp::Status status = core::renderer.render(job);
