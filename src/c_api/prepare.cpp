@@ -468,9 +468,11 @@ wisp_status prepare(const wisp_scene &from, const Counts &counts, const Arrays &
                           surfaces ? "the meshes' middle" : "their middle",
                           ", expected at most that; is a point far away from all others?");
         unit.scale = scale_of(extent, unit, surfaces, reach.reach);
-        if (surfaces && reach.reach > 0 && !(reach.reach * unit.scale >= least_size))
+        // Scales are halved, so half of that suffices.
+        constexpr uint64_t sure = static_cast<uint64_t>(coordinate_limit / least_size) / 2;
+        if (!keeps_surfaces(reach.reach, unit.scale))
             return refuse(error, WISP_BAD_SCENE, "smokes: they reach too far beside the meshes, expected at most ",
-                          uint64_t{static_cast<uint64_t>(coordinate_limit / least_size)}, " times as far");
+                          sure, " times as far");
     }
     if (surfaces)
         if (const wisp_status status = normalize_surfaces(arrays, reach, unit, scene, error)) return status;

@@ -281,6 +281,8 @@ TEST_CASE("c_api: wrong scenes are refused with a line that says where and what 
         {"smokes[0].low, high", [](CScene &s) { s.smokes[0].kind = WISP_BOX; }},
         {"smokes: they reach more than 8192 of their smallest radii or cells from the meshes' middle",
          [](CScene &s) { s.positions[0] = 1e6f; }},
+        {"smokes: they reach too far beside the meshes, expected at most 65536 times as far",
+         [](CScene &s) { s.positions[0] = 1e6f, s.smokes[0].radius = 1000; }},
         {"smokes: they reach more than 8192 of their smallest radii or cells from their middle",
          [](CScene &s) {
              s.positions[0] = 1e6f;

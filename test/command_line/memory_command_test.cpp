@@ -139,6 +139,9 @@ TEST_CASE("memory: particles are summed one by one where --memory has no room fo
     };
     CHECK(mean("--memory 1M") == doctest::Approx(mean("")).epsilon(0.02));
     CHECK(test.wisp("plan " + scene + "--memory 600k").status == exit_memory);
+    const Ran less = test.wisp("plan " + scene + "--irradiance uniform --memory 1M");
+    CHECK(less.status == exit_memory);
+    CHECK(less.err.find("; --irradiance none needs ") != std::string::npos);
 }
 
 TEST_CASE("memory: a plan beyond the memory of the machine is refused before any work") {

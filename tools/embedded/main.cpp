@@ -1,8 +1,7 @@
 // A picture without files, heap, operating system or, in fixed point, floating-point numbers: wisp as a library.
 //
 // 1. Include wisp/wisp.h; compile all sources below src/core with -DWISP_ARITH=fixed (or f32, f64) and the flags of
-// `run` beside
-//    this file. There is nothing to link but what the compiler itself brings.
+//    `run` beside this file. There is nothing to link but what the compiler itself brings.
 // 2. A wisp::Scene says what is there, wisp::Settings how it is rendered: plain data. A program with a file system has
 //    src/host make them; here scene_source has written them down as C++.
 // 3. plan() says how many bytes of memory that takes. Give them to an Arena.

@@ -347,7 +347,7 @@ int32_t parts_in_brick(const LineSweep &in, uint32_t brick, Real longest) {
     return min(floor_to_int(min(sigma * longest * Real(4), Real(most_parts))) + 1, most_parts);
 }
 
-// Asks for the memory of so many values: it is read soon. Most of a sweep's time would be waiting for it.
+// Asks for the memory of so many values: it is read soon. A third of a sweep's time would be waiting for it.
 template <class T> void prefetch(const T *first, uint64_t count) {
 #if defined(__GNUC__) && !defined(__OPTIMIZE_SIZE__)
     constexpr uint64_t line_of_cache = 64;

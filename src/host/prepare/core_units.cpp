@@ -87,9 +87,7 @@ double scale_of(const SmokeExtent &all, const Unit &own, bool beside_surfaces, d
     double scale = own.scale;
     for (const double reach = reach_of(all, own.center); reach * scale > coordinate_limit;) scale *= 0.5;
     if (!beside_surfaces) return scale;
-    const auto keeps_all = [&](double of) {
-        return (surfaces == 0 || surfaces * of >= least_size) && all.smallest_h * of >= least_h;
-    };
+    const auto keeps_all = [&](double of) { return keeps_surfaces(surfaces, of) && all.smallest_h * of >= least_h; };
     while (all.smallest_h * scale >= 2 && surfaces * 0.5 * scale >= room_size) scale *= 0.5;
     while (all.largest_h * scale > most_h && keeps_all(0.5 * scale)) scale *= 0.5;
     return scale;

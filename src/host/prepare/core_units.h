@@ -79,6 +79,10 @@ void normalize(SmokeDescription &source, Particle *particles, size_t count, floa
 // comes no nearer than 2^-10.
 constexpr double least_h = 0x1p-4, most_h = 0x1p7, least_size = 0x1p-4;
 
+// Whether surfaces that reach so far, in the units of the scene, are large enough at a scale. 0: there are none, or one
+// point.
+inline bool keeps_surfaces(double reach, double scale) { return reach == 0 || reach * scale >= least_size; }
+
 // The unit in which the smallest smoothing length is 1 to 2, in the middle of the smoke.
 Unit unit_of_smoke(const SmokeExtent &all);
 
@@ -95,11 +99,6 @@ inline double reach_of(const SmokeExtent &extent, const Double3 &center) {
 // of the scene; 0: there are none, or one point.
 double scale_of(const SmokeExtent &all, const Unit &own, bool beside_surfaces, double surfaces);
 
-// Whether smoke shines by itself: it emits as much as it absorbs, which is nothing where its albedo is 1.
-inline bool glows(const Double3 &emission, const Double3 &albedo) {
-    return (emission.x > 0 && albedo.x < 1) || (emission.y > 0 && albedo.y < 1) || (emission.z > 0 && albedo.z < 1);
-}
-
 // ---- The camera and lights
 
 // A view as in scene files: `angle` in degrees is between the centres of the first and the last row; of a single row,
@@ -114,6 +113,11 @@ LightSource make_light(LightKind kind, const Double3 &position, const Double3 &d
 // The radius around everything that lights are to be measured in; `surfaces` that of a sphere about them in the core's
 // unit, if there are any.
 double radius_of(const SmokeExtent &smoke, bool beside_surfaces, double surfaces, const Unit &unit);
+
+// Whether smoke shines by itself: smoke emits where it absorbs, which is nowhere if its albedo is 1.
+inline bool glows(const Double3 &emission, const Double3 &albedo) {
+    return (emission.x > 0 && albedo.x < 1) || (emission.y > 0 && albedo.y < 1) || (emission.z > 0 && albedo.z < 1);
+}
 
 // Multiplies all radiances of the scene by a power of two, which it returns, so that the brightest is about 1. `lights`
 // and `smokes` are those of the scene; `ambient`: nullptr without surfaces.

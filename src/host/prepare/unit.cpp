@@ -44,10 +44,9 @@ Unit find_unit(const SceneFile &file, const std::vector<SmokeExtent> &smokes,
     // In wide smoke f32 is fine where most of it is.
     if (wide && !surfaces) own.center = middle_of_most(particles).value_or(own.center);
     const double reach = reach_of(all, own.center);
-    const double scale = scale_of(all, own, surfaces != nullptr, surfaces ? surfaces->reach() : 0);
-    const auto keeps_surfaces = [&](double of) {
-        return !surfaces || surfaces->reach() == 0 || surfaces->reach() * of >= least_size;
-    };
+    const double reach_of_surfaces = surfaces ? surfaces->reach() : 0;
+    const double scale = scale_of(all, own, surfaces != nullptr, reach_of_surfaces);
+    const auto has_surfaces = [&](double of) { return keeps_surfaces(reach_of_surfaces, of); };
     const auto keeps_smoke = [&](double of) { return all.smallest_h * of >= least_h; };
     const auto refuse = [&](auto &&is_of, const std::string &what) {
         for (size_t i = 0; i < smokes.size(); ++i)
@@ -64,11 +63,11 @@ Unit find_unit(const SceneFile &file, const std::vector<SmokeExtent> &smokes,
     };
     const bool fixed = arithmetic == Arithmetic::fixed;
     const std::string finest = "a smoothing length of " + two_digits(all.smallest_h);
-    if (!keeps_surfaces(scale)) refuse_reach("surfaces of " + two_digits(surfaces->reach()), keeps_surfaces);
+    if (!has_surfaces(scale)) refuse_reach("surfaces of " + two_digits(reach_of_surfaces), has_surfaces);
     if (!keeps_smoke(scale) && scale < own.scale && (fixed || !surfaces))
         refuse_reach(finest, keeps_smoke, surfaces ? ", or --arith f32" : "");
     if (!fixed || !surfaces) return {own.center, scale};
-    const std::string beside = " for fixed point beside surfaces that reach " + two_digits(surfaces->reach());
+    const std::string beside = " for fixed point beside surfaces that reach " + two_digits(reach_of_surfaces);
     if (!keeps_smoke(scale))
         refuse([&](const SmokeExtent &smoke) { return smoke.smallest_h == all.smallest_h; },
                finest + " is too fine" + beside + ", expected at least " + two_digits(least_h / scale) +
