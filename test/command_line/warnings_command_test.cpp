@@ -109,6 +109,24 @@ TEST_CASE("warnings: the nearest photons' estimate, where it is far off") {
     CHECK(!warns("3", "0.9", "--photons 20000"));
 }
 
+TEST_CASE("warnings: shapes that are not there, or not whole") {
+    WarningCommandTest test;
+    const std::string view = "v from 0 0 4 at 0 0 0 up 0 1 0 angle 60 hither 1 resolution 4 4\nl 0 0 4\n",
+                      triangle = "p 3 -1 -1 0 1 -1 0 0 1 0\n";
+    const auto warned = [&](const std::string &shape) {
+        test.write("s.aff", view + shape + triangle);
+        return test.warned("");
+    };
+    const std::string no_area = test.s() + ":3: warning: the surface has no area: it is invisible\n",
+                      crosses = test.s() + ":3: warning: the polygon crosses itself: parts of it are missing\n";
+    CHECK(warned("").empty());
+    CHECK(warned("p 4 0 0 0 2 2 0 2 0 0 0 1 0\n") == crosses);
+    CHECK(warned("p 3 0 0 0 1 1 0 2 2 0\n") == no_area);
+    CHECK(warned("pp 3 0 0 0 0 0 1 1 1 0 0 0 1 2 2 0 0 0 1\n") == no_area);
+    CHECK(warned("m vertices 3 0 0 0 1 0 0 2 0 0 triangles 2 0 1 2 0 0 1\n") == no_area);
+    CHECK(warned("m vertices 3 0 0 0 1 0 0 2 1 0 triangles 2 0 1 1 0 1 2\n").empty());
+}
+
 TEST_CASE("warnings: the project's own scenes have none") {
     const CommandLineTest test;
     for (const std::string scene : {"demo", "glow", "grid", "small", "surfaces", "wake"}) {

@@ -115,7 +115,8 @@ class Doubts {
         : name_(name), file_(file), options_(options), frame_(frame), prepared_(prepared), scene_(prepared.scene) {}
 
     std::vector<Warning> find() {
-        warnings_ = prepared_.warnings;
+        warnings_ = file_.graph.warnings;
+        warnings_.insert(warnings_.end(), prepared_.warnings.begin(), prepared_.warnings.end());
         for (size_t i = 0; i < file_.smokes.size(); ++i) look_at(file_.smokes[i], scene_.smokes[i]);
         look_at_view();
         look_at_motions();

@@ -1,6 +1,7 @@
 // Surfaces as in NFF and AFF files: shapes in a tree of transforms, materials, key frames. Everything is in the units
 // of the file. prepare/motion.h evaluates it at a time.
 #pragma once
+#include "host/base/messages.h"
 #include "wisp/scene.h"
 #include <array>
 #include <map>
@@ -82,6 +83,7 @@ struct SceneGraph {
     std::vector<Mesh> meshes;          // spheres, cones and polygons too, as triangles
     std::vector<DeformingTriangle> deforming;
     std::map<std::string, Motion> motions; // by name; `camera` moves the camera
+    std::vector<Warning> warnings;         // of shapes that are not there, or not whole
 
     bool has_surfaces() const { return !meshes.empty() || !deforming.empty(); }
 };

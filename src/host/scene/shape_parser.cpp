@@ -1,6 +1,7 @@
 #include "host/base/double3_algebra.h"
 #include "host/scene/shape_parser.h"
 #include "host/scene/tessellate.h"
+#include <algorithm>
 #include <stdexcept>
 
 namespace wisp {
@@ -107,7 +108,17 @@ void ShapeParser::add_triangles(size_t count) {
         tokens_.fail("more than " + std::to_string(max_triangles_) + " triangles, expected no more");
 }
 
+void ShapeParser::warn(const char *kind, const std::string &text) {
+    graph_.warnings.push_back({kind, tokens_.where(), text});
+}
+
 void ShapeParser::add(Mesh &&mesh) {
+    const auto has_area = [&at = mesh.positions](const Mesh::Row &row) {
+        const Double3 &a = at[row.corner[0]], &b = at[row.corner[1]], &c = at[row.corner[2]];
+        return largest_component(cross(b - a, c - a)) > 0;
+    };
+    if (std::none_of(mesh.rows.begin(), mesh.rows.end(), has_area))
+        warn("no area", "the surface has no area: it is invisible");
     if (mesh.rows.empty()) return;
     add_triangles(mesh.rows.size());
     mesh.node = node_;
@@ -164,6 +175,7 @@ void ShapeParser::patch() {
 void ShapeParser::add_polygon(const std::vector<Double3> &corners, const std::vector<Double3> &normals) {
     try {
         add(polygon_mesh(corners, normals));
+        if (crosses_itself(corners)) warn("crossing", "the polygon crosses itself: parts of it are missing");
     } catch (const std::invalid_argument &error) {
         tokens_.fail(std::string("found ") + error.what());
     }

@@ -42,6 +42,7 @@ class ShapeParser {
     int32_t texture(std::string_view file);
     std::array<double, 2> texel();
     std::vector<Double3> vectors(size_t count, std::string_view what);
+    void warn(const char *kind, const std::string &text);
     void add_triangles(size_t count);
     void add(Mesh &&mesh);
     void add_polygon(const std::vector<Double3> &corners, const std::vector<Double3> &normals);

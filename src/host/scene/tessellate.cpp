@@ -130,6 +130,20 @@ std::vector<Point> flattened(const std::vector<Double3> &points) {
     return flat;
 }
 
+// An edge of an outline, with the box around it in the plane.
+struct Edge {
+    std::array<double, 2> a, b, low, high;
+};
+
+// Whether the ends of `of` lie more than 2^-16 on both sides of the line of `line`. The size of the outline is 1/2
+// to 1.
+bool straddles(const Edge &of, const Edge &line) {
+    const double u = line.b[0] - line.a[0], v = line.b[1] - line.a[1], least = std::hypot(u, v) * 0x1p-16;
+    const double a = u * (of.a[1] - line.a[1]) - v * (of.a[0] - line.a[0]),
+                 b = u * (of.b[1] - line.a[1]) - v * (of.b[0] - line.a[0]);
+    return (a > least && b < -least) || (a < -least && b > least);
+}
+
 // Ears are cut one after the other. Only the two neighbours of an ear can become ears when it is cut, so each point is
 // visited at most three times for each rule. Where a rule finds no more ears, the next rule applies. An outline that
 // neither touches nor crosses itself needs only the first two rules.
@@ -306,6 +320,24 @@ Mesh polygon_mesh(const std::vector<Double3> &points, const std::vector<Double3>
     if (!normals.empty())
         for (Mesh::Row &row : mesh.rows) row.normal = row.corner;
     return mesh;
+}
+
+bool crosses_itself(const std::vector<Double3> &points) {
+    std::vector<Edge> edges;
+    const auto place = [](const Point &p) {
+        return std::array<double, 2>{static_cast<double>(p[0]) * 0x1p-60, static_cast<double>(p[1]) * 0x1p-60};
+    };
+    const std::vector<Point> flat = flattened(points);
+    for (size_t i = 0; i < flat.size(); ++i) {
+        const std::array<double, 2> a = place(flat[i]), b = place(flat[(i + 1) % flat.size()]);
+        edges.push_back(
+            {a, b, {std::min(a[0], b[0]), std::min(a[1], b[1])}, {std::max(a[0], b[0]), std::max(a[1], b[1])}});
+    }
+    std::sort(edges.begin(), edges.end(), [](const Edge &e, const Edge &f) { return e.low < f.low; });
+    for (size_t i = 0; i < edges.size(); ++i)
+        for (size_t j = i + 1; j < edges.size() && edges[j].low[0] < edges[i].high[0]; ++j)
+            if (straddles(edges[i], edges[j]) && straddles(edges[j], edges[i])) return true;
+    return false;
 }
 
 } // namespace wisp

@@ -22,6 +22,10 @@ Mesh cone_mesh(const Double3 &base, double base_radius, const Double3 &apex, dou
 // itself gives some triangles; an outline without area gives none. The time grows with the square of the number of
 // points: throws std::invalid_argument above max_polygon_points.
 Mesh polygon_mesh(const std::vector<Double3> &points, const std::vector<Double3> &normals);
+
+// Whether edges of the outline of a polygon with an area cross by more than 2^-16 of its size. By less they may cross
+// where an outline touches itself, and its points are rounded to the digits of a file.
+bool crosses_itself(const std::vector<Double3> &points);
 constexpr size_t max_polygon_points = 16384;
 
 } // namespace wisp

@@ -463,6 +463,34 @@ TEST_CASE("an outline that crosses itself gives some triangles") {
     }
 }
 
+TEST_CASE("an outline that crosses itself is found; one that touches itself does not cross") {
+    const auto crosses = [](const Outline &outline, double turned = 0) {
+        std::vector<Double3> points;
+        for (const auto &[u, v] : outline) { // in a plane that is turned, with six digits as files have them
+            const auto digits = [](double x) { return std::round(x * 1e5) * 1e-5; };
+            const double c = std::cos(turned), s = std::sin(turned);
+            points.push_back({digits(c * u - s * v), digits(s * u + c * v), digits(0.3 * (c * u - s * v))});
+        }
+        return crosses_itself(points);
+    };
+    const Outline star = {{0, 1}, {0.588, -0.809}, {-0.951, 0.309}, {0.951, 0.309}, {-0.588, -0.809}};
+    const Outline simple = {{0, 0}, {4, 0}, {4, 4}, {3, 1}, {1, 1}, {0, 4}};
+    const Outline hole = {{0, 0}, {4, 0}, {4, 4}, {0, 4}, {0, 0}, {1, 1}, {1, 2}, {2, 2}, {2, 1}, {1, 1}};
+    const Outline corner_on_edge = {{0, 0}, {4, 0}, {4, 4}, {2.2, 0}, {1, 3}};
+    for (double turned = 0; turned < 6; turned += 0.1) {
+        CAPTURE(turned);
+        CHECK(crosses({{0, 0}, {2, 2}, {2, 0}, {0, 1}}, turned)); // a bow tie
+        CHECK(crosses(star, turned));
+        CHECK(crosses({{0, 0}, {4, 0}, {4, 4}, {2.2, -0.01}, {1, 3}}, turned));
+        CHECK_FALSE(crosses(simple, turned));
+        CHECK_FALSE(crosses(hole, turned));
+        CHECK_FALSE(crosses(corner_on_edge, turned));
+    }
+    CHECK_FALSE(crosses({{0, 0}, {1, 0}, {0, 1}}));
+    CHECK_FALSE(crosses({{0, 0}, {1, 1}, {2, 2}}));
+    CHECK_FALSE(crosses({}));
+}
+
 TEST_CASE("a polygon has the normals of its points, and sizes of any kind") {
     const std::vector<Double3> normals = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}, {0, 0, -1}};
     for (double size : {1e-310, 1e-30, 1.0, 1e30, 1.7e308}) {
