@@ -127,6 +127,21 @@ TEST_CASE("warnings: shapes that are not there, or not whole") {
     CHECK(warned("m vertices 3 0 0 0 1 0 0 2 1 0 triangles 2 0 1 1 0 1 2\n").empty());
 }
 
+TEST_CASE("warnings: files that are to change from frame to frame have a number") {
+    WarningCommandTest test;
+    const auto warned = [&](const std::string &name, const std::string &frames) {
+        test.write("s.aff", "v from 0 0 9 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 4 4\nl 0 9 0\n\nsmoke " +
+                                name + " { radius 1  mass 1  extinction 1 " + frames + "}\n");
+        return test.warned("--photons 0");
+    };
+    for (const char *name : {"q_0.vtk", "q_7.vtk"}) test.write(name, CommandLineTest::puff(40));
+    CHECK(warned("q_0.vtk", "frames 7 1 ") == test.s() +
+                                                  ":4: warning: 'frames' does nothing: there is no %04d in the name " +
+                                                  test.file("q_0.vtk") + ", so each frame shows the same file\n");
+    CHECK(warned("q_%01d.vtk", "frames 7 1 ").empty());
+    CHECK(warned("q_0.vtk", "").empty());
+}
+
 TEST_CASE("warnings: the project's own scenes have none") {
     const CommandLineTest test;
     for (const std::string scene : {"demo", "glow", "grid", "small", "surfaces", "wake"}) {

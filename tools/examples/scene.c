@@ -25,8 +25,12 @@ static uint64_t make_ball(void) {
 }
 
 static int print_progress(void *context, const char *stage, uint64_t done, uint64_t total) {
+    static int last = -1;
+    const int percent = total > 0 ? (int)(100 * done / total) : 0;
     (void)context;
-    fprintf(stderr, "\r%-13s %3d %%", stage, total > 0 ? (int)(100 * done / total) : 0);
+    if (percent == last) return 0; /* it is called often */
+    last = percent;
+    fprintf(stderr, "\r%-13s %3d %%", stage, percent);
     return 0; /* another value would stop the work */
 }
 
@@ -73,7 +77,7 @@ int main(int count, char **words) {
     job.rgb = malloc((size_t)3 * plan.width * plan.height * sizeof(float));
     if (!job.memory || !job.rgb) return fputs("scene: out of memory\n", stderr), 4;
     status = wisp_render(frame, &settings, &job, &error);
-    fputs("\n", stderr);
+    fprintf(stderr, "\r%-19s\n", status == WISP_DONE ? "done" : "");
     if (status != WISP_DONE) return refuse(status, &error);
 
     wisp_digest(job.rgb, plan.width, plan.height, digest);

@@ -25,7 +25,10 @@ std::vector<wisp::Particle> ball() {
 
 bool print_progress(void *context, wisp::Stage stage, uint64_t done, uint64_t total) {
     const wisp::Plan &plan = *static_cast<const wisp::Plan *>(context);
+    static unsigned long long last = 100;
     const unsigned long long percent = total > 0 ? 100 * done / total : 0;
+    if (percent == last) return true; // it is called often
+    last = percent;
     std::fprintf(stderr, "\r%-13s %3llu %%", plan[stage].name, percent);
     return true; // false would stop the work
 }
@@ -86,7 +89,7 @@ int main(int count, char **words) {
     wisp::Statistics statistics;
     wisp::Job job = {scene, settings, arena, statistics, {&plan, print_progress}, picture.data()};
     const wisp::Status status = renderer.render(job);
-    std::fputs("\n", stderr);
+    std::fprintf(stderr, "\r%-19s\n", status == wisp::Status::done ? "done" : "");
     if (status != wisp::Status::done)
         return std::fprintf(stderr, "not rendered: status %d\n", static_cast<int>(status)), 1;
     if (!write_pfm(words[1], picture.data(), size)) return std::perror(words[1]), 5;

@@ -103,6 +103,14 @@ def test_scene_files_have_the_digests_of_the_goldens():
         wisp.render_scene(TOP / "fixtures/glow.aff", photons=-1)
 
 
+def test_one_frame_of_an_animation_is_rendered():
+    for given, frame in (({}, 0), ({"frames": 2}, 2)):
+        picture = wisp.render_scene(TOP / "fixtures/wake.aff", size="16x12", spp=1, **given)
+        assert picture.digest == digest_of_program(TOP / "fixtures/wake.aff", "--size=16x12", "--spp=1", f"--frames={frame}")
+    with pytest.raises(ValueError, match="frames: found '0:2', expected the number of one frame"):
+        wisp.render_scene(TOP / "fixtures/wake.aff", frames="0:2")
+
+
 def test_a_golden_as_a_user_keeps_it():
     """What the manual shows: any other picture than this is a failure."""
     picture = small(arithmetic="fixed")
@@ -198,11 +206,25 @@ def with_nan():
     return positions
 
 
-def test_wrong_words_and_kinds_raise_type_error():
-    for wrong in (lambda: small(BALL), lambda: small(photon=3), lambda: small(version=3), lambda: small(lights=[GROUND]),
-                  lambda: wisp.render(ball())):
-        with pytest.raises(TypeError):
-            wrong()
+@pytest.mark.parametrize("line, wrong", [
+    (r"scene: found ndarray, expected Particles, Grid, Box or Mesh", lambda: small(BALL)),
+    (r"there is no setting 'photon'", lambda: small(photon=3)),
+    (r"there is no setting 'version'", lambda: small(version=3)),
+    (r"lights: found Mesh, expected Point", lambda: small(lights=[GROUND])),
+    (r"lights: found Parallel, expected a list of lights", lambda: small(lights=wisp.Parallel((0, -1, 0), 1))),
+    (r"camera: found tuple, expected Camera", lambda: small(camera=(0, 0, 9))),
+    (r"angle: found '30 degrees', expected a number", lambda: small(camera=wisp.Camera((0, 0, 9), (0, 0, 0), angle="30 degrees"))),
+    (r"eye: found 'here', expected 3 numbers", lambda: small(camera=wisp.Camera("here", (0, 0, 0)))),
+    (r"extinction: found None, expected a number", lambda: small(ball(extinction=None))),
+    (r"radius: found 'large', expected a number", lambda: small(ball(radius="large"))),
+    (r"index: found 'glass', expected a number",
+     lambda: small(wisp.Mesh(GROUND.positions, GROUND.indices, material=wisp.Material(index="glass")))),
+    (r"step: found 'fine', expected a number", lambda: small(step="fine")),
+    (r"camera", lambda: wisp.render(ball())),
+])
+def test_wrong_words_and_kinds_raise_type_error(line, wrong):
+    with pytest.raises(TypeError, match=line):
+        wrong()
 
 
 def test_what_does_not_fit_raises_memory_error():

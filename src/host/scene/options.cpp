@@ -86,7 +86,8 @@ void set_memory(Options &options, const std::string &value) {
 const OptionTable<Options> &scene_options() {
     static const OptionTable<Options> table = {
         {"output", "FILE",
-         ".png (8-bit sRGB), .pfm or .exr (linear float), .passes, .map; repeatable; %04d = frame number; - or -.png: "
+         ".png (8-bit sRGB), .pfm or .exr (linear float); of --reference and merge .passes; of merge .map; repeatable; "
+         "%04d = frame number; - or -.png: "
          "standard output, as .pfm or as .png",
          set_output},
         {"arith", "f32|f64|fixed", "number system (f32)", to_word(&Options::arithmetic, {"f32", "f64", "fixed"})},

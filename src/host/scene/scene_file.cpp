@@ -317,6 +317,10 @@ class SceneParser {
                              did_you_mean(key, split(names, ' ')));
             }
         }
+        if (keys.count("frames") && !has_number(smoke.file))
+            scene_.graph.warnings.push_back({"frames", smoke.where,
+                                             "'frames' does nothing: there is no %04d in the name " + smoke.file +
+                                                 ", so each frame shows the same file"});
         scene_.smokes.push_back(smoke);
     }
     SceneFile::Box box() {

@@ -83,7 +83,7 @@ struct SceneGraph {
     std::vector<Mesh> meshes;          // spheres, cones and polygons too, as triangles
     std::vector<DeformingTriangle> deforming;
     std::map<std::string, Motion> motions; // by name; `camera` moves the camera
-    std::vector<Warning> warnings;         // of shapes that are not there, or not whole
+    std::vector<Warning> warnings;         // of statements that do not do what they seem to
 
     bool has_surfaces() const { return !meshes.empty() || !deforming.empty(); }
 };

@@ -167,8 +167,20 @@ Light = Union[Point, Spot, Parallel, Constant]
 
 # ---- Into the structures of C
 
+def _number(value: Any, what: str) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{what}: found {value!r}, expected a number") from None
+
+
 def _vector(values: Color, what: str) -> Any:
-    numbers = numpy.broadcast_to(numpy.asarray(values, float), 3) if numpy.ndim(values) == 0 else numpy.asarray(values, float)
+    try:
+        numbers = numpy.asarray(values, float)
+    except (TypeError, ValueError):
+        raise TypeError(f"{what}: found {values!r}, expected 3 numbers") from None
+    if numbers.ndim == 0:
+        numbers = numpy.broadcast_to(numbers, 3)
     if numbers.shape != (3,):
         raise ValueError(f"{what}: found shape {numbers.shape}, expected 3 numbers")
     return c.Vector(*numbers)
@@ -209,19 +221,19 @@ class _Arrays:
         for name in ("position", "direction"):
             if hasattr(light, name):
                 setattr(made, name, _vector(getattr(light, name), name))
-        made.degrees = getattr(light, "degrees", 0)
+        made.degrees = _number(getattr(light, "degrees", 0), "degrees")
         return made
 
     def smoke(self, smoke: Union[Particles, Grid, Box]) -> Any:
-        made = c.Smoke(extinction=smoke.extinction, albedo=_vector(smoke.albedo, "albedo"), phase=smoke.phase,
-                       emission=_vector(smoke.emission, "emission"))
+        made = c.Smoke(extinction=_number(smoke.extinction, "extinction"), albedo=_vector(smoke.albedo, "albedo"),
+                       phase=_number(smoke.phase, "phase"), emission=_vector(smoke.emission, "emission"))
         if isinstance(smoke, Particles):
             made.positions = self.describe(smoke.positions, (-1, 3), "positions")
             made.count = len(self.kept[-1])
             made.kernel = _word("kernel", smoke.kernel, ("spline", "poly6"))
             for one, all_of, values in (("radius", "radii", smoke.radius), ("mass", "masses", smoke.mass)):
                 if numpy.ndim(values) == 0:
-                    setattr(made, one, float(values))
+                    setattr(made, one, _number(values, one))
                 else:
                     setattr(made, all_of, self.describe(values, (made.count,), one))
             return made
@@ -264,7 +276,8 @@ class _Arrays:
 def _material(material: Material) -> Any:
     ambient = material.diffuse if material.ambient is None else material.ambient
     return c.Material(_vector(ambient, "ambient"), _vector(material.diffuse, "diffuse"),
-                      _vector(material.specular, "specular"), material.shininess, material.transmission, material.index)
+                      _vector(material.specular, "specular"), _number(material.shininess, "shininess"),
+                      _number(material.transmission, "transmission"), _number(material.index, "index"))
 
 
 def _word(name: str, word: str, words: Sequence[str]) -> int:
@@ -276,13 +289,18 @@ def _word(name: str, word: str, words: Sequence[str]) -> int:
 def _scene(things: Sequence[SmokeOrMesh], camera: Camera, lights: Sequence[Light], size: tuple[int, int], background: Color,
            ambient: Color) -> tuple[Any, _Arrays]:
     arrays = _Arrays()
+    if not isinstance(camera, Camera):
+        raise TypeError(f"camera: found {type(camera).__name__}, expected Camera")
+    if not hasattr(lights, "__iter__"):
+        raise TypeError(f"lights: found {type(lights).__name__}, expected a list of lights")
     for thing in things:
         if not isinstance(thing, (Particles, Grid, Box, Mesh)):
             raise TypeError(f"scene: found {type(thing).__name__}, expected Particles, Grid, Box or Mesh")
     meshes = [thing for thing in things if isinstance(thing, Mesh)]
     scene = c.Scene(version=c.VERSION, background=_vector(background, "background"), ambient=_vector(ambient, "ambient"))
     scene.width, scene.height = (_whole("size", n, 65536) for n in size)
-    scene.camera = c.Camera(_vector(camera.eye, "eye"), _vector(camera.at, "at"), _vector(camera.up, "up"), camera.angle)
+    scene.camera = c.Camera(_vector(camera.eye, "eye"), _vector(camera.at, "at"), _vector(camera.up, "up"),
+                            _number(camera.angle, "angle"))
     scene.lights, scene.light_count = arrays.list_of(c.Light, map(arrays.light, lights))
     scene.smokes, scene.smoke_count = arrays.list_of(c.Smoke, (arrays.smoke(s) for s in things if not isinstance(s, Mesh)))
     scene.meshes, scene.mesh_count = arrays.list_of(c.Mesh, (arrays.mesh(mesh, i) for i, mesh in enumerate(meshes)))
@@ -314,7 +332,7 @@ def _settings(given: Mapping[str, Any]) -> Any:
         elif name not in kinds or name in ("version", "paths", "lights"):
             raise TypeError(f"there is no setting {name!r}")
         elif kinds[name] is ctypes.c_double:
-            if not value >= 0:
+            if not _number(value, name) >= 0:
                 raise ValueError(f"{name}: found {value!r}, expected a number of 0 or more")
             setattr(settings, name, value)
         else:
@@ -461,8 +479,10 @@ def render(*things: SmokeOrMesh, camera: Camera, lights: Sequence[Light] = (), s
 def render_scene(scene: Union[str, os.PathLike[str]], *, program: str = "wisp", **options: Any) -> Picture:
     """Renders one frame of a scene file, or of a file of smoke by itself, by the program `wisp`, which reads all formats and
     chooses what is left out. options are those of `wisp render`: photons="4M", frames=7, spp=16, reference=True.
-    statistics are those of --stats."""
+    statistics are those of --stats. Of an animation it is frame 0 where `frames` does not name another."""
     import json
+    if not str(options.setdefault("frames", 0)).isdecimal():
+        raise ValueError(f"frames: found {options['frames']!r}, expected the number of one frame")
     with tempfile.TemporaryDirectory() as folder:
         stats = Path(folder, "stats.json")
         words = [program, "render", os.fspath(scene), "--output", "-", "--stats", str(stats)]
