@@ -4,6 +4,7 @@
 #include "host/base/text.h"
 #include "host/commands/memory_check.h"
 #include "host/images/picture.h"
+#include "host/results/picture_bytes.h"
 #include "support/command_line.h"
 #include <numeric>
 
@@ -15,7 +16,7 @@ namespace {
 uint64_t needed(const Request &request, const PreparedScene &prepared) {
     const Settings settings = settings_of(request.options, prepared);
     const Plan plan = checked_plan(request, prepared.scene, settings);
-    return plan.arena_bytes + picture_bytes(request.options, settings, plan);
+    return needed_bytes(settings, plan);
 }
 
 struct Planned {
@@ -69,8 +70,7 @@ TEST_CASE("memory: a refusal names the largest stage, and an option that makes t
         const Planned planned({{test.file(one.scene)}, one.options});
         const Settings settings = settings_of(planned.request.options, planned.prepared);
         const Plan plan = checked_plan(planned.request, planned.prepared.scene, settings);
-        const uint64_t picture = picture_bytes(planned.request.options, settings, plan),
-                       all = plan.arena_bytes + picture;
+        const uint64_t picture = picture_bytes(settings, plan), all = plan.arena_bytes + picture;
         uint64_t largest = picture;
         std::string name = "picture";
         for (const PlanRow &row : plan.rows) {
@@ -123,6 +123,25 @@ TEST_CASE("memory: shadows are traced where --memory has no room for proofs, and
     const Ran asked = test.wisp("plan " + scene + "--shadows exact --memory 500k");
     CHECK(asked.status == exit_memory);
     CHECK(asked.err.find("; --shadows trace needs ") != std::string::npos);
+}
+
+TEST_CASE("memory: what fits in less fits in more, beside a picture and surfaces, too") {
+    CommandLineTest test;
+    test.write("both.aff", "v from 0 0 9 at 0 0 0 up 0 1 0 angle 40 hither 0.1 resolution 64 64\nl 0 9 9\n"
+                           "s 0 0 -3 1\ns 2 0 -3 1\nsmoke puff.vtk { radius 0.3 mass 1 extinction 0.1 }\n");
+    test.write("puff.vtk", CommandLineTest::puff(300));
+    for (const std::string scene :
+         {"fixtures/small.aff --size 600x400", "fixtures/grid.aff --size 300x200", "both.aff"}) {
+        CAPTURE(scene);
+        const std::string words = "plan " + (scene == "both.aff" ? test.file(scene) : scene) + " -q --memory ";
+        bool fitted = false;
+        for (int kilobytes = 64; kilobytes < 1 << 18; kilobytes += kilobytes / 8) {
+            const bool fits = test.wisp(words + std::to_string(kilobytes) + "k").status == 0;
+            CHECK_MESSAGE((fits || !fitted), kilobytes, "k");
+            fitted |= fits;
+        }
+        CHECK(fitted);
+    }
 }
 
 TEST_CASE("memory: particles are summed one by one where --memory has no room for bricks of them") {

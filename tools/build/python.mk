@@ -11,7 +11,7 @@ $(eval $(call objects,shared/c_api,src/c_api,CXX,SHARED_FLAGS))
 $(eval $(call objects,shared/host,src/host,CXX,SHARED_FLAGS))
 # Of the host: what the C interface shares with it, and what chooses settings.
 SHARED_O     = $(foreach a,$(ARITHMETICS),$(CORE:%=$B/shared/core/$a/%.o)) $(C_API:%=$B/shared/c_api/%.o) \
-               $(patsubst %,$B/shared/host/%.o,base/sha256 prepare/core_units prepare/extinction commands/defaults)
+               $(patsubst %,$B/shared/host/%.o,base/sha256 prepare/core_units prepare/extinction results/picture_bytes commands/defaults)
 $B/libwisp.so: $(SHARED_O)
 	@echo '{ global: wisp_*; local: *; };' > $B/libwisp.map
 	$(call say,LD) $(CXX) $(FLAGS) -shared -Wl,--no-undefined -Wl,--version-script=$B/libwisp.map $^ -o $@

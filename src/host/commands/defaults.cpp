@@ -2,6 +2,7 @@
 #include "core/smoke/resampling.h"
 #include "host/base/error.h"
 #include "host/commands/defaults.h"
+#include "host/results/picture_bytes.h"
 #include "wisp/settings.h"
 #include "wisp/wisp.h"
 #include <algorithm>
@@ -89,6 +90,13 @@ bool own_samples_suffice(const Options &options, const Scene &scene, const Smoke
 // particles is 4 % too bright at a depth of 850, and 13 % at 2,400.
 constexpr double max_depth_in_bricks = 100;
 
+// Whether a picture fits in --memory, by rays for shadows where those are left open.
+bool fits_in_memory(const Options &options, const Scene &scene, Settings settings) {
+    if (!options.memory) return true;
+    if (!options.shadows) settings.shadows = ShadowMethod::trace;
+    return needed_bytes(settings, f64::renderer.plan(scene, settings)) <= *options.memory;
+}
+
 // Where bricks would be too large, those of a box become coarser, and particles are summed one by one. Where --memory
 // has no room for bricks, all densities are exact. The choice must not depend on the arithmetic: its plan is that of
 // f64.
@@ -97,12 +105,12 @@ void shrink_bricks(const Options &options, const Scene &scene, const SmokeDensit
     bool particles = false;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) particles |= scene.smokes[i].count > 0;
     const bool solid = (particles || samples) && density.greatest_depth > max_depth_in_bricks;
-    const uint64_t most = most_brick_bytes(scene), memory = options.memory.value_or(UINT64_MAX);
+    const uint64_t most = most_brick_bytes(scene);
     while (settings.density_step > 0) {
-        const uint64_t bytes = f64::renderer.plan(scene, settings).arena_bytes;
-        if (!solid && bytes <= std::min(most, memory)) return;
+        const bool fits = fits_in_memory(options, scene, settings);
+        if (!solid && fits && f64::renderer.plan(scene, settings).arena_bytes <= most) return;
         const bool as_coarse_as_samples = samples && settings.density_step >= 1;
-        if (particles || solid || (bytes > memory && (!samples || as_coarse_as_samples))) {
+        if (particles || solid || (!fits && (!samples || as_coarse_as_samples))) {
             settings.density_step = 0;
             settings.irradiance = IrradianceMap::none;
         } else if (as_coarse_as_samples) {
@@ -114,15 +122,15 @@ void shrink_bricks(const Options &options, const Scene &scene, const SmokeDensit
     }
 }
 
-// Makes the cells of photons as fine as those of the bricks where they are too deep, or the eye is among them. Returns
-// whether that suffices.
+// Makes the cells of photons as fine as those of the bricks where they are too deep, or the eye is among them, and
+// --memory has room. Returns whether that suffices.
 bool fit_photon_cells(const Options &options, const Scene &scene, const SmokeDensity &density, Settings &settings) {
     const bool fits = photon_cells(scene, density, settings).fit();
     if (fits && !is_seen_from_within(scene)) return true;
     if (options.irradiance_step || !(settings.density_step > 0 && can_resample(scene))) return fits;
     Settings finer = settings;
     finer.irradiance_step = settings.density_step;
-    if (!photon_cells(scene, density, finer).fit()) return fits;
+    if (!photon_cells(scene, density, finer).fit() || !fits_in_memory(options, scene, finer)) return fits;
     settings = finer;
     return true;
 }

@@ -11,7 +11,8 @@ namespace wisp {
 uint32_t paths_for(uint64_t photons, uint64_t rays);
 
 // Sets the method and the spacings of grids and samples. So many random paths from each ray take the place of photons
-// where these would err. The goal and the photons are set already. Throws Error(exit_usage) for options that exclude
+// where these would err. The goal, the photons, the crop, the layers
+// and the shadows are set already. Throws Error(exit_usage) for options that exclude
 // each other.
 void choose_defaults(const Options &options, const Scene &scene, uint32_t paths, Settings &settings);
 

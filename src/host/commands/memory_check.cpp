@@ -2,6 +2,7 @@
 #include "host/base/memory.h"
 #include "host/base/text.h"
 #include "host/commands/memory_check.h"
+#include "host/results/picture_bytes.h"
 #include <algorithm>
 
 namespace wisp {
@@ -40,7 +41,7 @@ std::optional<uint64_t> bytes_with(const Change &change, const Request &request,
         Settings with_change = settings_of(changed.options, prepared);
         if (change.option != std::string("size")) with_change.crop = settings.crop; // of inspect, one pixel
         const Plan plan = checked_plan(changed, prepared.scene, with_change);
-        return plan.arena_bytes + picture_bytes(changed.options, with_change, plan);
+        return needed_bytes(with_change, plan);
     } catch (const Error &) {
         return std::nullopt;
     }
@@ -60,7 +61,7 @@ std::string advice(const Request &request, const PreparedScene &prepared, const 
 
 void check_memory(const Request &request, const PreparedScene &prepared, const Settings &settings, const Plan &plan,
                   uint64_t available) {
-    const uint64_t picture = picture_bytes(request.options, settings, plan), needed = plan.arena_bytes + picture;
+    const uint64_t picture = picture_bytes(settings, plan), needed = needed_bytes(settings, plan);
     const bool optional = request.options.memory && *request.options.memory <= available;
     const uint64_t most = optional ? *request.options.memory : available;
     if (needed <= most) return;

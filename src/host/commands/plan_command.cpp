@@ -10,7 +10,7 @@
 #include "host/commands/run_warnings.h"
 #include "host/prepare/particle_report.h"
 #include "host/results/fingerprint.h"
-#include "host/results/render_layers.h"
+#include "host/results/picture_bytes.h"
 #include <cstdio>
 
 namespace wisp {
@@ -75,7 +75,7 @@ int plan_command(const std::vector<std::string> &arguments) {
         saved_map(request, request.frames.first, fingerprint_of_map(request, prepared, settings, plan), plan);
 
     std::vector<PlanLine> lines = plan_lines(request, prepared, settings, plan);
-    const uint64_t picture = picture_bytes(options, settings, plan);
+    const uint64_t picture = picture_bytes(settings, plan);
     std::vector<std::string> remarks;
     if (options.verbose && !how.json) {
         for (const std::string &note : prepared.notes) remarks.push_back(printable(note));

@@ -4,7 +4,7 @@
 #include "host/commands/request.h"
 #include "host/prepare/chosen_scene.h"
 #include "host/results/fingerprint.h"
-#include "host/results/render_layers.h"
+#include "host/results/picture_bytes.h"
 #include "wisp/photon_sums.h"
 #include "wisp/pixel_sums.h"
 #include "wisp/settings.h"
@@ -102,24 +102,6 @@ Request read_request(const CommandLine &line) {
     return request;
 }
 
-uint64_t picture_bytes(const Options &options, const Settings &settings, const Plan &plan) {
-    if (options.batches) return 0;
-    const Crop &c = settings.crop;
-    const uint64_t pixels = static_cast<uint64_t>(c.x1 - c.x0) * static_cast<uint64_t>(c.y1 - c.y0);
-    const uint64_t floats = 3 + layer_planes(settings, plan);
-    return pixels * (2 * floats * sizeof(float) + (settings.goal == Goal::reference ? sizeof(PixelSums) : 0));
-}
-
-namespace {
-
-// Of the arena and the picture.
-uint64_t bytes_of(const Options &options, const PreparedScene &prepared, const Settings &settings) {
-    const Plan plan = renderer_of(options.arithmetic).plan(prepared.scene, settings);
-    return plan.arena_bytes + picture_bytes(options, settings, plan);
-}
-
-} // namespace
-
 Settings settings_of(const Options &options, const PreparedScene &prepared) {
     const int width = options.width.value_or(prepared.width), height = options.height.value_or(prepared.height);
     Settings settings = {};
@@ -144,14 +126,15 @@ Settings settings_of(const Options &options, const PreparedScene &prepared) {
     settings.gather = options.gather;
     settings.gather_radius = options.gather_radius;
     settings.goal = options.reference ? Goal::reference : options.batches ? Goal::photons : Goal::picture;
+    settings.layers = options.layers;
     const uint64_t rays = static_cast<uint64_t>(width) * static_cast<uint64_t>(height) * settings.samples;
     choose_defaults(options, prepared.scene, paths_for(settings.photons, rays), settings);
     const Options::Range passes = options.passes.value_or(Options::Range{0, 16});
     settings.first_pass = passes.first;
     settings.last_pass = passes.last;
-    settings.layers = options.layers;
     // Traced shadows are the same, and nothing is kept for them.
-    if (options.memory && !options.shadows && bytes_of(options, prepared, settings) > *options.memory)
+    if (options.memory && !options.shadows &&
+        needed_bytes(settings, renderer_of(options.arithmetic).plan(prepared.scene, settings)) > *options.memory)
         settings.shadows = ShadowMethod::trace;
     return settings;
 }

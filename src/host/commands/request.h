@@ -32,10 +32,6 @@ void check_options(const Request &request);
 // Throws Error(exit_usage) for options that exclude each other, or that the picture does not have room for.
 Settings settings_of(const Options &options, const PreparedScene &prepared);
 
-// Bytes of the picture and its layers, which are held twice, as numbers and as their file, and of the sums of
-// --reference.
-uint64_t picture_bytes(const Options &options, const Settings &settings, const Plan &plan);
-
 inline bool uses_map(const Settings &settings) {
     return settings.goal != Goal::reference && settings.method == Method::map;
 }

@@ -5,6 +5,7 @@
 #include "host/commands/plan_lines.h"
 #include "host/commands/scene_facts.h"
 #include "host/commands/show_stages.h"
+#include "host/results/picture_bytes.h"
 
 namespace wisp {
 
@@ -63,7 +64,7 @@ Facts rendering_of(const Request &request, const PreparedScene &prepared) {
     const Plan plan = checked_plan(request, prepared.scene, settings);
     Facts facts;
     facts.word("arith", renderer_of(request.options.arithmetic).name);
-    facts.count("bytes", plan.arena_bytes + picture_bytes(request.options, settings, plan));
+    facts.count("bytes", needed_bytes(settings, plan));
     Facts stages;
     for (const PlanLine &line : plan_lines(request, prepared, settings, plan))
         if (line.needed) stages.word(line.name.c_str(), line.reason);

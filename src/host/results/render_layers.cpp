@@ -1,3 +1,4 @@
+#include "host/results/picture_bytes.h"
 #include "host/results/render_layers.h"
 #include <algorithm>
 
@@ -8,10 +9,6 @@ namespace {
 bool has_error(const Settings &settings) { return settings.goal == Goal::reference; }
 
 } // namespace
-
-uint32_t layer_planes(const Settings &settings, const Plan &plan) {
-    return settings.layers ? planes_of(plan.layers) + 1 + (has_error(settings) ? 3 : 0) : 0;
-}
 
 PictureLayers make_layers(const Settings &settings, const Plan &plan) {
     const std::vector<LayerNames> &all = layer_names();

@@ -6,9 +6,6 @@
 
 namespace wisp {
 
-// Floats a pixel.
-uint32_t layer_planes(const Settings &settings, const Plan &plan);
-
 // Room for all of them; the core's come first.
 PictureLayers make_layers(const Settings &settings, const Plan &plan);
 
