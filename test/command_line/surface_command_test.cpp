@@ -129,6 +129,53 @@ TEST_CASE("command line: surfaces that are hardly there are pictures") {
     }
 }
 
+TEST_CASE("command line: the mirror image of a glass box is one of glass, standing, moving or changing its form") {
+    CommandLineTest test;
+    // Of the corners of a cube that is its own mirror image, counter-clockwise from outside.
+    const int faces[12][3] = {{0, 2, 1}, {0, 3, 2}, {4, 5, 6}, {4, 6, 7}, {0, 1, 5}, {0, 5, 4},
+                              {3, 6, 2}, {3, 7, 6}, {0, 4, 7}, {0, 7, 3}, {1, 2, 6}, {1, 6, 5}};
+    const auto corner = [](int i) {
+        return std::string(i % 4 == 1 || i % 4 == 2 ? "0.5 " : "-0.5 ") + (i % 4 > 1 ? "0.5 " : "-0.5 ") +
+               (i > 3 ? "0.5 " : "-0.5 ");
+    };
+    std::string mesh = "m vertices 8 ", forms;
+    for (int i = 0; i < 8; ++i) mesh += corner(i);
+    mesh += "triangles 12 ";
+    for (const auto &face : faces) {
+        forms += "tpa 1 0 ";
+        for (const int i : face) mesh += std::to_string(i) + " ", forms += corner(i) + "0 0 0 ";
+        forms += "\n";
+    }
+    const auto picture = [&](const std::string &box, const std::string &keys) {
+        test.write("box.aff", "v from 0.6 1 4 at 0 0 0 up 0 1 0 angle 30 hither 0.1 resolution 24 24\nb 0.1 0.1 0.1\n"
+                              "l 4 6 5\nf 1 1 1 0 0 1 0.9 1.5\n" +
+                                  box + "\nf 1 0.2 0.2 0.8 0 1 0 1\np 4 -3 -3 -2 0 -3 -2 0 3 -2 -3 3 -2\n" + keys);
+        REQUIRE(test.wisp("render " + test.file("box.aff") + " --spp 1 --arith f64 -o " + test.file("p.pfm")).status ==
+                0);
+        return read_pfm(test.file("p.pfm"));
+    };
+    const auto scaled = [](const std::string &x) {
+        std::string keys = "k box { scale 4 ";
+        for (const char *time : {"0 ", "1 ", "2 ", "3 "}) keys += time + x + " 1 1 0 0 0 ";
+        return keys + "}\n";
+    };
+    const Picture box = picture(mesh, "");
+    const auto differs = [&box](const Picture &other) {
+        double most = 0;
+        for (size_t i = 0; i < box.rgb.size(); ++i)
+            most = std::max(most, std::abs(static_cast<double>(box.rgb[i] - other.rgb[i])));
+        return most;
+    };
+    CHECK(differs(picture("xs -1 1 1 0 1 0 0 0 0 0 { " + mesh + "}", "")) < 1e-6);
+    CHECK(differs(picture("x box { " + mesh + "}", scaled("1"))) < 1e-6);
+    CHECK(differs(picture("x box { " + mesh + "}", scaled("-1"))) < 1e-6);
+    CHECK(differs(picture(forms, "")) < 1e-6);
+    CHECK(differs(picture("xs -1 1 1 0 1 0 0 0 0 0 { " + forms + "}", "")) < 1e-6);
+    CHECK(differs(picture("x box { xs 1 -1 1 0 1 0 0 0 0 0 { " + mesh + "} }", scaled("-1"))) < 1e-6);
+    mesh.replace(mesh.find("4 5 6"), 5, "4 6 5"); // the other way round it is another picture
+    CHECK(differs(picture(mesh, "")) > 1e-3);
+}
+
 TEST_CASE("command line: a texture as PNG makes the same picture as the PPM of the same texels") {
     SurfaceCommandTest test;
     const std::string texels = "abcdefghijklmnopqrstuvwx"; // of 4 x 2

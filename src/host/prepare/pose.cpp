@@ -61,14 +61,29 @@ std::vector<Pose> poses_at(const SceneGraph &graph, double time) {
     return poses;
 }
 
-// The inverse transpose of a matrix times a factor above 0: the matrix of cofactors, which exists without an inverse
-// too, and maps the normal of a plane.
-Matrix normal_matrix(const Matrix &m) {
+// What a matrix does to the planes of triangles.
+struct PlaneMap {
+    // The inverse transpose of the matrix times a factor above 0: the matrix of cofactors, which exists without an
+    // inverse too, and maps the normal of a plane.
+    Matrix to_normals;
+    bool mirrors; // the matrix changes the orientation of triangles
+};
+
+PlaneMap plane_map(const Matrix &m) {
     const double size = std::max({largest_component(m.axis[0]), largest_component(m.axis[1]),
                                   largest_component(m.axis[2]), std::numeric_limits<double>::min()});
     const Double3 a = m.axis[0] * (1 / size), b = m.axis[1] * (1 / size), c = m.axis[2] * (1 / size);
-    const double sign = dot(a, cross(b, c)) < 0 ? -1 : 1;
-    return {{cross(b, c) * sign, cross(c, a) * sign, cross(a, b) * sign}, {0, 0, 0}};
+    const bool mirrors = dot(a, cross(b, c)) < 0;
+    const double sign = mirrors ? -1 : 1;
+    return {{{cross(b, c) * sign, cross(c, a) * sign, cross(a, b) * sign}, {0, 0, 0}}, mirrors};
+}
+
+// Gives the mirror image of a triangle its orientation back: the outside of the image is the image of the outside. With
+// normals they tell the outside.
+void turn_round(Triangle &t) {
+    if (largest_component(t.normal[0]) > 0) return;
+    std::swap(t.corner[1], t.corner[2]);
+    std::swap(t.texel[1], t.texel[2]);
 }
 
 void check_range(const std::string &name, const Double3 &p) {
@@ -85,8 +100,8 @@ void bake(const std::string &name, const Mesh &mesh, const Matrix &matrix, Trian
         positions.push_back(transform_point(matrix, p));
         check_range(name, positions.back());
     }
-    const Matrix to_normals = normal_matrix(matrix);
-    for (const Double3 &n : mesh.normals) normals.push_back(transform_vector(to_normals, n));
+    const PlaneMap map = plane_map(matrix);
+    for (const Double3 &n : mesh.normals) normals.push_back(transform_vector(map.to_normals, n));
     for (const Mesh::Row &row : mesh.rows) {
         Triangle &t = *triangle++;
         t = {};
@@ -96,9 +111,11 @@ void bake(const std::string &name, const Mesh &mesh, const Matrix &matrix, Trian
             t.corner[i] = positions[row.corner[i]];
             if (!mesh.texels.empty()) std::copy_n(mesh.texels[row.texel[i]].begin(), 2, t.texel[i]);
         }
-        if (normals.empty()) continue;
-        const Double3 of_corners[] = {normals[row.normal[0]], normals[row.normal[1]], normals[row.normal[2]]};
-        set_normals(t, of_corners);
+        if (!normals.empty()) {
+            const Double3 of_corners[] = {normals[row.normal[0]], normals[row.normal[1]], normals[row.normal[2]]};
+            set_normals(t, of_corners);
+        }
+        if (map.mirrors) turn_round(t);
     }
 }
 
@@ -170,7 +187,7 @@ void pose_shapes(const std::string &name, const SceneGraph &graph, double time, 
     for (const DeformingTriangle &deforming : graph.deforming) {
         const Pose &pose = poses[index_of(deforming.node)];
         const DeformingTriangle::Keyframe shape = shape_at(deforming, time);
-        const Matrix to_normals = normal_matrix(pose.matrix);
+        const PlaneMap map = plane_map(pose.matrix);
         Triangle &t = *triangle++;
         t = {};
         t.material = deforming.material;
@@ -179,9 +196,10 @@ void pose_shapes(const std::string &name, const SceneGraph &graph, double time, 
         for (size_t i = 0; i < 3; ++i) {
             t.corner[i] = transform_point(pose.matrix, shape.corners[i]);
             check_range(name, t.corner[i]);
-            normals[i] = transform_vector(to_normals, shape.normals[i]);
+            normals[i] = transform_vector(map.to_normals, shape.normals[i]);
         }
         set_normals(t, normals);
+        if (map.mirrors) turn_round(t);
         if (!pose.visible) t.corner[1] = t.corner[2] = t.corner[0];
     }
 }
