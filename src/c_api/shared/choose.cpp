@@ -46,6 +46,7 @@ wisp_status wisp_choose_settings(const wisp_frame *frame, wisp_settings *setting
     options.irradiance_step = given(settings->irradiance_step);
     Settings chosen = {};
     chosen.photons = settings->photons;
+    chosen.samples = settings->samples;
     chosen.goal = Goal::picture;
     const uint64_t rays = uint64_t{frame->width} * frame->height * settings->samples;
     choose_defaults(options, frame->scene, paths_for(settings->photons, rays), chosen);

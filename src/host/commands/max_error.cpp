@@ -188,10 +188,7 @@ Options at_level(int level, const Options &options, const Settings &defaults) {
 double error_of_way(const Scene &scene, const Plan &plan, const Settings &settings) {
     if (settings.paths > 0) return 0.005;
     if (settings.method != Method::map) return 0.43;
-    if (settings.irradiance == IrradianceMap::none) {
-        const PhotonCells cells = photon_cells(scene, density_of(scene), settings);
-        return 0.1 * cells.depth / cells.most;
-    }
+    if (settings.irradiance == IrradianceMap::none) return photon_cells(scene, density_of(scene), settings).error();
     switch (plan.photon_directions) {
     case Plan::Directions::none: return 0.005;
     case Plan::Directions::harmonics: return 0.012;
