@@ -176,6 +176,21 @@ TEST_CASE("command line: the mirror image of a glass box is one of glass, standi
     CHECK(differs(picture(mesh, "")) > 1e-3);
 }
 
+TEST_CASE("command line: a body that flies a hundred times as far as what is still is rendered in every frame") {
+    CommandLineTest test;
+    test.write("far.aff", "v from 0 0 4 at 0 0 0 up 0 1 0 angle 40 hither 0.1 resolution 9 9\nl 0 9 9\na 0 3 4\n"
+                          "p 4 -1 -1 0 1 -1 0 1 1 0 -1 1 0\nx a { s 0 0 1 0.3 }\n"
+                          "k a { transl 4 0 0 0 0 0 0 0  1 0 0 0 0 0 0  2 0 0 -100 0 0 0  3 0 0 -100 0 0 0 }\n");
+    for (const char *arithmetic : {"f32", "f64", "fixed"}) {
+        const Ran ran = test.wisp("render " + test.file("far.aff") + " --digest --frames 0:3 --arith " + arithmetic);
+        CHECK_MESSAGE(ran.status == 0, ran.err);
+        CHECK(lines(ran.out) == 4);
+        CHECK(ran.out.substr(0, 64) !=
+              test.wisp("render " + test.file("far.aff") + " --digest --frames 3 --arith " + arithmetic)
+                  .out.substr(0, 64));
+    }
+}
+
 TEST_CASE("command line: a texture as PNG makes the same picture as the PPM of the same texels") {
     SurfaceCommandTest test;
     const std::string texels = "abcdefghijklmnopqrstuvwx"; // of 4 x 2

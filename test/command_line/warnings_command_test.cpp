@@ -127,6 +127,53 @@ TEST_CASE("warnings: shapes that are not there, or not whole") {
     CHECK(warned("m vertices 3 0 0 0 1 0 0 2 1 0 triangles 2 0 1 1 0 1 2\n").empty());
 }
 
+TEST_CASE("warnings: motions that turn the other way round, and tracks that move nothing") {
+    WarningCommandTest test;
+    const auto warned = [&](const std::string &keys) {
+        test.write("s.aff", "v from 0 0 9 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 4 4\nla lamp 0 0 9\n"
+                            "x w { p 3 -1 -1 0 1 -1 0 0 1 0 }\nk " +
+                                keys + "\n");
+        return test.warned("");
+    };
+    const auto turns = [](const std::string &name, const std::vector<int> &degrees) {
+        std::string keys = name + " { rot " + std::to_string(degrees.size());
+        for (size_t i = 0; i < degrees.size(); ++i)
+            keys += " " + std::to_string(i) + " 0 0 1 " + std::to_string(degrees[i]) + " 0 0 0";
+        return keys + " }";
+    };
+    CHECK(warned(turns("w", {270, 315, 360, 405})).empty());
+    CHECK(warned(turns("w", {0, 170, 340, 510})).empty());
+    CHECK(warned(turns("w", {270, 315, 360, 45})) ==
+          test.s() + ": warning: keys 3 and 4 of 'rot' in 'k w' are half a turn or more apart: the turn is the shorter "
+                     "one, and uneven (behind 315 comes 360, then 405, not 45)\n");
+    for (const std::vector<int> &far : {std::vector<int>{0, 180, 200, 220}, {0, 0, 360, 360}, {0, 0, 300, 300}})
+        CHECK(warned(turns("w", far)).find("half a turn or more apart") != std::string::npos);
+    CHECK(warned(turns("lamp", {0, 10, 20, 30})) ==
+          test.s() + ": warning: 'rot' in 'k lamp' does nothing: a light has 'transl' alone\n");
+    CHECK(warned("camera { visibility 1 0 1 }") ==
+          test.s() + ": warning: 'visibility' in 'k camera' does nothing: a camera has 'transl' and 'rot' alone\n");
+    CHECK(warned("w { visibility 1 0 1 }").empty());
+}
+
+TEST_CASE("warnings: what shows a bright background is not black; channels that fixed point has no digits for") {
+    WarningCommandTest test;
+    const auto warned = [&](const std::string &scene, const std::string &options = "") {
+        test.write("s.aff", "v from 0 0 4 at 0 0 0 up 0 1 0 angle 40 hither 0.1 resolution 4 4\nam 0 0 0\n" + scene +
+                                " s 0 0 0 1\n");
+        return test.warned(options);
+    };
+    const std::string black = test.s() + ": warning: there is no light: the surfaces are black\n";
+    CHECK(warned("b 1 1 1 f 1 1 1 0 1 0 0 1").empty());
+    CHECK(warned("b 1 1 1 f 1 1 1 0 0 0 1 1.5").empty());
+    CHECK(warned("b 0 0 0 f 1 1 1 0 1 0 0 1") == black);
+    CHECK(warned("b 1 1 1 f 1 1 1 1 0 0 0 1") == black);
+    CHECK(warned("lp 0 0 2 1e9 1 1 f 1 1 1 1 0 0 0 1", "--arith fixed") ==
+          test.s() + ": warning: fixed point has no digits for a channel of a light that is 1e-09 of the light's "
+                     "brightest one; --arith f32 and f64 have\n");
+    CHECK(warned("lp 0 0 2 1e9 1 1 f 1 1 1 1 0 0 0 1").empty());
+    CHECK(warned("lp 0 0 2 1e3 1 0 f 1 1 1 1 0 0 0 1", "--arith fixed").empty());
+}
+
 TEST_CASE("warnings: files that are to change from frame to frame have a number") {
     WarningCommandTest test;
     const auto warned = [&](const std::string &name, const std::string &frames) {

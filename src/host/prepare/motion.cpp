@@ -140,7 +140,8 @@ Double3 value_at(const std::vector<Key> &track, double time) {
 
 Matrix rotation_at(const std::vector<Key> &track, double time) {
     const auto [first, u] = segment_at(track, time);
-    // Each key from the third on gets the sign that is nearer to the key before it.
+    // Each key from the third on gets the sign that is nearer to the key before it, as in the code of BART. That leaves
+    // q3 as it is written, so a segment beside a turn of half a circle has another tangent than its neighbour.
     Quaternion q0 = {}, q1 = quaternion_of(track[0]), q2 = quaternion_of(track[1]);
     for (size_t i = 0; i <= first; ++i) {
         q0 = q1;
@@ -153,6 +154,12 @@ Matrix rotation_at(const std::vector<Key> &track, double time) {
     const Tangents t = tangents(&track[first], log_between(q0, q1), along, log_between(q2, q3));
     const Quaternion a = q1 * exp((t.out - along) * 0.5), b = q2 * exp((along - t.in) * 0.5);
     return matrix_of(slerp(2 * u * (1 - u), slerp(u, q1, q2), slerp(u, a, b)));
+}
+
+size_t key_after_half_turn(const std::vector<Key> &track) {
+    for (size_t i = 1; i < track.size(); ++i)
+        if (dot(quaternion_of(track[i - 1]), quaternion_of(track[i])) < smallest_sine) return i;
+    return 0;
 }
 
 Matrix placement_matrix(const Placement &placement) {

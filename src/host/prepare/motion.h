@@ -19,6 +19,10 @@ Double3 value_at(const std::vector<Key> &track, double time);
 // The rotation of a track, likewise.
 Matrix rotation_at(const std::vector<Key> &track, double time);
 
+// The first key of a rotation that is half a turn or more from the key before it, as they are written: from there the
+// rotation is the other way round, the shorter one, and uneven. 0: there is none.
+size_t key_after_half_turn(const std::vector<Key> &track);
+
 Matrix placement_matrix(const Placement &placement);
 Matrix motion_matrix(const Motion &motion, double time);
 // Whether the motion shows its node; a node around it may hide it.

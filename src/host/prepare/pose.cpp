@@ -4,6 +4,7 @@
 #include "host/prepare/core_units.h"
 #include "host/prepare/motion.h"
 #include "host/prepare/pose.h"
+#include <algorithm>
 #include <limits>
 
 namespace wisp {
@@ -137,6 +138,44 @@ DeformingTriangle::Keyframe shape_at(const DeformingTriangle &deforming, double 
 }
 
 } // namespace
+
+Extent extent_at_keys(const SceneGraph &graph, const Shapes &shapes, double start, double end) {
+    std::vector<double> times = {start, end};
+    const auto add = [&](double time) {
+        if (time > start && time < end) times.push_back(time);
+    };
+    for (const auto &entry : graph.motions) {
+        for (const auto *track : {&entry.second.translation, &entry.second.scale})
+            for (const Key &key : *track) add(key.time);
+        for (const Motion::Switch &key : entry.second.visibility) add(key.time);
+    }
+    for (const DeformingTriangle &deforming : graph.deforming)
+        for (const DeformingTriangle::Keyframe &key : deforming.keyframes) add(key.time);
+    std::sort(times.begin(), times.end());
+    times.erase(std::unique(times.begin(), times.end()), times.end());
+
+    std::vector<Extent> own(shapes.instances.size()); // of each instance, in its own space
+    for (size_t i = 0; i < own.size(); ++i)
+        own[i].add(shapes.triangles.data() + shapes.instances[i].first, shapes.instances[i].count);
+    Extent all;
+    for (const double time : times) {
+        const std::vector<Pose> poses = poses_at(graph, time);
+        for (size_t i = 0; i < own.size(); ++i) {
+            const Pose &pose = poses[index_of(shapes.instance_nodes[i])];
+            for (int corner = 0; pose.visible && corner < 8; ++corner)
+                all.add(transform_point(pose.matrix, {corner & 1 ? own[i].low.x : own[i].high.x,
+                                                      corner & 2 ? own[i].low.y : own[i].high.y,
+                                                      corner & 4 ? own[i].low.z : own[i].high.z}));
+        }
+        for (const DeformingTriangle &deforming : graph.deforming) {
+            const Pose &pose = poses[index_of(deforming.node)];
+            if (!pose.visible) continue;
+            for (const Double3 &corner : shape_at(deforming, time).corners)
+                all.add(transform_point(pose.matrix, corner));
+        }
+    }
+    return all;
+}
 
 Shapes make_shapes(const std::string &name, const SceneGraph &graph) {
     const std::vector<Frame> frames = static_frames(graph);

@@ -1,6 +1,7 @@
 // The triangles of a scene graph, in the units of the file: static ones in the space of the world, those of each
 // instance in its own space, and the deforming ones; and the places of instances and deforming triangles at a time.
 #pragma once
+#include "host/prepare/core_units.h"
 #include "host/scene/scene_graph.h"
 
 namespace wisp {
@@ -25,5 +26,9 @@ Shapes make_shapes(const std::string &name, const SceneGraph &graph);
 // Sets the instances' matrices and visibility, and the deforming triangles. An instance whose matrix has no inverse has
 // no volume and is not visible. A deforming triangle that is not visible has all its corners at the first one.
 void pose_shapes(const std::string &name, const SceneGraph &graph, double time, Shapes &shapes);
+
+// A box around all instances and deforming triangles, while they are visible, at the times `start` and `end` and at all
+// keys in between of what can take them far: all but rotations.
+Extent extent_at_keys(const SceneGraph &graph, const Shapes &shapes, double start, double end);
 
 } // namespace wisp

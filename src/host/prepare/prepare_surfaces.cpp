@@ -7,8 +7,9 @@ namespace wisp {
 
 namespace {
 
-// The largest distance (of a component) of lights and the camera from a point, at any of their key frames.
-double farthest_from(const Double3 &center, const SceneFile &file) {
+// The largest distance (of a component) of lights, of the camera and of what moves from a point, at any key frame.
+// `moving`: extent_at_keys().
+double farthest_from(const Double3 &center, const SceneFile &file, const Extent &moving) {
     double farthest = 0;
     const auto add = [&](const Double3 &p, const std::string &name) {
         farthest = std::max(farthest, largest_component(p - center));
@@ -18,6 +19,8 @@ double farthest_from(const Double3 &center, const SceneFile &file) {
         for (const Key &key : motion->second.translation)
             farthest = std::max(farthest, largest_component(from + key.value - center));
     };
+    if (moving.any())
+        farthest = std::max(largest_component(moving.low - center), largest_component(moving.high - center));
     add(file.view->from, "camera");
     for (const SceneFile::Light &light : file.lights)
         if (light.kind != LightKind::parallel) add(light.position, light.name);
@@ -45,7 +48,10 @@ PreparedSurfaces::PreparedSurfaces(const std::string &name, const SceneFile &fil
     const Double3 half = (extent.high - extent.low) * 0.5;
     reach_ = largest(half);
     radius_ = length(half);
-    own_ = unit_of_surfaces(extent.middle(), reach_, farthest_from(extent.middle(), file));
+    own_ = unit_of_surfaces(
+        extent.middle(), reach_,
+        farthest_from(extent.middle(), file,
+                      extent_at_keys(graph, shapes_, start, file.animation ? file.animation->end : start)));
     unit_ = own_;
 
     for (uint32_t i = 0; i < shapes_.static_count; ++i) normalize(shapes_.triangles[i], unit_);
@@ -75,8 +81,8 @@ void PreparedSurfaces::pose(const std::string &name, const SceneFile &file, doub
     const auto check = [&name](double largest) {
         if (!(largest <= coordinate_limit))
             throw InputError(name + ":1",
-                             "something moves more than four times as far as what is still reaches, expected "
-                             "a scene that fits");
+                             "something moves more than four times as far between its keys as at them, or 512 times as "
+                             "far as what is still reaches, expected a scene that fits");
     };
     pose_shapes(name, file.graph, time, shapes_);
     for (uint32_t i = shapes_.static_count + shapes_.instance_triangle_count; i < shapes_.triangles.size(); ++i) {

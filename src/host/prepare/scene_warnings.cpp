@@ -5,6 +5,7 @@
 #include "host/prepare/core_units.h"
 #include "host/prepare/extinction.h"
 #include "host/prepare/frustum.h"
+#include "host/prepare/motion.h"
 #include "host/prepare/scene_warnings.h"
 #include <algorithm>
 #include <cmath>
@@ -122,6 +123,7 @@ class Doubts {
         look_at_motions();
         look_at_times();
         look_at_lights();
+        look_at_digits();
         return std::move(warnings_);
     }
 
@@ -192,6 +194,11 @@ class Doubts {
             for (const auto &[track, wrong] : tracks)
                 if (wrong)
                     warn("times", name_, "the times of '" + std::string(track) + "' in 'k " + name + "' descend");
+            if (const size_t key = key_after_half_turn(motion.rotation))
+                warn("turn", name_,
+                     "keys " + std::to_string(key) + " and " + std::to_string(key + 1) + " of 'rot' in 'k " + name +
+                         "' are half a turn or more apart: the turn is the shorter one, and uneven (behind 315 comes "
+                         "360, then 405, not 45)");
         }
     }
 
@@ -205,6 +212,32 @@ class Doubts {
                 warn("motion", name_,
                      "the motion '" + motion + "' moves nothing: there is neither an 'x " + motion +
                          "' nor a light 'la' of this name");
+            const bool camera = motion == "camera",
+                       light = std::any_of(file_.lights.begin(), file_.lights.end(), moves) &&
+                               std::none_of(file_.graph.nodes.begin(), file_.graph.nodes.end(), moves);
+            const std::pair<const char *, bool> idle[] = {
+                {"rot", light && !entry.second.rotation.empty()},
+                {"scale", (light || camera) && !entry.second.scale.empty()},
+                {"visibility", (light || camera) && !entry.second.visibility.empty()}};
+            for (const auto &[track, does_nothing] : idle)
+                if (does_nothing)
+                    warn("track", name_,
+                         "'" + std::string(track) + "' in 'k " + motion + "' does nothing: a " +
+                             (camera ? "camera has 'transl' and 'rot'" : "light has 'transl'") + " alone");
+        }
+    }
+
+    // A channel so much darker than the brightest of its light has less than 8 of the 32 bits of fixed point.
+    void look_at_digits() {
+        if (options_.arithmetic != Arithmetic::fixed) return;
+        for (uint32_t i = 0; i < scene_.light_count; ++i) {
+            const Double3 &color = scene_.lights[i].color;
+            for (const double channel : {color.x, color.y, color.z})
+                if (channel > 0 && channel < 0x1p-24 * largest_component(color))
+                    return warn("digits", name_,
+                                "fixed point has no digits for a channel of a light that is " +
+                                    two_digits(channel / largest_component(color)) +
+                                    " of the light's brightest one; --arith f32 and f64 have");
         }
     }
 
@@ -219,9 +252,12 @@ class Doubts {
             if (glows(smoke.emission, smoke.albedo)) return;
             dark |= shine(smoke.albedo);
         }
+        const auto can_shine = [&](const Material &material) { // by itself, or by the background that it shows
+            return shine(material.ambient) ||
+                   (shines(scene_.background) && (shine(material.specular) || material.transmission > 0));
+        };
         const bool black = scene_.triangle_count() > 0 &&
-                           std::none_of(scene_.materials, scene_.materials + scene_.material_count,
-                                        [&shine](const Material &material) { return shine(material.ambient); });
+                           std::none_of(scene_.materials, scene_.materials + scene_.material_count, can_shine);
         if (!dark && !black) return;
         const std::string what = dark && black ? "the smoke and the surfaces are"
                                  : dark        ? "the smoke is"
