@@ -101,7 +101,7 @@ TEST_CASE("command line: an inspected pixel is that of the picture, to the bit")
         REQUIRE(test.wisp("render " + command + "-q -o " + test.file("p.pfm")).status == 0);
         const Picture picture = read_pfm(test.file("p.pfm"));
         const int left = picture.width == 16 ? 0 : 2, top = picture.height == 12 ? 0 : 1;
-        const Ran ran = test.wisp("inspect " + command + "7 6 --json");
+        const Ran ran = test.wisp("inspect " + command + "7 6 --json -q");
         CHECK(ran.err == "");
         REQUIRE(ran.status == 0);
         const std::vector<double> value = last_triple(ran.out, "value");
@@ -195,7 +195,7 @@ TEST_CASE("command line: a saved map serves to inspect") {
               saved = test.wisp("inspect " + scene + "7 6 --map-in " + test.file("m.map"));
     CHECK(saved.status == 0);
     CHECK(saved.out == anew.out);
-    test.refuses(test.wisp("inspect " + scene + "7 6 --seed 2 --map-in " + test.file("m.map")), 3);
+    test.refuses(test.wisp("inspect " + scene + "-q 7 6 --seed 2 --map-in " + test.file("m.map")), 3);
 }
 
 TEST_CASE("command line: what cannot be inspected is refused with a line") {

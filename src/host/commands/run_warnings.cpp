@@ -161,8 +161,9 @@ void RunWarnings::of_cells(const Scene &scene, const Settings &settings) {
                  (options.empty() ? "" : "; without " + options + " it is not")});
     else if (!cells.fit())
         print({"photon cells", "",
-               "light that is scattered more than once is likely " + two_digits(100 * cells.largest_error) +
-                   " % wrong here, or more: photons leave it in places that are up to " + two_digits(cells.depth) +
+               "light that is scattered more than once is likely up to " +
+                   std::to_string(static_cast<int>(std::ceil(100 * std::min(cells.error(), 1.0)))) +
+                   " % wrong here: photons leave it in places that are up to " + two_digits(cells.depth) +
                    " mean free paths wide" +
                    (options.empty() ? "; as many paths instead would be noisier, and --max-error E bounds all errors"
                                     : "; without " + options + " wisp chooses what errs by less")});
@@ -174,7 +175,6 @@ void RunWarnings::of_cells(const Scene &scene, const Settings &settings) {
 void RunWarnings::of_photons(const Scene &scene, const Settings &settings, const Plan &plan,
                              const Statistics &statistics) {
     if (!plan.photons || !scatters_much(scene)) return;
-    if (settings.method == Method::map && settings.paths == 0) of_cells(scene, settings);
     if (!plan[Stage::gather].needed || settings.method == Method::map) return;
     const Gather gather = gather_of(scene, settings, statistics.photons.stored);
     if (!(gather.radius > 0.3 && gather.radius > 0.55 * gather.free_path)) return;
@@ -199,6 +199,8 @@ void RunWarnings::of_radiances(const Statistics &statistics) {
 void RunWarnings::of_frame(int64_t frame, const PreparedScene &prepared, const Settings &settings, const Plan &plan) {
     for (const Warning &warning : scene_warnings(request_.name, request_.file, request_.options, frame, prepared))
         print(warning);
+    if (plan.photons && scatters_much(prepared.scene) && settings.method == Method::map && settings.paths == 0)
+        of_cells(prepared.scene, settings);
     std::vector<Warning> idle = idle_options(request_, prepared, settings, plan);
     const auto is_old = [this](const Warning &warning) {
         return !idle_ ||
