@@ -183,15 +183,18 @@ void pack_points(const Medium &medium, Points &points, Real tolerance, Irradianc
     map.ready = true;
 }
 
-// Gives unknown points the mean of their known neighbours in the brick.
+// Gives unknown points the mean of their known neighbours in the brick, and its flux. A node on a hard face is unknown
+// where rounding puts it outside.
 void fill_unknown(Points &points, uint32_t brick) {
     const int32_t n = points.along;
     Color *radiance = points.radiance + uint64_t{brick} * points.nodes;
     const bool *known = points.known + uint64_t{brick} * points.nodes;
+    uint32_t *flux = points.flux ? points.flux + uint64_t{brick} * points.nodes : nullptr;
     for (uint32_t k = 0; k < points.nodes; ++k) {
         if (known[k]) continue;
         const Cell node = cell_of_index(n, k);
         Color sum(Real(0));
+        Vec3 sum_of_fluxes(Real(0));
         int32_t count = 0;
         for (int32_t z = max(node.z - 1, 0); z <= min(node.z + 1, n - 1); ++z)
             for (int32_t y = max(node.y - 1, 0); y <= min(node.y + 1, n - 1); ++y)
@@ -199,9 +202,12 @@ void fill_unknown(Points &points, uint32_t brick) {
                     const size_t i = static_cast<size_t>((z * n + y) * n + x);
                     if (!known[i]) continue;
                     sum += radiance[i];
+                    if (flux) sum_of_fluxes += unpack_flux(flux[i]) * (radiance[i].x + radiance[i].y + radiance[i].z);
                     ++count;
                 }
         if (count > 0) radiance[k] = sum / Real(count);
+        const Real all = sum.x + sum.y + sum.z;
+        if (flux && all > Real(0)) flux[k] = pack_flux(sum_of_fluxes / all);
     }
 }
 
@@ -320,8 +326,8 @@ Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, const 
     });
     if (!read) return map;
     if (fluence.harmonics && !pack_harmonics(fluence, arena, watch, map)) return map;
-    const LineSweep sweep = {&medium,   gather.depths, fluence.spacing, fluence.sigma_shift, common_phase(medium),
-                             gather.eye,  gather.turns};
+    const LineSweep sweep = {&medium,    gather.depths, fluence.spacing, fluence.sigma_shift, common_phase(medium),
+                             gather.eye, gather.turns};
     if (gather.depths && suits_lines(sweep)) {
         if (!fill_all_unknown(points)) return map;
         const LightOfPhotons light = {points.known, points.radiance, points.flux, map.harmonics, map.harmonic_spacing};
