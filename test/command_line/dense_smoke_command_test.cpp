@@ -213,6 +213,39 @@ TEST_CASE("dense smoke: in fixed point, light along the faces of a box is as in 
     CHECK(test.mean("--spp 1 --photons 20000 --arith f32") == doctest::Approx(exact).epsilon(0.015));
 }
 
+// From the middle of a box of depth 20,000 a way out has some 10^8 collisions: ways end at 10^6 of them, and are
+// counted.
+TEST_CASE("dense smoke: ways that do not end are cut off, counted, and do not hang") {
+    DenseSmokeTest test;
+    test.write("s.aff", "v from 0 0 0 at 0 0 9 up 0 1 0 angle 40 hither 0.01 resolution 2 2\n"
+                        "smoke box -1 -1 -1 1 1 1 10000 { albedo 0.999999 0.999999 0.999999 emission 1 1 1 }\n");
+    for (const std::string options : {"--smoke direct --irradiance none --photons 8",
+                                      "--irradiance uniform --photons 8", "--reference --passes 0:1 --spp 1"}) {
+        CAPTURE(options);
+        const Ran ran = test.wisp("render " + test.s() + " -q --stats - -o " + test.file("p.pfm") + " " + options);
+        REQUIRE(ran.status == 0);
+        const size_t at = ran.out.find("\"capped\": ");
+        REQUIRE(at != std::string::npos);
+        CHECK(std::stoi(ran.out.substr(at + 10)) > 0);
+        for (const float value : read_pfm(test.file("p.pfm")).rgb) CHECK(std::isfinite(value));
+    }
+}
+
+TEST_CASE("empty smoke: its phase changes nothing of the smoke beside it") {
+    DenseSmokeTest test;
+    test.write("none.ply", DenseSmokeTest::ply({}));
+    test.write("some.ply", DenseSmokeTest::ply({{0, 0, 0, 0.5, 1}, {0.4, 0, 0, 0.5, 1}, {0, 0.4, 0, 0.5, 1}}));
+    const auto digest = [&](const std::string &phase) {
+        test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 40 hither 0.01 resolution 8 8\nlp 3 4 3 40 40 "
+                            "40\nsmoke none.ply { extinction 1 phase " +
+                                phase + " }\nsmoke some.ply { extinction 1 phase 0.7 }\n");
+        const Ran ran = test.wisp("render " + test.s() + " -q --digest --photons 2000");
+        REQUIRE(ran.status == 0);
+        return ran.out;
+    };
+    CHECK(digest("-0.3") == digest("0.7"));
+}
+
 // Rounding puts some nodes on the faces of the box outside of it. They have the flux of their neighbours: without it,
 // light in f32 was 2.3 times as bright as in f64.
 TEST_CASE("dense smoke: nodes on a hard face know whence light comes in every arithmetic") {

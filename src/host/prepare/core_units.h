@@ -87,7 +87,7 @@ inline bool keeps_surfaces(double reach, double scale) { return reach == 0 || re
 Unit unit_of_smoke(const SmokeExtent &all);
 
 // The unit of surfaces that reach so far from `center`, the size of a component. They reach 2^10 to 2^11 in it. Where
-// lights or the camera are more than four times as far away (`farthest`), they reach less, down to 2^4.
+// lights, the camera or what moves are more than four times as far away (`farthest`), they reach less, down to 2^4.
 Unit unit_of_surfaces(const Double3 &center, double reach, double farthest);
 
 inline double reach_of(const SmokeExtent &extent, const Double3 &center) {

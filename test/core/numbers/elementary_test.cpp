@@ -3,6 +3,7 @@
 // functions do better; the arguments are the same in every run.
 #include "core/numbers/elementary.h"
 #include "support/random_input.h"
+#include <cmath>
 #include <doctest/doctest.h>
 #include <mpfr.h>
 #include <utility>
@@ -259,6 +260,11 @@ TEST_CASE("elementary: angle_between") {
     CHECK(wisp::angle_between(0.0f, 0.0f) == 0);
     CHECK(angle_between(Fixed(0), Fixed(0)) == Fixed(0));
     CHECK(wisp::angle_between(0.0, -3.0) == wisp::pi<double>);
+    for (const double small : {0.0, 1e-3, 0.7, 1.0}) { // the sum of both would be infinite
+        CHECK(wisp::angle_between(small * 1.7e308, 1.7e308) == doctest::Approx(std::atan(small)).epsilon(1e-15));
+        CHECK(wisp::angle_between(static_cast<float>(small) * 3e38f, 3e38f) ==
+              doctest::Approx(std::atan(small)).epsilon(1e-6));
+    }
     CHECK(wisp::angle_between(5.0f, 0.0f) == wisp::half_pi<float>);
     CHECK(wisp::angle_between(0x1.fffffep127f, -0x1.fffffep127f) == 0.75f * wisp::pi<float>);
     CHECK(angle_between(Fixed::from_raw(1), Fixed::from_raw(-1)).raw() == 10119778278); // 3/4 pi
