@@ -138,7 +138,7 @@ struct Edge {
 // Whether the ends of `of` lie more than 2^-16 on both sides of the line of `line`. The size of the outline is 1/2
 // to 1.
 bool straddles(const Edge &of, const Edge &line) {
-    const double u = line.b[0] - line.a[0], v = line.b[1] - line.a[1], least = std::hypot(u, v) * 0x1p-16;
+    const double u = line.b[0] - line.a[0], v = line.b[1] - line.a[1], least = std::sqrt(u * u + v * v) * 0x1p-16;
     const double a = u * (of.a[1] - line.a[1]) - v * (of.a[0] - line.a[0]),
                  b = u * (of.b[1] - line.a[1]) - v * (of.b[0] - line.a[0]);
     return (a > least && b < -least) || (a < -least && b > least);

@@ -203,7 +203,9 @@ TEST_CASE(WISP_ARITH_NAME ": lines err by half of what few photons do, and by le
         const auto few = maps(4096, 1, 2), many = maps(200000, 1, 2);
         CHECK(error(few[0], truth) > 0.2);
         CHECK(error(few[1], truth) < (g == 0 ? 0.4 : 0.5) * error(few[0], truth));
-        CHECK(error(many[1], truth) < (g == 0 ? 0.8 : 0.6) * error(many[0], truth));
+        CHECK(error(many[1], truth) < (g == 0 ? 0.8 : 0.7) * error(many[0], truth));
+        // Nodes without smoke have the flux of their neighbours: without it photons err by 0.19 where g is 0.5.
+        CHECK(error(many[0], truth) < (g == 0 ? 0.11 : 0.16));
     }
 }
 

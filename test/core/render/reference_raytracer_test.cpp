@@ -52,6 +52,7 @@ class ReferenceTracer {
                 if (i >= scene_.instances[b].first && i - scene_.instances[b].first < scene_.instances[b].count)
                     instance = &scene_.instances[f.instance = b];
             if (instance && !instance->visible) continue;
+            double side = 1; // of a mirror image: the image of outside is outside
             for (int k = 0; k < 3; ++k) {
                 f.corner[k] = t.corner[k];
                 f.normal[k] = t.normal[k];
@@ -60,9 +61,10 @@ class ReferenceTracer {
                 f.corner[k] = a[0] * p.x + a[1] * p.y + a[2] * p.z + instance->origin;
                 // Cofactors, over the determinant: the inverse transpose.
                 const double det = dot(a[0], cross(a[1], a[2]));
+                side = det < 0 ? -1 : 1;
                 f.normal[k] = (cross(a[1], a[2]) * n.x + cross(a[2], a[0]) * n.y + cross(a[0], a[1]) * n.z) * (1 / det);
             }
-            f.plane = cross(f.corner[1] - f.corner[0], f.corner[2] - f.corner[0]);
+            f.plane = cross(f.corner[1] - f.corner[0], f.corner[2] - f.corner[0]) * side;
             if (length(f.plane) > 0) facets_.push_back(f);
         }
     }
