@@ -164,11 +164,11 @@ void place_surfaces(const Scene &scene, Arena &arena, Surfaces &surfaces, Watch 
             instance.axis[k] = vec_of(source.axis[k]);
             instance.inverse[k] = vec_of(source.inverse[k]);
         }
-        const Double3 *a = source.axis;
-        instance.mirrored = a[0].x * (a[1].y * a[2].z - a[1].z * a[2].y) +
-                                a[0].y * (a[1].z * a[2].x - a[1].x * a[2].z) +
-                                a[0].z * (a[1].x * a[2].y - a[1].y * a[2].x) <
-                            0;
+        const auto scaled = [&instance](int k) { // in fixed point, the product of short ones has no digits
+            const Real size = largest(absolute(instance.axis[k]));
+            return size > Real(0) ? instance.axis[k] / size : instance.axis[k];
+        };
+        instance.mirrored = dot(cross(scaled(0), scaled(1)), scaled(2)) < Real(0);
         surfaces.boxes[i] = world_box(instance);
         order[visible++] = i;
     }
