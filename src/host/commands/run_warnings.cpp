@@ -162,7 +162,7 @@ void RunWarnings::of_cells(const Scene &scene, const Settings &settings) {
     else if (!cells.fit())
         print({"photon cells", "",
                "light that is scattered more than once is likely up to " +
-                   std::to_string(1 + static_cast<int>(99.99 * std::min(cells.error(), 1.0))) +
+                   std::to_string(1 + static_cast<int>(99.99 * std::min(cells.error(), 1.0))) + // rounded up
                    " % wrong here: photons leave it in places that are up to " + two_digits(cells.depth) +
                    " mean free paths wide" +
                    (options.empty() ? "; as many paths instead would be noisier, and --max-error E bounds all errors"

@@ -90,7 +90,8 @@ Unit unit_of_smoke(const SmokeExtent &all);
 // lights, the camera or what moves are more than four times as far away (`farthest`), they reach less, down to 2^4.
 Unit unit_of_surfaces(const Double3 &center, double reach, double farthest);
 
-inline double reach_of(const SmokeExtent &extent, const Double3 &center) {
+// The largest distance (of a component) of an Extent or a SmokeExtent from a point.
+template <class Box> double reach_of(const Box &extent, const Double3 &center) {
     return std::max(largest_component(extent.low - center), largest_component(extent.high - center));
 }
 

@@ -10,7 +10,7 @@ namespace {
 // The largest distance (of a component) of lights, of the camera and of what moves from a point, at any key frame.
 // `moving`: extent_at_keys().
 double farthest_from(const Double3 &center, const SceneFile &file, const Extent &moving) {
-    double farthest = 0;
+    double farthest = moving.any() ? reach_of(moving, center) : 0;
     const auto add = [&](const Double3 &p, const std::string &name) {
         farthest = std::max(farthest, largest_component(p - center));
         const auto motion = file.graph.motions.find(name);
@@ -19,8 +19,6 @@ double farthest_from(const Double3 &center, const SceneFile &file, const Extent 
         for (const Key &key : motion->second.translation)
             farthest = std::max(farthest, largest_component(from + key.value - center));
     };
-    if (moving.any())
-        farthest = std::max(largest_component(moving.low - center), largest_component(moving.high - center));
     add(file.view->from, "camera");
     for (const SceneFile::Light &light : file.lights)
         if (light.kind != LightKind::parallel) add(light.position, light.name);

@@ -207,18 +207,18 @@ class Doubts {
         for (const auto &entry : file_.graph.motions) {
             const std::string &motion = entry.first;
             const auto moves = [&motion](const auto &what) { return what.name == motion; };
-            if (motion != "camera" && std::none_of(file_.graph.nodes.begin(), file_.graph.nodes.end(), moves) &&
-                std::none_of(file_.lights.begin(), file_.lights.end(), moves))
+            if (std::any_of(file_.graph.nodes.begin(), file_.graph.nodes.end(), moves)) continue;
+            const bool camera = motion == "camera",
+                       light = std::any_of(file_.lights.begin(), file_.lights.end(), moves);
+            if (!camera && !light) {
                 warn("motion", name_,
                      "the motion '" + motion + "' moves nothing: there is neither an 'x " + motion +
                          "' nor a light 'la' of this name");
-            const bool camera = motion == "camera",
-                       light = std::any_of(file_.lights.begin(), file_.lights.end(), moves) &&
-                               std::none_of(file_.graph.nodes.begin(), file_.graph.nodes.end(), moves);
-            const std::pair<const char *, bool> idle[] = {
-                {"rot", light && !entry.second.rotation.empty()},
-                {"scale", (light || camera) && !entry.second.scale.empty()},
-                {"visibility", (light || camera) && !entry.second.visibility.empty()}};
+                continue;
+            }
+            const std::pair<const char *, bool> idle[] = {{"rot", light && !entry.second.rotation.empty()},
+                                                          {"scale", !entry.second.scale.empty()},
+                                                          {"visibility", !entry.second.visibility.empty()}};
             for (const auto &[track, does_nothing] : idle)
                 if (does_nothing)
                     warn("track", name_,

@@ -130,9 +130,10 @@ std::vector<Point> flattened(const std::vector<Double3> &points) {
     return flat;
 }
 
-// An edge of an outline, with the box around it in the plane.
+// An edge of an outline, and its range along the first axis of the plane.
 struct Edge {
-    std::array<double, 2> a, b, low, high;
+    std::array<double, 2> a, b;
+    double low, high;
 };
 
 // Whether the ends of `of` lie more than 2^-16 on both sides of the line of `line`. The size of the outline is 1/2
@@ -323,6 +324,7 @@ Mesh polygon_mesh(const std::vector<Double3> &points, const std::vector<Double3>
 }
 
 bool crosses_itself(const std::vector<Double3> &points) {
+    if (points.size() < 4) return false;
     std::vector<Edge> edges;
     const auto place = [](const Point &p) {
         return std::array<double, 2>{static_cast<double>(p[0]) * 0x1p-60, static_cast<double>(p[1]) * 0x1p-60};
@@ -330,12 +332,11 @@ bool crosses_itself(const std::vector<Double3> &points) {
     const std::vector<Point> flat = flattened(points);
     for (size_t i = 0; i < flat.size(); ++i) {
         const std::array<double, 2> a = place(flat[i]), b = place(flat[(i + 1) % flat.size()]);
-        edges.push_back(
-            {a, b, {std::min(a[0], b[0]), std::min(a[1], b[1])}, {std::max(a[0], b[0]), std::max(a[1], b[1])}});
+        edges.push_back({a, b, std::min(a[0], b[0]), std::max(a[0], b[0])});
     }
     std::sort(edges.begin(), edges.end(), [](const Edge &e, const Edge &f) { return e.low < f.low; });
     for (size_t i = 0; i < edges.size(); ++i)
-        for (size_t j = i + 1; j < edges.size() && edges[j].low[0] < edges[i].high[0]; ++j)
+        for (size_t j = i + 1; j < edges.size() && edges[j].low < edges[i].high; ++j)
             if (straddles(edges[i], edges[j]) && straddles(edges[j], edges[i])) return true;
     return false;
 }

@@ -332,9 +332,10 @@ def _settings(given: Mapping[str, Any]) -> Any:
         elif name not in kinds or name in ("version", "paths", "lights"):
             raise TypeError(f"there is no setting {name!r}")
         elif kinds[name] is ctypes.c_double:
-            if not _number(value, name) >= 0:
+            number = _number(value, name)
+            if not number >= 0:
                 raise ValueError(f"{name}: found {value!r}, expected a number of 0 or more")
-            setattr(settings, name, value)
+            setattr(settings, name, number)
         else:
             setattr(settings, name, _whole(name, value, 2**63 - 1 if kinds[name] is ctypes.c_uint64 else 2**31 - 1))
     return settings
