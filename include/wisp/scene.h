@@ -102,7 +102,7 @@ struct Triangle {
 struct Instance {
     uint32_t first, count;
     Double3 axis[3], origin, inverse[3];
-    bool visible; // one that has no inverse is not
+    bool visible, mirrored = false; // one that has no inverse is not visible; axes of a determinant below 0 mirror it
 };
 
 struct Scene {

@@ -153,6 +153,7 @@ class RandomRoom : public Room {
                     (k == 0 ? column.x : k == 1 ? column.y : column.z) = j == 0 ? row.x : j == 1 ? row.y : row.z;
                 }
             }
+            instance.mirrored = scale[2] < 0;
             instance.origin = point(0.7);
         }
         instances.push_back(instance);

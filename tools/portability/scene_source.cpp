@@ -54,7 +54,7 @@ std::string text(const Triangle &t) {
     return braces(triple(t.corner), triple(t.normal), texels, t.material, t.texture);
 }
 std::string text(const Instance &b) {
-    return braces(b.first, b.count, triple(b.axis), b.origin, triple(b.inverse), b.visible);
+    return braces(b.first, b.count, triple(b.axis), b.origin, triple(b.inverse), b.visible, b.mirrored);
 }
 
 // Prints an array, and returns its name, for the pointer to it.

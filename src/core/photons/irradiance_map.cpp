@@ -30,6 +30,9 @@ bool suffices(const Color *light, int32_t fine, int32_t coarse, Real tolerance) 
     return true;
 }
 
+// By which fluxes are weighted when they are added.
+Real all_channels(const Color &light) { return light.x + light.y + light.z; }
+
 // The points of all bricks before they are packed, at every `spacing` cells.
 struct Points {
     const SparseGrid *bricks;
@@ -202,11 +205,11 @@ void fill_unknown(Points &points, uint32_t brick) {
                     const size_t i = static_cast<size_t>((z * n + y) * n + x);
                     if (!known[i]) continue;
                     sum += radiance[i];
-                    if (flux) sum_of_fluxes += unpack_flux(flux[i]) * (radiance[i].x + radiance[i].y + radiance[i].z);
+                    if (flux) sum_of_fluxes += unpack_flux(flux[i]) * all_channels(radiance[i]);
                     ++count;
                 }
         if (count > 0) radiance[k] = sum / Real(count);
-        const Real all = sum.x + sum.y + sum.z;
+        const Real all = all_channels(sum);
         if (flux && all > Real(0)) flux[k] = pack_flux(sum_of_fluxes / all);
     }
 }
@@ -348,9 +351,9 @@ Irradiance make_irradiance(const IrradianceRequest &request, const PhotonMap *ma
             const FluenceAndFlux of_smoke = estimate_fluence(maps[s], x, radius[s], gather, statistics);
             const Color scattered = medium.smokes[s].albedo * of_smoke.radiance;
             light.radiance += scattered;
-            flux += of_smoke.flux * (scattered.x + scattered.y + scattered.z);
+            flux += of_smoke.flux * all_channels(scattered);
         }
-        const Real all = light.radiance.x + light.radiance.y + light.radiance.z;
+        const Real all = all_channels(light.radiance);
         if (all > Real(0)) light.flux = flux / all;
         return true;
     });
@@ -375,9 +378,9 @@ Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &pa
                 const FluenceAndFlux &there = lights[s][element];
                 sigma += weight;
                 light.radiance += there.radiance * weight;
-                flux += there.flux * (weight * (there.radiance.x + there.radiance.y + there.radiance.z));
+                flux += there.flux * (weight * all_channels(there.radiance));
             });
-        const Real all = light.radiance.x + light.radiance.y + light.radiance.z;
+        const Real all = all_channels(light.radiance);
         if (all > Real(0)) light.flux = flux / all;
         if (sigma > Real(0)) light.radiance = light.radiance / sigma;
         return sigma > Real(0);

@@ -80,7 +80,8 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
     const Vec3 product = cross(edge1 / size1, edge2 / size2);
     const Real sine = length(product);
     point.plane = sine > Real(0) ? product / sine : -beam.ray.direction;
-    if (instance && instance->mirrored) point.plane = -point.plane; // outside of a mirror image is the image of outside
+    if (instance && scene.instances[hit.instance].mirrored)
+        point.plane = -point.plane; // outside of a mirror image is the image of outside
     point.position = corner + edge1 * hit.u + edge2 * hit.v;
     point.normal = point.plane;
     const Double3 &n = triangle.normal[0];

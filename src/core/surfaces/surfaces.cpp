@@ -164,11 +164,6 @@ void place_surfaces(const Scene &scene, Arena &arena, Surfaces &surfaces, Watch 
             instance.axis[k] = vec_of(source.axis[k]);
             instance.inverse[k] = vec_of(source.inverse[k]);
         }
-        const auto scaled = [&instance](int k) { // in fixed point, the product of short ones has no digits
-            const Real size = largest(absolute(instance.axis[k]));
-            return size > Real(0) ? instance.axis[k] / size : instance.axis[k];
-        };
-        instance.mirrored = dot(cross(scaled(0), scaled(1)), scaled(2)) < Real(0);
         surfaces.boxes[i] = world_box(instance);
         order[visible++] = i;
     }

@@ -16,7 +16,6 @@ struct PlacedInstance {
     Box bounds; // in its own space
     uint32_t first, count;
     Vec3 axis[3], origin, inverse[3]; // columns of its matrix, where its space begins, columns of the inverse matrix
-    bool mirrored;                    // its matrix changes the orientation of triangles
 };
 
 // A node of the top-level tree: visible instances, halved by the middles of their boxes down to one. The first child

@@ -185,6 +185,7 @@ void normalize(Instance &instance, const Unit &space, const Unit &world) {
     for (Double3 &axis : instance.axis) axis = axis * (world.scale / space.scale);
     const Double3 *a = instance.axis, yz = cross(a[1], a[2]), zx = cross(a[2], a[0]), xy = cross(a[0], a[1]);
     const double volume = dot(a[0], yz);
+    instance.mirrored = volume < 0;
     // The rows of the inverse are x, y and z; Instance has its columns.
     const Double3 x = yz * (1 / volume), y = zx * (1 / volume), z = xy * (1 / volume);
     instance.inverse[0] = {x.x, y.x, z.x};
