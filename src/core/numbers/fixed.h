@@ -70,7 +70,7 @@ constexpr PortableWide operator+(PortableWide a, PortableWide b) {
     return {a.high + b.high + (low < a.low), low};
 }
 template <> constexpr PortableWide join(uint64_t high, uint64_t low) { return {high, low}; }
-template <> constexpr PortableWide product(int64_t a, int64_t b, uint64_t more) {
+template <> __attribute__((always_inline)) constexpr PortableWide product(int64_t a, int64_t b, uint64_t more) {
     // Signed high and unsigned low halves. No sum overflows: |high * low| <= 2^31 (2^32 - 1). The high halves are
     // shifts of unsigned numbers: shifts of signed ones g++ multiplies as numbers of 64 bits.
     constexpr int64_t mask = 0xffffffff;
@@ -285,6 +285,19 @@ constexpr int64_t checked(Saturated result) {
 #endif
     return result.raw;
 }
+
+// The operations as functions of integers: 32-bit ARM returns those in registers, and a Fixed in memory. Where the
+// compiler is asked for little code, sums are calls, too: in that they saturate, they are long.
+#ifdef __OPTIMIZE_SIZE__
+#define WISP_SUM __attribute__((noinline)) constexpr
+#else
+#define WISP_SUM constexpr
+#endif
+WISP_SUM int64_t sum(int64_t a, int64_t b) { return checked(add(a, b)); }
+WISP_SUM int64_t difference(int64_t a, int64_t b) { return checked(subtract(a, b)); }
+#undef WISP_SUM
+constexpr int64_t rounded_product(int64_t a, int64_t b) { return checked(multiply<Wide>(a, b)); }
+constexpr int64_t rounded_quotient(int64_t a, int64_t b) { return checked(divide<Wide>(a, b)); }
 } // namespace detail
 
 struct Fixed {
@@ -317,23 +330,19 @@ constexpr bool operator>(Fixed a, Fixed b) { return a.raw() > b.raw(); }
 constexpr bool operator<=(Fixed a, Fixed b) { return a.raw() <= b.raw(); }
 constexpr bool operator>=(Fixed a, Fixed b) { return a.raw() >= b.raw(); }
 
-constexpr Fixed operator+(Fixed a, Fixed b) { return Fixed::from_raw(detail::checked(detail::add(a.raw(), b.raw()))); }
-constexpr Fixed operator-(Fixed a, Fixed b) {
-    return Fixed::from_raw(detail::checked(detail::subtract(a.raw(), b.raw())));
-}
-constexpr Fixed operator*(Fixed a, Fixed b) {
-    return Fixed::from_raw(detail::checked(detail::multiply<detail::Wide>(a.raw(), b.raw())));
-}
+#define WISP_INLINE __attribute__((always_inline)) constexpr
+WISP_INLINE Fixed operator+(Fixed a, Fixed b) { return Fixed::from_raw(detail::sum(a.raw(), b.raw())); }
+WISP_INLINE Fixed operator-(Fixed a, Fixed b) { return Fixed::from_raw(detail::difference(a.raw(), b.raw())); }
+WISP_INLINE Fixed operator*(Fixed a, Fixed b) { return Fixed::from_raw(detail::rounded_product(a.raw(), b.raw())); }
 // a / 0 is an overflow: it gives the limit with the sign of a, and 0 for a = 0.
-constexpr Fixed operator/(Fixed a, Fixed b) {
-    return Fixed::from_raw(detail::checked(detail::divide<detail::Wide>(a.raw(), b.raw())));
-}
-constexpr Fixed operator-(Fixed a) { return Fixed::from_raw(0) - a; }
-constexpr Fixed operator+(Fixed a) { return a; }
-constexpr Fixed &operator+=(Fixed &a, Fixed b) { return a = a + b; }
-constexpr Fixed &operator-=(Fixed &a, Fixed b) { return a = a - b; }
-constexpr Fixed &operator*=(Fixed &a, Fixed b) { return a = a * b; }
-constexpr Fixed &operator/=(Fixed &a, Fixed b) { return a = a / b; }
+WISP_INLINE Fixed operator/(Fixed a, Fixed b) { return Fixed::from_raw(detail::rounded_quotient(a.raw(), b.raw())); }
+WISP_INLINE Fixed operator-(Fixed a) { return Fixed::from_raw(0) - a; }
+WISP_INLINE Fixed operator+(Fixed a) { return a; }
+WISP_INLINE Fixed &operator+=(Fixed &a, Fixed b) { return a = a + b; }
+WISP_INLINE Fixed &operator-=(Fixed &a, Fixed b) { return a = a - b; }
+WISP_INLINE Fixed &operator*=(Fixed &a, Fixed b) { return a = a * b; }
+WISP_INLINE Fixed &operator/=(Fixed &a, Fixed b) { return a = a / b; }
+#undef WISP_INLINE
 
 } // namespace wisp
 
