@@ -11,7 +11,7 @@ Color &light_of(LayerRecorder &of, Layer layer) { return of.sample_sums.light[in
 
 // Where the camera looks: at right angles to the picture, whose pixels may be too small for their squares in Fixed.
 Vec3 axis_of(const View &view) {
-    const auto scaled = [](const Vec3 &v) { return v / max(abs(v.x), max(abs(v.y), abs(v.z))); };
+    const auto scaled = [](const Vec3 &v) { return v / largest(absolute(v)); };
     const Vec3 axis = normalize(cross(scaled(view.right), scaled(view.down)));
     return dot(axis, view.corner) < Real(0) ? -axis : axis;
 }

@@ -33,7 +33,6 @@ struct Point {
     Real width; // of the cone
 };
 
-Real largest_size(const Vec3 &v) { return max(abs(v.x), max(abs(v.y), abs(v.z))); }
 Vec3 applied(const Vec3 axis[3], const Vec3 &v) { return axis[0] * v.x + axis[1] * v.y + axis[2] * v.z; }
 Real binary_log(Real x) { return log(x) * Real(1.44269504088896340736); }
 Vec3 mirrored(const Vec3 &direction, const Vec3 &normal) {
@@ -76,7 +75,7 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
     const Vec3 weights(Real(1) - hit.u - hit.v, hit.u, hit.v);
     Point point;
     // The edges are scaled to a length of about 1: in fixed point, the product of short edges has no digits left.
-    const Real size1 = largest_size(edge1), size2 = largest_size(edge2);
+    const Real size1 = largest(absolute(edge1)), size2 = largest(absolute(edge2));
     const Vec3 product = cross(edge1 / size1, edge2 / size2);
     const Real sine = length(product);
     point.plane = sine > Real(0) ? product / sine : -beam.ray.direction;
@@ -92,7 +91,7 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
             if (instance) { // times the inverse transpose, whose entries may be small
                 const Vec3 *inverse = instance->inverse;
                 normal = Vec3(dot(inverse[0], normal), dot(inverse[1], normal), dot(inverse[2], normal));
-                const Real size = largest_size(normal);
+                const Real size = largest(absolute(normal));
                 normal = size > Real(0) ? normal / size : point.plane;
             }
             point.normal = normalize(normal);

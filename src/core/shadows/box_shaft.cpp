@@ -60,8 +60,7 @@ int exponent_for(const TriangleTree &tree, Real farthest) {
 
 int light_exponent(const TriangleTree &tree, const Light &light) {
     if (light.kind == LightKind::parallel) return static_exponent(tree);
-    const Vec3 &p = light.position;
-    return exponent_for(tree, max(abs(p.x), max(abs(p.y), abs(p.z))));
+    return exponent_for(tree, largest(absolute(light.position)));
 }
 
 ShaftLattice make_shaft_lattice(const Surfaces &surfaces, int exponent) {

@@ -64,8 +64,6 @@ bool contains(const Box &box, const Vec3 &p) {
              p.z > box.high.z);
 }
 
-Vec3 absolute(const Vec3 &v) { return Vec3(abs(v.x), abs(v.y), abs(v.z)); }
-
 // A random offset from sample i along one axis, in cell edges, distributed as the sample's tent. The tents of border
 // samples are constant over the outer half of the border cell.
 Real tent_offset(int32_t i, int32_t count, Real u) {

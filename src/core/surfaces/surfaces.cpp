@@ -23,7 +23,6 @@ Box box_of(const Triangle *triangles, uint32_t count) {
     return box;
 }
 
-Vec3 absolute(const Vec3 &v) { return Vec3(abs(v.x), abs(v.y), abs(v.z)); }
 Vec3 applied(const Vec3 axis[3], const Vec3 &v) {
     return Vec3(sum_of_products(axis[0].x, v.x, axis[1].x, v.y, axis[2].x, v.z),
                 sum_of_products(axis[0].y, v.x, axis[1].y, v.y, axis[2].y, v.z),

@@ -67,7 +67,7 @@ inline Slope<int64_t> slope_of(Fixed component, Fixed dominant, Fixed reach) {
 
 // An upper bound of a corner's coordinate less the origin's, in magnitude.
 inline Real reach_of(const TriangleTree &tree, const TriangleRay &ray) {
-    return tree.largest + max(abs(ray.origin.x), max(abs(ray.origin.y), abs(ray.origin.z)));
+    return tree.largest + largest(absolute(ray.origin));
 }
 
 // A ray as it is tested against planes, in numbers of its own. `dominant` is the direction's largest component.
