@@ -234,11 +234,12 @@ WISP_INLINE void gather_scattered(const GridMarcher &marcher, const SmokeVolume 
     const Vec3 out = -ray.direction;
     if (!marcher.irradiance) return;
     const Irradiance &map = *marcher.irradiance;
-    int32_t first[lanes], spacing[lanes], exponent[lanes];
+    int32_t first[lanes], spacing[lanes], exponent[3][lanes];
     for (uint32_t l = 0; l < lanes; ++l) {
         first[l] = map.first[group.points.brick[l]];
         spacing[l] = map.spacing[group.points.brick[l]];
-        exponent[l] = map.exponent[group.points.brick[l]];
+        const ColorScale &scale = map.scale[group.points.brick[l]];
+        for (int32_t c = 0; c < 3; ++c) exponent[c][l] = scale.exponent - scale.finer[c];
     }
     LaneCells at;
     find_cells(group.points, first, spacing, at);
@@ -263,7 +264,7 @@ WISP_INLINE void gather_scattered(const GridMarcher &marcher, const SmokeVolume 
         const uint32_t *values = map.value;
         interpolate(
             at, [values](int32_t node) { return Real(static_cast<int32_t>(values[node])); }, value);
-        for (uint32_t l = 0; l < lanes; ++l) p[l] *= scale_pow2(value[l], exponent[l] - single_channel_bits);
+        for (uint32_t l = 0; l < lanes; ++l) p[l] *= scale_pow2(value[l], exponent[0][l] - single_channel_bits);
         add(scattered, p, map.color);
         return;
     }
@@ -271,7 +272,7 @@ WISP_INLINE void gather_scattered(const GridMarcher &marcher, const SmokeVolume 
     for (int32_t c = 0; c < 3; ++c) {
         interpolate(
             at, [&map, c](int32_t node) { return unpack_color(map.value[node], 0)[c]; }, channel[c]);
-        for (uint32_t l = 0; l < lanes; ++l) channel[c][l] = scale_pow2(channel[c][l], exponent[l]);
+        for (uint32_t l = 0; l < lanes; ++l) channel[c][l] = scale_pow2(channel[c][l], exponent[c][l]);
     }
     for (uint32_t l = 0; l < lanes; ++l) {
         scattered.red[l] += p[l] * channel[0][l];

@@ -10,7 +10,7 @@ constexpr uint32_t units_of_point = 4, units_of_light = 8, units_of_estimate = 2
 
 // Whether a brick's nodes at every `coarse` cells suffice: interpolated, they are within `tolerance` of its nodes at
 // every `fine` cells.
-bool suffices(const Color *light, int32_t fine, int32_t coarse, Real tolerance) {
+bool suffices(const Color *light, int32_t fine, int32_t coarse, const Color &tolerance) {
     const int32_t n = nodes_along(fine), ratio = coarse / fine;
     for (int32_t z = 0; z < n; ++z)
         for (int32_t y = 0; y < n; ++y)
@@ -24,7 +24,7 @@ bool suffices(const Color *light, int32_t fine, int32_t coarse, Real tolerance) 
                         const int32_t cx = i % m * ratio, cy = i / m % m * ratio, cz = i / m / m * ratio;
                         return light[(cz * n + cy) * n + cx][c];
                     });
-                    if (abs(between - here[c]) > tolerance) return false;
+                    if (abs(between - here[c]) > tolerance[c]) return false;
                 }
             }
     return true;
@@ -39,8 +39,9 @@ struct Points {
     int32_t spacing, along;
     uint32_t nodes; // of a brick
     uint64_t count;
-    int32_t *first, *spacings, *exponent; // of the map
-    uint32_t *value, *flux;               // of the map; flux may be nullptr
+    int32_t *first, *spacings; // of the map
+    ColorScale *scale;         // of the map
+    uint32_t *value, *flux;    // of the map; flux may be nullptr
     bool *known;
     Color *radiance;
     Watch watch;
@@ -58,13 +59,13 @@ bool make_points(const SparseGrid &bricks, int32_t spacing, bool flux, uint32_t 
     points.count = uint64_t{bricks.count} * points.nodes;
     points.first = arena.make<int32_t>(bricks.count);
     points.spacings = arena.make<int32_t>(bricks.count);
-    points.exponent = arena.make<int32_t>(bricks.count);
+    points.scale = arena.make<ColorScale>(bricks.count);
     points.value = arena.make<uint32_t>(points.count);
     points.flux = flux ? arena.make<uint32_t>(points.count) : nullptr;
     points.known = arena.make<bool>(points.count);
     points.radiance = arena.make<Color>(points.count);
-    return points.first && points.spacings && points.exponent && points.value && (points.flux || !flux) &&
-           points.known && points.radiance;
+    return points.first && points.spacings && points.scale && points.value && (points.flux || !flux) && points.known &&
+           points.radiance;
 }
 
 // Calls visit(brick, node of it, point), of so many units of work, for all points. False: the work is stopped.
@@ -150,8 +151,8 @@ void pack_points(const Medium &medium, Points &points, Real tolerance, Irradianc
     for (uint32_t b = 0; b < bricks.count; ++b) {
         if (!points.watch.go_on(points.nodes * units_of_point)) return;
         const Color *light = points.radiance + uint64_t{b} * points.nodes;
-        Real greatest = Real(0);
-        for (uint32_t i = 0; i < points.nodes; ++i) greatest = max(greatest, largest(light[i]));
+        Color greatest(Real(0));
+        for (uint32_t i = 0; i < points.nodes; ++i) greatest = max(greatest, light[i]);
         int32_t spacing = points.spacing;
         if (tolerance > Real(0)) {
             const Vec3 low = low_of(bricks, b);
@@ -164,15 +165,15 @@ void pack_points(const Medium &medium, Points &points, Real tolerance, Irradianc
         }
         points.first[b] = static_cast<int32_t>(map.points);
         points.spacings[b] = spacing;
-        points.exponent[b] = exponent_for(greatest);
+        points.scale[b] = scale_for(map.single_channel ? Color(largest(greatest)) : greatest);
         const int32_t ratio = spacing / points.spacing, m = nodes_along(spacing),
-                      unit = single_channel_bits - points.exponent[b];
+                      unit = single_channel_bits - points.scale[b].exponent;
         for (uint32_t k = 0; k < nodes_of(spacing); ++k) {
             const Cell node = cell_of_index(m, k);
             const size_t from = static_cast<size_t>((node.z * ratio * n + node.y * ratio) * n + node.x * ratio);
             points.value[map.points] = map.single_channel
                                            ? static_cast<uint32_t>(round_to_int(scale_pow2(largest(light[from]), unit)))
-                                           : pack_color(light[from], points.exponent[b]);
+                                           : pack_color(light[from], points.scale[b]);
             // Fluxes are packed in place: no value is overwritten before it is read.
             if (points.flux) points.flux[map.points] = points.flux[uint64_t{b} * points.nodes + from];
             ++map.points;
@@ -180,7 +181,7 @@ void pack_points(const Medium &medium, Points &points, Real tolerance, Irradianc
     }
     map.first = points.first;
     map.spacing = points.spacings;
-    map.exponent = points.exponent;
+    map.scale = points.scale;
     map.value = points.value;
     map.flux = points.flux;
     map.ready = true;
@@ -296,8 +297,9 @@ Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Wa
 uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, bool flux, bool of_fluence,
                           bool harmonics, uint64_t of_line) {
     const uint64_t points = bricks * nodes_of(spacing);
-    uint64_t bytes = 3 * Arena::bytes<int32_t>(bricks) + (flux ? 2 : 1) * Arena::bytes<uint32_t>(points) +
-                     Arena::bytes<bool>(points) + (of_fluence ? 1 : 3) * Arena::bytes<Color>(points);
+    uint64_t bytes = 2 * Arena::bytes<int32_t>(bricks) + Arena::bytes<ColorScale>(bricks) +
+                     (flux ? 2 : 1) * Arena::bytes<uint32_t>(points) + Arena::bytes<bool>(points) +
+                     (of_fluence ? 1 : 3) * Arena::bytes<Color>(points);
     if (of_fluence) bytes += tent_bytes(bricks, spacing);
     if (of_line > 0) bytes += line_sweep_bytes(bricks, of_line, spacing, !flux);
     if (harmonics) bytes += Arena::bytes<uint32_t>(bricks * nodes_of(harmonic_spacing(spacing)) * harmonic_words);
@@ -391,18 +393,18 @@ Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &pa
 
 FluenceAndFlux light_at(const Irradiance &irradiance, uint32_t brick, const Vec3 &p) {
     const int32_t spacing = irradiance.spacing[brick], first = irradiance.first[brick];
-    const int32_t exponent = irradiance.exponent[brick];
+    const ColorScale &scale = irradiance.scale[brick];
     const CellPosition at = find_cell(p, spacing);
     const uint32_t *value = irradiance.value + first;
     FluenceAndFlux light = {Color(Real(0)), Vec3(Real(0))};
     if (irradiance.single_channel) {
         const Real units =
             between_nodes(at, spacing, [value](uint32_t node) { return Real(static_cast<int32_t>(value[node])); });
-        light.radiance = irradiance.color * scale_pow2(units, exponent - single_channel_bits);
+        light.radiance = irradiance.color * scale_pow2(units, scale.exponent - single_channel_bits);
     } else {
         for (int32_t c = 0; c < 3; ++c)
             light.radiance[c] =
-                between_nodes(at, spacing, [&](uint32_t node) { return unpack_color(value[node], exponent)[c]; });
+                between_nodes(at, spacing, [&](uint32_t node) { return unpack_color(value[node], scale)[c]; });
     }
     if (!irradiance.flux) return light;
     const uint32_t *flux = irradiance.flux + first;

@@ -26,7 +26,7 @@ struct Irradiance {
     const SparseGrid *bricks;
     const int32_t *first;      // by brick: its first point
     const int32_t *spacing;    // by brick: cells between its points
-    const int32_t *exponent;   // by brick: its largest value is below 2^exponent
+    const ColorScale *scale;   // by brick; of one channel its exponent alone
     const uint32_t *value;     // by point
     const uint32_t *flux;      // by point; or nullptr
     const uint32_t *harmonics; // packed like fluxes, three coefficients a word, harmonic_words a node; or nullptr
@@ -38,8 +38,8 @@ struct Irradiance {
     bool ready;          // false: the arena was too small
 };
 inline uint64_t bytes_of(const Irradiance &map) {
-    const uint64_t per_brick =
-        3 * sizeof(int32_t) + (map.harmonics ? nodes_of(map.harmonic_spacing) * harmonic_words * 4 : 0);
+    const uint64_t per_brick = 2 * sizeof(int32_t) + sizeof(ColorScale) +
+                               (map.harmonics ? nodes_of(map.harmonic_spacing) * harmonic_words * 4 : 0);
     return uint64_t{map.points} * (map.flux ? 8 : 4) + uint64_t{map.bricks->count} * per_brick;
 }
 // What a map takes from the arena at most; `of_fluence`: one that is made of the fluence grid.

@@ -85,6 +85,32 @@ inline Color unpack_color(uint32_t packed, int32_t exponent) {
     return Color(channel(0), channel(1), channel(2));
 }
 
+// The scale of an array of colours. A channel that is weaker than another is scaled so that its largest value keeps
+// kept_bits at least: light of a weak lamp is not lost beside a strong one of another colour.
+struct ColorScale {
+    int32_t exponent; // of the strongest channel
+    int32_t finer[3]; // channels are multiplied by 2^finer when they are packed; 0 for the strongest
+};
+constexpr int32_t kept_bits = 7; // with more, the stronger channel would lose some where both are bright
+inline ColorScale scale_for(const Color &largest_channels) {
+    ColorScale scale = {exponent_for(largest(largest_channels)), {0, 0, 0}};
+    for (int32_t c = 0; c < 3; ++c)
+        if (largest_channels[c] > Real(0))
+            scale.finer[c] = max(0, scale.exponent - exponent_for(largest_channels[c]) - (mantissa_bits - kept_bits));
+    return scale;
+}
+inline uint32_t pack_color(const Color &color, const ColorScale &scale) {
+    Color even;
+    for (int32_t c = 0; c < 3; ++c) even[c] = scale_pow2(color[c], scale.finer[c]);
+    return pack_color(even, scale.exponent);
+}
+// The colour in 2^unit.
+inline Color unpack_color(uint32_t packed, const ColorScale &scale, int32_t unit = 0) {
+    Color color;
+    for (int32_t c = 0; c < 3; ++c) color[c] = unpack_color(packed, scale.exponent - scale.finer[c] - unit)[c];
+    return color;
+}
+
 // Packs a vector with components in [-1, 1]; components outside saturate.
 inline uint32_t pack_flux(const Vec3 &flux) {
     const auto component = [](Real x) {

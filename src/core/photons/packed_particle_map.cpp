@@ -1,6 +1,5 @@
 // Packing sums of deposits into entries of 4 or 8 bytes, and making source functions of them (S4-3).
 #include "core/numbers/double_bits.h"
-#include "core/photons/packed_light.h"
 #include "core/photons/packed_particle_map.h"
 
 namespace wisp::WISP_ARITH {
@@ -34,18 +33,21 @@ uint32_t direction_of(const Deposits &deposits, const Color &photon_color, uint3
 }
 
 bool pack_entries(const Deposits &deposits, const Color &photon_color, MapEntries &entries, Watch watch) {
-    int64_t largest_sum = 0;
+    int64_t largest_sum[3] = {0, 0, 0};
     watch.expect(deposits.count);
-    for (uint64_t i = 0; i < uint64_t{deposits.count} * deposits.channels && (i % 1024 != 0 || watch.go_on(16)); ++i)
-        largest_sum = max(largest_sum, deposits.power[i]);
+    for (uint64_t i = 0; i < uint64_t{deposits.count} * deposits.channels && (i % 1024 != 0 || watch.go_on(16)); ++i) {
+        int64_t &largest_of_channel = largest_sum[i % deposits.channels];
+        largest_of_channel = max(largest_of_channel, deposits.power[i]);
+    }
     const bool one_channel = deposits.channels == 1;
-    const int32_t length = length_of(largest_sum);
-    entries.exponent = one_channel ? length - deposit_bits : exponent_for(photons_of(largest_sum));
+    const int32_t length = length_of(largest_sum[0]);
+    const auto color_of = [](const int64_t *sum) {
+        return Color(photons_of(sum[0]), photons_of(sum[1]), photons_of(sum[2]));
+    };
+    entries.scale = one_channel ? ColorScale{length - deposit_bits, {0, 0, 0}} : scale_for(color_of(largest_sum));
     for (uint32_t i = 0; i < deposits.count; ++i) {
         const int64_t *sum = deposits.power + uint64_t{i} * deposits.channels;
-        entries.power[i] = one_channel ? shifted(*sum, length - 32)
-                                       : pack_color(Color(photons_of(sum[0]), photons_of(sum[1]), photons_of(sum[2])),
-                                                    entries.exponent);
+        entries.power[i] = one_channel ? shifted(*sum, length - 32) : pack_color(color_of(sum), entries.scale);
         if (entries.direction) entries.direction[i] = direction_of(deposits, photon_color, i);
         if (!watch.done_round(i, 1024)) return false;
     }
@@ -55,8 +57,8 @@ bool pack_entries(const Deposits &deposits, const Color &photon_color, MapEntrie
 // The power of an element, in 2^exponent photons.
 Color power_of(const PackedMap &map, const MapEntries &entries, uint32_t element, int32_t exponent) {
     const uint32_t power = entries.power[element];
-    if (map.one_channel) return map.photon_color * scaled_integer<Real>(power, entries.exponent - exponent - 32);
-    return unpack_color(power, entries.exponent - exponent);
+    if (map.one_channel) return map.photon_color * scaled_integer<Real>(power, entries.scale.exponent - exponent - 32);
+    return unpack_color(power, entries.scale, exponent);
 }
 
 // The flux at an element, relative to its power. A mean direction counts as the whole flux, as in the paper.
@@ -127,13 +129,13 @@ bool make_element_map(const PackedMap &map, const SmokeVolume &smoke, const MapE
     for (uint32_t slot = 0; slot < count; ++slot) {
         if (slot % 1024 == 0 && !watch.go_on(256)) return false;
         const uint32_t i = origin[elements.tree.id[slot]];
-        power[slot] = power_of(map, entries, i, entries.exponent);
+        power[slot] = power_of(map, entries, i, entries.scale.exponent);
         if (flux) flux[slot] = flux_of(map, entries, i);
     }
     elements.power = power;
     elements.direction = flux;
     elements.fluxes = true;
-    elements.unit = {map.unit.unit, map.unit.exponent + entries.exponent};
+    elements.unit = {map.unit.unit, map.unit.exponent + entries.scale.exponent};
     return true;
 }
 

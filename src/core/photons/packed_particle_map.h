@@ -1,5 +1,6 @@
 // The particle map as the march reads it: one packed entry per element, and the source functions made of the entries.
 #pragma once
+#include "core/photons/packed_light.h"
 #include "core/photons/particle_map.h"
 #include "core/photons/photon_map.h"
 
@@ -8,14 +9,14 @@ namespace wisp::WISP_ARITH {
 // The elements of one smoke: particles by slot, or samples of the grid. An entry has 4 bytes, or 8 where the smoke is
 // not isotropic.
 struct MapEntries {
-    // A packed colour in photons, relative to 2^exponent. Where all photons carry the same power: their number as a
-    // fraction of 2^32, relative to 2^exponent.
+    // A packed colour in photons, relative to `scale`. Where all photons carry the same power: their number as a
+    // fraction of 2^32, relative to the scale's 2^exponent.
     uint32_t *power;
     // A packed flux relative to the power, or a unit vector; 0: light from all sides; nullptr where the smoke is
     // isotropic.
     uint32_t *direction;
     uint32_t count;
-    int32_t exponent;
+    ColorScale scale;
 };
 
 struct PackedMap {

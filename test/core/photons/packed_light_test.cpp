@@ -78,6 +78,26 @@ TEST_CASE(WISP_ARITH_NAME ": the exponent of an array is the least that holds it
     }
 }
 
+TEST_CASE(WISP_ARITH_NAME ": a channel that is weaker than another keeps seven bits of its largest value") {
+    Sequence next{11};
+    for (int i = 0; i < 400; ++i) {
+        // Down to 2^-14 of the strongest channel, the first of each color.
+        const double most[3] = {1 + 100 * next(), std::ldexp(1 + next(), -static_cast<int>(15 * next())), 0};
+        const ColorScale scale = scale_for(color(most[0], most[1], most[2]));
+        CHECK(scale.exponent == exponent_for(real(most[0])));
+        CHECK(scale.finer[0] == 0);
+        const Color packed = unpack_color(pack_color(color(most[0], most[1], most[2]), scale), scale);
+        CHECK(std::fabs(at(packed.x) / most[0] - 1) <= 1.0 / 512);
+        CHECK(std::fabs(at(packed.y) / most[1] - 1) <= 1.0 / 128);
+        CHECK(at(packed.z) == 0);
+        const Color tenth = unpack_color(pack_color(color(most[0], most[1] / 10, 0), scale), scale, 2);
+        CHECK(std::fabs(at(tenth.y) * 4 - most[1] / 10) <= most[1] / 128);
+    }
+    // Channels in proportion share the strongest one's scale.
+    const ColorScale near = scale_for(color(0.9, 0.5, 0.25));
+    for (const int32_t finer : near.finer) CHECK(finer == 0);
+}
+
 TEST_CASE(WISP_ARITH_NAME ": a packed flux has its layout, and its ends and 0 are exact") {
     CHECK(pack_flux(vec(0, 0, 0)) == 0);
     CHECK(pack_flux(vec(1, 0, 0)) == 511);
