@@ -132,6 +132,29 @@ DeepShadowMap::Place DeepShadowMap::place_of(const Vec3 &x) const {
     return {across[0], across[1], layer};
 }
 
+Box DeepShadowMap::lines_around(const Vec3 &x) const {
+    const Place at = place_of(x);
+    const int32_t layer = min(truncate(at.layer), static_cast<int32_t>(layers_) - 1);
+    const Real near = begin_ + Real(layer) * layer_, far = near + layer_, place[2] = {at.u, at.v};
+    const Box &smoke = medium_->bricks->bounds;
+    Box lines;
+    const auto clamped = [&](Real height) {
+        return min(max(from_[axis_] + sign_ * height, smoke.low[axis_]), smoke.high[axis_]);
+    };
+    lines.low[axis_] = min(clamped(near), clamped(far));
+    lines.high[axis_] = max(clamped(near), clamped(far));
+    for (int32_t s = 0; s < 2; ++s) {
+        const Real before = low_[s] + Real(truncate(place[s]) - 1) * distance_[s],
+                   behind = before + Real(3) * distance_[s];
+        const auto at_height = [&](Real line, Real height) {
+            return from_[side_[s]] + (fans_ ? line * height : line + slope_[s] * height);
+        };
+        lines.low[side_[s]] = min(at_height(before, near), at_height(before, far));
+        lines.high[side_[s]] = max(at_height(behind, near), at_height(behind, far));
+    }
+    return lines;
+}
+
 void DeepShadowMap::begin_row(uint32_t row, Real *cache) const {
     for (uint32_t column = 0; column < count_[0]; ++column) *line(cache, row, column) = unknown;
 }

@@ -36,6 +36,9 @@ class DeepShadowMap {
 
     // The row of lines before x, from 1 to rows() - 3; x lies on the face and in the bounds.
     uint32_t row_of(const Vec3 &x) const { return static_cast<uint32_t>(truncate(place_of(x).v)); }
+    // A box around all of the lines from which the depth of x is interpolated, as far as they are in the layer of x. It
+    // reaches out of the smoke's bounds to the sides only.
+    Box lines_around(const Vec3 &x) const;
     // Makes room for a row in `cache`, which has cache_size() values and holds the last four rows that were begun. The
     // depths of a line are found when they are first needed.
     void begin_row(uint32_t row, Real *cache) const;

@@ -54,6 +54,13 @@ struct Finder {
                 return true;
         return false;
     }
+    // Nor can they where some of those lines have left the smoke already, or a crease is between them.
+    bool is_near_bend(const Box &lines) const {
+        const Box &box = bricks().bounds;
+        const Vec3 low = lines.low - box.low, high = box.high - lines.high;
+        return cut_off && (min(min(low.x, min(low.y, low.z)), min(high.x, min(high.y, high.z))) < Real(0) ||
+                           has_crease(box, light, lines));
+    }
     // Interpolation at points of the smoke does not reach so far, where other nodes lie on its faces.
     bool is_behind_face(uint32_t brick, uint32_t k) const {
         const Vec3 x = node_of(bricks(), brick, cell_of_node(k)), margin = bricks().cell * Real(0.25);
@@ -153,7 +160,7 @@ bool find_by_deep_shadow_map(const Finder &finder, uint32_t face, Arena &arena) 
             for (; next < end; ++next) {
                 const uint32_t brick = order[next] / nodes, k = order[next] % nodes;
                 const Vec3 x = finder.point_of(brick, k);
-                if (finder.is_near_lit_face(x)) continue;
+                if (finder.is_near_lit_face(x) || finder.is_near_bend(map.lines_around(x))) continue;
                 const Real depth = map.depth(x, cache, finder.shadow_rays);
                 if (!(depth < Real(0))) finder.of_brick(brick)[k] = depth;
             }
@@ -174,13 +181,17 @@ Real depth_of_neighbour(const Finder &finder, uint32_t brick, const Cell &node) 
     return depth;
 }
 
-// A node's depth without 1/12 of its second differences: the interpolation then has the right mean (README).
+// A node's depth without 1/12 of its second differences: the interpolation then has the right mean (README). They are
+// no measure of it across a crease. A node that lies behind a face, whose depth is that of the face, gets what the
+// interpolation needs to have that depth there: it may be below 0.
 Real corrected(const Finder &finder, uint32_t brick, uint32_t k) {
     const int32_t n = nodes_along(finder.depths.spacing);
     const Real *here = finder.of_brick(brick) + k;
     if (*here < Real(0)) return Real(0);
     const Cell &node = finder.place[k];
-    Real second_difference = Real(0);
+    const Box &smoke = finder.bricks().bounds;
+    const Vec3 x = node_of(finder.bricks(), brick, finder.cell_of_node(k));
+    Real second_difference = Real(0), beyond = Real(0);
     ptrdiff_t step = 1; // index distance to the next node along the axis
     for (int32_t axis = 0; axis < 3; ++axis, step *= n) {
         const int32_t along = axis == 0 ? node.x : axis == 1 ? node.y : node.z;
@@ -192,12 +203,53 @@ Real corrected(const Finder &finder, uint32_t brick, uint32_t k) {
             return depth_of_neighbour(finder, brick, other);
         };
         const Real before = neighbour(-1), behind = neighbour(1);
+        if (finder.cut_off) {
+            const Real cell = finder.bricks().cell[axis], length = cell * Real(finder.depths.spacing);
+            const Real low = smoke.low[axis] - cell * Real(0.25), high = smoke.high[axis] + cell * Real(0.25);
+            const bool precedes = x[axis] < low;
+            if (precedes || x[axis] > high) {
+                const Real gap = precedes ? smoke.low[axis] - x[axis] : x[axis] - smoke.high[axis];
+                const Real inside = precedes ? behind : before;
+                if (!(inside < Real(0)) && gap < length) beyond += (*here - inside) * (gap / (length - gap));
+                continue;
+            }
+            Box reach = {x, x};
+            reach.low[axis] -= length;
+            reach.high[axis] += length;
+            if (reach.low[axis] < low || reach.high[axis] > high || has_crease(smoke, finder.light, reach)) continue;
+        }
         if (!(before < Real(0)) && !(behind < Real(0))) second_difference += (before - *here) + (behind - *here);
     }
-    return max(Real(0), *here - second_difference * Real(1.0 / 12));
+    return max(Real(0), *here - second_difference * Real(1.0 / 12)) + beyond;
 }
 
 } // namespace
+
+// Towards the light, smoke ends at the nearest of its lit faces. How far that of each axis is grows along the axis
+// alone. So one face is the nearest from all of the box if it is no farther from its farthest points than any other is
+// from its nearest. Distances are parts of the way to a point; of a parallel light, lengths.
+bool has_crease(const Box &smoke, const Light &light, const Box &box) {
+    const bool parallel = light.kind == LightKind::parallel;
+    const Real none = parallel ? infinite_distance : Real(1); // a way to the light through no face of the axis
+    Vec3 least, most;
+    for (int axis = 0; axis < 3; ++axis) {
+        least[axis] = most[axis] = none;
+        const Real along = light.direction[axis], from = light.position[axis];
+        const bool rises = parallel ? along > Real(0) : from < smoke.low[axis],
+                   falls = parallel ? along < Real(0) : from > smoke.high[axis];
+        if (!rises && !falls) continue;
+        const Real face = rises ? smoke.low[axis] : smoke.high[axis], gap = abs(face - from);
+        const auto way = [&](Real x) { // from x to the face
+            const Real inside = max(Real(0), rises ? x - face : face - x);
+            return parallel ? min(none, bounded_quotient(inside, abs(along))) : inside / (inside + gap);
+        };
+        const Real low = way(box.low[axis]), high = way(box.high[axis]);
+        least[axis] = min(low, high);
+        most[axis] = max(low, high);
+    }
+    return !((most.x <= least.y && most.x <= least.z) || (most.y <= least.z && most.y <= least.x) ||
+             (most.z <= least.x && most.z <= least.y));
+}
 
 bool make_optical_depth_grid(const Medium &medium, const Light *lights, uint32_t light_count, const SparseGrid &bricks,
                              int32_t spacing, Arena &arena, uint64_t *shadow_rays, OpticalDepthGrid &depths,
@@ -214,7 +266,7 @@ bool make_optical_depth_grid(const Medium &medium, const Light *lights, uint32_t
     // Samples of a density grid lie half a cell of it inside its faces.
     bool samples = false;
     for (uint32_t i = 0; i < medium.count; ++i) samples = samples || medium.smokes[i].source->grid.density;
-    const bool nodes_on_faces = depths.cut_off && (!samples || bricks.subdivision > 1);
+    const bool nodes_on_faces = depths.cut_off && spacing == 1 && (!samples || bricks.subdivision > 1);
     watch.expect((bricks.count + light_count * uint64_t{bricks.count} * 3) * units_of_marks);
     for (uint32_t l = 0; l < light_count; ++l) {
         const Finder finder = {depths, lights[l], found, *shadow_rays, place, depths.cut_off, nodes_on_faces, watch};

@@ -23,6 +23,13 @@ inline bool is_dense(const OpticalDepthGrid &depths, Real sigma) {
     return sigma * largest(depths.bricks->cell) * Real(depths.spacing) > Real(1);
 }
 
+// Depths that differ by less count as equal, and a depth that is nearer to the mean of two others as linear.
+constexpr Real depth_tolerance = Real(1.0 / 32);
+
+// Whether light enters smoke that is cut off at the faces of `smoke` through more than one of them on the way to points
+// of a box in it. The depth then bends within the box, at a crease that starts at an edge of the smoke.
+bool has_crease(const Box &smoke, const Light &light, const Box &box);
+
 // Finds the depths of all nodes that have smoke around them: along the lines of a deep shadow map where that is
 // cheaper, by a ray per node elsewhere. Adds the lines and rays to `shadow_rays`. False: the arena was too small.
 bool make_optical_depth_grid(const Medium &medium, const Light *lights, uint32_t light_count, const SparseGrid &bricks,

@@ -127,7 +127,7 @@ Real mean_arriving(const GridMarcher &marcher, const Light &light, const Ray &ra
     const Real s = sigma * (part.end - part.begin);
     if (halvings > 0 && min(part.first, part.last) < opaque_depth) {
         const Real depth = depth_at(marcher, light, ray, middle);
-        if (abs(depth - linear) > Real(1.0 / 32)) {
+        if (abs(depth - linear) > depth_tolerance) {
             const Stretch near = {part.begin, middle, part.first, depth}, far = {middle, part.end, depth, part.last};
             return Real(0.5) * (mean_arriving(marcher, light, ray, sigma, near, halvings - 1) +
                                 exp(Real(-0.5) * s) * mean_arriving(marcher, light, ray, sigma, far, halvings - 1));
@@ -138,9 +138,16 @@ Real mean_arriving(const GridMarcher &marcher, const Light &light, const Ray &ra
                           : exp(-part.first) * mean_transmittance(more);
 }
 
+// The cell of the depths in which the middle of a step lies.
+Box cell_around(const GridMarcher &marcher, const Ray &ray, const LaneCells &at, const Group &group, uint32_t l) {
+    const Vec3 size = marcher.depths->bricks->cell * Real(marcher.depths->spacing);
+    const Vec3 low = ray.origin + ray.direction * group.t[l] - Vec3(at.x[l], at.y[l], at.z[l]) * size;
+    return {low, low + size};
+}
+
 // Where the depth to a light differs by more than 1 between the corners of a cell, as where light grazes a hard face,
-// it is not interpolated: rays find it within the step (README). `lit` is the scattered light without what smoke takes
-// from it.
+// or bends within the cell, it is not interpolated: rays find it within the step (README). `lit` is the scattered light
+// without what smoke takes from it.
 WISP_INLINE void vary_in_steep_cells(const GridMarcher &marcher, const Light &light, const Ray &ray,
                                      const LaneCells &at, const Group &group, const Lanes &sigma, const Lanes &lit,
                                      Lanes &tau, Lanes &scattered) {
@@ -149,7 +156,10 @@ WISP_INLINE void vary_in_steep_cells(const GridMarcher &marcher, const Light &li
     for (uint32_t l = 0; l < lanes; ++l) {
         Real least, greatest;
         range_of_corners(at, marcher.depths->depth, l, least, greatest);
-        if (!(greatest - least > Real(1)) || !(least < opaque_depth) || !(sigma[l] > Real(0))) continue;
+        if (!(greatest - least > depth_tolerance) || !(least < opaque_depth) || !(sigma[l] > Real(0))) continue;
+        if (!(greatest - least > Real(1)) &&
+            !has_crease(marcher.depths->bricks->bounds, light, cell_around(marcher, ray, at, group, l)))
+            continue;
         const Real half = Real(0.5) * group.dx[l], from = group.t[l] - half, to = group.t[l] + half;
         const Real first = abs(from - end) < half * Real(0x1p-8) ? depth_of_end : depth_at(marcher, light, ray, from);
         end = to;

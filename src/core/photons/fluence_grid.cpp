@@ -133,8 +133,8 @@ constexpr double most_power_between_nodes = 1.25;
 
 // Between nodes the power that starts falls exponentially with the depth to the light, while photons are drawn by
 // linear interpolation. The quotient of the two at x (README). The depth is interpolated linearly; where it is nearly
-// the same at all corners of the cell, the quotient counts as 1. In cells at hard faces where it differs much a ray
-// finds it.
+// the same at all corners of the cell, the quotient counts as 1. In cells of smoke with hard faces where it differs
+// much, or bends, a ray finds it.
 Real power_between_nodes(const Sources &in, const PhotonSource &source, const Vec3 &x) {
     constexpr Real even = Real(0.125), steep = Real(1), most = Real(most_power_between_nodes);
     const uint32_t brick = brick_at(in.bricks, cell_at(in.bricks.lattice, x));
@@ -155,8 +155,10 @@ Real power_between_nodes(const Sources &in, const PhotonSource &source, const Ve
         greatest = i == 0 ? tau[0] : max(greatest, tau[i]);
     }
     if (greatest - least < even) return Real(1);
-    const Real here =
-        in.depths.cut_off && greatest - least > steep ? depth_by_ray(in, source, x) : trilinear(at.t, of_corner(tau));
+    const Box cell = {node_of(in.bricks, brick, node[0]), node_of(in.bricks, brick, node[7])};
+    const bool bends = in.depths.cut_off &&
+                       (greatest - least > steep || has_crease(in.bricks.bounds, in.depths.lights[source.light], cell));
+    const Real here = bends ? depth_by_ray(in, source, x) : trilinear(at.t, of_corner(tau));
     for (int32_t i = 0; i < 8; ++i)
         power[i] = scale_pow2(extinction_at(in, brick, index_of(count, node[i])), in.distribution.shift) *
                    irradiance_at(in.depths.lights[source.light], source.max_channel, node_of(in.bricks, brick, node[i]),
