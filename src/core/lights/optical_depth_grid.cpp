@@ -227,11 +227,13 @@ Real corrected(const Finder &finder, uint32_t brick, uint32_t k) {
 
 // Towards the light, smoke ends at the nearest of its lit faces. How far that of each axis is grows along the axis
 // alone. So one face is the nearest from all of the box if it is no farther from its farthest points than any other is
-// from its nearest. Distances are parts of the way to a point; of a parallel light, lengths.
+// from its nearest. Distances are parts of the way to a point; of a parallel light, lengths. A crease that hardly cuts
+// the box is none: creases go through nodes, where rounding must not decide.
 bool has_crease(const Box &smoke, const Light &light, const Box &box) {
     const bool parallel = light.kind == LightKind::parallel;
     const Real none = parallel ? infinite_distance : Real(1); // a way to the light through no face of the axis
     Vec3 least, most;
+    Real slack = Real(0);
     for (int axis = 0; axis < 3; ++axis) {
         least[axis] = most[axis] = none;
         const Real along = light.direction[axis], from = light.position[axis];
@@ -246,9 +248,11 @@ bool has_crease(const Box &smoke, const Light &light, const Box &box) {
         const Real low = way(box.low[axis]), high = way(box.high[axis]);
         least[axis] = min(low, high);
         most[axis] = max(low, high);
+        slack = max(slack, (most[axis] - least[axis]) * Real(0x1p-8));
     }
-    return !((most.x <= least.y && most.x <= least.z) || (most.y <= least.z && most.y <= least.x) ||
-             (most.z <= least.x && most.z <= least.y));
+    const auto is_first = [&](Real farthest, Real a, Real b) { return farthest <= a + slack && farthest <= b + slack; };
+    return !(is_first(most.x, least.y, least.z) || is_first(most.y, least.z, least.x) ||
+             is_first(most.z, least.x, least.y));
 }
 
 bool make_optical_depth_grid(const Medium &medium, const Light *lights, uint32_t light_count, const SparseGrid &bricks,

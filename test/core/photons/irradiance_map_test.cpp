@@ -200,7 +200,7 @@ TEST_CASE(WISP_ARITH_NAME ": an adaptive map has fewer points, and all others ar
                 }
             }
             CHECK(uniform.points == bricks.count * nodes_of(1));
-            const uint64_t of_brick = 12 + (directed ? nodes_of(2) * harmonic_words * 4 : 0);
+            const uint64_t of_brick = 24 + (directed ? nodes_of(2) * harmonic_words * 4 : 0);
             CHECK(bytes_of(uniform) == uint64_t{uniform.points} * (directed ? 8 : 4) + bricks.count * of_brick);
             const double packed = channels == 1 ? sums_error : 0x1p-8; // both maps round their entries
             uint32_t before = uniform.points;
