@@ -402,9 +402,11 @@ FluenceAndFlux light_at(const Irradiance &irradiance, uint32_t brick, const Vec3
             between_nodes(at, spacing, [value](uint32_t node) { return Real(static_cast<int32_t>(value[node])); });
         light.radiance = irradiance.color * scale_pow2(units, scale.exponent - single_channel_bits);
     } else {
-        for (int32_t c = 0; c < 3; ++c)
+        for (int32_t c = 0; c < 3; ++c) {
+            const int32_t exponent = scale.exponent - scale.finer[c];
             light.radiance[c] =
-                between_nodes(at, spacing, [&](uint32_t node) { return unpack_color(value[node], scale)[c]; });
+                between_nodes(at, spacing, [&](uint32_t node) { return unpack_color(value[node], exponent)[c]; });
+        }
     }
     if (!irradiance.flux) return light;
     const uint32_t *flux = irradiance.flux + first;
