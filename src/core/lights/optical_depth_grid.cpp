@@ -19,6 +19,9 @@ constexpr uint32_t units_of_marks = 32, units_of_scan = 2, units_of_ray = 256;
 constexpr uint32_t max_rows = 1 << 14;
 constexpr uint64_t max_cache_size(uint64_t bricks) { return bricks * 4 * nodes_of(2); }
 
+// How far a box reaches out of another along each axis; below 0 where it does not.
+Vec3 reach_beyond(const Box &outer, const Box &box) { return max(outer.low - box.low, box.high - outer.high); }
+
 // The depths of one light at all nodes. A node on a face is stored by every brick that holds it.
 struct Finder {
     const OpticalDepthGrid &depths;
@@ -56,17 +59,15 @@ struct Finder {
     }
     // Nor can they where some of those lines have left the smoke already, or a crease is between them.
     bool is_near_bend(const Box &lines) const {
-        const Box &box = bricks().bounds;
-        const Vec3 low = lines.low - box.low, high = box.high - lines.high;
-        return cut_off && (min(min(low.x, min(low.y, low.z)), min(high.x, min(high.y, high.z))) < Real(0) ||
-                           has_crease(box, light, lines));
+        const Box &smoke = bricks().bounds;
+        return cut_off && (largest(reach_beyond(smoke, lines)) > Real(0) || has_crease(smoke, light, lines));
     }
+    // How far a point may be rounded out of the smoke.
+    Vec3 margin() const { return bricks().cell * Real(0.25); }
     // Interpolation at points of the smoke does not reach so far, where other nodes lie on its faces.
     bool is_behind_face(uint32_t brick, uint32_t k) const {
-        const Vec3 x = node_of(bricks(), brick, cell_of_node(k)), margin = bricks().cell * Real(0.25);
-        const Box &box = bricks().bounds;
-        const Vec3 low = x - box.low + margin, high = box.high - x + margin;
-        return nodes_on_faces && min(min(low.x, min(low.y, low.z)), min(high.x, min(high.y, high.z))) < Real(0);
+        const Vec3 x = node_of(bricks(), brick, cell_of_node(k));
+        return nodes_on_faces && largest(reach_beyond(bricks().bounds, {x, x}) - margin()) > Real(0);
     }
     template <class Visit> void for_each_waiting(uint32_t face, Visit &&visit) const {
         const uint32_t count = bricks().count, all = nodes();
@@ -190,7 +191,8 @@ Real corrected(const Finder &finder, uint32_t brick, uint32_t k) {
     if (*here < Real(0)) return Real(0);
     const Cell &node = finder.place[k];
     const Box &smoke = finder.bricks().bounds;
-    const Vec3 x = node_of(finder.bricks(), brick, finder.cell_of_node(k));
+    const Vec3 x = node_of(finder.bricks(), brick, finder.cell_of_node(k)), outside = reach_beyond(smoke, {x, x}),
+               margin = finder.margin(), length = finder.bricks().cell * Real(finder.depths.spacing);
     Real second_difference = Real(0), beyond = Real(0);
     ptrdiff_t step = 1; // index distance to the next node along the axis
     for (int32_t axis = 0; axis < 3; ++axis, step *= n) {
@@ -203,21 +205,17 @@ Real corrected(const Finder &finder, uint32_t brick, uint32_t k) {
             return depth_of_neighbour(finder, brick, other);
         };
         const Real before = neighbour(-1), behind = neighbour(1);
-        if (finder.cut_off) {
-            const Real cell = finder.bricks().cell[axis], length = cell * Real(finder.depths.spacing);
-            const Real low = smoke.low[axis] - cell * Real(0.25), high = smoke.high[axis] + cell * Real(0.25);
-            const bool precedes = x[axis] < low;
-            if (precedes || x[axis] > high) {
-                const Real gap = precedes ? smoke.low[axis] - x[axis] : x[axis] - smoke.high[axis];
-                const Real inside = precedes ? behind : before;
-                if (!(inside < Real(0)) && gap < length) beyond += (*here - inside) * (gap / (length - gap));
-                continue;
-            }
-            Box reach = {x, x};
-            reach.low[axis] -= length;
-            reach.high[axis] += length;
-            if (reach.low[axis] < low || reach.high[axis] > high || has_crease(smoke, finder.light, reach)) continue;
+        if (finder.cut_off && outside[axis] > margin[axis]) {
+            const Real gap = outside[axis], inside = x[axis] < smoke.low[axis] ? behind : before;
+            if (!(inside < Real(0)) && gap < length[axis]) beyond += (*here - inside) * (gap / (length[axis] - gap));
+            continue;
         }
+        Box neighbours = {x, x};
+        neighbours.low[axis] -= length[axis];
+        neighbours.high[axis] += length[axis];
+        if (finder.cut_off &&
+            (reach_beyond(smoke, neighbours)[axis] > margin[axis] || has_crease(smoke, finder.light, neighbours)))
+            continue;
         if (!(before < Real(0)) && !(behind < Real(0))) second_difference += (before - *here) + (behind - *here);
     }
     return max(Real(0), *here - second_difference * Real(1.0 / 12)) + beyond;
@@ -232,10 +230,9 @@ Real corrected(const Finder &finder, uint32_t brick, uint32_t k) {
 bool has_crease(const Box &smoke, const Light &light, const Box &box) {
     const bool parallel = light.kind == LightKind::parallel;
     const Real none = parallel ? infinite_distance : Real(1); // a way to the light through no face of the axis
-    Vec3 least, most;
+    Vec3 least(none), most(none);
     Real slack = Real(0);
     for (int axis = 0; axis < 3; ++axis) {
-        least[axis] = most[axis] = none;
         const Real along = light.direction[axis], from = light.position[axis];
         const bool rises = parallel ? along > Real(0) : from < smoke.low[axis],
                    falls = parallel ? along < Real(0) : from > smoke.high[axis];

@@ -248,8 +248,7 @@ WISP_INLINE void gather_scattered(const GridMarcher &marcher, const SmokeVolume 
     for (uint32_t l = 0; l < lanes; ++l) {
         first[l] = map.first[group.points.brick[l]];
         spacing[l] = map.spacing[group.points.brick[l]];
-        const ColorScale &scale = map.scale[group.points.brick[l]];
-        for (int32_t c = 0; c < 3; ++c) exponent[c][l] = scale.exponent - scale.finer[c];
+        for (int32_t c = 0; c < 3; ++c) exponent[c][l] = map.scale[group.points.brick[l]].exponent[c];
     }
     LaneCells at;
     find_cells(group.points, first, spacing, at);

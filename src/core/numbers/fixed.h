@@ -293,11 +293,11 @@ constexpr int64_t checked(Saturated result) {
 #else
 #define WISP_SUM constexpr
 #endif
-WISP_SUM int64_t sum(int64_t a, int64_t b) { return checked(add(a, b)); }
-WISP_SUM int64_t difference(int64_t a, int64_t b) { return checked(subtract(a, b)); }
+WISP_SUM int64_t raw_sum(int64_t a, int64_t b) { return checked(add(a, b)); }
+WISP_SUM int64_t raw_difference(int64_t a, int64_t b) { return checked(subtract(a, b)); }
 #undef WISP_SUM
-constexpr int64_t rounded_product(int64_t a, int64_t b) { return checked(multiply<Wide>(a, b)); }
-constexpr int64_t rounded_quotient(int64_t a, int64_t b) { return checked(divide<Wide>(a, b)); }
+constexpr int64_t raw_product(int64_t a, int64_t b) { return checked(multiply<Wide>(a, b)); }
+constexpr int64_t raw_quotient(int64_t a, int64_t b) { return checked(divide<Wide>(a, b)); }
 } // namespace detail
 
 struct Fixed {
@@ -330,19 +330,19 @@ constexpr bool operator>(Fixed a, Fixed b) { return a.raw() > b.raw(); }
 constexpr bool operator<=(Fixed a, Fixed b) { return a.raw() <= b.raw(); }
 constexpr bool operator>=(Fixed a, Fixed b) { return a.raw() >= b.raw(); }
 
-#define WISP_INLINE __attribute__((always_inline)) constexpr
-WISP_INLINE Fixed operator+(Fixed a, Fixed b) { return Fixed::from_raw(detail::sum(a.raw(), b.raw())); }
-WISP_INLINE Fixed operator-(Fixed a, Fixed b) { return Fixed::from_raw(detail::difference(a.raw(), b.raw())); }
-WISP_INLINE Fixed operator*(Fixed a, Fixed b) { return Fixed::from_raw(detail::rounded_product(a.raw(), b.raw())); }
+#define WISP_OPERATOR __attribute__((always_inline)) constexpr Fixed
+WISP_OPERATOR operator+(Fixed a, Fixed b) { return Fixed::from_raw(detail::raw_sum(a.raw(), b.raw())); }
+WISP_OPERATOR operator-(Fixed a, Fixed b) { return Fixed::from_raw(detail::raw_difference(a.raw(), b.raw())); }
+WISP_OPERATOR operator*(Fixed a, Fixed b) { return Fixed::from_raw(detail::raw_product(a.raw(), b.raw())); }
 // a / 0 is an overflow: it gives the limit with the sign of a, and 0 for a = 0.
-WISP_INLINE Fixed operator/(Fixed a, Fixed b) { return Fixed::from_raw(detail::rounded_quotient(a.raw(), b.raw())); }
-WISP_INLINE Fixed operator-(Fixed a) { return Fixed::from_raw(0) - a; }
-WISP_INLINE Fixed operator+(Fixed a) { return a; }
-WISP_INLINE Fixed &operator+=(Fixed &a, Fixed b) { return a = a + b; }
-WISP_INLINE Fixed &operator-=(Fixed &a, Fixed b) { return a = a - b; }
-WISP_INLINE Fixed &operator*=(Fixed &a, Fixed b) { return a = a * b; }
-WISP_INLINE Fixed &operator/=(Fixed &a, Fixed b) { return a = a / b; }
-#undef WISP_INLINE
+WISP_OPERATOR operator/(Fixed a, Fixed b) { return Fixed::from_raw(detail::raw_quotient(a.raw(), b.raw())); }
+WISP_OPERATOR operator-(Fixed a) { return Fixed::from_raw(0) - a; }
+WISP_OPERATOR operator+(Fixed a) { return a; }
+WISP_OPERATOR &operator+=(Fixed &a, Fixed b) { return a = a + b; }
+WISP_OPERATOR &operator-=(Fixed &a, Fixed b) { return a = a - b; }
+WISP_OPERATOR &operator*=(Fixed &a, Fixed b) { return a = a * b; }
+WISP_OPERATOR &operator/=(Fixed &a, Fixed b) { return a = a / b; }
+#undef WISP_OPERATOR
 
 } // namespace wisp
 

@@ -155,9 +155,10 @@ Real power_between_nodes(const Sources &in, const PhotonSource &source, const Ve
         greatest = i == 0 ? tau[0] : max(greatest, tau[i]);
     }
     if (greatest - least < even) return Real(1);
-    const Box cell = {node_of(in.bricks, brick, node[0]), node_of(in.bricks, brick, node[7])};
-    const bool bends = in.depths.cut_off &&
-                       (greatest - least > steep || has_crease(in.bricks.bounds, in.depths.lights[source.light], cell));
+    const bool bends =
+        in.depths.cut_off && (greatest - least > steep ||
+                              has_crease(in.bricks.bounds, in.depths.lights[source.light],
+                                         {node_of(in.bricks, brick, node[0]), node_of(in.bricks, brick, node[7])}));
     const Real here = bends ? depth_by_ray(in, source, x) : trilinear(at.t, of_corner(tau));
     for (int32_t i = 0; i < 8; ++i)
         power[i] = scale_pow2(extinction_at(in, brick, index_of(count, node[i])), in.distribution.shift) *

@@ -167,7 +167,7 @@ void pack_points(const Medium &medium, Points &points, Real tolerance, Irradianc
         points.spacings[b] = spacing;
         points.scale[b] = scale_for(map.single_channel ? Color(largest(greatest)) : greatest);
         const int32_t ratio = spacing / points.spacing, m = nodes_along(spacing),
-                      unit = single_channel_bits - points.scale[b].exponent;
+                      unit = single_channel_bits - points.scale[b].exponent[0];
         for (uint32_t k = 0; k < nodes_of(spacing); ++k) {
             const Cell node = cell_of_index(m, k);
             const size_t from = static_cast<size_t>((node.z * ratio * n + node.y * ratio) * n + node.x * ratio);
@@ -400,13 +400,11 @@ FluenceAndFlux light_at(const Irradiance &irradiance, uint32_t brick, const Vec3
     if (irradiance.single_channel) {
         const Real units =
             between_nodes(at, spacing, [value](uint32_t node) { return Real(static_cast<int32_t>(value[node])); });
-        light.radiance = irradiance.color * scale_pow2(units, scale.exponent - single_channel_bits);
+        light.radiance = irradiance.color * scale_pow2(units, scale.exponent[0] - single_channel_bits);
     } else {
-        for (int32_t c = 0; c < 3; ++c) {
-            const int32_t exponent = scale.exponent - scale.finer[c];
-            light.radiance[c] =
-                between_nodes(at, spacing, [&](uint32_t node) { return unpack_color(value[node], exponent)[c]; });
-        }
+        for (int32_t c = 0; c < 3; ++c)
+            light.radiance[c] = between_nodes(
+                at, spacing, [&](uint32_t node) { return unpack_color(value[node], scale.exponent[c])[c]; });
     }
     if (!irradiance.flux) return light;
     const uint32_t *flux = irradiance.flux + first;

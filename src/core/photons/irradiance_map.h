@@ -26,7 +26,7 @@ struct Irradiance {
     const SparseGrid *bricks;
     const int32_t *first;      // by brick: its first point
     const int32_t *spacing;    // by brick: cells between its points
-    const ColorScale *scale;   // by brick; of one channel its exponent alone
+    const ColorScale *scale;   // by brick; of one channel: all exponents are the same
     const uint32_t *value;     // by point
     const uint32_t *flux;      // by point; or nullptr
     const uint32_t *harmonics; // packed like fluxes, three coefficients a word, harmonic_words a node; or nullptr

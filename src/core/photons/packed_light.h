@@ -85,29 +85,32 @@ inline Color unpack_color(uint32_t packed, int32_t exponent) {
     return Color(channel(0), channel(1), channel(2));
 }
 
-// The scale of an array of colours. A channel that is weaker than another is scaled so that its largest value keeps
-// kept_bits at least: light of a weak lamp is not lost beside a strong one of another colour.
+// The scale of an array of colours, by channel. One that is weaker than another has a smaller exponent, so that its
+// largest value keeps kept_bits at least: light of a weak lamp is not lost beside a strong one of another colour.
 struct ColorScale {
-    int32_t exponent; // of the strongest channel
-    int32_t finer[3]; // channels are multiplied by 2^finer when they are packed; 0 for the strongest
+    int32_t exponent[3];
+    int32_t strongest() const { return max(exponent[0], max(exponent[1], exponent[2])); }
 };
 constexpr int32_t kept_bits = 7; // with more, the stronger channel would lose some where both are bright
 inline ColorScale scale_for(const Color &largest_channels) {
-    ColorScale scale = {exponent_for(largest(largest_channels)), {0, 0, 0}};
-    for (int32_t c = 0; c < 3; ++c)
-        if (largest_channels[c] > Real(0))
-            scale.finer[c] = max(0, scale.exponent - exponent_for(largest_channels[c]) - (mantissa_bits - kept_bits));
+    const int32_t strongest = exponent_for(largest(largest_channels));
+    ColorScale scale;
+    for (int32_t c = 0; c < 3; ++c) {
+        const Real most = largest_channels[c];
+        scale.exponent[c] = most > Real(0) ? min(strongest, exponent_for(most) + mantissa_bits - kept_bits) : strongest;
+    }
     return scale;
 }
 inline uint32_t pack_color(const Color &color, const ColorScale &scale) {
+    const int32_t strongest = scale.strongest();
     Color even;
-    for (int32_t c = 0; c < 3; ++c) even[c] = scale_pow2(color[c], scale.finer[c]);
-    return pack_color(even, scale.exponent);
+    for (int32_t c = 0; c < 3; ++c) even[c] = scale_pow2(color[c], strongest - scale.exponent[c]);
+    return pack_color(even, strongest);
 }
 // The colour in 2^unit.
 inline Color unpack_color(uint32_t packed, const ColorScale &scale, int32_t unit = 0) {
     Color color;
-    for (int32_t c = 0; c < 3; ++c) color[c] = unpack_color(packed, scale.exponent - scale.finer[c] - unit)[c];
+    for (int32_t c = 0; c < 3; ++c) color[c] = unpack_color(packed, scale.exponent[c] - unit)[c];
     return color;
 }
 

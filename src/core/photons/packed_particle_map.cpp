@@ -44,7 +44,8 @@ bool pack_entries(const Deposits &deposits, const Color &photon_color, MapEntrie
     const auto color_of = [](const int64_t *sum) {
         return Color(photons_of(sum[0]), photons_of(sum[1]), photons_of(sum[2]));
     };
-    entries.scale = one_channel ? ColorScale{length - deposit_bits, {0, 0, 0}} : scale_for(color_of(largest_sum));
+    const int32_t of_one = length - deposit_bits;
+    entries.scale = one_channel ? ColorScale{{of_one, of_one, of_one}} : scale_for(color_of(largest_sum));
     for (uint32_t i = 0; i < deposits.count; ++i) {
         const int64_t *sum = deposits.power + uint64_t{i} * deposits.channels;
         entries.power[i] = one_channel ? shifted(*sum, length - 32) : pack_color(color_of(sum), entries.scale);
@@ -57,7 +58,8 @@ bool pack_entries(const Deposits &deposits, const Color &photon_color, MapEntrie
 // The power of an element, in 2^exponent photons.
 Color power_of(const PackedMap &map, const MapEntries &entries, uint32_t element, int32_t exponent) {
     const uint32_t power = entries.power[element];
-    if (map.one_channel) return map.photon_color * scaled_integer<Real>(power, entries.scale.exponent - exponent - 32);
+    if (map.one_channel)
+        return map.photon_color * scaled_integer<Real>(power, entries.scale.strongest() - exponent - 32);
     return unpack_color(power, entries.scale, exponent);
 }
 
@@ -126,16 +128,17 @@ bool make_element_map(const PackedMap &map, const SmokeVolume &smoke, const MapE
     elements = {};
     elements.tree = build_point_tree(points, count, arena, watch);
     if (!elements.tree.ready) return false;
+    const int32_t strongest = entries.scale.strongest();
     for (uint32_t slot = 0; slot < count; ++slot) {
         if (slot % 1024 == 0 && !watch.go_on(256)) return false;
         const uint32_t i = origin[elements.tree.id[slot]];
-        power[slot] = power_of(map, entries, i, entries.scale.exponent);
+        power[slot] = power_of(map, entries, i, strongest);
         if (flux) flux[slot] = flux_of(map, entries, i);
     }
     elements.power = power;
     elements.direction = flux;
     elements.fluxes = true;
-    elements.unit = {map.unit.unit, map.unit.exponent + entries.scale.exponent};
+    elements.unit = {map.unit.unit, map.unit.exponent + strongest};
     return true;
 }
 

@@ -10,7 +10,7 @@ namespace wisp::WISP_ARITH {
 // not isotropic.
 struct MapEntries {
     // A packed colour in photons, relative to `scale`. Where all photons carry the same power: their number as a
-    // fraction of 2^32, relative to the scale's 2^exponent.
+    // fraction of 2^32, relative to the scale's strongest 2^exponent.
     uint32_t *power;
     // A packed flux relative to the power, or a unit vector; 0: light from all sides; nullptr where the smoke is
     // isotropic.

@@ -84,8 +84,8 @@ TEST_CASE(WISP_ARITH_NAME ": a channel that is weaker than another keeps seven b
         // Down to 2^-14 of the strongest channel, the first of each color.
         const double most[3] = {1 + 100 * next(), std::ldexp(1 + next(), -static_cast<int>(15 * next())), 0};
         const ColorScale scale = scale_for(color(most[0], most[1], most[2]));
-        CHECK(scale.exponent == exponent_for(real(most[0])));
-        CHECK(scale.finer[0] == 0);
+        CHECK(scale.strongest() == exponent_for(real(most[0])));
+        CHECK(scale.exponent[0] == scale.strongest());
         const Color packed = unpack_color(pack_color(color(most[0], most[1], most[2]), scale), scale);
         CHECK(std::fabs(at(packed.x) / most[0] - 1) <= 1.0 / 512);
         CHECK(std::fabs(at(packed.y) / most[1] - 1) <= 1.0 / 128);
@@ -95,7 +95,7 @@ TEST_CASE(WISP_ARITH_NAME ": a channel that is weaker than another keeps seven b
     }
     // Channels in proportion share the strongest one's scale.
     const ColorScale near = scale_for(color(0.9, 0.5, 0.25));
-    for (const int32_t finer : near.finer) CHECK(finer == 0);
+    for (const int32_t exponent : near.exponent) CHECK(exponent == near.strongest());
 }
 
 TEST_CASE(WISP_ARITH_NAME ": a packed flux has its layout, and its ends and 0 are exact") {
