@@ -93,7 +93,8 @@ inline const std::vector<LightSource> sun_along_z = {{LightKind::parallel, {}, {
 
 // The photons of a scene, traced through resampled smoke: nodes every `spacing` cells.
 struct TracedFluence {
-    TracedFluence(const Scene &scene, const Settings &settings, int32_t spacing = 1)
+    TracedFluence(const Scene &scene, const Settings &settings, int32_t spacing = 1,
+                  const FlightRecorder *flights = nullptr)
         : count(plan_sparse_grid(scene, settings.density_step).count), needs(photon_needs(scene, settings)),
           plan(plan_fluence(scene, needs, count, spacing)),
           memory(medium_bytes(scene, settings.density_step) + optical_depth_grid_bytes(count, scene.light_count, 1) +
@@ -105,8 +106,9 @@ struct TracedFluence {
                                         &statistics.rays.shadow, depths));
         sums = {arena.make<int64_t>(plan.sums), plan.sums, 0};
         REQUIRE(make_emission_distribution(scene, medium, depths, arena, distribution));
-        REQUIRE(trace_fluence({medium, nullptr, settings, needs, all_batches(settings), {}, arena, statistics}, depths,
-                              distribution, spacing, sums, deposits) == Status::done);
+        const PhotonTracing tracing = {medium, nullptr, settings,   needs,         all_batches(settings),
+                                       {},     arena,   statistics, Vec3(Real(0)), flights};
+        REQUIRE(trace_fluence(tracing, depths, distribution, spacing, sums, deposits) == Status::done);
     }
     uint64_t count;
     PhotonNeeds needs;

@@ -1,5 +1,6 @@
 // Lights, and the irradiance that a point receives from each of them. README.md has the units of each kind.
 #pragma once
+#include "core/geometry/ray.h"
 #include "core/numbers/vec.h"
 #include "core/numbers/watch.h"
 #include "core/smoke/phase.h"
@@ -18,6 +19,12 @@ struct Light {
 
 // Whether its irradiance falls off with the square of the distance.
 constexpr bool has_falloff(LightKind kind) { return kind == LightKind::point || kind == LightKind::spot; }
+
+// Whether a point light or spot stands in a box, or less than `reach` from it along each axis.
+inline bool stands_near(const Light &light, const Box &box, Real reach) {
+    return has_falloff(light.kind) &&
+           is_strictly_inside({box.low - Vec3(reach), box.high + Vec3(reach)}, light.position);
+}
 
 Light make_light(const LightSource &source);
 Light *make_lights(const Scene &scene, Arena &arena); // nullptr: the arena was too small

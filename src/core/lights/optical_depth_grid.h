@@ -23,6 +23,14 @@ inline bool is_dense(const OpticalDepthGrid &depths, Real sigma) {
     return sigma * largest(depths.bricks->cell) * Real(depths.spacing) > Real(1);
 }
 
+// Nor are they interpolated so near to a point light or spot in the smoke: the depth to it has a peak there.
+inline Real reach_of_peak(const OpticalDepthGrid &depths) {
+    return largest(depths.bricks->cell) * Real(2 * depths.spacing);
+}
+inline bool has_peak(const OpticalDepthGrid &depths, const Light &light, const Vec3 &x) {
+    return has_falloff(light.kind) && length(x - light.position) < reach_of_peak(depths);
+}
+
 // Depths that differ by less count as equal, and a depth that is nearer to the mean of two others as linear.
 constexpr Real depth_tolerance = Real(1.0 / 32);
 

@@ -89,11 +89,15 @@ Real depth_at(const GridMarcher &marcher, const Light &light, const Ray &ray, Re
     return optical_depth(*marcher.medium, {x, -from.direction}, from.distance);
 }
 
-// Replaces the interpolated depths of the steps that lie in dense cells. `sigma` is that of all smoke.
-WISP_INLINE void find_depths_in_dense_cells(const GridMarcher &marcher, const Light &light, const Ray &ray,
-                                            const Group &group, const Lanes &sigma, Lanes &tau) {
+// Replaces the depths of the steps in whose cells they are not interpolated. `sigma` is that of all smoke.
+WISP_INLINE void find_depths_by_rays(const GridMarcher &marcher, const Light &light, const Ray &ray, const Group &group,
+                                     const Lanes &sigma, Lanes &tau) {
+    const OpticalDepthGrid &depths = *marcher.depths;
+    const bool in_smoke = stands_near(light, depths.bricks->bounds, reach_of_peak(depths));
     for (uint32_t l = 0; l < lanes; ++l)
-        if (is_dense(*marcher.depths, sigma[l])) tau[l] = depth_at(marcher, light, ray, group.t[l]);
+        if (sigma[l] > Real(0) && (is_dense(depths, sigma[l]) ||
+                                   (in_smoke && has_peak(depths, light, ray.origin + ray.direction * group.t[l]))))
+            tau[l] = depth_at(marcher, light, ray, group.t[l]);
 }
 
 // Within a step of depth s the depth to a light changes by c, which is taken to be linear. The light that leaves the
@@ -188,7 +192,7 @@ WISP_INLINE void gather_lights(const GridMarcher &marcher, const SmokeVolume &sm
         illuminate_group(from, ray, group, marcher.step, lit);
         Lanes tau, p, unattenuated;
         interpolate(at, depths.depth, tau);
-        find_depths_in_dense_cells(marcher, from, ray, group, sigma, tau);
+        find_depths_by_rays(marcher, from, ray, group, sigma, tau);
         if (smoke.phase.isotropic())
             for (uint32_t l = 0; l < lanes; ++l) p[l] = inv_four_pi<Real>;
         else

@@ -50,7 +50,8 @@ Color single_scattering(const Medium &medium, const SingleScatterer &lights, con
             if (is_recording(recorder)) recorder->light(*recorder, {step.number, l, true, light});
             continue;
         }
-        const bool exact = !lights.depths || is_dense(*lights.depths, sigma);
+        const bool exact = !lights.depths || is_dense(*lights.depths, sigma) ||
+                           has_peak(*lights.depths, lights.lights[l], step.middle);
         if (exact) ++statistics.rays.shadow;
         const Real depth = exact ? optical_depth(medium, {step.middle, -light.direction}, light.distance)
                                  : optical_depth_to_light(*lights.depths, l, step.middle);

@@ -8,7 +8,7 @@ namespace wisp::WISP_ARITH {
 namespace {
 
 constexpr int32_t weight_bits = 30; // of a node's weight: 2^30 for the brightest node
-constexpr int32_t brick_nodes = nodes_along(1);
+constexpr int32_t brick_nodes = nodes_along(1), cells_of_brick = brick_cells * brick_cells * brick_cells;
 constexpr uint32_t asked_after = 1 << 12;                          // tentative collisions of a flight
 constexpr uint32_t units_of_source_brick = 128, units_of_tent = 2; // of work
 // The least number of tentative collisions along a brick's edge: they sample the fluence in thin smoke too.
@@ -51,16 +51,29 @@ bool meets_cone(const Light &spot, const Vec3 &offset, Real radius) {
 }
 
 // The irradiance at a node x of a light with that brightness. The brightness is divided first: in fixed point 1/r^2 of
-// a distant light has no digits left. Within a cell of the light, 1/r^2 is replaced by its mean over a ball, so that
-// the sum over nodes keeps its integral. A spot counts as a point light where the node's tent meets its cone: photons
+// a distant light has no digits left. A spot counts as a point light where the node's tent meets its cone: photons
 // that start outside of the cone are dropped.
 Real irradiance_at(const Light &light, Real brightness, const Vec3 &x, const Vec3 &cell) {
-    if (light.kind == LightKind::parallel || light.kind == LightKind::constant) return brightness;
+    if (!has_falloff(light.kind)) return brightness;
     const Vec3 offset = x - light.position;
-    const Real distance = length(offset), widest = largest(cell);
-    if (distance < widest) return brightness * (Real(3) / (widest * widest));
     if (light.kind == LightKind::spot && !meets_cone(light, offset, length(cell))) return Real(0);
+    // Nearer than a cell the mean of 1/r^2 over a ball counts.
+    const Real distance = max(length(offset), largest(cell) * Real(0.57735026918962576451));
     return brightness / distance / distance;
+}
+
+// Whether a light stands in smoke, or less than a cell from it, and more than about 1/64 of its photons collide within
+// 2 cells. There its light varies within a cell. `most`: at least the probability that one collides.
+bool collides_near(const Medium &medium, const Light &light, Real most) {
+    const Vec3 &cell = medium.bricks->cell;
+    if (!stands_near(light, medium.bricks->bounds, largest(cell))) return false;
+    Real densest = Real(0);
+    for (int32_t k = 0; k < 27; ++k) { // at the light, and a cell from it
+        const Vec3 x = light.position + Vec3(Real(k % 3 - 1), Real(k / 3 % 3 - 1), Real(k / 9 - 1)) * cell;
+        densest =
+            max(densest, sum_of_smokes(medium, [&x](const ResampledField &field) { return extinction(field, x); }));
+    }
+    return densest > most / (largest(cell) * Real(128));
 }
 
 // The light that photons start from.
@@ -171,9 +184,13 @@ Real power_between_nodes(const Sources &in, const PhotonSource &source, const Ve
 }
 
 // Calls visit(node, brightness) for the nodes of a brick where the source is bright. Nodes on the border to the next
-// place of the lattice are left to the brick there.
+// place of the lattice are left to the brick there. What starts at a light counts as if it were spread evenly.
 template <class Visit> void for_each_source_node(const Sources &in, uint32_t s, uint32_t brick, Visit &&visit) {
     const PhotonSource &source = in.distribution.sources[s];
+    if (source.starts_at_light()) {
+        for (int32_t k = 0; k < cells_of_brick && source.brightness > Real(0); ++k) visit(Cell{}, source.brightness);
+        return;
+    }
     const OpticalDepthGrid &depths = in.depths;
     const Real *depth = source.light < depths.light_count ? depths_of(in, source, brick) : nullptr;
     const Cell &at = in.bricks.position[brick], &count = in.bricks.lattice.count;
@@ -270,18 +287,21 @@ bool is_blocked(const Surfaces *surfaces, const Vec3 &x, const Illumination &fro
     return is_blocked(*surfaces, {x, -from.direction}, ray_epsilon, from.distance - ray_epsilon, no_triangle, unused);
 }
 
-// One flight by delta tracking. Calls visit(brick, place in it, probability that the photon collides there) at every
-// tentative collision.
-template <class Visit> FlightEnd fly(const Tracer &tracer, const Ray &ray, Pcg32 &generator, Visit &&visit) {
-    FlightEnd flight = {false, false, 0, ray.origin};
+// A collision that is real with a probability of sigma_t / rate.
+struct Tentative {
+    uint32_t brick;
+    Vec3 at; // in the brick, in cells
+    Real distance, extinction, rate, probability;
+};
+
+// Calls visit(tentative collision) for those of a flight, until it returns false.
+template <class Visit>
+void for_each_tentative(const Tracer &tracer, const Ray &ray, Real end, Pcg32 &generator, Visit &&visit) {
     const SparseGrid &bricks = tracer.bricks;
-    const Medium &medium = tracer.medium;
-    Real begin = Real(0), end = infinite_distance;
-    end = distance_to_surface(tracer.surfaces, ray, Real(0));
-    flight.stopped = end < infinite_distance;
-    if (!clip(bricks.bounds, ray, begin, end)) return flight;
+    Real begin = Real(0);
+    if (!clip(bricks.bounds, ray, begin, end)) return;
     Real rest = exponential(generator);
-    uint32_t tentative = 0;
+    uint32_t count = 0;
     for_each_brick(bricks, ray, begin, end, [&](uint32_t brick, Real from, Real to) {
         const Real rate = tracer.distribution.rate[brick], inverse_rate = Real(1) / rate;
         const Vec3 start = position_in(bricks, brick, ray.origin), step = ray.direction * bricks.inverse_cell;
@@ -291,22 +311,59 @@ template <class Visit> FlightEnd fly(const Tracer &tracer, const Ray &ray, Pcg32
                 rest -= depth;
                 return true;
             }
-            if (++tentative % asked_after == 0 && !tracer.watch.go_on(asked_after)) return false;
-            if (tentative == max_tentative) {
+            if (++count % asked_after == 0 && !tracer.watch.go_on(asked_after)) return false;
+            if (count == max_tentative) {
                 ++tracer.statistics.photons.capped;
                 return false;
             }
             t += rest * inverse_rate;
             rest = exponential(generator);
-            const Vec3 p = start + step * t;
-            const auto density = [&](const ResampledField &field) { return extinction(field, brick, p); };
-            const Real sigma = sum_of_smokes(medium, density);
-            visit(brick, p, min(sigma * inverse_rate, Real(1)));
-            if (!(unit_half_open<Real>(generator()) * rate < sigma)) continue;
-            flight = {true, false, smoke_at(medium, generator, density), ray.origin + ray.direction * t};
-            return false;
+            const Vec3 at = start + step * t;
+            const Real sigma =
+                sum_of_smokes(tracer.medium, [&](const ResampledField &field) { return extinction(field, brick, at); });
+            if (!visit(Tentative{brick, at, t, sigma, rate, min(sigma * inverse_rate, Real(1))})) return false;
         }
     });
+}
+
+// The smoke that a photon collides with.
+uint32_t smoke_at(const Medium &medium, const Tentative &collision, Pcg32 &generator) {
+    return smoke_at(medium, generator,
+                    [&](const ResampledField &field) { return extinction(field, collision.brick, collision.at); });
+}
+
+// One flight by delta tracking. Calls visit(tentative collision).
+template <class Visit> FlightEnd fly(const Tracer &tracer, const Ray &ray, Pcg32 &generator, Visit &&visit) {
+    const Real end = distance_to_surface(tracer.surfaces, ray, Real(0));
+    FlightEnd flight = {false, end < infinite_distance, 0, ray.origin};
+    for_each_tentative(tracer, ray, end, generator, [&](const Tentative &collision) {
+        visit(collision);
+        if (!(unit_half_open<Real>(generator()) * collision.rate < collision.extinction)) return true;
+        flight = {true, false, smoke_at(tracer.medium, collision, generator),
+                  ray.origin + ray.direction * collision.distance};
+        return false;
+    });
+    return flight;
+}
+
+// The first flight of a photon that starts at a light: it always collides, with the power that does. Each tentative
+// collision takes its probability of what is left, and is chosen in proportion to that. `power`: what is taken, of 1.
+FlightEnd fly_from_light(const Tracer &tracer, const Ray &ray, Pcg32 &generator, Real &power) {
+    // A light may stand on a surface: the flight begins beyond that.
+    const Real begin = tracer.surfaces ? tracer.surfaces->ray_epsilon : Real(0);
+    const Real end = distance_to_surface(tracer.surfaces, ray, begin);
+    FlightEnd flight = {false, end < infinite_distance, 0, ray.origin};
+    constexpr Real least_left = Real(0x1p-20); // less of a photon goes on unseen
+    Real left = Real(1);
+    for_each_tentative(tracer, ray, end, generator, [&](const Tentative &collision) {
+        const Real taken = left * collision.probability;
+        left -= taken;
+        if (unit_half_open<Real>(generator()) * (Real(1) - left) < taken)
+            flight = {true, false, smoke_at(tracer.medium, collision, generator),
+                      ray.origin + ray.direction * collision.distance};
+        return left > least_left;
+    });
+    power = Real(1) - left;
     return flight;
 }
 
@@ -366,51 +423,96 @@ void record_flight(const Tracer &tracer, const Ray &ray, Real end, bool collides
                               {tracer.medium, tracer.statistics.photons.emitted - 1, ray, end, collides, power});
 }
 
-void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t target, Pcg32 &generator, Cursor &cursor) {
+// A photon where its path through the smoke starts.
+struct Start {
+    Color power; // 0: there is none
+    Vec3 direction;
+    FlightEnd collision; // the first; where smoke glows there is none yet
+};
+
+// A photon that starts at a light collides before it counts.
+Start start_at_light(const Tracer &tracer, const PhotonSource &source, const Color &color, uint64_t key,
+                     Pcg32 &generator) {
+    auto &counts = tracer.statistics.photons;
+    const Photon photon = emit(source.emitter, tracer.medium.sphere, photon_event(key, 0));
+    Real taken = Real(0);
+    FlightEnd end = {};
+    if (photon.emitted) end = fly_from_light(tracer, photon.ray, generator, taken);
+    if (!end.collides) {
+        ++(end.stopped ? counts.blocked : counts.escaped);
+        return {Color(Real(0)), {}, {}};
+    }
+    ++counts.collisions;
+    const Color power = color * (taken / source.most_power);
+    if (is_recording(tracer.flights))
+        record_flight(tracer, photon.ray, length(end.position - photon.ray.origin), true, power);
+    return {power, photon.ray.direction, end};
+}
+
+// A photon that starts around a node: where light first collides, or where smoke glows.
+Start start_at_node(const Tracer &tracer, const PhotonSource &source, const Color &color, const Vec3 &node,
+                    Pcg32 &generator) {
+    const Start nowhere = {Color(Real(0)), {}, {}};
+    const SparseGrid &bricks = tracer.bricks;
+    const Box &box = bricks.bounds;
+    Vec3 x;
+    for (int axis = 0; axis < 3; ++axis) // the draws are in a fixed order
+        x[axis] = draw_tent(node[axis], bricks.cell[axis], box.low[axis], box.high[axis], generator);
+    auto &counts = tracer.statistics.photons;
+    const bool glows = source.light >= tracer.depths.light_count;
+    const Real here = glows ? Real(1) : power_between_nodes(tracer, source, x);
+    if (!(here > Real(0))) { // outside of the smoke
+        ++counts.escaped;
+        return nowhere;
+    }
+    Start start = {color * here, {}, {!glows, false, 0, x}};
+    if (glows) {
+        const Phase::Cosine angle = Phase(Real(0)).sample(unit_open<Real>(generator()));
+        const Real turns = unit_half_open<Real>(generator());
+        start.direction = deflect(Vec3(Real(0), Real(0), Real(1)), angle, turns);
+        return start;
+    }
+    const Light &light = tracer.depths.lights[source.light];
+    const Illumination from = illuminate(light, x, x, x);
+    if (light.kind == LightKind::spot && !in_cone(from.direction, light.direction, light.one_minus_cosine)) {
+        ++counts.escaped;
+        return nowhere;
+    }
+    if (is_blocked(tracer.surfaces, x, from)) {
+        ++counts.blocked;
+        return nowhere;
+    }
+    start.direction = from.direction;
+    start.collision.smoke =
+        smoke_at(tracer.medium, generator, [&](const ResampledField &field) { return extinction(field, x); });
+    ++counts.collisions;
+    if (is_recording(tracer.flights)) {
+        const Real reach = light.kind == LightKind::parallel ? length(box.high - box.low) : from.distance;
+        record_flight(tracer, {x - from.direction * reach, from.direction}, reach, true, start.power);
+    }
+    return start;
+}
+
+// `target`: a number below the sum of all weights, which chooses the source and the node.
+void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t target, uint64_t key, Pcg32 &generator,
+                  Cursor &cursor) {
     seek(tracer, target, cursor);
     const SparseGrid &bricks = tracer.bricks;
     const Medium &medium = tracer.medium;
     const PhotonSource &source = tracer.distribution.sources[cursor.entry / bricks.count];
-    const uint32_t brick = static_cast<uint32_t>(cursor.entry % bricks.count);
-    const Vec3 node = node_of(bricks, brick, cursor.node[cursor.next]);
-    const Box &box = bricks.bounds;
-    Ray ray;
-    for (int axis = 0; axis < 3; ++axis) // the draws are in a fixed order
-        ray.origin[axis] = draw_tent(node[axis], bricks.cell[axis], box.low[axis], box.high[axis], generator);
     auto &counts = tracer.statistics.photons;
     ++counts.emitted;
-    const bool glows = source.light >= tracer.depths.light_count;
-    const Real here = glows ? Real(1) : power_between_nodes(tracer, source, ray.origin);
-    if (!(here > Real(0))) { // outside of the smoke
-        ++counts.escaped;
-        return;
-    }
-    Color power = (fluence.channels == 1 ? Color(Real(1)) : source.color / source.max_channel) * here;
-    FlightEnd at = {!glows, false, 0, ray.origin};
-    if (glows) {
-        const Phase::Cosine angle = Phase(Real(0)).sample(unit_open<Real>(generator()));
-        const Real turns = unit_half_open<Real>(generator());
-        ray.direction = deflect(Vec3(Real(0), Real(0), Real(1)), angle, turns);
-    } else {
-        const Light &light = tracer.depths.lights[source.light];
-        const Illumination from = illuminate(light, ray.origin, ray.origin, ray.origin);
-        if (light.kind == LightKind::spot && !in_cone(from.direction, light.direction, light.one_minus_cosine)) {
-            ++counts.escaped;
-            return;
-        }
-        if (is_blocked(tracer.surfaces, ray.origin, from)) {
-            ++counts.blocked;
-            return;
-        }
-        ray.direction = from.direction;
-        at.smoke =
-            smoke_at(medium, generator, [&](const ResampledField &field) { return extinction(field, ray.origin); });
-        ++counts.collisions;
-        if (is_recording(tracer.flights)) {
-            const Real reach = light.kind == LightKind::parallel ? length(box.high - box.low) : from.distance;
-            record_flight(tracer, {ray.origin - ray.direction * reach, ray.direction}, reach, true, power);
-        }
-    }
+    const Color color = fluence.channels == 1 ? Color(Real(1)) : source.color / source.max_channel;
+    const Start start = source.starts_at_light()
+                            ? start_at_light(tracer, source, color, key, generator)
+                            : start_at_node(tracer, source, color,
+                                            node_of(bricks, static_cast<uint32_t>(cursor.entry % bricks.count),
+                                                    cursor.node[cursor.next]),
+                                            generator);
+    if (!(largest(start.power) > Real(0))) return;
+    Color power = start.power;
+    FlightEnd at = start.collision;
+    Ray ray = {at.position, start.direction};
     for (uint32_t number = 0;; ++number) {
         if (at.collides) {
             // The photon survives if xi < q. The comparison is strict: an albedo of 0 never survives, and 1 always
@@ -429,10 +531,11 @@ void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t tar
         }
         const uint64_t capped = counts.capped;
         const SphericalHarmonics halves = fluence.harmonics ? halves_of(ray.direction) : SphericalHarmonics{};
-        at = fly(tracer, ray, generator, [&](uint32_t brick_there, const Vec3 &p, Real probability) {
-            Real part = scale_pow2(probability, tracer.distribution.deposit_shift);
-            if (tracer.eye) part *= (*tracer.eye)(low_of(bricks, brick_there) + p * bricks.cell, ray.direction);
-            deposit(fluence, brick_there, p, power * part, ray.direction, halves);
+        at = fly(tracer, ray, generator, [&](const Tentative &collision) {
+            Real part = scale_pow2(collision.probability, tracer.distribution.deposit_shift);
+            if (tracer.eye)
+                part *= (*tracer.eye)(low_of(bricks, collision.brick) + collision.at * bricks.cell, ray.direction);
+            deposit(fluence, collision.brick, collision.at, power * part, ray.direction, halves);
         });
         if (counts.capped != capped || !tracer.watch.go_on(units_of_flight)) return;
         if (is_recording(tracer.flights))
@@ -491,7 +594,7 @@ Status trace_batches(const PhotonTracing &tracing, const OpticalDepthGrid &depth
             const detail::Wide place = whole_product(width, generator());
             const uint64_t offset =
                 static_cast<uint64_t>(detail::high_word(place)) << 32 | detail::low_word(place) >> 32;
-            trace_photon(tracer, fluence, from + offset, generator, *cursor);
+            trace_photon(tracer, fluence, from + offset, key, generator, *cursor);
             ++photon;
             return fits = counts.stored + counts.emitted <= max_fluence_flights;
         });
@@ -521,14 +624,6 @@ bool make_emission_distribution(const Scene &scene, const Medium &medium, const 
     Real *rate = arena.make<Real>(bricks.count);
     uint64_t *cumulative_weight = arena.make<uint64_t>(uint64_t{source_limit(scene)} * bricks.count + 1);
     if (!sources || !rate || !cumulative_weight) return false;
-    uint32_t &count = distribution.source_count;
-    const auto add = [&](uint32_t light, uint32_t smoke, const Color &color) {
-        if (largest(color) > Real(0)) sources[count++] = {light, smoke, color, largest(color)};
-    };
-    for (uint32_t l = 0; l < depths.light_count; ++l) add(l, 0, depths.lights[l].color);
-    for (uint32_t i = 0; i < medium.count; ++i)
-        if (medium.smokes[i].field.is_resampled) add(depths.light_count, i, emission_of(medium.smokes[i]));
-
     const Vec3 &edge = bricks.lattice.edge;
     const Real min_rate = max(min_collisions_per_brick / largest(edge), Real(1.0 / 32));
     Real densest = Real(0), likeliest = Real(0); // likeliest: the greatest probability that a collision is real
@@ -538,15 +633,39 @@ bool make_emission_distribution(const Scene &scene, const Medium &medium, const 
         densest = max(densest, greatest);
         likeliest = max(likeliest, greatest / rate[b]);
     }
-
     if (likeliest > Real(0))
         while (scale_pow2(likeliest, distribution.deposit_shift) < Real(0.5) && distribution.deposit_shift < 20)
             ++distribution.deposit_shift;
+    if (densest > Real(0))
+        while (scale_pow2(densest, distribution.shift) < Real(0x1p11) && distribution.shift < 31) ++distribution.shift;
+
+    // The longest way of a ray through the smoke, or what one tentative collision stands for.
+    const Real longest = max(length(bricks.bounds.high - bricks.bounds.low), Real(1) / min_rate);
+    const bool is_deep = densest > Real(1) / longest;
+    const Real of_brick = bricks.cell.x * bricks.cell.y * bricks.cell.z * Real(cells_of_brick);
+    uint32_t &count = distribution.source_count;
+    const auto add = [&](uint32_t light, uint32_t smoke, const Color &color) {
+        if (largest(color) > Real(0)) sources[count++] = {light, smoke, color, largest(color), {}, Real(0), Real(0)};
+    };
+    for (uint32_t l = 0; l < depths.light_count; ++l) {
+        const Light &light = depths.lights[l];
+        const uint32_t before = count;
+        add(l, 0, light.color);
+        const Real most_power = is_deep ? Real(1) : densest * longest;
+        if (count == before || !collides_near(medium, light, most_power)) continue;
+        PhotonSource &source = sources[before];
+        source.emitter = make_emitter(light, medium.sphere);
+        source.most_power = most_power;
+        const Real most =
+            is_deep ? scale_pow2(Real(1), distribution.shift) : scale_pow2(densest, distribution.shift) * longest;
+        source.brightness = most / of_brick / Real(static_cast<int32_t>(bricks.count)) * largest(source.emitter.power);
+    }
+    for (uint32_t i = 0; i < medium.count; ++i)
+        if (medium.smokes[i].field.is_resampled) add(depths.light_count, i, emission_of(medium.smokes[i]));
     distribution.sources = sources;
     distribution.rate = rate;
     distribution.cumulative_weight = cumulative_weight;
-    if (densest > Real(0))
-        while (scale_pow2(densest, distribution.shift) < Real(0x1p11) && distribution.shift < 31) ++distribution.shift;
+
     const Sources in = {medium, bricks, depths, distribution};
     watch.expect(uint64_t{count} * bricks.count * units_of_source_brick * 2);
     for (uint32_t s = 0; s < count; ++s)

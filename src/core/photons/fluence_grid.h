@@ -3,10 +3,11 @@
 //
 // Photons start where light first collides with smoke. The resampled densities and the optical depth grid give the
 // density of these collisions at every node, so no photon misses the smoke, and photons are spread evenly over the
-// light. They fly by delta tracking against the largest density of each brick (Woodcock 1965). At every tentative
-// collision, real or not, a photon deposits its power times the probability that the collision is real at the corners
-// of the cell around it (trilinear). So the sums are the power that collides around each node. Divided by the integral
-// of sigma_t times the node's tent, that is the fluence: interpolated, it gives back all collisions (README).
+// light. Photons of a light that stands in the smoke start there, and fly to their first collision. They fly by delta
+// tracking against the largest density of each brick (Woodcock 1965). At every tentative collision, real or not, a
+// photon deposits its power times the probability that the collision is real at the corners of the cell around it
+// (trilinear). So the sums are the power that collides around each node. Divided by the integral of sigma_t times the
+// node's tent, that is the fluence: interpolated, it gives back all collisions (README).
 //
 // Where PhotonNeeds::towards_eye, a deposit is multiplied by 4 pi times the wide part of the phase function from the
 // photon's direction to that of the eye (ForwardPeak). The nodes then hold what the smoke scatters to the eye, times
@@ -14,6 +15,7 @@
 #pragma once
 #include "core/lights/forward_peak.h"
 #include "core/lights/optical_depth_grid.h"
+#include "core/photons/emitter.h"
 #include "core/photons/particle_map.h"
 #include "core/photons/spherical_harmonics.h"
 
@@ -60,6 +62,11 @@ struct PhotonSource {
     uint32_t smoke;   // its index
     Color color;      // per unit of brightness
     Real max_channel; // the largest channel of `color`
+    // Of a light many of whose photons collide close to it: they start at the light. Else emitter.light is nullptr.
+    Emitter emitter;
+    Real most_power; // that collides, of what such a photon sets out with
+    Real brightness; // of such a light, as if what it sends were spread evenly over all bricks
+    bool starts_at_light() const { return emitter.light != nullptr; }
 };
 
 // The distribution of the points where photons start. It depends neither on their number nor on surfaces.

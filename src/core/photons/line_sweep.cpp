@@ -613,12 +613,8 @@ template <class LightOf>
 bool have_room(uint64_t places, uint64_t bricks, const Box &bounds, const Vec3 &cell, int32_t spacing, uint32_t lights,
                LightOf &&light_of) {
     if (places > places_of_brick * bricks) return false;
-    const Vec3 margin(distance_of_lines(cell, spacing) * Real(4));
-    const Box around = {bounds.low - margin, bounds.high + margin};
-    for (uint32_t l = 0; l < lights; ++l) {
-        const Light light = light_of(l);
-        if (has_falloff(light.kind) && is_strictly_inside(around, light.position)) return false;
-    }
+    for (uint32_t l = 0; l < lights; ++l)
+        if (stands_near(light_of(l), bounds, distance_of_lines(cell, spacing) * Real(4))) return false;
     return true;
 }
 

@@ -30,6 +30,15 @@ PhaseSuits phase_suits(const Scene &scene) {
     return {max(g, -g) <= limit, g > limit};
 }
 
+// Whether surfaces reflect rays or let them through, so that smoke is seen from elsewhere than the eye.
+bool sends_rays_on(const Scene &scene) {
+    for (uint32_t i = 0; i < scene.material_count; ++i)
+        if (any_above_zero(scene.materials[i].specular) ||
+            total_order_key(scene.materials[i].transmission) > total_order_key(0.0))
+            return true;
+    return false;
+}
+
 // The largest of 1, 2, 4, 8 cells that is no longer than `step`, or 1.
 int32_t spacing_within(double cell, double step) {
     int32_t spacing = 1;
@@ -67,11 +76,11 @@ void decide_smoke(const Scene &scene, const Settings &settings, Decisions &d) {
         d.photons = !map          ? PhotonStore::photon_map
                     : d.resampled ? PhotonStore::fluence_grid
                                   : PhotonStore::particle_map;
-    if (d.photons == PhotonStore::fluence_grid && !d.surfaces) {
+    if (d.photons == PhotonStore::fluence_grid) {
         const PhaseSuits suits = phase_suits(scene);
-        d.sweeps = suits.lines;
-        d.photon_needs.towards_eye = suits.towards_eye;
-        d.photon_needs.directions = d.photon_needs.directions && !suits.towards_eye;
+        d.sweeps = suits.lines && !d.surfaces;
+        d.photon_needs.towards_eye = suits.towards_eye && !(d.surfaces && sends_rays_on(scene));
+        d.photon_needs.directions = d.photon_needs.directions && !d.photon_needs.towards_eye;
     }
     if (d.goal == Goal::photons) {
         d.light_depths = d.photons == PhotonStore::fluence_grid && d.lights_in_smoke > 0;

@@ -88,7 +88,7 @@ struct EquiAngular {
 
 // At a path's collisions such a light would have an infinite variance: they do not come in proportion to 1 / r^2.
 bool stands_in_smoke(const PathTracer &tracer, const Light &light) {
-    return has_falloff(light.kind) && is_strictly_inside(tracer.medium->bounds, light.position);
+    return stands_near(light, tracer.medium->bounds, Real(0));
 }
 
 // Next-event estimation: an estimate of what a light sends towards the ray's origin after one scattering on the ray's
