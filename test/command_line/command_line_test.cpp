@@ -266,7 +266,8 @@ TEST_CASE("command line: plan says what a scene needs and renders nothing") {
                              "smoke puff.vtk { radius 1 mass 1 phase ";
     const auto kept = [&](const std::string &phase, const std::string &what) {
         test.write("even.aff", even + phase + " }");
-        return test.wisp("plan " + test.file("even.aff")).out.find(", " + what + "\n") != std::string::npos;
+        return test.wisp("plan " + test.file("even.aff") + " --irradiance uniform").out.find(", " + what + "\n") !=
+               std::string::npos;
     };
     CHECK(kept("0", "no flux (isotropic)"));
     CHECK(kept("0.5", "flux and spherical harmonics of directions"));

@@ -15,7 +15,7 @@ struct MapCommandTest : CommandLineTest {
     }
     static std::string scene(const std::string &box = "{ phase 0.3 emission 0.2 0.1 0 }",
                              const std::string &more = "") {
-        return lit("box -1 -1 -1 1 1 1 1.5 " + box + "\nsmoke puff.vtk { radius 0.3 mass 1 extinction 0.02 }",
+        return lit("box -1 -1 -1 1 1 1 0.15 " + box + "\nsmoke puff.vtk { radius 0.3 mass 1 extinction 0.001 }",
                    "render smoke map\nrender photons 65000\n" + more);
     }
     Ran render(const std::string &options) const { return wisp("render " + file("m.aff") + " " + options); }
@@ -147,7 +147,7 @@ TEST_CASE("map command: scenes that need no photons have maps too, with nothing 
     for (const std::string options : {"--photons 0", "--photons 100000"}) {
         test.write("m.aff", MapCommandTest::scene("{ albedo 0 0 0 }\nsmoke box 2 2 2 3 3 3 1 { albedo 0 0 0 }"));
         std::string text = text_of(test.file("m.aff"));
-        text.replace(text.find("extinction 0.02"), 15, "albedo 0 0 0   ");
+        text.replace(text.find("extinction 0.001"), 16, "albedo 0 0 0");
         test.write("m.aff", text);
         CAPTURE(options);
         const Ran out = test.render(options + " --digest --map-out " + test.file("n.map"));
@@ -230,7 +230,7 @@ TEST_CASE("map command: a map that is not this scene's, or not whole, is refused
 
 TEST_CASE("map command: sums that nobody traced do no harm") {
     MapCommandTest test;
-    test.write("resampled.aff", MapCommandTest::lit("box -1 -1 -1 1 1 1 1.5 { phase 0.3 }"));
+    test.write("resampled.aff", MapCommandTest::lit("box -1 -1 -1 1 1 1 0.15 { phase 0.3 }"));
     for (const std::string scene : {"m.aff", "resampled.aff"})
         for (const std::string arithmetic : {"f32", "f64", "fixed"}) {
             const std::string render = "render " + test.file(scene) + " --arith " + arithmetic;

@@ -32,11 +32,11 @@ struct MaxErrorTest : CommandLineTest {
         return std::stod(chosen.substr(chosen.find(about) + about.size())) / 100;
     }
     // The relative RMSE of p.pfm beyond the noise of so many passes.
-    double error(int passes) const {
+    double error(int passes, const std::string &options = "") const {
         // Passes that no choice has.
         const std::string range = "5000000:" + std::to_string(5000000 + passes);
-        REQUIRE(wisp("render " + s() + " -q --reference --passes " + range + " -o " + file("r.pfm") + " --error-out " +
-                     file("e.pfm"))
+        REQUIRE(wisp("render " + s() + " -q --reference --passes " + range + " " + options + " -o " + file("r.pfm") +
+                     " --error-out " + file("e.pfm"))
                     .status == 0);
         const Picture picture = read_pfm(file("p.pfm")), truth = read_pfm(file("r.pfm"));
         Difference difference = compare(picture, truth);
@@ -71,13 +71,20 @@ TEST_CASE("max-error: the choice is the same in all arithmetics") {
     CHECK(test.chosen("--max-error 0.1 --arith fixed") == chosen);
 }
 
-TEST_CASE("max-error: where photons do not tell whence light comes, the reference is chosen") {
+TEST_CASE("max-error: where photons do not tell whence light comes, paths or the reference are chosen") {
     const MaxErrorTest test;
     test.write_box(8, "0.9");
     std::ofstream(test.s(), std::ios::binary | std::ios::app)
-        << "f 0.5 0.5 0.5 1 0 0 0 1\np 3  -1 -2 -1  1 -2 -1  1 2 -1\n";
+        << "f 0.5 0.5 0.5 1 0.5 9 0 1\np 3  -1 -2 -1  1 -2 -1  1 2 -1\n";
+    // Whose fewest paths hardly show how noisy they are.
     const std::string chosen = test.chosen("--max-error 0.06 --size 8x8");
-    CHECK(chosen.find("--reference --passes 0:") != std::string::npos);
+    CHECK(chosen.find("--photons ") != std::string::npos);
+    CHECK(test.estimate(chosen) <= 0.06);
+    CHECK(test.error(600, "--size 8x8") <= 0.06);
+    // No paths are chosen in place of photons where options keep these.
+    const Ran kept =
+        test.wisp("render " + test.s() + " --max-error 0.06 --size 8x8 --density-step 0.5 -o " + test.file("p.pfm"));
+    CHECK(kept.err.find("max-error: by --reference --passes 0:") == 0);
 }
 
 TEST_CASE("max-error: smoke that scatters nothing gets no photons") {

@@ -4,6 +4,7 @@
 #include "host/scene/options.h"
 #include "wisp/scene.h"
 #include "wisp/settings.h"
+#include "wisp/wisp.h"
 
 namespace wisp {
 
@@ -26,6 +27,10 @@ struct PhotonCells {
     double error() const { return largest_error * depth / most; }
 };
 PhotonCells photon_cells(const Scene &scene, const SmokeDensity &density, const Settings &settings);
+
+// What photons err by at most, relative to the picture, where their flux alone says whence light comes that smoke of
+// |g| above 0.577 scatters: beside mirrors and glass, in smoke of several phases, or on particles and samples. Else 0.
+double error_of_flux(const Scene &scene, const Settings &settings, const Plan &plan);
 
 // Whether the phase is so far backward that the flux does not tell whence light comes: it flows both ways.
 bool scatters_far_backward(const Scene &scene);

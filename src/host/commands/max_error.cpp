@@ -195,9 +195,8 @@ double error_of_way(const Scene &scene, const Plan &plan, const Settings &settin
     case Plan::Directions::to_eye: return 0.03;
     case Plan::Directions::flux: break;
     }
-    double most = 0;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) most = std::max(most, std::abs(scene.smokes[i].asymmetry));
-    return most > 0.577 ? 0.2 : 0.04;
+    const double flux = error_of_flux(scene, settings, plan);
+    return flux > 0 ? flux : 0.04;
 }
 
 uint64_t within_photons(double wanted) {
@@ -288,14 +287,19 @@ class Search {
     }
     // Random paths, where these take the place of photons. Nothing where so many do not suffice.
     std::optional<Choice> choose_paths() {
-        photons_ = pixels_.rays();
-        const Pair pair = pixels_.pair(options_, photons_);
-        set_goal(pair);
-        const double rest = goal_ - way_;
-        if (!(rest > 0)) return std::nullopt;
-        const auto paths = static_cast<uint64_t>(std::min(pair.noise() / rest, 0x1p40)) + 1;
-        if (paths > most_paths) return std::nullopt;
-        return choice(0, pair, {pair.noise(), 0, way_}, paths * photons_);
+        uint64_t measured = 0, paths = 1;
+        for (;;) { // few paths hardly show what is rare and bright
+            measured = std::max<uint64_t>(1, paths / 4);
+            photons_ = measured * pixels_.rays();
+            const Pair pair = pixels_.pair(options_, photons_);
+            set_goal(pair);
+            const double rest = goal_ - way_;
+            if (!(rest > 0)) return std::nullopt;
+            const double wanted = pair.noise() / rest * static_cast<double>(measured);
+            paths = static_cast<uint64_t>(std::min(wanted, 0x1p40)) + 1;
+            if (paths > most_paths) return std::nullopt;
+            if (paths <= 4 * measured + 3) return choice(0, pair, {pair.noise(), 0, way_}, paths * pixels_.rays());
+        }
     }
 
     const MeasuredPixels &pixels_;

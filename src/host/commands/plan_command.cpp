@@ -69,7 +69,9 @@ int plan_command(const std::vector<std::string> &arguments) {
     const Settings settings = settings_of(options, prepared);
     const Plan plan = checked_plan(request, prepared.scene, settings);
     check_memory(request, prepared, settings, plan, available_memory());
-    RunWarnings(request).of_frame(request.frames.first, prepared, settings, plan);
+    RunWarnings warnings(request);
+    warnings.of_light(prepared.scene, settings, plan);
+    warnings.of_frame(request.frames.first, prepared, settings, plan);
     const std::string arithmetic = renderer_of(options.arithmetic).name;
     if (!options.map_in.empty())
         saved_map(request, request.frames.first, fingerprint_of_map(request, prepared, settings, plan), plan);

@@ -138,7 +138,7 @@ bool scatters_much(const Scene &scene) {
 
 // Of the options that were given, those that keep wisp from choosing finer cells, or paths in place of photons.
 std::string options_of_cells(const Request &request) {
-    std::string list;
+    std::string list = request.options.method.value_or(Method::map) != Method::map ? "--smoke" : "";
     for (const char *option : {"density-step", "irradiance-step", "irradiance", "deposit", "direction", "estimate",
                                "map-in", "map-out", "batches", "remap"})
         if (std::find(request.given.begin(), request.given.end(), option) != request.given.end())
@@ -149,24 +149,36 @@ std::string options_of_cells(const Request &request) {
 } // namespace
 
 // The limits hold for the random smokes of tools/measure/random_smoke.py.
-void RunWarnings::of_cells(const Scene &scene, const Settings &settings) {
+void RunWarnings::of_light(const Scene &scene, const Settings &settings, const Plan &plan) {
+    if (!plan.photons || !scatters_much(scene)) return;
     if (request_.options.max_error) return; // the error is estimated, and was said
     const PhotonCells cells = photon_cells(scene, density_of(scene), settings);
     const std::string options = options_of_cells(request_);
-    if (scatters_far_backward(scene))
+    const double error_of_cells = settings.method == Method::map && !cells.fit() ? cells.error() : 0;
+    const double of_flux = error_of_flux(scene, settings, plan);
+    const std::string otherwise = options.empty()
+                                      ? "; as many paths instead would be noisier, and --max-error E bounds all errors"
+                                      : "; without " + options + " wisp chooses what errs by less";
+    const auto percent = [](double error) { // rounded up
+        return std::to_string(1 + static_cast<int>(99.99 * std::min(error, 1.0))) + " %";
+    };
+    if (settings.method == Method::map && scatters_far_backward(scene))
         print(
             {"backward", "",
              "light that is scattered more than once is likely 50 % too bright here, or more: where the phase is below "
              "-0.6 photons do not tell whence it comes" +
                  (options.empty() ? "" : "; without " + options + " it is not")});
-    else if (!cells.fit())
+    else if (of_flux > error_of_cells)
+        print({"directions", "",
+               "light that is scattered more than once is likely up to " + percent(of_flux) +
+                   " wrong here: smoke whose phase is above 0.577 scatters it by a mean direction, beside mirrors and "
+                   "glass, in smoke of several phases, and in smoke that is not resampled" +
+                   otherwise});
+    else if (error_of_cells > 0)
         print({"photon cells", "",
-               "light that is scattered more than once is likely up to " +
-                   std::to_string(1 + static_cast<int>(99.99 * std::min(cells.error(), 1.0))) + // rounded up
-                   " % wrong here: photons leave it in places that are up to " + two_digits(cells.depth) +
-                   " mean free paths wide" +
-                   (options.empty() ? "; as many paths instead would be noisier, and --max-error E bounds all errors"
-                                    : "; without " + options + " wisp chooses what errs by less")});
+               "light that is scattered more than once is likely up to " + percent(error_of_cells) +
+                   " wrong here: photons leave it in places that are up to " + two_digits(cells.depth) +
+                   " mean free paths wide" + otherwise});
 }
 
 // Measured against --reference on 34 cases (a ball of 500 particles of extinction 0.3 to 1000, three fixtures;
@@ -199,8 +211,6 @@ void RunWarnings::of_radiances(const Statistics &statistics) {
 void RunWarnings::of_frame(int64_t frame, const PreparedScene &prepared, const Settings &settings, const Plan &plan) {
     for (const Warning &warning : scene_warnings(request_.name, request_.file, request_.options, frame, prepared))
         print(warning);
-    if (plan.photons && scatters_much(prepared.scene) && settings.method == Method::map && settings.paths == 0)
-        of_cells(prepared.scene, settings);
     std::vector<Warning> idle = idle_options(request_, prepared, settings, plan);
     const auto is_old = [this](const Warning &warning) {
         return !idle_ ||

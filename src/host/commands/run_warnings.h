@@ -9,18 +9,17 @@ class RunWarnings {
   public:
     explicit RunWarnings(const Request &request) : request_(request), warnings_(request.options.quiet) {}
 
-    // Of a frame that is to be rendered; also of the light that is scattered more than once, where photons would leave
-    // it in deep places. An option is warned of in the last frame, if no frame before needed it.
+    // Of a frame that is to be rendered. An option is warned of in the last frame, if no frame before needed it.
     void of_frame(int64_t frame, const PreparedScene &prepared, const Settings &settings, const Plan &plan);
-    // Of the light that is scattered more than once, when a frame is done: the nearest photons may be far.
+    // Of the light that is scattered more than once: photons leave it in deep places, or do not tell whence it comes.
+    void of_light(const Scene &scene, const Settings &settings, const Plan &plan);
+    // Of that light, when a frame is done: the nearest photons may be far.
     void of_photons(const Scene &scene, const Settings &settings, const Plan &plan, const Statistics &statistics);
     // Of radiances that fixed point has cut off, when a frame is done.
     void of_radiances(const Statistics &statistics);
     void print(const Warning &warning) { warnings_.print(warning); }
 
   private:
-    void of_cells(const Scene &scene, const Settings &settings);
-
     const Request &request_;
     Warnings warnings_;
     std::optional<std::vector<Warning>> idle_; // options, in all frames so far

@@ -82,7 +82,7 @@ int show_command(const std::vector<std::string> &arguments) {
     check_outputs(request.options, request.frames, request.name);
     SingleFrame frame(request);
     frame.settings.layers = stage.of_layers;
-    frame.make_plan();
+    frame.make_plan(stage.needed == Stage::irradiance);
     const PlanRow &row = frame.plan[stage.needed];
     if (!row.needed)
         throw Error(exit_usage, request.name,

@@ -20,8 +20,9 @@ class SingleFrame {
     void prepare(int64_t frame);
 
     // The core's plan of the settings, which may have been changed; reads the particle map of --map-in. Throws Error
-    // for a plan that cannot be followed, and for one that does not fit in memory.
-    void make_plan();
+    // for a plan that cannot be followed, and for one that does not fit in memory. `shows_light`: that is scattered more
+    // than once, of which there may be warnings.
+    void make_plan(bool shows_light = true);
     // Calls core(job), once or several times. The job has no place yet for the picture. Throws the Error of a core that
     // did not finish.
     void run(const std::function<Status(Job &job)> &core);

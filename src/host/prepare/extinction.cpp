@@ -125,8 +125,8 @@ double lit_square(const GridDescription &grid, int axis, bool against, const dou
             const int32_t offset = against ? count - 1 - i : i, at[3] = {x + offset, y, z};
             const double density = densities[offset];
             if (!(density > 0)) continue;
-            Column &column = columns[static_cast<size_t>(at[v]) * static_cast<size_t>(counts[u]) +
-                                     static_cast<size_t>(at[u])];
+            Column &column =
+                columns[static_cast<size_t>(at[v]) * static_cast<size_t>(counts[u]) + static_cast<size_t>(at[u])];
             if (std::abs(at[axis] - column.last) > 1) column.tau = 0; // nothing lies between
             const double depth = std::min(density * longest, deepest);
             const double deeper = column.tau + std::min(density * edge, deepest);
@@ -164,6 +164,40 @@ std::vector<double> areas_in_cells(const SmokeDescription &smoke, double edge, i
     return areas;
 }
 
+double extinction_around(const SmokeDescription &smoke, const Double3 &x) {
+    const auto from = [&x](const Double3 &p) { return Double3{x.x - p.x, x.y - p.y, x.z - p.z}; };
+    const auto dot = [](const Double3 &a, const Double3 &b) { return a.x * b.x + a.y * b.y + a.z * b.z; };
+    if (!smoke.is_grid()) {
+        double sum = 0;
+        for (uint32_t i = 0; i < smoke.count; ++i) {
+            const Particle &particle = smoke.particles[i];
+            const Double3 d = from(particle.position);
+            const double reach = 2 * particle.h;
+            if (dot(d, d) < reach * reach) sum += particle.area / (4.18879 * cube(reach)); // 4 / 3 pi
+        }
+        return sum;
+    }
+    const GridDescription &grid = smoke.grid;
+    const Double3 d = from(grid.center);
+    const double half[3] = {grid.half.x, grid.half.y, grid.half.z};
+    const int32_t counts[3] = {grid.nx, grid.ny, grid.nz};
+    int32_t at[3]; // the sample at x
+    for (int k = 0; k < 3; ++k) {
+        const double part = dot(d, grid.axis[k]) / half[k]; // -1 to 1
+        if (!(std::abs(part) <= 1)) return 0;
+        at[k] = static_cast<int32_t>(0.5 * (part + 1) * counts[k]);
+    }
+    double densest = grid.density ? 0 : 1;
+    const auto run = [&](int32_t first, int32_t y, int32_t z, const float *densities, int32_t count) {
+        if (std::abs(y - at[1]) <= 1 && std::abs(z - at[2]) <= 1)
+            for (int32_t i = std::max(0, at[0] - 1 - first); i < std::min(count, at[0] + 2 - first); ++i)
+                densest = std::max(densest, static_cast<double>(densities[i]));
+        return true;
+    };
+    if (grid.density) for_each_run(grid, run);
+    return densest * grid.extinction;
+}
+
 SmokeDensity density_of(const Scene &scene) {
     SmokeDensity density = {};
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
@@ -179,6 +213,10 @@ SmokeDensity density_of(const Scene &scene) {
         const double length = smoke.grid.density ? longest_element(smoke) : density.length; // cells are of samples
         density.greatest_depth = std::max(density.greatest_depth, extinction.greatest * length);
         density.deepest_element = std::max(density.deepest_element, extinction.greatest * longest_element(smoke));
+        for (uint32_t l = 0; l < scene.light_count; ++l)
+            if (scene.lights[l].kind == LightKind::point || scene.lights[l].kind == LightKind::spot)
+                density.depth_at_lights =
+                    std::max(density.depth_at_lights, extinction_around(smoke, scene.lights[l].position) * length);
         if (smoke.grid.density) density.depth_where_lit = std::max(density.depth_where_lit, lit_depth(smoke.grid));
     }
     return density;

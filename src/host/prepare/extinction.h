@@ -17,8 +17,12 @@ struct SmokeDensity {
     double greatest_depth;  // about: of one such length where a smoke is densest; of a density grid, of a sample's edge
     double deepest_element; // about: the depth of a smoothing length of its own, or of a sample's longest edge
     double depth_where_lit; // of density grids: the greatest lit_depth()
+    double depth_at_lights; // about: as greatest_depth, around the point lights and spots that stand in smoke
 };
 SmokeDensity density_of(const Scene &scene);
+
+// Of a density grid the greatest extinction next to x, of particles the mean in a ball that is as large as theirs.
+double extinction_around(const SmokeDescription &smoke, const Double3 &x);
 
 // Of a density grid: the depth of a sample's longest edge where diffuse light goes out that enters from one of its six
 // sides. It is the root mean square over that light, of the side where it is the greatest. Of diffuse light
