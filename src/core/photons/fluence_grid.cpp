@@ -332,38 +332,34 @@ uint32_t smoke_at(const Medium &medium, const Tentative &collision, Pcg32 &gener
                     [&](const ResampledField &field) { return extinction(field, collision.brick, collision.at); });
 }
 
-// One flight by delta tracking. Calls visit(tentative collision).
-template <class Visit> FlightEnd fly(const Tracer &tracer, const Ray &ray, Pcg32 &generator, Visit &&visit) {
-    const Real end = distance_to_surface(tracer.surfaces, ray, Real(0));
+// One flight. Calls visit(tentative collision). By delta tracking; or, where `left` is given, from a light: of all of a
+// photon each collision takes its probability of what is left, and the flight ends at one that is chosen in proportion
+// to that.
+template <class Visit>
+FlightEnd fly(const Tracer &tracer, const Ray &ray, Pcg32 &generator, Real *left, Visit &&visit) {
+    constexpr Real least_left = Real(0x1p-20); // less of a photon goes on unseen
+    // A light may stand on a surface: its photons begin beyond that.
+    const Real begin = left && tracer.surfaces ? tracer.surfaces->ray_epsilon : Real(0);
+    const Real end = distance_to_surface(tracer.surfaces, ray, begin);
     FlightEnd flight = {false, end < infinite_distance, 0, ray.origin};
     for_each_tentative(tracer, ray, end, generator, [&](const Tentative &collision) {
         visit(collision);
-        if (!(unit_half_open<Real>(generator()) * collision.rate < collision.extinction)) return true;
-        flight = {true, false, smoke_at(tracer.medium, collision, generator),
-                  ray.origin + ray.direction * collision.distance};
-        return false;
-    });
-    return flight;
-}
-
-// The first flight of a photon that starts at a light: it always collides, with the power that does. Each tentative
-// collision takes its probability of what is left, and is chosen in proportion to that. `power`: what is taken, of 1.
-FlightEnd fly_from_light(const Tracer &tracer, const Ray &ray, Pcg32 &generator, Real &power) {
-    // A light may stand on a surface: the flight begins beyond that.
-    const Real begin = tracer.surfaces ? tracer.surfaces->ray_epsilon : Real(0);
-    const Real end = distance_to_surface(tracer.surfaces, ray, begin);
-    FlightEnd flight = {false, end < infinite_distance, 0, ray.origin};
-    constexpr Real least_left = Real(0x1p-20); // less of a photon goes on unseen
-    Real left = Real(1);
-    for_each_tentative(tracer, ray, end, generator, [&](const Tentative &collision) {
-        const Real taken = left * collision.probability;
-        left -= taken;
-        if (unit_half_open<Real>(generator()) * (Real(1) - left) < taken)
+        const Real xi = unit_half_open<Real>(generator());
+        bool collides, goes_on;
+        if (left) {
+            const Real taken = *left * collision.probability;
+            *left -= taken;
+            collides = xi * (Real(1) - *left) < taken;
+            goes_on = *left > least_left;
+        } else {
+            collides = xi * collision.rate < collision.extinction;
+            goes_on = !collides;
+        }
+        if (collides)
             flight = {true, false, smoke_at(tracer.medium, collision, generator),
                       ray.origin + ray.direction * collision.distance};
-        return left > least_left;
+        return goes_on;
     });
-    power = Real(1) - left;
     return flight;
 }
 
@@ -423,30 +419,17 @@ void record_flight(const Tracer &tracer, const Ray &ray, Real end, bool collides
                               {tracer.medium, tracer.statistics.photons.emitted - 1, ray, end, collides, power});
 }
 
-// A photon where its path through the smoke starts.
+// A photon where its path starts.
 struct Start {
     Color power; // 0: there is none
     Vec3 direction;
-    FlightEnd collision; // the first; where smoke glows there is none yet
+    FlightEnd collision; // the first; from where smoke glows, or from a light, there is none yet
 };
 
-// A photon that starts at a light collides before it counts.
-Start start_at_light(const Tracer &tracer, const PhotonSource &source, const Color &color, uint64_t key,
-                     Pcg32 &generator) {
-    auto &counts = tracer.statistics.photons;
+Start start_at_light(const Tracer &tracer, const PhotonSource &source, const Color &color, uint64_t key) {
     const Photon photon = emit(source.emitter, tracer.medium.sphere, photon_event(key, 0));
-    Real taken = Real(0);
-    FlightEnd end = {};
-    if (photon.emitted) end = fly_from_light(tracer, photon.ray, generator, taken);
-    if (!end.collides) {
-        ++(end.stopped ? counts.blocked : counts.escaped);
-        return {Color(Real(0)), {}, {}};
-    }
-    ++counts.collisions;
-    const Color power = color * (taken / source.most_power);
-    if (is_recording(tracer.flights))
-        record_flight(tracer, photon.ray, length(end.position - photon.ray.origin), true, power);
-    return {power, photon.ray.direction, end};
+    if (!photon.emitted) ++tracer.statistics.photons.escaped;
+    return {photon.emitted ? color : Color(Real(0)), photon.ray.direction, {false, false, 0, photon.ray.origin}};
 }
 
 // A photon that starts around a node: where light first collides, or where smoke glows.
@@ -503,12 +486,12 @@ void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t tar
     auto &counts = tracer.statistics.photons;
     ++counts.emitted;
     const Color color = fluence.channels == 1 ? Color(Real(1)) : source.color / source.max_channel;
-    const Start start = source.starts_at_light()
-                            ? start_at_light(tracer, source, color, key, generator)
-                            : start_at_node(tracer, source, color,
-                                            node_of(bricks, static_cast<uint32_t>(cursor.entry % bricks.count),
-                                                    cursor.node[cursor.next]),
-                                            generator);
+    bool from_light = source.starts_at_light(); // and has not collided yet
+    const Start start = from_light ? start_at_light(tracer, source, color, key)
+                                   : start_at_node(tracer, source, color,
+                                                   node_of(bricks, static_cast<uint32_t>(cursor.entry % bricks.count),
+                                                           cursor.node[cursor.next]),
+                                                   generator);
     if (!(largest(start.power) > Real(0))) return;
     Color power = start.power;
     FlightEnd at = start.collision;
@@ -531,13 +514,16 @@ void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t tar
         }
         const uint64_t capped = counts.capped;
         const SphericalHarmonics halves = fluence.harmonics ? halves_of(ray.direction) : SphericalHarmonics{};
-        at = fly(tracer, ray, generator, [&](const Tentative &collision) {
+        Real left = Real(1);
+        at = fly(tracer, ray, generator, from_light ? &left : nullptr, [&](const Tentative &collision) {
+            if (from_light) return; // its light is single scattering
             Real part = scale_pow2(collision.probability, tracer.distribution.deposit_shift);
             if (tracer.eye)
                 part *= (*tracer.eye)(low_of(bricks, collision.brick) + collision.at * bricks.cell, ray.direction);
             deposit(fluence, collision.brick, collision.at, power * part, ray.direction, halves);
         });
         if (counts.capped != capped || !tracer.watch.go_on(units_of_flight)) return;
+        if (from_light) power = power * ((Real(1) - left) / source.most_power);
         if (is_recording(tracer.flights))
             record_flight(tracer, ray,
                           at.collides ? length(at.position - ray.origin)
@@ -548,7 +534,8 @@ void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t tar
             return;
         }
         ++counts.collisions;
-        ++counts.stored;
+        if (!from_light) ++counts.stored;
+        from_light = false;
         if (number == max_collisions) {
             ++counts.capped;
             return;
