@@ -62,14 +62,14 @@ Real irradiance_at(const Light &light, Real brightness, const Vec3 &x, const Vec
     return brightness / distance / distance;
 }
 
-// Whether a light stands in smoke, or less than a cell from it, and more than about 1/64 of its photons collide within
-// 2 cells. There its light varies within a cell. `most`: at least the probability that one collides.
+// Whether a light stands in smoke, or less than half a cell from it, and more than about 1/64 of its photons collide
+// within 2 cells. There its light varies within a cell. `most`: at least the probability that one collides.
 bool collides_near(const Medium &medium, const Light &light, Real most) {
     const Vec3 &cell = medium.bricks->cell;
-    if (!stands_near(light, medium.bricks->bounds, largest(cell))) return false;
     Real densest = Real(0);
-    for (int32_t k = 0; k < 27; ++k) { // at the light, and a cell from it
-        const Vec3 x = light.position + Vec3(Real(k % 3 - 1), Real(k / 3 % 3 - 1), Real(k / 9 - 1)) * cell;
+    for (int32_t corner = 0; has_falloff(light.kind) && corner < 8; ++corner) { // of a cell around the light
+        const Vec3 side(Real(corner & 1), Real(corner >> 1 & 1), Real(corner >> 2));
+        const Vec3 x = light.position + (side - Vec3(Real(0.5))) * cell;
         densest =
             max(densest, sum_of_smokes(medium, [&x](const ResampledField &field) { return extinction(field, x); }));
     }
@@ -643,9 +643,8 @@ bool make_emission_distribution(const Scene &scene, const Medium &medium, const 
         PhotonSource &source = sources[before];
         source.emitter = make_emitter(light, medium.sphere);
         source.most_power = most_power;
-        const Real most =
-            is_deep ? scale_pow2(Real(1), distribution.shift) : scale_pow2(densest, distribution.shift) * longest;
-        source.brightness = most / of_brick / Real(static_cast<int32_t>(bricks.count)) * largest(source.emitter.power);
+        source.brightness = scale_pow2(most_power, distribution.shift) / of_brick /
+                            Real(static_cast<int32_t>(bricks.count)) * largest(source.emitter.power);
     }
     for (uint32_t i = 0; i < medium.count; ++i)
         if (medium.smokes[i].field.is_resampled) add(depths.light_count, i, emission_of(medium.smokes[i]));
