@@ -332,25 +332,25 @@ uint32_t smoke_at(const Medium &medium, const Tentative &collision, Pcg32 &gener
                     [&](const ResampledField &field) { return extinction(field, collision.brick, collision.at); });
 }
 
-// One flight. Calls visit(tentative collision). By delta tracking; or, where `left` is given, from a light: of all of a
-// photon each collision takes its probability of what is left, and the flight ends at one that is chosen in proportion
-// to that.
+// One flight. Calls visit(tentative collision). By delta tracking; or, where `taken` is given, from a light: of all of
+// a photon each collision takes its probability of what is left, and the flight ends at one that is chosen in
+// proportion to that.
 template <class Visit>
-FlightEnd fly(const Tracer &tracer, const Ray &ray, Pcg32 &generator, Real *left, Visit &&visit) {
+FlightEnd fly(const Tracer &tracer, const Ray &ray, Pcg32 &generator, Real *taken, Visit &&visit) {
     constexpr Real least_left = Real(0x1p-20); // less of a photon goes on unseen
     // A light may stand on a surface: its photons begin beyond that.
-    const Real begin = left && tracer.surfaces ? tracer.surfaces->ray_epsilon : Real(0);
+    const Real begin = taken && tracer.surfaces ? tracer.surfaces->ray_epsilon : Real(0);
     const Real end = distance_to_surface(tracer.surfaces, ray, begin);
     FlightEnd flight = {false, end < infinite_distance, 0, ray.origin};
     for_each_tentative(tracer, ray, end, generator, [&](const Tentative &collision) {
         visit(collision);
         const Real xi = unit_half_open<Real>(generator());
         bool collides, goes_on;
-        if (left) {
-            const Real taken = *left * collision.probability;
-            *left -= taken;
-            collides = xi * (Real(1) - *left) < taken;
-            goes_on = *left > least_left;
+        if (taken) {
+            const Real here = (Real(1) - *taken) * collision.probability;
+            *taken += here;
+            collides = xi * *taken < here;
+            goes_on = Real(1) - *taken > least_left;
         } else {
             collides = xi * collision.rate < collision.extinction;
             goes_on = !collides;
@@ -514,8 +514,8 @@ void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t tar
         }
         const uint64_t capped = counts.capped;
         const SphericalHarmonics halves = fluence.harmonics ? halves_of(ray.direction) : SphericalHarmonics{};
-        Real left = Real(1);
-        at = fly(tracer, ray, generator, from_light ? &left : nullptr, [&](const Tentative &collision) {
+        Real taken = Real(0);
+        at = fly(tracer, ray, generator, from_light ? &taken : nullptr, [&](const Tentative &collision) {
             if (from_light) return; // its light is single scattering
             Real part = scale_pow2(collision.probability, tracer.distribution.deposit_shift);
             if (tracer.eye)
@@ -523,7 +523,7 @@ void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t tar
             deposit(fluence, collision.brick, collision.at, power * part, ray.direction, halves);
         });
         if (counts.capped != capped || !tracer.watch.go_on(units_of_flight)) return;
-        if (from_light) power = power * ((Real(1) - left) / source.most_power);
+        if (from_light) power = power * (taken / source.most_power);
         if (is_recording(tracer.flights))
             record_flight(tracer, ray,
                           at.collides ? length(at.position - ray.origin)
