@@ -455,9 +455,8 @@ TEST_CASE(
 TEST_CASE("dense smoke: the one element of a box is warned of where it holds all light") {
     DenseSmokeTest test;
     test.write("s.aff", test.box(10, 0.9, ""));
-    const Ran ran = test.wisp("render " + test.s() + " -o " + test.file("p.pfm") +
-                              " --density-step 0 --smoke map "
-                              "--photons 1000");
+    const std::string options = " --density-step 0 --smoke map --photons 1000";
+    const Ran ran = test.wisp("render " + test.s() + " -o " + test.file("p.pfm") + options);
     CHECK(ran.err.find("without --density-step wisp chooses what errs by less") != std::string::npos);
 }
 

@@ -230,7 +230,7 @@ TEST_CASE("map command: a map that is not this scene's, or not whole, is refused
 
 TEST_CASE("map command: sums that nobody traced do no harm") {
     MapCommandTest test;
-    test.write("resampled.aff", MapCommandTest::lit("box -1 -1 -1 1 1 1 0.15 { phase 0.3 }"));
+    test.write("resampled.aff", MapCommandTest::lit("box -1 -1 -1 1 1 1 1.5 { phase 0.3 }"));
     for (const std::string scene : {"m.aff", "resampled.aff"})
         for (const std::string arithmetic : {"f32", "f64", "fixed"}) {
             const std::string render = "render " + test.file(scene) + " --arith " + arithmetic;

@@ -9,7 +9,7 @@ namespace {
 
 struct Table : CommandLineTest {
     Table() {
-        write("p.aff", lit("puff.vtk { radius 0.3 mass 1 extinction 0.001 phase 0.3 }"));
+        write("p.aff", lit("puff.vtk { radius 0.3 mass 1 extinction 0.02 phase 0.3 }"));
         write("b.aff",
               lit("box -1 -1 -1 1 1 1 0.15 { phase 0.3 emission 0.2 0.1 0 }\nsmoke puff.vtk { radius 0.3 mass 1 "
                   "extinction 0.001 }"));

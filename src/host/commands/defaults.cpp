@@ -40,13 +40,23 @@ constexpr double max_depth_of_soft_photon_cell = 2;
 // The same of particles and samples that keep their power themselves.
 constexpr double max_depth_of_element = 0.4;
 
-// The same around a light in the smoke, whose light varies within them: one that lights grids of 12 x 12 x 12 samples,
-// a box or a plume alone errs by 2 to 11 % where they are 0.25 to 0.5 deep, and by 4 to 30 % at 1.
+// The same around a light in the smoke, whose light varies within them. One that lights a grid of 12 x 12 x 12 samples
+// alone errs by 1 to 2 % where cells are 0.25 deep, by 2 to 5 % at 0.5, and by 9 to 12 % at 1 (README of photons).
 constexpr double max_depth_of_cell_at_light = 0.35;
 
 // Below this phase the flux of photons gives too much light: 1.5 times as much that is scattered more than once at
 // -0.8, 5 times at -0.95.
 constexpr double least_asymmetry_of_photons = -0.6;
+
+// Above this |g| moments of order 0 to 3 do not tell whence light comes (spherical_harmonics.h).
+constexpr double max_asymmetry_of_moments = 0.577;
+
+double greatest_asymmetry(const Scene &scene) {
+    double most = 0;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i)
+        if (!scene.smokes[i].empty()) most = std::max(most, std::abs(scene.smokes[i].asymmetry));
+    return most;
+}
 
 bool has_samples(const Scene &scene) {
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
@@ -140,9 +150,14 @@ double noise_of_paths(uint32_t paths, const Settings &settings) {
     return 1 / std::sqrt(static_cast<double>(paths) * settings.samples);
 }
 
+// How wide the cells of photons are, in smoothing lengths or edges of samples.
+double photon_step(const Scene &scene, const Settings &settings) {
+    return settings.density_step > 0 && can_resample(scene) ? settings.irradiance_step : 1;
+}
+
 // The cells of photons, wherever lights stand.
 PhotonCells cells_of_smoke(const Scene &scene, const SmokeDensity &density, const Settings &settings) {
-    const double step = settings.density_step > 0 && can_resample(scene) ? settings.irradiance_step : 1;
+    const double step = photon_step(scene, settings);
     const double lit = density.depth_where_lit * step;
     if (keeps_samples(scene) && lit <= max_depth_of_lit_photon_cell) return {lit, max_depth_of_lit_photon_cell, 0.03};
     bool hard = false;
@@ -178,16 +193,14 @@ uint32_t paths_for(uint64_t photons, uint64_t rays) {
 }
 
 // Measured on a box, particles and samples, lit from behind, from the side and from the front: 20, 31, 43, 60 and 100 %
-// at most for g = 0.6, 0.7, 0.8, 0.9 and 0.95; half of that lit otherwise.
+// at most for g = 0.6, 0.7, 0.8, 0.9 and 0.95.
 double error_of_flux(const Scene &scene, const Settings &settings, const Plan &plan) {
     const bool flux =
         plan.photon_directions == Plan::Directions::flux || plan.photon_directions == Plan::Directions::harmonics;
     const bool every_step = settings.method != Method::map && settings.irradiance == IrradianceMap::none;
     if (!plan.photons || !flux || every_step) return 0; // photons have all their directions there
-    double most = 0;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i)
-        if (!scene.smokes[i].empty()) most = std::max(most, std::abs(scene.smokes[i].asymmetry));
-    return most > 0.577 ? std::min(0.1 / (1 - most), 1.0) : 0;
+    const double most = greatest_asymmetry(scene);
+    return most > max_asymmetry_of_moments ? std::min(0.1 / (1 - most), 1.0) : 0;
 }
 
 bool scatters_far_backward(const Scene &scene) {
@@ -201,8 +214,8 @@ PhotonCells photon_cells(const Scene &scene, const SmokeDensity &density, const 
     if (settings.irradiance == IrradianceMap::none || (settings.method == Method::map && !resampled))
         return {density.deepest_element, max_depth_of_element, 0.1};
     const PhotonCells cells = cells_of_smoke(scene, density, settings);
-    const double of_light = density.depth_at_lights * (resampled ? settings.irradiance_step : 1);
-    const PhotonCells at_lights = {of_light, max_depth_of_cell_at_light, 0.03};
+    const PhotonCells at_lights = {density.depth_at_lights * photon_step(scene, settings), max_depth_of_cell_at_light,
+                                   0.03};
     return cells.error() < at_lights.error() ? at_lights : cells;
 }
 
@@ -248,7 +261,8 @@ void choose_defaults(const Options &options, const Scene &scene, uint32_t paths,
     if (asked_for || on_particles || maps || settings.goal != Goal::picture || settings.photons == 0) return;
     const bool fits =
         fit_photon_cells(options, scene, density, paths, free, settings) &&
-        error_of_flux(scene, settings, f64::renderer.plan(scene, settings)) < noise_of_paths(paths, settings);
+        (!(greatest_asymmetry(scene) > max_asymmetry_of_moments) ||
+         error_of_flux(scene, settings, f64::renderer.plan(scene, settings)) < noise_of_paths(paths, settings));
     const bool lacks_directions = needs_directions && in_bricks && settings.density_step == 0;
     if (free && (lacks_directions || (!options.irradiance_step && (!fits || scatters_far_backward(scene)))))
         settings.paths = paths;

@@ -151,10 +151,11 @@ std::string options_of_cells(const Request &request) {
 // The limits hold for the random smokes of tools/measure/random_smoke.py.
 void RunWarnings::of_light(const Scene &scene, const Settings &settings, const Plan &plan) {
     if (!plan.photons || !scatters_much(scene)) return;
-    if (request_.options.max_error) return; // the error is estimated, and was said
-    const PhotonCells cells = photon_cells(scene, density_of(scene), settings);
+    if (request_.options.max_error) return;          // the error is estimated, and was said
+    const bool map = settings.method == Method::map; // of_photons() warns of the others' light
+    const PhotonCells cells = map ? photon_cells(scene, density_of(scene), settings) : PhotonCells{0, 1, 0};
+    const double error_of_cells = cells.fit() ? 0 : cells.error();
     const std::string options = options_of_cells(request_);
-    const double error_of_cells = settings.method == Method::map && !cells.fit() ? cells.error() : 0;
     const double of_flux = error_of_flux(scene, settings, plan);
     const std::string otherwise = options.empty()
                                       ? "; as many paths instead would be noisier, and --max-error E bounds all errors"
@@ -162,7 +163,7 @@ void RunWarnings::of_light(const Scene &scene, const Settings &settings, const P
     const auto percent = [](double error) { // rounded up
         return std::to_string(1 + static_cast<int>(99.99 * std::min(error, 1.0))) + " %";
     };
-    if (settings.method == Method::map && scatters_far_backward(scene))
+    if (map && scatters_far_backward(scene))
         print(
             {"backward", "",
              "light that is scattered more than once is likely 50 % too bright here, or more: where the phase is below "

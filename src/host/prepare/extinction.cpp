@@ -1,5 +1,7 @@
 #include "host/prepare/extinction.h"
 #include "core/smoke/grid_samples.h"
+#include "host/base/double3_algebra.h"
+#include "host/prepare/core_units.h"
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -164,21 +166,22 @@ std::vector<double> areas_in_cells(const SmokeDescription &smoke, double edge, i
     return areas;
 }
 
+namespace {
+
+// Of a density grid the greatest extinction next to x, of particles the mean in a ball that is as large as theirs.
 double extinction_around(const SmokeDescription &smoke, const Double3 &x) {
-    const auto from = [&x](const Double3 &p) { return Double3{x.x - p.x, x.y - p.y, x.z - p.z}; };
-    const auto dot = [](const Double3 &a, const Double3 &b) { return a.x * b.x + a.y * b.y + a.z * b.z; };
     if (!smoke.is_grid()) {
         double sum = 0;
         for (uint32_t i = 0; i < smoke.count; ++i) {
             const Particle &particle = smoke.particles[i];
-            const Double3 d = from(particle.position);
+            const Double3 d = x - particle.position;
             const double reach = 2 * particle.h;
             if (dot(d, d) < reach * reach) sum += particle.area / (4.18879 * cube(reach)); // 4 / 3 pi
         }
         return sum;
     }
     const GridDescription &grid = smoke.grid;
-    const Double3 d = from(grid.center);
+    const Double3 d = x - grid.center;
     const double half[3] = {grid.half.x, grid.half.y, grid.half.z};
     const int32_t counts[3] = {grid.nx, grid.ny, grid.nz};
     int32_t at[3]; // the sample at x
@@ -198,6 +201,24 @@ double extinction_around(const SmokeDescription &smoke, const Double3 &x) {
     return densest * grid.extinction;
 }
 
+// The greatest extinction around a point light or spot. Most lights stand outside of the smoke.
+double extinction_at_lights(const Scene &scene, const SmokeDescription &smoke) {
+    const SmokeExtent extent = extent_of(smoke.particles, smoke.count, smoke);
+    const double reach = 2 * extent.largest_h;
+    const auto reaches = [reach](double x, double low, double high) { return x > low - reach && x < high + reach; };
+    double greatest = 0;
+    for (uint32_t l = 0; l < scene.light_count; ++l) {
+        const Double3 &x = scene.lights[l].position;
+        const bool falls_off = scene.lights[l].kind == LightKind::point || scene.lights[l].kind == LightKind::spot;
+        if (falls_off && reaches(x.x, extent.low.x, extent.high.x) && reaches(x.y, extent.low.y, extent.high.y) &&
+            reaches(x.z, extent.low.z, extent.high.z))
+            greatest = std::max(greatest, extinction_around(smoke, x));
+    }
+    return greatest;
+}
+
+} // namespace
+
 SmokeDensity density_of(const Scene &scene) {
     SmokeDensity density = {};
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
@@ -213,10 +234,7 @@ SmokeDensity density_of(const Scene &scene) {
         const double length = smoke.grid.density ? longest_element(smoke) : density.length; // cells are of samples
         density.greatest_depth = std::max(density.greatest_depth, extinction.greatest * length);
         density.deepest_element = std::max(density.deepest_element, extinction.greatest * longest_element(smoke));
-        for (uint32_t l = 0; l < scene.light_count; ++l)
-            if (scene.lights[l].kind == LightKind::point || scene.lights[l].kind == LightKind::spot)
-                density.depth_at_lights =
-                    std::max(density.depth_at_lights, extinction_around(smoke, scene.lights[l].position) * length);
+        density.depth_at_lights = std::max(density.depth_at_lights, extinction_at_lights(scene, smoke) * length);
         if (smoke.grid.density) density.depth_where_lit = std::max(density.depth_where_lit, lit_depth(smoke.grid));
     }
     return density;

@@ -21,9 +21,6 @@ struct SmokeDensity {
 };
 SmokeDensity density_of(const Scene &scene);
 
-// Of a density grid the greatest extinction next to x, of particles the mean in a ball that is as large as theirs.
-double extinction_around(const SmokeDescription &smoke, const Double3 &x);
-
 // Of a density grid: the depth of a sample's longest edge where diffuse light goes out that enters from one of its six
 // sides. It is the root mean square over that light, of the side where it is the greatest. Of diffuse light
 // 1 / (1 + 3/4 tau) gets through an optical depth tau (Schuster's two streams; albedo 1, even phase). Behind an empty

@@ -86,3 +86,48 @@ TEST_CASE("extinction: a soft ball is lit where it is thin, a hollow one on its 
     const double hollow = lit_depth(ball([&](double r) { return r < 0.3 ? 0 : soft(r); }).grid);
     CHECK(hollow > 1.1 * lit_depth(ball(soft).grid));
 }
+
+TEST_CASE("extinction: around lights that stand in smoke, and no others") {
+    const auto depth_at = [](const SmokeDescription &smoke, const Double3 &place, LightKind kind = LightKind::point) {
+        const LightSource light = {kind, place, {0, 0, -1}, 0.1, {1, 1, 1}};
+        Scene scene = {};
+        scene.smokes = &smoke;
+        scene.smoke_count = 1;
+        scene.lights = &light;
+        scene.light_count = 1;
+        return density_of(scene).depth_at_lights;
+    };
+    // A sample of 5 in a row, turned by a quarter about z: x of the grid is y of the scene.
+    TestGrid row(6, 1, 1, {0, 0, 5, 0, 0, 0});
+    SmokeDescription smoke = {};
+    row.grid.axis[0] = {0, 1, 0}, row.grid.axis[1] = {-1, 0, 0}, row.grid.axis[2] = {0, 0, 1};
+    row.grid.center = {10, 0, 0};
+    row.grid.extinction = 2;
+    smoke.grid = row.grid;
+    smoke.smallest_h = smoke.largest_h = 1;
+    smoke.total_area = 10;
+    CHECK(depth_at(smoke, {10, -0.5, 0}) == 10); // in it
+    CHECK(depth_at(smoke, {10.4, 0.5, 0.4}) == 10);
+    CHECK(depth_at(smoke, {10, -1.9, 0}, LightKind::spot) == 10); // next to it
+    CHECK(depth_at(smoke, {10, 1.1, 0}) == 0);                    // two from it
+    CHECK(depth_at(smoke, {10, -0.5, 0.6}) == 0);                 // beside the grid
+    CHECK(depth_at(smoke, {9, -0.5, 0}) == 0);
+    CHECK(depth_at(smoke, {10, -0.5, 0}, LightKind::parallel) == 0);
+    CHECK(depth_at(smoke, {10, -0.5, 0}, LightKind::constant) == 0);
+    // A box is as dense anywhere; lengths are a twentieth of its shortest edge.
+    smoke.grid.density = nullptr;
+    smoke.grid.nx = smoke.grid.ny = smoke.grid.nz = 1;
+    smoke.smallest_h = smoke.largest_h = 0.05;
+    CHECK(depth_at(smoke, {10, 2.9, 0}) == doctest::Approx(2 * 0.05));
+    CHECK(depth_at(smoke, {10, 3.1, 0}) == 0);
+    // Of 100 particles all areas in the ball of two smoothing lengths, relative to its volume.
+    const std::vector<Particle> particles(100, {{1, 2, 3}, 0.5, 0.02});
+    smoke = {};
+    smoke.particles = particles.data();
+    smoke.count = 100;
+    smoke.smallest_h = smoke.largest_h = 0.5;
+    smoke.total_area = 2;
+    const double mean = 2 / (4.0 / 3 * 3.14159265358979) * 0.5;
+    CHECK(depth_at(smoke, {1, 2.9, 3}) == doctest::Approx(mean));
+    CHECK(depth_at(smoke, {1, 3.1, 3}) == 0);
+}
