@@ -86,14 +86,14 @@ size_t count(const std::string &text, const std::string &word) {
 
 TEST_CASE("command line: an inspected pixel is that of the picture, to the bit") {
     const CommandLineTest test;
-    const std::string wake = "wake.aff --frames 2 --size 16x12 --spp 2 --photons 2000 ",
+    const std::string wake = "wake.aff --frames 2 --size 16x12 --spp 2 --photons 2000 --density-step 1 --light-step 2 ",
                       surfaces = "surfaces.aff --size 16x12 --spp 3 ", smoke = "small.aff --size 16x12 --photons 2000 ";
     for (const std::string &scene :
          {wake + "--arith f32", wake + "--arith f64", wake + "--arith fixed",
-          wake + "--smoke direct --irradiance none --shadows lie", wake + "--crop 2,1,14,11",
-          surfaces + "--frames 3 --arith fixed", surfaces + "--frames 2 --lights cuts --shadows cache",
-          smoke + "--smoke volume", smoke + "--irradiance none --arith fixed",
-          smoke + "--exposure 2 --irradiance adaptive --arith f64",
+          std::string("wake.aff --frames 2 --size 16x12 --smoke direct --photons 2000 --irradiance none --shadows lie"),
+          wake + "--crop 2,1,14,11", surfaces + "--frames 3 --arith fixed",
+          surfaces + "--frames 2 --lights cuts --shadows cache", smoke + "--smoke volume",
+          smoke + "--irradiance none --arith fixed", smoke + "--exposure 2 --irradiance adaptive --arith f64",
           std::string("grid.aff --size 16x12 --photons 2000 --arith fixed"),
           std::string("glow.aff --size 16x12 --photons 2000 --arith f64")}) {
         const std::string command = "fixtures/" + scene + " ";
