@@ -30,8 +30,9 @@ uint64_t most_brick_bytes(const Scene &scene) {
 }
 
 // Photons leave their power at points that far apart, in smoothing lengths. The deepest of their cells may have this
-// optical depth: then the light that is scattered more than once errs by 3 % at most at hard faces (README of photons).
-constexpr double max_depth_of_photon_cell = 0.7;
+// optical depth at hard faces: then the light that is scattered more than once errs by 5 % at most there, and the
+// picture by 2 % (README of photons).
+constexpr double max_depth_of_photon_cell = 0.7, max_error_at_faces = 0.09;
 // The same where diffuse light enters the samples of a density grid, which may be thin there and deep inside. Grids of
 // a hundred samples across err by 1 to 1.5 %, of ten by 2 % (even phase) to 3 % (g = 0.5).
 constexpr double max_depth_of_lit_photon_cell = 0.35;
@@ -162,7 +163,9 @@ PhotonCells cells_of_smoke(const Scene &scene, const SmokeDensity &density, cons
     if (keeps_samples(scene) && lit <= max_depth_of_lit_photon_cell) return {lit, max_depth_of_lit_photon_cell, 0.03};
     bool hard = false;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) hard |= scene.smokes[i].is_grid();
-    return {density.greatest_depth * step, hard ? max_depth_of_photon_cell : max_depth_of_soft_photon_cell, 0.03};
+    const double depth = density.greatest_depth * step;
+    if (hard) return {depth, max_depth_of_photon_cell, max_error_at_faces};
+    return {depth, max_depth_of_soft_photon_cell, 0.03};
 }
 
 // Makes the cells of photons finer where they are too deep, or the eye is among them. Returns whether photons then err

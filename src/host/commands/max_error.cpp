@@ -15,8 +15,8 @@ namespace {
 
 // Pixels that are measured, about, and the share of the error asked for that their estimate may take: they are few.
 constexpr double measured_pixels = 600, safe_share = 0.85;
-// The same for the reference, a few of whose samples are so bright that an estimate may miss them.
-constexpr double safe_share_of_reference = 0.7;
+// The same for random paths, a few of which are so bright that an estimate may miss them.
+constexpr double safe_share_of_paths = 0.7;
 constexpr uint64_t fewest_photons = uint64_t{1} << 12, first_photons = uint64_t{1} << 16,
                    most_photons = uint64_t{1} << 24;
 constexpr uint64_t most_paths = uint64_t{1} << 14;
@@ -232,7 +232,7 @@ class Search {
         if (settings_.paths > 0) return choose_paths();
         photons_ = options_.photons;
         Pair pair = pixels_.pair(options_, photons_);
-        set_goal(pair);
+        set_goal(pair, settings_);
         if (!(goal_ > 0)) return Choice{options_, 0, pair.seconds}; // a black picture
         if (goal_ - way_ < least_for_noise * goal_) return std::nullopt;
         if (random_) {
@@ -248,7 +248,9 @@ class Search {
                 const double factor = of < level ? error_of_coarse : error_of_fine;
                 const Errors errors = {of_pair.noise(), factor * factor * change, way_};
                 const std::optional<uint64_t> photons = enough_photons(errors, photons_, goal_);
-                if (photons) return choice(of, of_pair, errors, *photons);
+                if (!photons) continue;
+                if (of == 0 && settings_for(*photons).paths > 0) return choose_paths(); // in place of so many photons
+                return choice(of, of_pair, errors, *photons);
             }
             const Options finer = at_level(level + 1, options_, settings_);
             if (level == finest_level || !fits(finer)) return std::nullopt;
@@ -258,13 +260,18 @@ class Search {
     }
 
   private:
-    void set_goal(const Pair &pair) {
+    Settings settings_for(uint64_t photons) const {
+        Options options = options_;
+        options.photons = photons;
+        return pixels_.settings_of(options);
+    }
+    void set_goal(const Pair &pair, const Settings &settings) {
         mean_ = mean_of(pair.a);
-        const double asked = safe_share * *options_.max_error * mean_;
+        const double asked = (settings.paths > 0 ? safe_share_of_paths : safe_share) * *options_.max_error * mean_;
         goal_ = asked * asked;
         if (!random_) return;
         const Values once = pixels_.without_photons(options_);
-        const double share = error_of_way(pixels_.scene(), pixels_.plan_of(settings_), settings_);
+        const double share = error_of_way(pixels_.scene(), pixels_.plan_of(settings), settings);
         way_ = share * share * mean_product(pair.a, once, pair.a, once);
     }
     bool fits(const Options &options) const {
@@ -287,16 +294,18 @@ class Search {
     }
     // Random paths, where these take the place of photons. Nothing where so many do not suffice.
     std::optional<Choice> choose_paths() {
-        uint64_t measured = 0, paths = 1;
+        uint64_t fewest = 1; // fewer are noisier than photons, which err by what pairs do not show
+        while (settings_for(fewest * pixels_.rays()).paths == 0) fewest *= 2;
+        uint64_t measured = 0, paths = fewest;
         for (;;) { // few paths hardly show what is rare and bright
-            measured = std::max<uint64_t>(1, paths / 4);
+            measured = std::max(fewest, paths / 4);
             photons_ = measured * pixels_.rays();
             const Pair pair = pixels_.pair(options_, photons_);
-            set_goal(pair);
+            set_goal(pair, settings_for(photons_));
             const double rest = goal_ - way_;
             if (!(rest > 0)) return std::nullopt;
             const double wanted = pair.noise() / rest * static_cast<double>(measured);
-            paths = static_cast<uint64_t>(std::min(wanted, 0x1p40)) + 1;
+            paths = std::max(fewest, static_cast<uint64_t>(std::min(wanted, 0x1p40)) + 1);
             if (paths > most_paths) return std::nullopt;
             if (paths <= 4 * measured + 3) return choice(0, pair, {pair.noise(), 0, way_}, paths * pixels_.rays());
         }
@@ -370,7 +379,7 @@ void choose_for_error(Request &request) {
         options = choice->options;
         return;
     }
-    const Choice choice = choose_passes(pixels, options, safe_share_of_reference * *options.max_error);
+    const Choice choice = choose_passes(pixels, options, safe_share_of_paths * *options.max_error);
     say("by --reference --passes 0:" + std::to_string(choice.options.passes->last) + ": errs by about " +
         percent(choice.error) + "; a frame takes about " + two_digits(choice.seconds) + " s");
     options = choice.options;
