@@ -104,7 +104,7 @@ TEST_CASE("dense smoke: light that grazes a hard face, or stands close to it") {
             CHECK(test.mean("--photons 0 --arith " + std::string(arithmetic)) == doctest::Approx(fine).epsilon(0.01));
         }
         const double reference = test.mean("--spp 4 --reference --passes 0:64");
-        CHECK(std::fabs(test.mean("--spp 4 --photons 200000") / reference - 1) < 0.09);
+        CHECK(std::fabs(test.mean("--spp 4 --photons 50000") / reference - 1) < 0.09);
     }
 }
 

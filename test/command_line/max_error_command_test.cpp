@@ -56,7 +56,7 @@ TEST_CASE("max-error: the picture errs by no more than is asked for, and by no l
         const std::string chosen = test.chosen("--max-error " + std::to_string(asked));
         CAPTURE(chosen);
         CHECK(test.estimate(chosen) <= asked);
-        const double error = test.error(600);
+        const double error = test.error(300);
         CHECK(error <= asked);
         CHECK(error >= asked / 4);
     }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>
+#include <type_traits>
 
 using namespace wisp;
 using namespace wisp::WISP_ARITH;
@@ -66,7 +67,7 @@ TEST_CASE(WISP_ARITH_NAME ": the particle map is as bright as the reference") {
         Scene scene = scene_of(smoke, lights);
         scene.camera = look_at_origin(12, 5, 4);
         double noise;
-        const std::vector<float> truth = reference_of(scene, 4, 200, noise);
+        const std::vector<float> truth = reference_of(scene, 4, std::is_same_v<Real, float> ? 200 : 100, noise);
         Settings settings = map_settings(4, 20000);
         const Rendered map = render_in_memory(scene, settings);
         REQUIRE(map.status == Status::done);

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <doctest/doctest.h>
 #include <initializer_list>
+#include <type_traits>
 
 using namespace wisp;
 using namespace wisp::WISP_ARITH;
@@ -69,8 +70,8 @@ size_t render_frames(std::vector<Frame> &frames, GuardedBlock &block, size_t siz
     return peak;
 }
 
-// Whole in exactly the bytes that are planned; then with less and less, and whole again after each. The result is how
-// many times an allocation has failed.
+// Whole in exactly the bytes that are planned; then with less and less, and whole again after each, in f64 and fixed
+// after every fourth. The result is how many times an allocation has failed.
 size_t check(std::vector<Frame> frames) {
     size_t planned = 0;
     for (Frame &frame : frames) planned = std::max<size_t>(planned, frame.job.plan().arena_bytes);
@@ -84,12 +85,13 @@ size_t check(std::vector<Frame> frames) {
     size_t all = 0, failed = 0;
     size_t peak = render_frames(frames, block, planned, failed);
     CHECK(failed == 0);
-    while (peak > 0) {
+    for (int shortage = 0; peak > 0; ++shortage) {
         CAPTURE(peak);
         failed = 0;
         peak = render_frames(frames, block, peak - 1, failed);
         CHECK(failed > 0);
         all += failed;
+        if (!std::is_same_v<Real, float> && shortage % 4 != 0) continue;
         failed = 0;
         render_frames(frames, block, planned, failed);
         CHECK(failed == 0);
