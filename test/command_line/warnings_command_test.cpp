@@ -60,6 +60,51 @@ TEST_CASE("warnings: an option that does nothing says why, one that does somethi
     }
 }
 
+TEST_CASE("warnings: an option that is said to do nothing changes no bit") {
+    WarningCommandTest test;
+    test.write("g.vol", CommandLineTest::volume(2, 2, 2, 1, 1, 1, {1, 2, 0, 1, 2, 0, 0, 1}));
+    test.write("q.vtk", CommandLineTest::puff(40));
+    const std::string view = "v from 0 0 6 at 0 0 0 up 0 1 0 angle 40 hither 0.01 resolution 6 6\nlp 3 4 3 40 40 40\n";
+    const std::string samples = view + "smoke g.vol { extinction 2 albedo .9 .9 .9 ", box = "smoke box -1 -1 -1 1 1 1 ";
+    int idle = 0;
+    for (const std::string &scene :
+         {samples + "}\n", samples + "transform 1 1 1 0 1 1 35 0 0 0 }\n", view + box + "2 { albedo .9 .9 .9 }\n",
+          view + "smoke q.vtk { radius 0.5 mass 1 extinction 0.5 albedo .9 .9 .9 phase 0.3 }\n",
+          view + "f .5 .5 .5 1 0 1 0 1\np 3 -5 -2 -5 5 -2 -5 0 -2 5\n" + box + "2 { albedo .9 .9 .9 }\n"})
+        for (const std::string base : {"", "--smoke map ", "--photons 0 ", "--irradiance none ", "--smoke direct "})
+            for (const std::string option :
+                 {"density-step 0.6", "irradiance-step 0.7", "light-step 0.8", "step 0.3", "gather 20", "deposit path",
+                  "deposit kernel", "direction mean", "shadows trace", "lights cuts", "seed 7"}) {
+                test.write("s.aff", scene);
+                CAPTURE(scene);
+                CAPTURE(base);
+                CAPTURE(option);
+                const std::string without = test.s() + " --photons 500 " + base, with = without + "--" + option;
+                const std::string name = option.substr(0, option.find(' '));
+                const Ran plan = test.wisp("plan " + with);
+                if (plan.err.find("option '" + name + "' does nothing here") == std::string::npos) continue;
+                ++idle;
+                CHECK(test.wisp("render -q --digest " + with).out == test.wisp("render -q --digest " + without).out);
+            }
+    CHECK(idle > 100);
+}
+
+TEST_CASE("warnings: cells that a density grid does not have are taken for those that it has") {
+    WarningCommandTest test;
+    test.write("g.vol", CommandLineTest::volume(2, 2, 2, 1, 1, 1, {1, 2, 0, 1, 2, 0, 0, 1}));
+    test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 40 hither 0.01 resolution 6 6\nlp 3 4 3 40 40 40\n"
+                        "smoke g.vol { extinction 2 albedo .9 .9 .9 }\n");
+    const auto taken = [](const std::string &found, const std::string &cell) {
+        return "wisp: warning: option 'density-step': found " + found + ", taken for " + cell +
+               ": the cells of a density grid are 1 or 0.5 samples\n";
+    };
+    CHECK(test.warned("--photons 0 --density-step 0.25") == taken("0.25", "0.5"));
+    CHECK(test.warned("--photons 0 --density-step 3") == taken("3", "1"));
+    CHECK(test.warned("--photons 0 --density-step 0.5") == "");
+    CHECK(test.wisp("plan " + test.s() + " -q --photons 0 --density-step 0.25").out.find(", --density-step 0.5\n") !=
+          std::string::npos);
+}
+
 TEST_CASE("warnings: an option that one frame of several needs is silent") {
     WarningCommandTest test;
     const std::string none = "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 0 float\n\n";

@@ -31,6 +31,10 @@ inline bool keeps_samples(const Scene &scene) {
     return smoke && smoke->grid.density;
 }
 
+// Cells between two samples of such a grid, where cells of `lengths` samples are asked for. A trilinear field that is
+// resampled at whole fractions of its own cells loses nothing.
+inline int32_t subdivision_for(double lengths) { return total_order_key(lengths) > total_order_key(0.75) ? 1 : 2; }
+
 // Whether the scene's smoke can be resampled: it consists of particles, or it is an aligned grid.
 inline bool can_resample(const Scene &scene) {
     bool particles = true;

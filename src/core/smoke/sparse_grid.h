@@ -6,7 +6,6 @@
 // the spacing is 1, 2, 4 or 8: (8 / spacing + 1)^3 nodes a brick, x fastest.
 #pragma once
 #include "core/geometry/lattice.h"
-#include "core/numbers/double_bits.h"
 #include "wisp/arena.h"
 #include "wisp/scene.h"
 
@@ -49,9 +48,6 @@ Real smallest_smoothing_length(const Scene &scene);
 // are two exceptions. If all smoke is one density grid that is not rotated, the cells are those between its samples, or
 // halves of them. If it is one box of constant density, the cells are shrunk until a whole number fits the box.
 SparseGrid make_sparse_grid(const Scene &scene, double lengths, Arena &arena, Watch watch = {});
-
-// SparseGrid::subdivision. A trilinear field that is resampled at whole fractions of its own cells loses nothing.
-constexpr int32_t subdivision_for(double lengths) { return total_order_key(lengths) > total_order_key(0.75) ? 1 : 2; }
 
 struct SparseGridPlan {
     uint64_t count;   // an upper bound of the number of bricks

@@ -71,7 +71,7 @@ bool has_samples(const Scene &scene) {
 // its time. Photons that leave their light two samples apart err by 2.7 % there, one sample apart by 1.3 %.
 void choose_spacings(const Options &options, const Scene &scene, double finest, Settings &settings) {
     const bool kept = settings.density_step > 0 && can_resample(scene), samples = kept && keeps_samples(scene);
-    const double cell = settings.density_step > 0 ? settings.density_step : finest;
+    const double cell = kept ? settings.density_step : finest;
     settings.light_step = options.light_step.value_or(kept ? cell : 0);
     const double step = samples ? std::min(cell, finest) : 2 * cell;
     settings.step = options.step.value_or(kept && settings.method == Method::map ? step : 0.5);
@@ -151,9 +151,10 @@ double noise_of_paths(uint32_t paths, const Settings &settings) {
     return 1 / std::sqrt(static_cast<double>(paths) * settings.samples);
 }
 
-// How wide the cells of photons are, in smoothing lengths or edges of samples.
+// How wide the cells of photons are at most, in smoothing lengths or edges of samples.
 double photon_step(const Scene &scene, const Settings &settings) {
-    return settings.density_step > 0 && can_resample(scene) ? settings.irradiance_step : 1;
+    if (settings.density_step <= 0 || !can_resample(scene)) return 1;
+    return std::max(settings.irradiance_step, cell_of_bricks(scene, settings));
 }
 
 // The cells of photons, wherever lights stand.
@@ -190,6 +191,11 @@ bool fit_photon_cells(const Options &options, const Scene &scene, const SmokeDen
 }
 
 } // namespace
+
+double cell_of_bricks(const Scene &scene, const Settings &settings) {
+    if (!keeps_samples(scene)) return settings.density_step;
+    return 1.0 / subdivision_for(settings.density_step);
+}
 
 uint32_t paths_for(uint64_t photons, uint64_t rays) {
     return static_cast<uint32_t>(std::clamp<uint64_t>(photons / rays, 1, 1 << 20));
@@ -234,9 +240,9 @@ void choose_defaults(const Options &options, const Scene &scene, uint32_t paths,
     if (settings.method == Method::volume && options.density_step == 0.0)
         throw Error(exit_usage, "option 'density-step': found 0, expected cells with --smoke volume");
     // A particle map on particles needs their exact densities.
+    const bool power_on_particles = settings.photons > 0 && (options.deposit || options.direction == Direction::mean);
     const bool on_particles =
-        settings.method == Method::map && (nearest || options.deposit || options.direction == Direction::mean ||
-                                           settings.irradiance == IrradianceMap::none);
+        settings.method == Method::map && (nearest || power_on_particles || settings.irradiance == IrradianceMap::none);
     if (on_particles && options.density_step.value_or(0) > 0)
         throw Error(exit_usage, "option 'density-step': found resampled smoke, expected 0 with --deposit, --direction "
                                 "mean, --estimate knn or --irradiance none of --smoke map");
@@ -249,11 +255,11 @@ void choose_defaults(const Options &options, const Scene &scene, uint32_t paths,
     // Cells of 0.55 smoothing lengths, and smaller ones in smoke that is deep within them.
     const SmokeDensity density = density_of(scene);
     const double finest = resamples ? 0.55 * std::clamp(0.14 / density.mean_depth, 0.4, 1.0) : 0.55;
-    settings.density_step =
-        options.density_step.value_or(settings.method == Method::direct || on_particles ? 0 : finest);
-    if (!options.density_step && own_samples_suffice(options, scene, density, settings)) settings.density_step = 1;
+    const std::optional<double> asked_step = resamples ? options.density_step : std::nullopt;
+    settings.density_step = asked_step.value_or(settings.method == Method::direct || on_particles ? 0 : finest);
+    if (!asked_step && own_samples_suffice(options, scene, density, settings)) settings.density_step = 1;
     choose_spacings(options, scene, finest, settings);
-    const bool free = !options.density_step && !options.irradiance; // to choose other bricks, or none
+    const bool free = !asked_step && !options.irradiance; // to choose other bricks, or none
     const bool in_bricks = settings.density_step > 0;
     if (free && settings.method == Method::map && !(needs_directions && maps))
         shrink_bricks(options, scene, density, settings);

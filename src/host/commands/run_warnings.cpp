@@ -1,3 +1,4 @@
+#include "core/smoke/resampling.h"
 #include "host/base/text.h"
 #include "host/commands/defaults.h"
 #include "host/commands/run_warnings.h"
@@ -102,6 +103,11 @@ std::vector<Warning> idle_options(const Request &request, const PreparedScene &p
         const Reason reason = idle.of(option);
         if (!reason.empty())
             warnings.push_back({"option " + option, "", "option '" + option + "' does nothing here: " + reason});
+        const double cell = cell_of_bricks(prepared.scene, settings);
+        if (option == "density-step" && plan.bricks > 0 && cell != settings.density_step)
+            warnings.push_back({"option " + option, "",
+                                "option 'density-step': found " + six_digits(settings.density_step) + ", taken for " +
+                                    six_digits(cell) + ": the cells of a density grid are 1 or 0.5 samples"});
     }
     return warnings;
 }
@@ -137,11 +143,12 @@ bool scatters_much(const Scene &scene) {
 }
 
 // Of the options that were given, those that keep wisp from choosing finer cells, or paths in place of photons.
-std::string options_of_cells(const Request &request) {
+std::string options_of_cells(const Request &request, const Scene &scene) {
     std::string list = request.options.method.value_or(Method::map) != Method::map ? "--smoke" : "";
     for (const char *option : {"density-step", "irradiance-step", "irradiance", "deposit", "direction", "estimate",
                                "map-in", "map-out", "batches", "remap"})
-        if (std::find(request.given.begin(), request.given.end(), option) != request.given.end())
+        if (std::find(request.given.begin(), request.given.end(), option) != request.given.end() &&
+            (can_resample(scene) || option != std::string("density-step")))
             list += (list.empty() ? "--" : ", --") + std::string(option);
     return list;
 }
@@ -155,7 +162,7 @@ void RunWarnings::of_light(const Scene &scene, const Settings &settings, const P
     const bool map = settings.method == Method::map; // of_photons() warns of the others' light
     const PhotonCells cells = map ? photon_cells(scene, density_of(scene), settings) : PhotonCells{0, 1, 0};
     const double error_of_cells = cells.fit() ? 0 : cells.error();
-    const std::string options = options_of_cells(request_);
+    const std::string options = options_of_cells(request_, scene);
     const double of_flux = error_of_flux(scene, settings, plan);
     const std::string otherwise = options.empty()
                                       ? "; as many paths instead would be noisier, and --max-error E bounds all errors"
