@@ -4,11 +4,12 @@
 using namespace wisp;
 
 TEST_CASE_FIXTURE(CommandLineTest, "a file of smoke by itself is rendered, by the scene that --write-scene leaves") {
-    write("g.vol", volume(3, 4, 2, 1, 1, 1, std::vector<float>(24, 0.5f)));
+    write("g.vol", volume(18, 24, 12, 1, 1, 1, std::vector<float>(5184, 0.5f)));
     for (const std::string name : {"puff.vtk", "g.vol"}) {
         const std::string more = " --photons 2000 --size 24x16 --digest --write-scene ";
         const Ran alone = wisp("render " + file(name) + " -o " + file("a.pfm") + more + file("chosen.aff"));
         CHECK(alone.status == 0);
+        CAPTURE(alone.err);
         CHECK(alone.err.empty());
         const Ran scene =
             wisp("render " + file("chosen.aff") + " -o " + file("b.pfm") + " --photons 2000 --size 24x16");

@@ -357,7 +357,7 @@ TEST_CASE(
                                 std::to_string(extinction) + "\n albedo 0.95 0.95 0.95\n}\n");
     };
     scene(2);
-    CHECK(test.wisp("plan " + test.s() + " -q --density-step 0.75 --step 0.125").out.find(", --density-step 0.75\n") !=
+    CHECK(test.wisp("plan " + test.s() + " -q --density-step 0.75 --step 0.125").out.find(", --density-step 0.5\n") !=
           std::string::npos);
     CHECK(test.wisp("plan " + test.s() + " -q --step 0.125").out.find("through the smoke, --step 0.125\n") !=
           std::string::npos);
