@@ -87,7 +87,7 @@ TEST_CASE("max-error: where photons do not tell whence light comes, paths or the
     CHECK(kept.err.find("max-error: by --reference --passes 0:") == 0);
 }
 
-TEST_CASE("max-error: few paths are not mistaken for photons, whose cells err by what seeds do not show") {
+TEST_CASE("max-error: photons are not mistaken for few paths: their cells err by what seeds do not show") {
     const MaxErrorTest test;
     test.write_box(100, "0", " albedo 0.5 0.5 0.5\n");
     const std::string chosen = test.chosen("--max-error 0.1 --size 12x12");

@@ -52,7 +52,7 @@ GridSpacing grid_spacing(const Scene &scene, const Settings &settings) {
     const double density = can_resample(scene) ? settings.density_step : 0;
     double cell = density;
     if (total_order_key(density) > 0) {
-        if (keeps_samples(scene)) cell = subdivision_for(density) == 1 ? 1 : 0.5;
+        cell = cell_of_bricks(scene, density);
     } else {
         cell = settings.light_step;
         const bool light = total_order_key(cell) > 0,

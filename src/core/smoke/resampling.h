@@ -35,6 +35,13 @@ inline bool keeps_samples(const Scene &scene) {
 // resampled at whole fractions of its own cells loses nothing.
 inline int32_t subdivision_for(double lengths) { return total_order_key(lengths) > total_order_key(0.75) ? 1 : 2; }
 
+// The edge of the sparse grid's cells, in smoothing lengths or edges of samples, where `lengths` are asked for: those
+// of a density grid are whole or half samples.
+inline double cell_of_bricks(const Scene &scene, double lengths) {
+    if (!keeps_samples(scene)) return lengths;
+    return subdivision_for(lengths) == 1 ? 1 : 0.5;
+}
+
 // Whether the scene's smoke can be resampled: it consists of particles, or it is an aligned grid.
 inline bool can_resample(const Scene &scene) {
     bool particles = true;

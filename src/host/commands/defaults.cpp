@@ -30,8 +30,8 @@ uint64_t most_brick_bytes(const Scene &scene) {
 }
 
 // Photons leave their power at points that far apart, in smoothing lengths. The deepest of their cells may have this
-// optical depth at hard faces: then the light that is scattered more than once errs by 5 % at most there, and the
-// picture by 2 % (README of photons).
+// optical depth at hard faces: then the light that is scattered more than once erred by 5 % at most there, and the
+// picture by 2 %. Deeper cells erred by up to 1/8 of their depth, which is 9 % of 0.7 (README of photons).
 constexpr double max_depth_of_photon_cell = 0.7, max_error_at_faces = 0.09;
 // The same where diffuse light enters the samples of a density grid, which may be thin there and deep inside. Grids of
 // a hundred samples across err by 1 to 1.5 %, of ten by 2 % (even phase) to 3 % (g = 0.5).
@@ -65,12 +65,16 @@ bool has_samples(const Scene &scene) {
     return false;
 }
 
+bool is_resampled(const Scene &scene, const Settings &settings) {
+    return settings.density_step > 0 && can_resample(scene);
+}
+
 // The spacings of fields over bricks of these cells, or of `finest` where densities are exact; and the steps. Samples
 // of grids differ more from one to the next than sums of particles: in steps of one sample single scattering of the
 // density grid of the benchmarks errs by 0.39 % where there is smoke, in steps of half a sample by 0.07 %, for 8 % of
 // its time. Photons that leave their light two samples apart err by 2.7 % there, one sample apart by 1.3 %.
 void choose_spacings(const Options &options, const Scene &scene, double finest, Settings &settings) {
-    const bool kept = settings.density_step > 0 && can_resample(scene), samples = kept && keeps_samples(scene);
+    const bool kept = is_resampled(scene, settings), samples = kept && keeps_samples(scene);
     const double cell = kept ? settings.density_step : finest;
     settings.light_step = options.light_step.value_or(kept ? cell : 0);
     const double step = samples ? std::min(cell, finest) : 2 * cell;
@@ -140,8 +144,7 @@ void shrink_bricks(const Options &options, const Scene &scene, const SmokeDensit
 // With cells of photons as fine as those of the bricks, where they are not given and --memory has room.
 Settings with_finest_photon_cells(const Options &options, const Scene &scene, const Settings &settings) {
     Settings finest = settings;
-    if (!options.irradiance_step && settings.density_step > 0 && can_resample(scene))
-        finest.irradiance_step = settings.density_step;
+    if (!options.irradiance_step && is_resampled(scene, settings)) finest.irradiance_step = settings.density_step;
     return fits_in_memory(options, scene, finest) ? finest : settings;
 }
 
@@ -153,8 +156,8 @@ double noise_of_paths(uint32_t paths, const Settings &settings) {
 
 // How wide the cells of photons are at most, in smoothing lengths or edges of samples.
 double photon_step(const Scene &scene, const Settings &settings) {
-    if (settings.density_step <= 0 || !can_resample(scene)) return 1;
-    return std::max(settings.irradiance_step, cell_of_bricks(scene, settings));
+    if (!is_resampled(scene, settings)) return 1;
+    return std::max(settings.irradiance_step, cell_of_bricks(scene, settings.density_step));
 }
 
 // The cells of photons, wherever lights stand.
@@ -192,11 +195,6 @@ bool fit_photon_cells(const Options &options, const Scene &scene, const SmokeDen
 
 } // namespace
 
-double cell_of_bricks(const Scene &scene, const Settings &settings) {
-    if (!keeps_samples(scene)) return settings.density_step;
-    return 1.0 / subdivision_for(settings.density_step);
-}
-
 uint32_t paths_for(uint64_t photons, uint64_t rays) {
     return static_cast<uint32_t>(std::clamp<uint64_t>(photons / rays, 1, 1 << 20));
 }
@@ -219,8 +217,8 @@ bool scatters_far_backward(const Scene &scene) {
 }
 
 PhotonCells photon_cells(const Scene &scene, const SmokeDensity &density, const Settings &settings) {
-    const bool resampled = settings.density_step > 0 && can_resample(scene);
-    if (settings.irradiance == IrradianceMap::none || (settings.method == Method::map && !resampled))
+    if (settings.irradiance == IrradianceMap::none ||
+        (settings.method == Method::map && !is_resampled(scene, settings)))
         return {density.deepest_element, max_depth_of_element, 0.1};
     const PhotonCells cells = cells_of_smoke(scene, density, settings);
     const PhotonCells at_lights = {density.depth_at_lights * photon_step(scene, settings), max_depth_of_cell_at_light,

@@ -17,10 +17,6 @@ uint32_t paths_for(uint64_t photons, uint64_t rays);
 // each other.
 void choose_defaults(const Options &options, const Scene &scene, uint32_t paths, Settings &settings);
 
-// How wide the cells of bricks are, in smoothing lengths or edges of samples: those of a density grid are whole or half
-// samples, whatever is asked for.
-double cell_of_bricks(const Scene &scene, const Settings &settings);
-
 // The places where photons leave the light that is scattered more than once: the deepest one, as an optical depth, and
 // how deep it may be for that light to err by `largest_error` at most: 3 %, at hard faces 9 %, on particles and samples
 // that keep their power 10 %.

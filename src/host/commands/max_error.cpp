@@ -270,9 +270,9 @@ class Search {
         const double asked = (settings.paths > 0 ? safe_share_of_paths : safe_share) * *options_.max_error * mean_;
         goal_ = asked * asked;
         if (!random_) return;
-        const Values once = pixels_.without_photons(options_);
+        if (once_.empty()) once_ = pixels_.without_photons(options_);
         const double share = error_of_way(pixels_.scene(), pixels_.plan_of(settings), settings);
-        way_ = share * share * mean_product(pair.a, once, pair.a, once);
+        way_ = share * share * mean_product(pair.a, once_, pair.a, once_);
     }
     bool fits(const Options &options) const {
         const Plan plan = pixels_.plan_of(pixels_.settings_of(options));
@@ -316,6 +316,7 @@ class Search {
     const Settings settings_;
     const bool random_;                    // there are photons, or paths in their place
     uint64_t photons_ = 0;                 // of the pairs
+    Values once_;                          // the light that is scattered once at most
     double mean_ = 0, goal_ = 0, way_ = 0; // the error asked for, and error_of_way(), as mean squares
 };
 
@@ -359,7 +360,7 @@ void check_max_error(const Request &request, bool makes_picture) {
                     "option 'max-error' belongs to render: what it chooses is found by rendering, and said there");
     for (const char *other : {"photons", "reference", "passes", "smoke", "map-in", "map-out", "batches", "remap",
                               "estimate", "deposit", "direction", "irradiance"})
-        if (std::find(request.given.begin(), request.given.end(), other) != request.given.end())
+        if (is_given(request, other))
             throw Error(exit_usage,
                         std::string("option '") + other + "' does not go with --max-error, which chooses it");
 }

@@ -1,6 +1,6 @@
 #include "host/commands/plan_lines.h"
 #include "core/smoke/grid_samples.h"
-#include "host/commands/defaults.h"
+#include "core/smoke/resampling.h"
 #include "host/scene/shadow_words.h"
 
 namespace wisp {
@@ -28,7 +28,7 @@ class RowText {
         case Stage::bricks:
             return plan_.bricks > 0
                        ? density() + " resampled to " + number(plan_.bricks) + " bricks of 8 x 8 x 8 cells" +
-                             step("density-step", cell_of_bricks(scene_, settings_))
+                             step("density-step", cell_of_bricks(scene_, settings_.density_step))
                        : std::string();
         case Stage::light_depths: return "at most; around smoke" + step("light-step", settings_.light_step);
         case Stage::photons: return photons();

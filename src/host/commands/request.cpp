@@ -94,7 +94,7 @@ Request read_request(const CommandLine &line) {
         }
     for (const auto &[name, value] : line.options) {
         set_option(request.options, name, value);
-        if (!is_among(name, request.given)) request.given.push_back(name);
+        if (!is_given(request, name)) request.given.push_back(name);
     }
     if (!request.options.quiet)
         for (const std::string &note : notes) print_note(note);
@@ -264,6 +264,8 @@ void check_options(const Request &request) {
     if (!options.reference && !options.error_out.empty())
         throw Error(exit_usage, "option 'error-out' belongs to --reference");
 }
+
+bool is_given(const Request &request, const std::string &option) { return is_among(option, request.given); }
 
 bool several_frames(const Request &request) { return request.frames.count() > 1; }
 

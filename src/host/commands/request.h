@@ -24,6 +24,7 @@ struct Request {
 // Throws Error(exit_usage) or InputError. A signal ends the process while the scene is read, and is noted from then on.
 Request read_request(const CommandLine &line);
 
+bool is_given(const Request &request, const std::string &option);
 bool several_frames(const Request &request);
 
 // Throws Error(exit_usage) for options of `render` that do not go together.

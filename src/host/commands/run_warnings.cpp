@@ -93,7 +93,7 @@ class Idle {
     const Plan &plan_;
 };
 
-// Options of the command line that change nothing of what is made.
+// Options of the command line that change nothing of what is made, or are taken for others.
 std::vector<Warning> idle_options(const Request &request, const PreparedScene &prepared, const Settings &settings,
                                   const Plan &plan) {
     std::vector<Warning> warnings;
@@ -103,12 +103,12 @@ std::vector<Warning> idle_options(const Request &request, const PreparedScene &p
         const Reason reason = idle.of(option);
         if (!reason.empty())
             warnings.push_back({"option " + option, "", "option '" + option + "' does nothing here: " + reason});
-        const double cell = cell_of_bricks(prepared.scene, settings);
-        if (option == "density-step" && plan.bricks > 0 && cell != settings.density_step)
-            warnings.push_back({"option " + option, "",
-                                "option 'density-step': found " + six_digits(settings.density_step) + ", taken for " +
-                                    six_digits(cell) + ": the cells of a density grid are 1 or 0.5 samples"});
     }
+    const double asked = settings.density_step, cell = cell_of_bricks(prepared.scene, asked);
+    if (is_given(request, "density-step") && plan.bricks > 0 && cell != asked)
+        warnings.push_back({"option density-step", "",
+                            "option 'density-step': found " + six_digits(asked) + ", taken for " + six_digits(cell) +
+                                ": the cells of a density grid are 1 or 0.5 samples"});
     return warnings;
 }
 
@@ -145,11 +145,13 @@ bool scatters_much(const Scene &scene) {
 // Of the options that were given, those that keep wisp from choosing finer cells, or paths in place of photons.
 std::string options_of_cells(const Request &request, const Scene &scene) {
     std::string list = request.options.method.value_or(Method::map) != Method::map ? "--smoke" : "";
-    for (const char *option : {"density-step", "irradiance-step", "irradiance", "deposit", "direction", "estimate",
-                               "map-in", "map-out", "batches", "remap"})
-        if (std::find(request.given.begin(), request.given.end(), option) != request.given.end() &&
-            (can_resample(scene) || option != std::string("density-step")))
-            list += (list.empty() ? "--" : ", --") + std::string(option);
+    const auto add = [&](const char *option) {
+        if (is_given(request, option)) list += (list.empty() ? "--" : ", --") + std::string(option);
+    };
+    if (can_resample(scene)) add("density-step");
+    for (const char *option :
+         {"irradiance-step", "irradiance", "deposit", "direction", "estimate", "map-in", "map-out", "batches", "remap"})
+        add(option);
     return list;
 }
 
