@@ -89,6 +89,19 @@ TEST_CASE("warnings: an option that is said to do nothing changes no bit") {
     CHECK(idle > 100);
 }
 
+TEST_CASE("warnings: --remap changes no bit, where paths take the place of photons neither") {
+    WarningCommandTest test;
+    test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 40 hither 0.01 resolution 6 6\nlp 3 4 3 40 40 40\n"
+                        "smoke box -1 -1 -1 1 1 1 100 { albedo .5 .5 .5 }\n");
+    CHECK(test.warned("--remap").find("option 'remap' does nothing here") != std::string::npos);
+    for (const std::string frames : {"", " --frames 0:1"}) {
+        const std::string without = "render -q --digest " + test.s() + frames;
+        const std::string digest = test.wisp(without).out;
+        CHECK(digest.size() >= 64);
+        CHECK(test.wisp(without + " --remap").out == digest);
+    }
+}
+
 TEST_CASE("warnings: cells that a density grid does not have are taken for those that it has") {
     WarningCommandTest test;
     test.write("g.vol", CommandLineTest::volume(2, 2, 2, 1, 1, 1, {1, 2, 0, 1, 2, 0, 0, 1}));

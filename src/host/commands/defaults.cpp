@@ -230,7 +230,7 @@ PhotonCells photon_cells(const Scene &scene, const SmokeDensity &density, const 
 // noise.
 void choose_defaults(const Options &options, const Scene &scene, uint32_t paths, Settings &settings) {
     const bool resamples = can_resample(scene), nearest = options.estimate == Estimate::knn;
-    const bool maps = !options.map_in.empty() || !options.map_out.empty() || options.batches || options.remap;
+    const bool maps = !options.map_in.empty() || !options.map_out.empty() || options.batches;
     settings.method = options.method.value_or((resamples && !nearest) || maps ? Method::map : Method::direct);
     settings.irradiance = options.irradiance.value_or(nearest ? IrradianceMap::none : IrradianceMap::uniform);
     if (settings.method == Method::map && nearest && settings.irradiance != IrradianceMap::none)

@@ -358,8 +358,8 @@ void check_max_error(const Request &request, bool makes_picture) {
     if (!makes_picture)
         throw Error(exit_usage,
                     "option 'max-error' belongs to render: what it chooses is found by rendering, and said there");
-    for (const char *other : {"photons", "reference", "passes", "smoke", "map-in", "map-out", "batches", "remap",
-                              "estimate", "deposit", "direction", "irradiance"})
+    for (const char *other : {"photons", "reference", "passes", "smoke", "map-in", "map-out", "batches", "estimate",
+                              "deposit", "direction", "irradiance"})
         if (is_given(request, other))
             throw Error(exit_usage,
                         std::string("option '") + other + "' does not go with --max-error, which chooses it");

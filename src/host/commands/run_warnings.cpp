@@ -150,7 +150,7 @@ std::string options_of_cells(const Request &request, const Scene &scene) {
     };
     if (can_resample(scene)) add("density-step");
     for (const char *option :
-         {"irradiance-step", "irradiance", "deposit", "direction", "estimate", "map-in", "map-out", "batches", "remap"})
+         {"irradiance-step", "irradiance", "deposit", "direction", "estimate", "map-in", "map-out", "batches"})
         add(option);
     return list;
 }
