@@ -43,7 +43,8 @@ struct Room {
         scene.textures = textures.data();
         scene.texture_count = static_cast<uint32_t>(textures.size());
         memory.resize(surface_bytes(scene, TreeKind::bvh) + placement_bytes(scene, TreeKind::bvh) +
-                      Arena::bytes<SurfaceMaterial>(materials.size()) + Arena::bytes<Light>(lights.size()));
+                      Arena::bytes<SurfaceMaterial>(materials.size()) + Arena::bytes<Light>(lights.size()) +
+                      ray_level_bytes(depth));
         Arena arena(memory.data(), memory.size());
         surfaces = make_surfaces(scene, TreeKind::bvh, arena);
         REQUIRE(surfaces.ready);
@@ -57,10 +58,12 @@ struct Room {
                   vec_of(scene.background),
                   depth,
                   real(spread),
-                  &statistics};
+                  &statistics,
+                  arena.make<RayLevel>(depth + 1)};
         shadows = {&scene, &surfaces, tracer.lights, &statistics};
         REQUIRE(tracer.materials);
         REQUIRE(tracer.lights);
+        REQUIRE(tracer.levels);
     }
     Color look(const Double3 &from, const Double3 &at) const {
         return trace(tracer, {vec_of(from), normalize(vec_of(at) - vec_of(from))});

@@ -73,8 +73,9 @@ void measure(const std::string &name, int64_t frames, int64_t step) {
                 if (!make_shadow_memory(scene, settings, own, technique.memory)) std::exit(1);
             }
         }
+        constexpr uint32_t depth = 10;
         placement.resize(placement_bytes(scene, TreeKind::bvh) + Arena::bytes<Light>(scene.light_count) +
-                         Arena::bytes<SurfaceMaterial>(scene.material_count));
+                         Arena::bytes<SurfaceMaterial>(scene.material_count) + ray_level_bytes(depth));
         Arena arena(placement.data(), placement.size());
         place_surfaces(scene, arena, surfaces);
         const Light *lights = make_lights(scene, arena);
@@ -87,9 +88,10 @@ void measure(const std::string &name, int64_t frames, int64_t step) {
                                 lights,
                                 &recorder,
                                 vec_of(scene.background),
-                                10,
+                                depth,
                                 length(vec_of(scene.camera.down)),
-                                &statistics};
+                                &statistics,
+                                arena.make<RayLevel>(depth + 1)};
         const View view(scene.camera);
         for (int y = 0; y < pixels; ++y)
             for (int x = 0; x < pixels; ++x) trace(tracer, view.ray_through(Real(x) + Real(0.5), Real(y) + Real(0.5)));

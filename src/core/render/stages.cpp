@@ -69,8 +69,8 @@ uint64_t light_cut_bytes(const Scene &scene, const Settings &, const Decisions &
 Need need_shading(const Scene &, const Settings &, const Decisions &d) {
     return need_unless({{!d.surfaces, no_surface}, {!d.shaded, photons_alone}}, "rays see triangles");
 }
-uint64_t shading_bytes(const Scene &scene, const Settings &, const Decisions &, const Sizes &) {
-    return Arena::bytes<SurfaceMaterial>(scene.material_count);
+uint64_t shading_bytes(const Scene &scene, const Settings &settings, const Decisions &, const Sizes &) {
+    return Arena::bytes<SurfaceMaterial>(scene.material_count) + ray_level_bytes(settings.depth);
 }
 
 Need need_particle_tree(const Scene &, const Settings &, const Decisions &d) {

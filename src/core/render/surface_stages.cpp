@@ -47,7 +47,8 @@ Status build_light_cuts(Frame &frame) {
 Status make_shading(Frame &frame) {
     const Scene &scene = frame.scene;
     const SurfaceMaterial *materials = make_surface_materials(scene, frame.arena);
-    if (!materials) return Status::out_of_memory;
+    RayLevel *levels = frame.arena.make<RayLevel>(size_t{frame.settings.depth} + 1);
+    if (!materials || !levels) return Status::out_of_memory;
     frame.whitted = {&scene,
                      &frame.state.surfaces,
                      materials,
@@ -57,6 +58,7 @@ Status make_shading(Frame &frame) {
                      frame.settings.depth,
                      length(vec_of(scene.camera.down)),
                      &frame.statistics,
+                     levels,
                      frame.decisions.light_cuts ? &frame.light_cuts : nullptr};
     frame.whitted.watch = frame.watch;
     return Status::done;

@@ -18,6 +18,8 @@ struct Beam {
     uint32_t ignore_triangle; // the ray starts on it
 };
 
+enum : uint32_t { reflected, refracted }; // of a level's rays that go on
+
 // A point of a surface, with its normals on the side of the ray that hit it.
 struct Point {
     Vec3 position;
@@ -174,91 +176,106 @@ Color direct_light(const Whitted &tracer, const Point &point, const Vec3 &direct
     return light_of_cut(*tracer.cuts, lit, ask).sum;
 }
 
-Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight);
-
-// What a ray that leaves the point sees, times `factor`; 0 where its weight is too small to be worth a ray.
-Color trace_secondary(const Whitted &tracer, const Point &point, const Vec3 &direction, const Color &factor,
-                      uint32_t depth, Real weight, RayKind kind, uint64_t &count) {
-    const Real rest = weight * largest(factor);
-    PixelRecorder *const recorder = tracer.recorder;
-    if (depth == tracer.depth || rest < min_ray_weight) {
-        if (is_recording(recorder) && rest > Real(0))
-            recorder->unsent(*recorder, kind, factor, rest, !(rest < min_ray_weight));
-        return Color(Real(0));
-    }
-    ++count;
-    const Beam beam = {{point.position, direction}, point.width, point.triangle};
-    if (is_recording(recorder)) recorder->ray(*recorder, kind, depth + 1, beam.ray, factor, rest);
-    return factor * trace(tracer, beam, tracer.surfaces->ray_epsilon, depth + 1, rest);
-}
-
 // The reflected direction, on this side of the triangle's plane. Where the interpolated normal would send the ray
 // through the plane, the plane's own normal reflects it.
 WISP_INLINE Vec3 reflection(const Point &point, const Vec3 &direction) {
-    const Vec3 reflected = mirrored(direction, point.normal);
-    return normalize(dot(reflected, point.plane) > Real(0) ? reflected : mirrored(direction, point.plane));
+    const Vec3 outside = mirrored(direction, point.normal);
+    return normalize(dot(outside, point.plane) > Real(0) ? outside : mirrored(direction, point.plane));
 }
 
 // Snell's law. False: total reflection. The refracted direction leads behind the plane in any case.
-WISP_INLINE bool refraction(const Point &point, const Vec3 &direction, Vec3 &refracted) {
+WISP_INLINE bool refraction(const Point &point, const Vec3 &direction, Vec3 &inside) {
     const Real index = point.material->index, ratio = point.entered ? Real(1) / index : index;
     if (ratio == Real(1)) {
-        refracted = direction;
+        inside = direction;
         return true;
     }
     const Vec3 &normal = dot(direction, point.normal) < Real(0) ? point.normal : point.plane;
     const Real cosine = -dot(direction, normal), rest = Real(1) - ratio * ratio * (Real(1) - cosine * cosine);
     if (rest < Real(0)) return false;
-    refracted = normalize(direction * ratio + normal * (ratio * cosine - sqrt(rest)));
-    if (!(dot(refracted, point.plane) < Real(0))) refracted = direction;
+    inside = normalize(direction * ratio + normal * (ratio * cosine - sqrt(rest)));
+    if (!(dot(inside, point.plane) < Real(0))) inside = direction;
     return true;
 }
 
-// Radiance of the surface that a beam hits, or of the background.
-Color shade(const Whitted &tracer, const Beam &beam, const Hit &hit, uint32_t depth, Real weight) {
-    if (!hit.found) return tracer.background;
+// What a beam hits, or the background: the radiance without rays that go on, and those rays. `level` has none yet.
+void shade(const Whitted &tracer, const Beam &beam, const Hit &hit, RayLevel &level) {
+    level.behind = tracer.background;
+    if (!hit.found) return;
     const Point point = point_at(tracer, beam, hit);
     const SurfaceMaterial &material = *point.material;
     const Vec3 &direction = beam.ray.direction;
-    Color radiance = material.ambient * point.texture;
+    level.behind = material.ambient * point.texture;
     if (is_recording(tracer.recorder)) {
         const Triangle &triangle = tracer.scene->triangles[hit.triangle];
         const bool in_instance = hit.instance < tracer.surfaces->instance_count;
         tracer.recorder->hit(*tracer.recorder,
                              {hit.distance, hit.triangle, in_instance ? static_cast<int32_t>(hit.instance) : -1,
                               point.is_static, triangle.material, triangle.texture, hit.u, hit.v, point.position,
-                              point.plane, point.normal, point.entered, point.texture, radiance});
+                              point.plane, point.normal, point.entered, point.texture, level.behind});
     }
     const Color lit = direct_light(tracer, point, direction);
     if (is_recording(tracer.recorder)) tracer.recorder->direct_light(*tracer.recorder, lit);
-    radiance += lit;
+    level.behind += lit;
+    level.position = point.position;
+    level.width = point.width;
+    level.triangle = point.triangle;
     const Color passing(material.transmission);
-    Vec3 inside;
-    const bool passes = material.transmission > Real(0) && refraction(point, direction, inside);
-    const Color mirror = material.specular + (passes ? Color(Real(0)) : passing);
-    auto &rays = tracer.statistics->rays;
-    radiance += trace_secondary(tracer, point, reflection(point, direction), mirror, depth, weight, RayKind::reflected,
-                                rays.reflected);
-    if (passes)
-        radiance += trace_secondary(tracer, point, inside, passing, depth, weight, RayKind::refracted, rays.refracted);
-    return radiance;
+    const bool passes = material.transmission > Real(0) && refraction(point, direction, level.direction[refracted]);
+    level.direction[reflected] = reflection(point, direction);
+    level.factor[reflected] = material.specular + (passes ? Color(Real(0)) : passing);
+    level.factor[refracted] = passing;
+    level.count = passes ? 2 : 1;
 }
 
-Color trace(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight) {
-    if (!tracer.watch.go_on(units_of_ray)) return Color(Real(0));
+// Follows a ray to what it hits.
+void follow(const Whitted &tracer, const Beam &beam, Real begin, uint32_t depth, Real weight) {
+    RayLevel &level = tracer.levels[depth];
+    level = {};
+    if (!tracer.watch.go_on(units_of_ray)) return;
     TreeCounts asked = {};
     const Hit hit =
         tracer.nearest_hit(*tracer.surfaces, beam.ray, begin, infinite_distance, beam.ignore_triangle, asked);
     if (depth == 0) record_primary_hit(*tracer.shadows, beam.ray, hit);
-    Segment smoke = empty_segment();
+    level.smoke = empty_segment();
     if (has(parts::any_smoke) && tracer.medium)
-        smoke = tracer.march(tracer.marcher, beam.ray, hit.found ? hit.distance : infinite_distance, tracer.recorder);
-    const Color behind = shade(tracer, beam, hit, depth, weight * smoke.transmittance);
-    const Color radiance = tracer.medium ? smoke.radiance + behind * smoke.transmittance : behind;
+        level.smoke =
+            tracer.march(tracer.marcher, beam.ray, hit.found ? hit.distance : infinite_distance, tracer.recorder);
+    level.weight = weight * level.smoke.transmittance;
+    level.found = hit.found;
+    level.node_visits = asked.node_visits;
+    shade(tracer, beam, hit, level);
+}
+
+// Sends the next ray that goes on. False: its weight is too small to be worth a ray, or the chain is too long.
+bool send_next(const Whitted &tracer, uint32_t depth) {
+    RayLevel &level = tracer.levels[depth];
+    const uint32_t i = level.next++;
+    const Color &factor = level.factor[i];
+    const Real rest = level.weight * largest(factor);
+    const RayKind kind = i == reflected ? RayKind::reflected : RayKind::refracted;
+    PixelRecorder *const recorder = tracer.recorder;
+    if (depth == tracer.depth || rest < min_ray_weight) {
+        if (is_recording(recorder) && rest > Real(0))
+            recorder->unsent(*recorder, kind, factor, rest, !(rest < min_ray_weight));
+        return false;
+    }
+    auto &rays = tracer.statistics->rays;
+    ++(i == reflected ? rays.reflected : rays.refracted);
+    const Beam beam = {{level.position, level.direction[i]}, level.width, level.triangle};
+    if (is_recording(recorder)) recorder->ray(*recorder, kind, depth + 1, beam.ray, factor, rest);
+    follow(tracer, beam, tracer.surfaces->ray_epsilon, depth + 1, rest);
+    return true;
+}
+
+// Radiance along a ray, when all that go on from what it hit have come back.
+Color radiance_of(const Whitted &tracer, const RayLevel &level) {
+    const Segment &smoke = level.smoke;
+    const Color radiance = tracer.medium ? smoke.radiance + level.behind * smoke.transmittance : level.behind;
     tracer.statistics->rays.saturated += is_saturated(radiance);
     if (is_recording(tracer.recorder))
-        tracer.recorder->ray_end(*tracer.recorder,
-                                 {hit.found, smoke.radiance, smoke.transmittance, behind, radiance, asked.node_visits});
+        tracer.recorder->ray_end(*tracer.recorder, {level.found, smoke.radiance, smoke.transmittance, level.behind,
+                                                    radiance, level.node_visits});
     return radiance;
 }
 
@@ -278,10 +295,22 @@ SurfaceMaterial *make_surface_materials(const Scene &scene, Arena &arena) {
     return materials;
 }
 
+// Recursion without the stack: the ray that is followed, and those of which it is a part, are the levels up to `depth`.
 Color trace(const Whitted &tracer, const Ray &ray) {
     if (is_recording(tracer.recorder))
         tracer.recorder->ray(*tracer.recorder, RayKind::camera, 0, ray, Color(Real(1)), Real(1));
-    return trace(tracer, {ray, Real(0), no_triangle}, Real(0), 0, Real(1));
+    follow(tracer, {ray, Real(0), no_triangle}, Real(0), 0, Real(1));
+    for (uint32_t depth = 0;;) {
+        const RayLevel &level = tracer.levels[depth];
+        if (level.next < level.count) {
+            if (send_next(tracer, depth)) ++depth;
+            continue;
+        }
+        const Color radiance = radiance_of(tracer, level);
+        if (depth == 0) return radiance;
+        RayLevel &before = tracer.levels[--depth];
+        before.behind += before.factor[before.next - 1] * radiance;
+    }
 }
 
 } // namespace wisp::WISP_ARITH

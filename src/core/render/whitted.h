@@ -18,6 +18,22 @@ struct SurfaceMaterial {
 };
 SurfaceMaterial *make_surface_materials(const Scene &scene, Arena &arena); // nullptr: the arena was too small
 
+// A ray of a chain: what it has hit, and the rays that go on from there, reflected and refracted.
+struct RayLevel {
+    Real weight;          // in its pixel, of what is behind the smoke
+    bool found;           // a surface
+    uint64_t node_visits; // until it was found
+    Segment smoke;        // in front of it
+    Color behind;         // radiance behind the smoke: of surface and lights, and of rays that have come back
+    uint32_t count, next; // of the rays that go on
+    Vec3 direction[2];
+    Color factor[2]; // of their radiance in `behind`
+    Vec3 position;   // where they start, on this triangle
+    uint32_t triangle;
+    Real width; // of their cones
+};
+inline uint64_t ray_level_bytes(uint32_t depth) { return Arena::bytes<RayLevel>(uint64_t{depth} + 1); }
+
 // What the rays of one frame have in common.
 struct Whitted {
     const Scene *scene;
@@ -29,6 +45,7 @@ struct Whitted {
     uint32_t depth; // of the longest chain of rays behind the camera's
     Real spread;    // growth of a camera ray's cone per unit of distance: the edge of a pixel at distance 1
     Statistics *statistics;
+    RayLevel *levels;                // depth + 1: one of each length of chain
     const LightCuts *cuts = nullptr; // where not every light is asked
     // Smoke, where there is any: `medium` attenuates the lights; march() is what a ray sees of it up to a distance.
     const Medium *medium = nullptr;
