@@ -34,7 +34,9 @@ struct TracedMap {
         REQUIRE(emitters.count > 0);
         Statistics unused;
         const PhotonTracing tracing = {medium, nullptr, settings, plan.needs, {}, {}, own, unused};
-        for_each_photon(settings.seed, 0, settings.photons, [&](uint64_t key) {
+        Mt19937 generator(0, 0, 0, 0);
+        seed_batch(generator, settings.seed, 0);
+        for_each_photon(generator, settings.photons, [&](uint64_t key) {
             trace_photon(tracing, emitters, key, on_collision);
             return true;
         });

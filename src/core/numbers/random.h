@@ -10,9 +10,11 @@ namespace wisp {
 // ([rand.util.seedseq]), but without the heap of that class.
 class Mt19937 {
   public:
-    Mt19937(uint32_t s0, uint32_t s1, uint32_t s2, uint32_t s3) {
-        const uint32_t seed[4] = {s0, s1, s2, s3};
-        generate_seed_sequence(seed, 4);
+    Mt19937(uint32_t s0, uint32_t s1, uint32_t s2, uint32_t s3) { seed(s0, s1, s2, s3); }
+
+    void seed(uint32_t s0, uint32_t s1, uint32_t s2, uint32_t s3) {
+        const uint32_t seeds[4] = {s0, s1, s2, s3};
+        generate_seed_sequence(seeds, 4);
     }
 
     uint32_t operator()() {

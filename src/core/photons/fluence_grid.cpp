@@ -571,9 +571,9 @@ Status trace_batches(const PhotonTracing &tracing, const OpticalDepthGrid &depth
     };
     const auto &counts = statistics.photons;
     bool fits = true;
-    const Status status = for_each_batch(tracing, [&](uint64_t batch, uint64_t photons) {
+    const Status status = for_each_batch(tracing, [&](Mt19937 &keys, uint64_t batch, uint64_t photons) {
         uint64_t photon = batch * batch_photons;
-        return for_each_photon(tracing, batch, photons, [&](uint64_t key) {
+        return for_each_photon(tracing, keys, photons, [&](uint64_t key) {
             // Stratification: photon i takes the i-th of `settings.photons` equal intervals of all weights, and a
             // random place in that interval.
             Pcg32 generator(key);
@@ -599,7 +599,7 @@ FluencePlan plan_fluence(const Scene &scene, const PhotonNeeds &needs, uint64_t 
                 (needs.harmonics ? bricks * nodes_of(harmonic_spacing(spacing)) * harmonic_numbers : 0);
     plan.bytes = Arena::bytes<int64_t>(plan.sums) + Arena::bytes<PhotonSource>(source_limit(scene)) +
                  Arena::bytes<Real>(bricks) + Arena::bytes<uint64_t>(source_limit(scene) * bricks + 1) +
-                 Arena::bytes<Cursor>(1);
+                 Arena::bytes<Cursor>(1) + batch_bytes;
     return plan;
 }
 

@@ -89,7 +89,7 @@ ParticleMapPlan plan_particle_map(const Scene &scene, const Settings &settings) 
     ParticleMapPlan plan = {photon_needs(scene, settings), 0, 0};
     if (!plan.needs.traced) return plan;
     plan.bytes = Arena::bytes<Deposits>(scene.smoke_count) +
-                 Arena::bytes<Emitter>(uint64_t{scene.light_count} + scene.smoke_count);
+                 Arena::bytes<Emitter>(uint64_t{scene.light_count} + scene.smoke_count) + batch_bytes;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const uint64_t count = elements_of(scene.smokes[i]);
         plan.sums += count * ((plan.needs.powers ? 3 : 1) + (total_order_key(scene.smokes[i].asymmetry) != 0 ? 3 : 0));
@@ -121,8 +121,8 @@ Status trace_particle_map(const PhotonTracing &tracing, const Scene &scene, cons
     auto &counts = tracing.statistics.photons;
     const uint64_t limit = max_deposits(settings);
     bool fits = true;
-    const Status status = for_each_batch(tracing, [&](uint64_t batch, uint64_t photons) {
-        return for_each_photon(tracing, batch, photons, [&](uint64_t key) {
+    const Status status = for_each_batch(tracing, [&](Mt19937 &generator, uint64_t, uint64_t photons) {
+        return for_each_photon(tracing, generator, photons, [&](uint64_t key) {
             trace_photon(
                 tracing, emitters, key,
                 [&](const MediumCollision &at, const Photon &arrived, const Color &power) {

@@ -58,9 +58,9 @@ bool make_store(const PhotonTracing &tracing, uint64_t capacity, Store &store) {
 }
 
 // Traces one batch. Where the store is full, it is thinned out.
-bool trace_batch(const PhotonTracing &tracing, const Emitters &emitters, uint64_t batch, uint64_t photons,
+bool trace_batch(const PhotonTracing &tracing, const Emitters &emitters, Mt19937 &generator, uint64_t photons,
                  Store &store) {
-    return for_each_photon(tracing, batch, photons, [&](uint64_t key) {
+    return for_each_photon(tracing, generator, photons, [&](uint64_t key) {
         uint64_t collision = 0;
         trace_photon(tracing, emitters, key, [&](const MediumCollision &at, const Photon &arrived, const Color &power) {
             const uint8_t rank = rank_of(key, collision++);
@@ -126,7 +126,7 @@ PhotonPlan plan_photons(const Scene &scene, const Settings &settings) {
     plan.capacity = max(per_photon * min(settings.photons, max_capacity / per_photon), of_one_batch);
     const uint64_t emitters = scene.light_count + scene.smoke_count;
     plan.bytes = Arena::bytes<Emitter>(emitters) + Arena::bytes<PhotonMap>(scene.smoke_count) +
-                 Arena::bytes<Vec3>(plan.capacity) + Arena::bytes<uint8_t>(plan.capacity);
+                 Arena::bytes<Vec3>(plan.capacity) + Arena::bytes<uint8_t>(plan.capacity) + batch_bytes;
     const uint64_t arrays = (plan.directions ? 1 : 0) + (plan.powers ? 1 : 0);
     // The maps of all smokes have as many slots as the capacity, and less than a leaf more each.
     const uint64_t slots = plan.capacity + scene.smoke_count * leaf_points;
@@ -148,8 +148,8 @@ PhotonMaps trace_photons(const PhotonTracing &tracing, const Light *lights, uint
     if (!maps || !emitters.list || !make_store(tracing, capacity, store)) return {nullptr, Status::out_of_memory};
     if (emitters.count == 0) return {nullptr, Status::done};
 
-    const Status status = for_each_batch(tracing, [&](uint64_t batch, uint64_t photons) {
-        return trace_batch(tracing, emitters, batch, photons, store);
+    const Status status = for_each_batch(tracing, [&](Mt19937 &generator, uint64_t, uint64_t photons) {
+        return trace_batch(tracing, emitters, generator, photons, store);
     });
     if (status != Status::done) return {nullptr, status};
     tracing.statistics.photons.stored = store.count;

@@ -130,11 +130,14 @@ void trace_photon(const PhotonTracing &tracing, const Emitters &emitters, uint64
     trace_photon(tracing, emitters, key, on_collision, [](const Photon &, Real, const Color &) {});
 }
 
-// Calls trace(key) for the photons of a batch, until it returns false; returns what the last call returned. Each batch
-// has a Mersenne Twister of its own, which draws one 64-bit key per photon and nothing else.
-template <class Trace> bool for_each_photon(uint64_t seed, uint64_t batch, uint64_t photons, Trace &&trace) {
-    Mt19937 generator(static_cast<uint32_t>(seed), static_cast<uint32_t>(seed >> 32), static_cast<uint32_t>(batch),
-                      static_cast<uint32_t>(batch >> 32));
+// Each batch has a Mersenne Twister of its own, which draws one 64-bit key per photon and nothing else.
+inline void seed_batch(Mt19937 &generator, uint64_t seed, uint64_t batch) {
+    generator.seed(static_cast<uint32_t>(seed), static_cast<uint32_t>(seed >> 32), static_cast<uint32_t>(batch),
+                   static_cast<uint32_t>(batch >> 32));
+}
+
+// Calls trace(key) for the photons of a batch, until it returns false; returns what the last call returned.
+template <class Trace> bool for_each_photon(Mt19937 &generator, uint64_t photons, Trace &&trace) {
     for (uint64_t i = 0; i < photons; ++i) {
         const uint64_t high = generator();
         const uint64_t low = generator();
@@ -144,16 +147,22 @@ template <class Trace> bool for_each_photon(uint64_t seed, uint64_t batch, uint6
 }
 // The same, until the work is stopped.
 template <class Trace>
-bool for_each_photon(const PhotonTracing &tracing, uint64_t batch, uint64_t photons, Trace &&trace) {
+bool for_each_photon(const PhotonTracing &tracing, Mt19937 &generator, uint64_t photons, Trace &&trace) {
     constexpr uint32_t at_once = 64;
     uint32_t traced = 0;
-    return for_each_photon(tracing.settings.seed, batch, photons, [&](uint64_t key) {
+    return for_each_photon(generator, photons, [&](uint64_t key) {
         return trace(key) && (++traced % at_once != 0 || tracing.watch.done(at_once * units_of_photon));
     });
 }
 
-// Calls trace_batch(number, photons) for the batches to be traced, until it returns false.
+constexpr uint64_t batch_bytes = Arena::bytes<Mt19937>(1); // of the arena, while batches are traced
+
+// Calls trace_batch(generator, number, photons) for the batches to be traced, until it returns false. The generator's
+// state, 2.5 kB, would be a third of a small board's stack.
 template <class TraceBatch> Status for_each_batch(const PhotonTracing &tracing, TraceBatch &&trace_batch) {
+    const size_t mark = tracing.arena.mark();
+    Mt19937 *generator = tracing.arena.make<Mt19937>(1);
+    if (!generator) return Status::out_of_memory;
     const Batches &batches = tracing.batches;
     const auto photons_of_batch = [&](uint64_t batch) {
         const uint64_t left = tracing.settings.photons - batch * batch_photons;
@@ -162,8 +171,11 @@ template <class TraceBatch> Status for_each_batch(const PhotonTracing &tracing, 
     if (batches.first < batches.last)
         tracing.watch.expect(((batches.last - 1 - batches.first) * batch_photons + photons_of_batch(batches.last - 1)) *
                              units_of_photon);
-    for (uint64_t batch = batches.first; batch < batches.last; ++batch)
-        if (!trace_batch(batch, photons_of_batch(batch))) break;
+    for (uint64_t batch = batches.first; batch < batches.last; ++batch) {
+        seed_batch(*generator, tracing.settings.seed, batch);
+        if (!trace_batch(*generator, batch, photons_of_batch(batch))) break;
+    }
+    tracing.arena.rewind(mark);
     return tracing.watch.stopped() ? Status::stopped : Status::done;
 }
 
