@@ -325,9 +325,6 @@ WISP_INLINE void find_extinctions(const SmokeVolume &smoke, const LaneCells &at,
     for (uint32_t l = 0; l < lanes; ++l) sigma[l] = group.dx[l] > Real(0) ? sigma[l] : Real(0);
 }
 
-void march_divided(const GridMarcher &marcher, const Ray &ray, const GridRay &in_bricks, const Group &group,
-                   const Lanes &sigma, MarchProgress &so_far, PixelRecorder *recorder);
-
 // The weights of the steps' sources: the transmittance of the smoke in front of each step, times the mean transmittance
 // within it, times its length. `before`: the sums of the depths before each. Returns the sum of all.
 WISP_INLINE Real find_weights(const Lanes &depth, const Group &group, Real so_deep, Lanes &before, Lanes &weight) {
@@ -354,15 +351,17 @@ WISP_INLINE void weigh_straight(const Lanes &depth, const Lanes &straight, const
     }
 }
 
-WISP_MULTIVERSIONED void march_group(const GridMarcher &marcher, const Ray &ray, const GridRay &in_bricks, Group &group,
-                                     MarchProgress &so_far, PixelRecorder *recorder) {
+// Marches through the steps of a group. False: one is deeper than max_step_depth, and they are not divided yet; sigma
+// is sigma_t of all smoke in each.
+WISP_MULTIVERSIONED bool march_group(const GridMarcher &marcher, const Ray &ray, const GridRay &in_bricks, Group &group,
+                                     Lanes &sigma, MarchProgress &so_far, PixelRecorder *recorder) {
     const Medium &medium = *marcher.medium;
     const SparseGrid &bricks = *medium.bricks;
     find_points(bricks, in_bricks, group.t, group.points);
     for (uint32_t l = 0; l < lanes; ++l) group.dx[l] = group.points.inside[l] ? group.dx[l] : Real(0);
     LaneCells at;
     find_cells(group.points, 1, 1, at);
-    Lanes sigma, here;
+    Lanes here;
     for (uint32_t l = 0; l < lanes; ++l) sigma[l] = Real(0);
     for (uint32_t s = 0; s < medium.count; ++s) {
         if (!medium.smokes[s].field.is_resampled) continue;
@@ -371,9 +370,8 @@ WISP_MULTIVERSIONED void march_group(const GridMarcher &marcher, const Ray &ray,
     }
     Real deepest = Real(0);
     for (uint32_t l = 0; l < lanes; ++l) deepest = max(deepest, sigma[l] * group.dx[l]);
-    if (!(deepest > Real(0))) return;
-    if (deepest > max_step_depth && !group.divided)
-        return march_divided(marcher, ray, in_bricks, group, sigma, so_far, recorder);
+    if (!(deepest > Real(0))) return true;
+    if (deepest > max_step_depth && !group.divided) return false;
 
     LaneColor source, straight; // straight: sigma_s of all smoke, of what only goes straight on
     set(source, Color(Real(0)));
@@ -438,6 +436,7 @@ WISP_MULTIVERSIONED void march_group(const GridMarcher &marcher, const Ray &ray,
     }
     so_far.radiance += Color(sum_of_lanes(source.red), sum_of_lanes(source.green), sum_of_lanes(source.blue));
     so_far.depth.add(sum);
+    return true;
 }
 
 // Marches through the steps of a group in equal parts, each not deeper than max_step_depth.
@@ -449,7 +448,8 @@ void march_divided(const GridMarcher &marcher, const Ray &ray, const GridRay &in
     uint32_t waiting = 0;
     const auto march_parts = [&] {
         marcher.statistics->smoke.march_samples += waiting;
-        march_group(marcher, ray, in_bricks, parts, so_far, recorder);
+        Lanes of_parts;
+        march_group(marcher, ray, in_bricks, parts, of_parts, so_far, recorder);
         waiting = 0;
         return !so_far.opaque() && marcher.watch.go_on(units_of_brick * (1 + marcher.depths->light_count));
     };
@@ -466,6 +466,14 @@ void march_divided(const GridMarcher &marcher, const Ray &ray, const GridRay &in
     if (waiting == 0) return;
     pad(parts, waiting, Real(0));
     march_parts();
+}
+
+// Marches through the steps of a group, divided where that is needed.
+void march_steps(const GridMarcher &marcher, const Ray &ray, const GridRay &in_bricks, Group &group,
+                 MarchProgress &so_far, PixelRecorder *recorder) {
+    Lanes sigma;
+    if (!march_group(marcher, ray, in_bricks, group, sigma, so_far, recorder))
+        march_divided(marcher, ray, in_bricks, group, sigma, so_far, recorder);
 }
 
 } // namespace
@@ -497,7 +505,7 @@ Segment march(GridMarcher &marcher, const Ray &ray, Real end, PixelRecorder *rec
         group.dx[waiting] = dx;
         group.t[waiting] = from + Real(0.5) * dx;
         if (++waiting < lanes) return true;
-        march_group(marcher, inside, in_bricks, group, so_far, recorder);
+        march_steps(marcher, inside, in_bricks, group, so_far, recorder);
         waiting = 0;
         return !so_far.opaque();
     };
@@ -529,7 +537,7 @@ Segment march(GridMarcher &marcher, const Ray &ray, Real end, PixelRecorder *rec
     });
     if (!so_far.opaque() && add_step(held, held_parts) && waiting > 0) {
         pad(group, waiting, Real(steps) * marcher.step);
-        march_group(marcher, inside, in_bricks, group, so_far, recorder);
+        march_steps(marcher, inside, in_bricks, group, so_far, recorder);
     }
     return so_far.finish(recorder);
 }

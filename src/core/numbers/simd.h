@@ -7,14 +7,19 @@
 
 // Functions whose loops run over `lanes` values. g++ compiles them for AVX2 too, and the program takes the version that
 // the CPU has. (clang 14 has target_clones, but not together with flatten.) The bits are the same in every version:
-// the number of lanes and the order of their sums are fixed, and contraction is off.
+// the number of lanes and the order of their sums are fixed, and contraction is off. They are never inlined, with one
+// version neither: their arrays of lanes are on the stack only while they run. (Where code is to be small, g++
+// decides.)
 #if defined(__x86_64__) && defined(__linux__) && defined(WISP_MULTIVERSION) && !defined(__clang__)
 #define WISP_MULTIVERSIONED __attribute__((target_clones("avx2", "default"), flatten))
 // ... and for AVX-512, which has masks of lanes: rays through triangles gain by it, smoke does not.
 #define WISP_MULTIVERSIONED_WITH_MASKS __attribute__((target_clones("arch=x86-64-v4", "avx2", "default"), flatten))
-#else
+#elif defined(__OPTIMIZE_SIZE__)
 #define WISP_MULTIVERSIONED
 #define WISP_MULTIVERSIONED_WITH_MASKS
+#else
+#define WISP_MULTIVERSIONED            __attribute__((noinline))
+#define WISP_MULTIVERSIONED_WITH_MASKS __attribute__((noinline))
 #endif
 
 // Before a loop over lanes: keeps g++ from unrolling a loop that should become one vector instruction.
