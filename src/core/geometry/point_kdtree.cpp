@@ -273,7 +273,7 @@ class Builder {
         : x_(x), y_(y), z_(z), id_(id), leaf_boxes_(leaf_boxes), radii_(radii), watch_(watch) {}
 
     // Makes the leaves of the slots first ... first + count - 1 from the records, divided into children of a block of
-    // height h.
+    // height h. What it calls is not inlined, so that the recursion takes little of the stack.
     void build(Record *records, Record *spare, uint32_t first, uint32_t count, uint32_t h) {
         uint64_t child = leaves_of_child(h) * leaf_points;
         while (h > 0 && count <= child) child = leaves_of_child(--h) * leaf_points;
@@ -284,6 +284,16 @@ class Builder {
         }
         const uint32_t child_count = static_cast<uint32_t>((count + child - 1) / child);
         const uint32_t wanted = static_cast<uint32_t>((child_count + 1) / 2 * child);
+        divide(records, spare, count, wanted);
+        if (watch_.stopped()) return;
+        build(spare, records, first, wanted, h);
+        build(spare + wanted, records + wanted, first + wanted, count - wanted, h);
+    }
+
+  private:
+    // Copies the records to `spare`, the first `wanted` by the widest axis, or by unlike radii, first; `records` is
+    // overwritten.
+    __attribute__((noinline)) void divide(Record *records, Record *spare, uint32_t count, uint32_t wanted) {
         if (radii_ && radius_range(records, count, radii_).unlike()) {
             if (!watch_.go_on(count)) return;
             std::copy(records, records + count, spare);
@@ -293,13 +303,8 @@ class Builder {
             find_bounds(records, count, bounds);
             cut(records, spare, count, wanted, widest_axis(bounds), watch_);
         }
-        if (watch_.stopped()) return;
-        build(spare, records, first, wanted, h);
-        build(spare + wanted, records + wanted, first + wanted, count - wanted, h);
     }
-
-  private:
-    void make_leaf(const Record *records, uint32_t first, uint32_t count) {
+    __attribute__((noinline)) void make_leaf(const Record *records, uint32_t first, uint32_t count) {
         Bounds bounds;
         find_bounds(records, count, bounds);
         const uint32_t leaf = first / leaf_points, lane = leaf % children;

@@ -310,7 +310,7 @@ struct ReachingSegmentTest {
 // batch is finished down to its leaves before the next one starts.
 template <class Test, class Visit>
 WISP_INLINE void for_each_leaf(const PointTree &tree, const Test &test, Visit &&visit) {
-    constexpr uint32_t batch = 8;
+    constexpr uint32_t batch = 4;
     struct List {
         uint32_t next, count;
         uint32_t member[batch * children + lanes]; // whole vectors are written

@@ -62,7 +62,8 @@ class BvhBuilder {
         nodes_ = arena.make<BoxNode>(static_cast<size_t>(capacities.nodes));
         items_ = arena.make<TriangleItem>(static_cast<size_t>(capacities.items));
         parts_ = arena.make<Part>(static_cast<size_t>(capacities.parts));
-        if (!groups_ || !nodes_ || !items_ || !parts_) {
+        waiting_ = arena.make<Waiting>(1);
+        if (!groups_ || !nodes_ || !items_ || !parts_ || !waiting_) {
             arena.rewind(start);
             return;
         }
@@ -80,12 +81,32 @@ class BvhBuilder {
         tree_.ready = true;
     }
     const TriangleTree &tree() const { return tree_; }
+    static constexpr uint64_t waiting_bytes() { return Arena::bytes<Waiting>(1); }
 
   private:
     struct Range { // of items
         uint32_t first, count;
         uint32_t room; // for groups
         LatticeBox box;
+    };
+    struct Half { // a second half that is to be divided
+        Range range;
+        uint32_t depth;
+        uint32_t whole; // the part whose second half it is
+    };
+    // [n - 1]: the areas of all nodes below a part, if n roots at most stand for it.
+    struct Costs {
+        uint64_t of[lanes];
+    };
+    struct Link {               // to a node that is to be made
+        uint32_t part, waiting; // children of the nodes above, on the search's stack
+        uint32_t *link;
+    };
+    // What waits while the tree is built, one thing after another: 10 kB, too much for the stack of a small board.
+    struct Waiting {
+        Half halves[max_depth + 1];
+        Costs costs[max_depth + 1];
+        Link links[bvh_stack];
     };
     struct Split {
         uint64_t cost = UINT64_MAX;
@@ -210,16 +231,11 @@ class BvhBuilder {
 
     // Divides all items in two, and the parts again, until all are leaves.
     void divide_all(uint32_t room) {
-        struct Task {
-            Range range;
-            uint32_t depth;
-            uint32_t whole; // the part whose second half it is
-        };
-        Task stack[max_depth + 1];
         uint32_t stack_size = 0;
-        stack[stack_size++] = {{0, tree_.triangle_count, room, around(tree_.bounds, tree_.step_exponent)}, 0, 0};
+        waiting_->halves[stack_size++] = {
+            {0, tree_.triangle_count, room, around(tree_.bounds, tree_.step_exponent)}, 0, 0};
         while (stack_size > 0) {
-            Task task = stack[--stack_size];
+            Half task = waiting_->halves[--stack_size];
             parts_[task.whole].second = part_count_;
             for (;; ++task.depth) {
                 const uint32_t whole = part_count_++;
@@ -227,30 +243,26 @@ class BvhBuilder {
                 if (is_leaf(parts_[whole])) break;
                 Range first, second;
                 divide(task.range, task.depth < max_depth_by_cost, first, second);
-                stack[stack_size++] = {second, task.depth + 1, whole};
+                waiting_->halves[stack_size++] = {second, task.depth + 1, whole};
                 task.range = first;
             }
+            deepest_ = max(deepest_, task.depth);
         }
     }
 
     // Chooses which parts become nodes: such that the sum of their areas is the least (README.md, "Building the tree of
     // boxes"; Ylitie, Karras, Laine 2017).
     void choose_nodes() {
-        // [n - 1]: the areas of all nodes below a part, if n roots at most stand for it.
-        struct Costs {
-            uint64_t of[lanes];
-        };
-        Costs stack[max_depth + 1];
         uint32_t stack_size = 0;
         int shift = 0;
         while (area_of(parts_[0].box) >> shift >> 32 != 0) ++shift;
         for (uint32_t i = part_count_; i-- > 0;) {
             Part &part = parts_[i];
             if (is_leaf(part)) {
-                stack[stack_size++] = {};
+                waiting_->costs[stack_size++] = {};
                 continue;
             }
-            const Costs &first = stack[stack_size - 1], &second = stack[stack_size - 2];
+            const Costs &first = waiting_->costs[stack_size - 1], &second = waiting_->costs[stack_size - 2];
             Costs all;
             for (uint32_t roots = 2; roots <= lanes; ++roots) {
                 uint64_t &best = all.of[roots - 1] = UINT64_MAX;
@@ -268,7 +280,7 @@ class BvhBuilder {
                     all.of[roots - 1] = all.of[roots - 2];
                     part.first_half[roots - 1] = 0;
                 }
-            stack[--stack_size - 1] = all;
+            waiting_->costs[--stack_size - 1] = all;
         }
     }
 
@@ -302,17 +314,12 @@ class BvhBuilder {
     }
 
     void make_nodes() {
-        struct Task {
-            uint32_t part, waiting; // children of the nodes above, on the search's stack
-            uint32_t *link;
-        };
-        Task stack[bvh_stack];
         uint32_t stack_size = 0;
-        stack[stack_size++] = {0, 0, &tree_.root};
+        waiting_->links[stack_size++] = {0, 0, &tree_.root};
         while (stack_size > 0) {
-            const Task task = stack[--stack_size];
+            const Link task = waiting_->links[--stack_size];
             // Nodes of two have room on any search's stack.
-            const bool deep = task.waiting + lanes + max_depth > bvh_stack;
+            const bool deep = task.waiting + lanes + deepest_ > bvh_stack;
             Children children = deep ? Children{{task.part + 1, parts_[task.part].second}, 2} : children_of(task.part);
             // Small boxes first: a ray that crosses one hits something in it more often.
             std::sort(children.part, children.part + children.count,
@@ -327,7 +334,8 @@ class BvhBuilder {
             }
             for (uint32_t lane = children.count; lane-- > 0;)
                 if (!is_leaf(parts_[children.part[lane]]))
-                    stack[stack_size++] = {children.part[lane], task.waiting + children.count - 1, &node.child[lane]};
+                    waiting_->links[stack_size++] = {children.part[lane], task.waiting + children.count - 1,
+                                                     &node.child[lane]};
         }
     }
 
@@ -348,7 +356,8 @@ class BvhBuilder {
     BoxNode *nodes_;
     TriangleItem *items_;
     Part *parts_;
-    uint32_t part_count_ = 0;
+    Waiting *waiting_;
+    uint32_t part_count_ = 0, deepest_ = 0; // the depth of the deepest leaf
     TriangleTree tree_ = {};
     Watch watch_;
 };
@@ -358,7 +367,8 @@ class BvhBuilder {
 uint64_t bvh_bytes(uint32_t count) {
     const Capacities capacities = capacities_for(count);
     return Arena::bytes<TriangleGroup>(capacities.groups) + Arena::bytes<BoxNode>(capacities.nodes) +
-           Arena::bytes<TriangleItem>(capacities.items) + Arena::bytes<Part>(capacities.parts);
+           Arena::bytes<TriangleItem>(capacities.items) + Arena::bytes<Part>(capacities.parts) +
+           BvhBuilder::waiting_bytes();
 }
 
 TriangleTree make_bvh(const Triangle *triangles, uint32_t count, const Material *materials, Arena &arena, Watch watch) {

