@@ -51,7 +51,7 @@ class Text {
     size_t length() const { return length_; }
 
   private:
-    char text_[512];
+    char text_[128];
     size_t length_ = 0;
 };
 template <class... Parts> void print_line(const Parts &...parts) {
@@ -62,7 +62,14 @@ template <class... Parts> void print_line(const Parts &...parts) {
 
 // ---- 3. How much memory
 
-void print_plan(const wisp::Plan &plan) {
+wisp::Plan plan; // not on the stack, which is small
+wisp::Statistics statistics;
+
+// A function of its own: plan() returns a copy on the stack.
+__attribute__((noinline)) void find_plan(const wisp::Scene &scene, const wisp::Settings &settings) {
+    plan = core::renderer.plan(scene, settings);
+}
+void print_plan() {
     for (const wisp::PlanRow &row : plan.rows)
         if (row.bytes > 0) print_line("  plan: ", row.name, " ", row.bytes, " bytes");
     print_line("  plan: all of it ", plan.arena_bytes, " bytes");
@@ -96,7 +103,6 @@ class PictureFile {
 // ---- 4. What render() tells
 
 struct Listener {
-    const wisp::Plan &plan;
     PictureFile &file;
     uint64_t printed; // quarters of the stage that is running
 };
@@ -105,7 +111,7 @@ bool print_progress(void *context, wisp::Stage stage, uint64_t done, uint64_t to
     Listener &to = *static_cast<Listener *>(context);
     if (done == 0) to.printed = 0;
     if (done * 4 < to.printed * total) return true;
-    print_line("  ", to.plan[stage].name, " ", done, "/", total);
+    print_line("  ", plan[stage].name, " ", done, "/", total);
     ++to.printed;
     return true;
 }
@@ -122,12 +128,13 @@ bool show(const wisp::CompiledScene &compiled, const char *file_name) {
     wisp::Settings settings = compiled.settings;
     // Without proofs a ray is traced for each shadow: the same picture, later.
     if (!wisp::has(wisp::parts::shadow_proofs)) settings.shadows = wisp::ShadowMethod::trace;
-    const wisp::Plan plan = core::renderer.plan(compiled.scene, settings);
+    board::begin_stack_peak();
+    find_plan(compiled.scene, settings);
     if (plan.missing) {
         print_line("  not in this program: ", plan.missing);
         return true;
     }
-    print_plan(plan);
+    print_plan();
     if (plan.arena_bytes > arena_size || width > max_width) {
         print_line("  too large for this board");
         return false;
@@ -135,12 +142,11 @@ bool show(const wisp::CompiledScene &compiled, const char *file_name) {
 
     // An arena that begins anew for each picture. For frames of an animation keep a wisp::FrameCache beside it.
     wisp::Arena arena(arena_memory, arena_size);
-    wisp::Statistics statistics;
+    statistics = {};
     PictureFile file(file_name, width, height);
-    Listener listener = {plan, file, 0};
+    Listener listener = {file, 0};
     wisp::Job job = {compiled.scene, settings, arena, statistics, {&listener, print_progress, write_row},
                      row_of_picture};
-    board::begin_stack_peak();
     const uint64_t start = board::instructions();
     const wisp::Status status = core::renderer.render(job);
     const uint64_t instructions = board::instructions() - start;
@@ -149,6 +155,10 @@ bool show(const wisp::CompiledScene &compiled, const char *file_name) {
         return false;
     }
 
+    if (board::stack_peak() == board::stack_size()) {
+        print_line("  needs more stack than ", board::stack_size(), " bytes");
+        return false;
+    }
     print_line("  arena peak ", arena.peak(), " bytes, stack peak ", board::stack_peak(), " bytes");
     print_line("  ", instructions / static_cast<uint64_t>(width * height), " instructions a pixel");
     if (!file.close()) {
