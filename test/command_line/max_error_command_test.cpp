@@ -71,6 +71,23 @@ TEST_CASE("max-error: the choice is the same in all arithmetics") {
     CHECK(test.chosen("--max-error 0.1 --arith fixed") == chosen);
 }
 
+TEST_CASE("max-error: cells of a density grid are said as they are, 1 or 0.5 samples") {
+    MaxErrorTest test;
+    test.write("g.vol", CommandLineTest::volume(3, 3, 3, 1, 1, 1, std::vector<float>(27, 1)));
+    test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 40 hither 0.01 resolution 8 8\nlp 3 4 3 40 40 40\n"
+                        "smoke g.vol { extinction 1 albedo .9 .9 .9 phase 0.5 }\n");
+    int said = 0;
+    for (const std::string asked : {"0.5", "0.2", "0.05"}) {
+        const std::string chosen = test.chosen("--max-error " + asked), name = " --density-step ";
+        const size_t at = chosen.find(name);
+        if (at == std::string::npos) continue;
+        ++said;
+        const double cell = std::stod(chosen.substr(at + name.size()));
+        CHECK((cell == 1 || cell == 0.5));
+    }
+    CHECK(said > 0);
+}
+
 TEST_CASE("max-error: where photons do not tell whence light comes, paths or the reference are chosen") {
     const MaxErrorTest test;
     test.write_box(8, "0.9");

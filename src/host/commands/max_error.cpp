@@ -1,4 +1,5 @@
 #include "host/commands/max_error.h"
+#include "core/smoke/resampling.h"
 #include "host/base/json_object.h"
 #include "host/base/messages.h"
 #include "host/base/text.h"
@@ -167,7 +168,7 @@ class MeasuredPixels {
 
 // The spacings of level 0, those of the defaults or of the options, halved so many times; doubled where `level` is -1.
 // What the options say stays.
-Options at_level(int level, const Options &options, const Settings &defaults) {
+Options at_level(int level, const Options &options, const Settings &defaults, const Scene &scene) {
     if (level == 0) return options;
     Options result = options;
     const double factor = level < 0 ? 2 : 1.0 / (1 << level);
@@ -176,6 +177,7 @@ Options at_level(int level, const Options &options, const Settings &defaults) {
         if (!option && length > 0) option = std::max(1, static_cast<int>(length * factor * 1000 + 0.5)) / 1000.0;
     };
     scale(result.density_step, defaults.density_step);
+    if (!options.density_step && result.density_step) result.density_step = cell_of_bricks(scene, *result.density_step);
     scale(result.light_step, defaults.light_step);
     scale(result.irradiance_step, defaults.irradiance_step);
     scale(result.step, defaults.step);
@@ -240,7 +242,7 @@ class Search {
             photons_ = within_photons(static_cast<double>(photons_) * pair.noise() / goal_);
             pair = pixels_.pair(options_, photons_);
         }
-        Pair coarse = pixels_.pair(at_level(-1, options_, settings_), photons_);
+        Pair coarse = pixels_.pair(at_level(-1, options_, settings_, pixels_.scene()), photons_);
         for (int level = 0;; ++level) {
             const double change = difference(coarse, pair);
             for (int of : {level - 1, level}) {
@@ -252,7 +254,7 @@ class Search {
                 if (of == 0 && settings_for(*photons).paths > 0) return choose_paths(); // in place of so many photons
                 return choice(of, of_pair, errors, *photons);
             }
-            const Options finer = at_level(level + 1, options_, settings_);
+            const Options finer = at_level(level + 1, options_, settings_, pixels_.scene());
             if (level == finest_level || !fits(finer)) return std::nullopt;
             coarse = std::move(pair);
             pair = pixels_.pair(finer, photons_);
@@ -280,7 +282,8 @@ class Search {
     }
     Choice choice(int level, const Pair &pair, Errors errors, uint64_t photons) const {
         const double more = static_cast<double>(photons) / static_cast<double>(photons_);
-        Choice result = {at_level(level, options_, settings_), 0, pair.seconds + (more - 1) * pair.photon_seconds};
+        Choice result = {at_level(level, options_, settings_, pixels_.scene()), 0,
+                         pair.seconds + (more - 1) * pair.photon_seconds};
         if (random_) result.options.photons = photons;
         if (more > 4) { // too far from what was measured
             const Pair measured = pixels_.pair(result.options, photons);
