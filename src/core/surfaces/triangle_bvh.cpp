@@ -12,6 +12,7 @@ constexpr uint32_t bins = 16;
 // Ranges of triangles are divided in two by cost down to that depth, from then on by halves of their groups.
 constexpr uint32_t max_depth_by_cost = 48, max_depth = max_depth_by_cost + 27;
 static_assert(max_triangles / group_triangles <= 1u << 26);
+static_assert(max_depth < bvh_stack, "a tree of nodes of two has room on any search's stack");
 constexpr int32_t outside = 1 << (lattice_bits + 1); // no coordinate
 constexpr uint32_t units_per_triangle = 16;          // of work
 
