@@ -20,7 +20,7 @@ NPM          = $$(command -v npm > /dev/null || echo npm)
 # ---- Flags
 # What the bits rest on (checked at start-up by the self-test): IEEE arithmetic, never contracted.
 IEEE         = -std=c++17 -ffp-contract=off -fno-fast-math
-# g++ 12 for 64-bit ARM and s390x takes the box of tent_volume() in fluence_grid.cpp for unread, and leaves it unwritten.
+# g++ 12 for 64-bit ARM and s390x takes the box of tent_volume() in photon_starts.cpp for unread, and leaves it unwritten.
 # Other compilers have no such analysis, nor the option. Asked when the first file is compiled: `make deps` may install it.
 UNREAD       = $(eval UNREAD := $(shell $(CXX) -fno-ipa-modref -E -x c++ /dev/null > /dev/null 2>&1 && echo -fno-ipa-modref))$(UNREAD)
 BITS         = $(IEEE) $(UNREAD)

@@ -1,22 +1,19 @@
 // Photons through resampled smoke (S2), and their fluence at the nodes of the sparse grid: S4-3 with nodes in place of
 // particles.
 //
-// Photons start where light first collides with smoke. The resampled densities and the optical depth grid give the
-// density of these collisions at every node, so no photon misses the smoke, and photons are spread evenly over the
-// light. Photons of a light that stands in the smoke start there, and fly to their first collision. They fly by delta
-// tracking against the largest density of each brick (Woodcock 1965). At every tentative collision, real or not, a
-// photon deposits its power times the probability that the collision is real at the corners of the cell around it
-// (trilinear). So the sums are the power that collides around each node. Divided by the integral of sigma_t times the
-// node's tent, that is the fluence: interpolated, it gives back all collisions (README).
+// Photons start as photon_starts.h says. They fly by delta tracking against the largest density of each brick (Woodcock
+// 1965). At every tentative collision, real or not, a photon deposits its power times the probability that the
+// collision is real at the corners of the cell around it (trilinear). So the sums are the power that collides around
+// each node. Divided by the integral of sigma_t times the node's tent, that is the fluence: interpolated, it gives back
+// all collisions (README).
 //
 // Where PhotonNeeds::towards_eye, a deposit is multiplied by 4 pi times the wide part of the phase function from the
 // photon's direction to that of the eye (ForwardPeak). The nodes then hold what the smoke scatters to the eye, times
 // 4 pi / albedo / sigma_t, exactly but for noise, whatever the directions of the light are.
 #pragma once
 #include "core/lights/forward_peak.h"
-#include "core/lights/optical_depth_grid.h"
-#include "core/photons/emitter.h"
 #include "core/photons/particle_map.h"
+#include "core/photons/photon_starts.h"
 #include "core/photons/spherical_harmonics.h"
 
 namespace wisp::WISP_ARITH {
@@ -55,35 +52,6 @@ FluencePlan plan_fluence(const Scene &scene, const PhotonNeeds &needs, uint64_t 
 // The number of flights that cannot overflow a sum. A flight deposits R + G + B, at most 3.75 photons, times the depth
 // that it passes. That depth is 1 in the mean, and less than twice that over many flights.
 constexpr uint64_t max_fluence_flights = (uint64_t{1} << (63 - deposit_bits)) / 8;
-
-// A source of photons: the first collisions of a light, or the emission of a smoke.
-struct PhotonSource {
-    uint32_t light;   // its index; the number of lights: a smoke
-    uint32_t smoke;   // its index
-    Color color;      // per unit of brightness
-    Real max_channel; // the largest channel of `color`
-    // Of a light many of whose photons collide close to it: they start at the light. Else emitter.light is nullptr.
-    Emitter emitter;
-    Real most_power; // that collides, of what such a photon sets out with
-    Real brightness; // of such a light, as if what it sends were spread evenly over all bricks
-    bool starts_at_light() const { return emitter.light != nullptr; }
-};
-
-// The distribution of the points where photons start. It depends neither on their number nor on surfaces.
-struct EmissionDistribution {
-    const PhotonSource *sources;
-    uint32_t source_count;
-    const Real *rate;      // of tentative collisions per unit of length, by brick
-    int32_t deposit_shift; // deposits are scaled by 2^deposit_shift: in thin smoke few collisions are real
-    int32_t shift;         // brightness is scaled by 2^shift: in fixed point, that of thin smoke keeps its digits
-    Real max_brightness;   // of all nodes
-    // Entry source * bricks + brick: the sum of the weights of all nodes before that source and brick. The last entry
-    // is the sum of all weights.
-    const uint64_t *cumulative_weight;
-};
-// `depths` are the optical depths to all lights over the medium's bricks. False: the arena was too small.
-bool make_emission_distribution(const Scene &scene, const Medium &medium, const OpticalDepthGrid &depths, Arena &arena,
-                                EmissionDistribution &distribution, Watch watch = {});
 
 // Adds the deposits of photons to `sums`, and makes `fluence` of the sums as if they held all batches.
 // Status::overflow: see max_fluence_flights.

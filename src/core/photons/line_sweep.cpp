@@ -341,9 +341,8 @@ constexpr int32_t most_steps(int32_t spacing) { return 14 / spacing + 2; }
 // counts as even within a part.
 constexpr int32_t most_parts = 4;
 int32_t parts_in_brick(const LineSweep &in, uint32_t brick, Real longest) {
-    Real sigma = Real(0);
-    for (uint32_t s = 0; s < in.medium->count; ++s)
-        if (in.medium->smokes[s].field.is_resampled) sigma += in.medium->smokes[s].field.resampled.majorants[brick];
+    const Real sigma =
+        sum_of_resampled(*in.medium, [brick](const ResampledField &field) { return field.majorants[brick]; });
     return min(floor_to_int(min(sigma * longest * Real(4), Real(most_parts))) + 1, most_parts);
 }
 

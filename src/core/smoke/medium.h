@@ -51,6 +51,13 @@ struct MediumCollision {
 };
 
 MediumCollision first_collision(const Medium &medium, const Ray &ray, Real end, Event event);
+// The sum of density(field) over the smokes that are resampled.
+template <class Density> Real sum_of_resampled(const Medium &medium, Density &&density) {
+    Real sum = Real(0);
+    for (uint32_t i = 0; i < medium.count; ++i)
+        if (medium.smokes[i].field.is_resampled) sum += density(medium.smokes[i].field.resampled);
+    return sum;
+}
 // Of resampled smoke, all of which has the same.
 inline Phase common_phase(const Medium &medium) {
     uint32_t i = 0;
