@@ -83,22 +83,63 @@ template <> __attribute__((always_inline)) constexpr PortableWide product(int64_
     const int64_t high = int64_t{a_high} * b_high + (middle >> 32) + (carry >> 32);
     return {static_cast<uint64_t>(high), (static_cast<uint64_t>(carry) << 32) | (low & 0xffffffff)};
 }
+// floor((2^64 - 1) / d) - 2^32, 2^31 <= d: by two digits of base 2^16, so that no number of 64 bits is divided (Knuth,
+// The Art of Computer Programming 2, 4.3.1, algorithm D).
+constexpr uint32_t reciprocal_of_word(uint32_t d) {
+    const uint32_t d_high = d >> 16, d_low = d & 0xffff;
+    uint32_t rest = ~d, reciprocal = 0;
+    for (int half = 0; half < 2; ++half) {
+        uint32_t digit = rest / d_high; // at most 2 too large
+        const uint32_t taken = digit * d_low;
+        rest = (rest - digit * d_high) << 16 | 0xffff;
+        for (int i = 0; i < 2 && rest < taken; ++i) {
+            --digit;
+            rest += d;
+            if (rest < d) break; // it is past 2^32
+        }
+        rest -= taken;
+        reciprocal = reciprocal << 16 | digit;
+    }
+    return reciprocal;
+}
 // dividend / divisor; the quotient must fit one word (dividend.high < divisor). Long division by two digits of base
-// 2^32 (Knuth, The Art of Computer Programming 2, 4.3.1, algorithm D).
+// 2^32, each found by a product with floor((2^96 - 1) / d) - 2^32, d the divisor without leading zeros (Moeller,
+// Granlund 2011, algorithms 6 and 5).
 constexpr Quotient divide(PortableWide dividend, uint64_t divisor) {
     const int shift = leading_zeros(divisor);
-    const uint64_t d = divisor << shift, d_high = d >> 32, d_low = d & 0xffffffff, low = dividend.low << shift;
+    const uint64_t d = divisor << shift, low = dividend.low << shift;
+    const uint32_t d_high = static_cast<uint32_t>(d >> 32), d_low = static_cast<uint32_t>(d);
+    uint32_t reciprocal = reciprocal_of_word(d_high), above = d_high * reciprocal + d_low;
+    if (above < d_low) {
+        --reciprocal;
+        if (above >= d_high) {
+            --reciprocal;
+            above -= d_high;
+        }
+        above -= d_high;
+    }
+    const uint64_t more = uint64_t{reciprocal} * d_low;
+    above += static_cast<uint32_t>(more >> 32);
+    if (above < static_cast<uint32_t>(more >> 32)) {
+        --reciprocal;
+        if (((uint64_t{above} << 32) | static_cast<uint32_t>(more)) >= d) --reciprocal;
+    }
     const uint64_t moved_up = shift == 0 ? 0 : dividend.low >> (64 - shift);
     uint64_t rest = (dividend.high << shift) | moved_up, quotient = 0;
     for (int half = 32; half >= 0; half -= 32) {
-        const uint64_t next = (low >> half) & 0xffffffff;
-        uint64_t digit = rest / d_high, left = rest % d_high; // the digit is at most 2 too large
-        while ((digit >> 32) != 0 || digit * d_low > ((left << 32) | next)) {
+        const uint64_t guess = (rest >> 32) * reciprocal + rest;
+        uint32_t digit = static_cast<uint32_t>(guess >> 32);
+        rest = ((rest - uint64_t{digit} * d_high) << 32 | static_cast<uint32_t>(low >> half)) -
+               uint64_t{digit} * d_low - d;
+        ++digit;
+        if (static_cast<uint32_t>(rest >> 32) >= static_cast<uint32_t>(guess)) {
             --digit;
-            left += d_high;
-            if ((left >> 32) != 0) break;
+            rest += d;
         }
-        rest = ((rest << 32) | next) - digit * d;
+        if (rest >= d) {
+            ++digit;
+            rest -= d;
+        }
         quotient = (quotient << 32) | digit;
     }
     return {quotient, rest >> shift};
@@ -193,16 +234,20 @@ constexpr int64_t corrected_root(int64_t x, int64_t guess) {
     const int64_t excess = static_cast<int64_t>((static_cast<uint64_t>(x) << 32) - root * root);
     return guess + (excess > guess) - (excess <= -guess);
 }
-// The integer nearest to sqrt(x 2^32) by integers only, 0 < x. With n = x 2^shift in [2^62, 2^64), Newton's method
-// gives sqrt(n) to 32 bits. It starts from the line 2^32 (11/32 + 11/16 n/2^64), which is within 3.2 % of sqrt(n). A
-// last step gives 16 more bits.
-constexpr int64_t root_by_integers(int64_t x) {
+// The integer nearest to sqrt(x 2^32) by integers only, 0 < x. Let a = x 2^(shift - 64), in [1/4, 1). Newton's method
+// gives r = 1 / sqrt(a) to 28 bits without a division: r (3 - a r^2) / 2. It starts from the line 2.1328 - 1.2187 a,
+// within 8.6 % of r. Then sqrt(a) is a r to 27 bits; what a lacks to its square gives as many more.
+__attribute__((noinline)) constexpr int64_t root_by_integers(int64_t x) {
     const int shift = leading_zeros(static_cast<uint64_t>(x)) & ~1;
-    const uint64_t n = static_cast<uint64_t>(x) << shift;
-    uint64_t root = 11 * ((uint64_t{1} << 27) + (n >> 36));
-    for (int step = 0; step < 3; ++step) root = (root + n / root) / 2;
+    const uint64_t n = static_cast<uint64_t>(x) << shift, a = n >> 32; // in units of 2^-64 and 2^-32
+    uint64_t r = 0x88800000 - (0x4e000000 * a >> 32);                  // of 2^-30
+    for (int step = 0; step < 4; ++step) {
+        const uint64_t square = (r * r >> 32) * a >> 32; // a r^2, in units of 2^-28
+        r = r * ((uint64_t{3} << 28) - square) >> 29;
+    }
+    const uint64_t root = a * r >> 30;
     const int64_t excess = static_cast<int64_t>(n - root * root);
-    const int64_t fine = static_cast<int64_t>(root << 16) + excess * (1 << 15) / static_cast<int64_t>(root);
+    const int64_t fine = static_cast<int64_t>(root << 16) + ((excess >> 8) * static_cast<int64_t>(r) >> 39);
     return corrected_root(x, scale(fine, -shift / 2).raw);
 }
 #ifdef WISP_HARDWARE_DOUBLE

@@ -1,6 +1,7 @@
 // Fixed: each operation is the exact result rounded to the nearest unit (ties upwards), in every one of its forms, and
 // what leaves the range traps, where the release saturates.
 #include "core/numbers/elementary.h"
+#include "core/numbers/random.h"
 #define GLM_FORCE_PURE
 #define GLM_FORCE_XYZW_ONLY
 #include <glm/geometric.hpp>
@@ -64,6 +65,7 @@ bool is_saturated(detail::Saturated a, bool negative) { return a.overflow && a.r
 
 #ifdef __SIZEOF_INT128__
 __extension__ typedef __int128 Exact;
+__extension__ typedef unsigned __int128 WideWord;
 
 namespace {
 
@@ -107,6 +109,27 @@ TEST_CASE("fixed: a quotient is rounded once, the portable form has the same bit
     });
     CHECK(wrong == 0);
     CHECK(different == 0);
+}
+
+TEST_CASE("fixed: two digits of base 2^32 are right where the guess of each is corrected") {
+    // Words of all bits, of few, and any, as divisors, quotients and remainders: guesses of digits are rarely wrong.
+    wisp::Pcg32 random(1);
+    const auto word = [&]() -> uint64_t {
+        const uint32_t drawn = random(), few = drawn & 3;
+        const uint32_t words[] = {0, 0xffffffff, 0x7fffffff + few, few, ~few, drawn};
+        return words[(drawn >> 8) % 6];
+    };
+    int wrong = 0;
+    for (int i = 0; i < 1000000; ++i) {
+        const uint64_t divisor = (word() << 32 | word()) >> (random() & 63), quotient = word() << 32 | word();
+        if (divisor == 0) continue;
+        const uint64_t rests[] = {0, divisor - 1, (word() << 32 | word()) % divisor}, rest = rests[random() % 3];
+        const auto dividend = static_cast<WideWord>(quotient) * divisor + rest;
+        const detail::Quotient found = detail::divide(
+            detail::PortableWide{static_cast<uint64_t>(dividend >> 64), static_cast<uint64_t>(dividend)}, divisor);
+        wrong += found.quotient != quotient || found.remainder != rest;
+    }
+    CHECK(wrong == 0);
 }
 
 TEST_CASE("fixed: a sum of three products is rounded once") {
