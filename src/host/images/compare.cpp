@@ -61,7 +61,7 @@ struct Sums {
     double relative_rmse() const {
         if (squares == 0) return 0;
         const double mean = values_of_b / static_cast<double>(count);
-        return mean <= 0 ? infinity : rmse() / mean;
+        return mean <= 0 || std::isinf(mean) ? infinity : rmse() / mean;
     }
 };
 
@@ -163,17 +163,29 @@ void weigh_noise(Difference &difference, const Picture &b, const Picture &error,
     check_size(b, error, name_b, name_error);
     double sum = 0, squares = 0;
     for (const float value : b.rgb) sum += static_cast<double>(value);
-    for (const float value : error.rgb) squares += static_cast<double>(value) * static_cast<double>(value);
+    for (size_t i = 0; i < error.rgb.size(); ++i) {
+        const double value = static_cast<double>(error.rgb[i]);
+        if (!(value >= 0) || std::isinf(value)) {
+            const size_t pixel = i / 3;
+            throw InputError(name_error, "found the standard error " + figure(value) + " at " +
+                                             std::to_string(pixel % error.width) + "," +
+                                             std::to_string(pixel / error.width) +
+                                             ", expected numbers of at least 0 (a single sample has none)");
+        }
+        squares += value * value;
+    }
     const double count = static_cast<double>(b.rgb.size()), mean = sum / count;
     const double beyond = difference.rmse * difference.rmse - squares / count;
-    const auto relative = [mean](double x) { return x == 0 ? 0 : mean <= 0 ? infinity : x / mean; };
+    const auto relative = [mean](double x) { return x == 0 ? 0 : mean <= 0 || std::isinf(mean) ? infinity : x / mean; };
     difference.relative_noise = relative(std::sqrt(squares / count));
     difference.relative_rmse_beyond_noise = relative(std::isnan(beyond) ? beyond : std::sqrt(std::max(beyond, 0.0)));
 }
 
 void judge(Difference &difference, const Limits &limits) {
     std::string &exceeded = difference.exceeded;
-    exceeded = difference.largest_ulps == nan_ulps ? "a NaN meets another value" : "";
+    exceeded = difference.largest_ulps == nan_ulps       ? "a NaN meets another value"
+               : std::isinf(difference.largest_absolute) ? "an infinity meets another value"
+                                                         : "";
     const auto check = [&exceeded](const char *what, double value, auto limit) {
         if (!limit || value <= static_cast<double>(*limit)) return;
         exceeded +=

@@ -35,7 +35,7 @@ struct Difference {
     // noise explains all of it), both relative to the mean of B.
     std::optional<double> relative_noise, relative_rmse_beyond_noise;
     std::optional<Verdict> verdict; // given limits
-    std::string exceeded;           // in words: a NaN on one side only, and the limits that it breaks
+    std::string exceeded;           // in words: a NaN or an infinity on one side only, and the limits that it breaks
 };
 constexpr uint64_t nan_ulps = uint64_t{1} << 32;
 

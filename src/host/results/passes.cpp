@@ -1,6 +1,7 @@
 #include "core/numbers/sample_sums.h"
 #include "host/results/passes.h"
 #include <cmath>
+#include <limits>
 
 namespace wisp {
 
@@ -35,8 +36,8 @@ Picture mean_picture(const Passes &passes) {
 Picture error_picture(const Passes &passes) {
     const double n = number_of(passes);
     return picture_of(passes, [n](const PixelSums::Channel &channel) {
-        const double sum = to_double(channel.sum);
-        const double variance = n > 1 ? (to_double(channel.square) - sum * sum / n) / (n - 1) : 0;
+        if (n < 2) return std::numeric_limits<double>::infinity();
+        const double sum = to_double(channel.sum), variance = (to_double(channel.square) - sum * sum / n) / (n - 1);
         return std::sqrt(std::max(variance, 0.0) / n);
     });
 }

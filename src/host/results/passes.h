@@ -18,8 +18,8 @@ struct Passes {
     std::vector<PixelSums> pixels; // width * height, rows from the top
 };
 
-// The mean of the samples, and the mean's standard error: the samples' standard deviation / sqrt(number); 0 for a
-// single sample.
+// The mean of the samples, and the mean's standard error: the samples' standard deviation / sqrt(number); infinite, as it
+// is not known, for a single sample.
 Picture mean_picture(const Passes &passes);
 Picture error_picture(const Passes &passes);
 

@@ -1,6 +1,7 @@
 // The figures of a difference, worked out by hand on tiny pictures.
 #include "host/base/error.h"
 #include "host/images/compare.h"
+#include "support/refusal.h"
 #include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>
@@ -129,8 +130,7 @@ TEST_CASE("compare: infinity") {
     CHECK(d.largest_absolute == inf);
     CHECK(d.relative_rmse == inf);
     CHECK(d.psnr == -inf);
-    CHECK(std::isnan(compare(row({inf, 1}), row({inf, 2})).relative_rmse) == false);
-    CHECK(compare(row({inf, 1}), row({inf, 2})).relative_rmse == 0); // 1 against an infinite mean
+    CHECK(compare(row({inf, 1}), row({inf, 2})).relative_rmse == inf); // 1 against an infinite mean is no 0
 }
 
 TEST_CASE("compare: a mean that is not above 0 makes every difference infinite") {
@@ -245,6 +245,15 @@ TEST_CASE("compare: the verdict, in words and in JSON") {
     const Picture magenta{1, 1, {1, 0, 1}};
     CHECK(verdict(row({not_a_number}), magenta, {{}, 1, {}}) == different + ": a NaN meets another value\n");
     CHECK(verdict(row({not_a_number}), row({not_a_number}), {}) == equal);
+    // An infinity is shown as the largest number is, and is as many ulps away from other numbers as those are apart.
+    for (float other : {1.0f, std::numeric_limits<float>::max(), -inf}) {
+        CHECK(verdict(row({inf}), row({other}), {{}, 1, nan_ulps - 1}) ==
+              different + ": an infinity meets another value\n");
+        CHECK(verdict(row({other}), row({inf}), {{}, 1, nan_ulps - 1}) ==
+              different + ": an infinity meets another value\n");
+    }
+    CHECK(verdict(row({inf, 1}), row({inf, 2}), {1000, {}, {}}) == different + ": relative RMSE above 1000\n");
+    CHECK(verdict(row({inf, 1}), row({inf, 1}), {}) == equal);
 }
 
 TEST_CASE("compare: what JSON cannot hold is null, and text has no sign of NaN") {
@@ -299,4 +308,13 @@ TEST_CASE("compare: what is beyond the noise of B") {
     d = compare(row({not_a_number, 6}), b);
     weigh_noise(d, b, error);
     CHECK(std::isnan(*d.relative_rmse_beyond_noise));
+    // What is no standard error is not weighed: it would hide any difference.
+    for (float wrong : {inf, not_a_number, -1.0f})
+        CHECK(refusal_of([&] {
+                  weigh_noise(d, b, row({3, wrong}), "b.pfm", "e.pfm");
+              }).rfind("e.pfm: found the standard error ", 0) == 0);
+    CHECK(refusal_of([&] {
+              weigh_noise(d, b, row({3, inf}), "b.pfm", "e.pfm");
+          }) ==
+          "e.pfm: found the standard error inf at 1,0, expected numbers of at least 0 (a single sample has none)");
 }
