@@ -21,7 +21,7 @@ constexpr double safe_share_of_paths = 0.7;
 constexpr uint64_t fewest_photons = uint64_t{1} << 12, first_photons = uint64_t{1} << 16,
                    most_photons = uint64_t{1} << 24;
 constexpr uint64_t most_paths = uint64_t{1} << 14;
-constexpr uint32_t first_passes = 64;
+constexpr uint32_t first_passes = 64, checking_passes = 128;
 constexpr double most_passes = 0x1p30;
 // Cells are made finer up to so many times, where all stages then take no more memory.
 constexpr int finest_level = 2;
@@ -37,6 +37,12 @@ double mean_of(const Values &values) {
     double sum = 0;
     for (float value : values) sum += static_cast<double>(value);
     return sum / static_cast<double>(values.size());
+}
+
+double sum_of_squares(const Values &values) {
+    double sum = 0;
+    for (float value : values) sum += static_cast<double>(value) * static_cast<double>(value);
+    return sum;
 }
 
 // The mean of (a - b) (c - d).
@@ -113,26 +119,22 @@ class MeasuredPixels {
         return values;
     }
 
-    // The noise of so many passes of the reference, relative to the mean, and the seconds of the whole picture.
-    std::pair<double, double> noise_of_reference(uint32_t count) const {
+    // Passes of the reference, and the seconds that they take for the whole picture.
+    std::pair<Passes, double> passes(Options::Range range) const {
         Options options = request_.options;
         options.reference = true;
-        options.passes = Options::Range{0, count};
+        options.passes = range;
         const Settings settings = settings_of(options);
         Passes passes;
         passes.width = settings.crop.width(), passes.height = settings.crop.height();
         passes.samples = settings.samples;
         passes.exponent = scene().radiance_exponent;
-        passes.ranges = {{0, count}};
+        passes.ranges = {{range.first, range.last}};
         passes.pixels.resize(static_cast<size_t>(passes.width) * static_cast<size_t>(passes.height));
         Values none;
         Pair times;
         render(settings, none, passes.pixels.data(), times);
-        double square = 0;
-        const Values errors = error_picture(passes).rgb;
-        for (float error : errors) square += static_cast<double>(error) * static_cast<double>(error);
-        const double mean = mean_of(mean_picture(passes).rgb);
-        return {mean > 0 ? std::sqrt(square / static_cast<double>(errors.size())) / mean : 0, times.seconds};
+        return {std::move(passes), times.seconds};
     }
 
   private:
@@ -323,14 +325,28 @@ class Search {
     double mean_ = 0, goal_ = 0, way_ = 0; // the error asked for, and error_of_way(), as mean squares
 };
 
+// How much the mean of a choice's pixels differs from that of the reference, relative to it, less three times the
+// standard error: a picture errs by no less. So what all choices err by alike is found where it is much.
+double error_by_reference(const MeasuredPixels &pixels, const Pair &pair) {
+    const Passes passes = pixels.passes({0, checking_passes}).first;
+    const double mean = mean_of(mean_picture(passes).rgb), found = (mean_of(pair.a) + mean_of(pair.b)) / 2;
+    // Channels err together.
+    const Values errors = error_picture(passes).rgb;
+    const double error = std::sqrt(3 * sum_of_squares(errors)) / static_cast<double>(errors.size());
+    return mean > 0 ? std::max(0.0, std::fabs(found - mean) - 3 * error) / mean : 0;
+}
+
 // Passes of the reference whose noise is `goal`, relative to the mean.
 Choice choose_passes(const MeasuredPixels &pixels, Options options, double goal) {
     Choice choice = {std::move(options), goal, 0};
     choice.options.reference = true;
     for (uint32_t measured = 0, wanted = first_passes; measured < wanted / 4 || measured == 0;) {
         measured = std::max(first_passes, wanted / 4); // few passes hardly show what is rare and bright
-        const auto [noise, seconds] = pixels.noise_of_reference(measured);
-        const double ratio = noise / goal;
+        const auto [passes, seconds] = pixels.passes({0, measured});
+        const Values errors = error_picture(passes).rgb;
+        const double mean = mean_of(mean_picture(passes).rgb);
+        const double noise = std::sqrt(sum_of_squares(errors) / static_cast<double>(errors.size()));
+        const double ratio = mean > 0 ? noise / mean / goal : 0;
         wanted = static_cast<uint32_t>(std::min(measured * ratio * ratio, most_passes)) + 1;
         choice.options.passes = Options::Range{0, wanted};
         choice.seconds = seconds / measured * wanted;
@@ -378,10 +394,14 @@ void choose_for_error(Request &request) {
         if (!options.quiet) print_note("max-error: " + text);
     };
     if (const std::optional<Choice> choice = Search(pixels, options).choose()) {
-        say("by" + described(*choice, options) + ": errs by about " + percent(choice->error) +
-            "; a frame takes about " + two_digits(choice->seconds) + " s");
-        options = choice->options;
-        return;
+        const double found = error_by_reference(pixels, pixels.pair(choice->options, choice->options.photons));
+        if (found <= *options.max_error) {
+            say("by" + described(*choice, options) + ": errs by about " + percent(choice->error) +
+                "; a frame takes about " + two_digits(choice->seconds) + " s");
+            options = choice->options;
+            return;
+        }
+        say("by" + described(*choice, options) + " it would err by " + percent(found) + " or more, says the reference");
     }
     const Choice choice = choose_passes(pixels, options, safe_share_of_paths * *options.max_error);
     say("by --reference --passes 0:" + std::to_string(choice.options.passes->last) + ": errs by about " +
