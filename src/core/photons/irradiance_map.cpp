@@ -247,10 +247,23 @@ bool pack_harmonics(const FluenceSums &fluence, Arena &arena, Watch watch, Irrad
     return true;
 }
 
-// Makes a map of estimate(x, light), which adds to a light of 0 and returns whether the light is known at x. It is
-// called only for nodes around smoke and in view, and once for a node that several bricks hold.
-template <class Estimate>
-Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Watch watch, Estimate &&estimate) {
+// A function (x, light), which adds to a light of 0 and returns whether the light is known at x.
+struct Estimate {
+    template <class Function>
+    explicit Estimate(const Function &function)
+        : function_(&function), call_([](const void *estimate, const Vec3 &x, FluenceAndFlux &light) {
+              return (*static_cast<const Function *>(estimate))(x, light);
+          }) {}
+    bool operator()(const Vec3 &x, FluenceAndFlux &light) const { return call_(function_, x, light); }
+
+  private:
+    const void *function_;
+    bool (*call_)(const void *, const Vec3 &, FluenceAndFlux &);
+};
+
+// Makes a map of an estimate, which is called only for nodes around smoke and in view, and once for a node that several
+// bricks hold.
+Irradiance make_irradiance_of(const IrradianceRequest &request, Arena &arena, Watch watch, const Estimate &estimate) {
     const SparseGrid &bricks = *request.bricks;
     const int32_t spacing = request.spacing;
     Irradiance map = {};
@@ -344,21 +357,57 @@ Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, const 
     return map;
 }
 
+namespace {
+
+// The mean of sigma_t over a ball, by points on a lattice.
+Real mean_extinction(const DensityField &field, const Vec3 &middle, Real radius) {
+    constexpr int32_t along = 6; // points across the ball
+    Real sum = Real(0);
+    int32_t count = 0;
+    for (int32_t i = 0; i < along * along * along; ++i) {
+        const Cell at = cell_of_index(along, static_cast<uint32_t>(i));
+        const Vec3 x =
+            (Vec3(Real(2 * at.x), Real(2 * at.y), Real(2 * at.z)) - Vec3(Real(along - 1))) * (Real(1) / Real(along));
+        if (dot(x, x) > Real(1)) continue;
+        sum += extinction(field, middle + x * radius);
+        ++count;
+    }
+    return sum / Real(count);
+}
+
+bool is_of_grids(const Medium &medium) {
+    for (uint32_t s = 0; s < medium.count; ++s)
+        if (!medium.smokes[s].field.is_grid()) return false;
+    return true;
+}
+
+} // namespace
+
+// Photon maps estimate collisions, not fluence. In density grids, which may have hard faces, these are divided by the
+// mean of sigma_t over their ball: so a ball that reaches out of the smoke has no less light.
 Irradiance make_irradiance(const IrradianceRequest &request, const PhotonMap *maps, const Real *radius, Gather &gather,
                            Arena &arena, Statistics &statistics, Watch watch) {
     const Medium &medium = *request.medium;
-    return make_irradiance_of(request, arena, watch, [&](const Vec3 &x, FluenceAndFlux &light) {
+    const bool incident = is_of_grids(medium);
+    const auto estimate = [&](const Vec3 &x, FluenceAndFlux &light) {
         Vec3 flux(Real(0));
+        Real sigma = Real(0), reach;
         for (uint32_t s = 0; s < medium.count; ++s) {
-            const FluenceAndFlux of_smoke = estimate_fluence(maps[s], x, radius[s], gather, statistics);
-            const Color scattered = medium.smokes[s].albedo * of_smoke.radiance;
-            light.radiance += scattered;
-            flux += of_smoke.flux * all_channels(scattered);
+            const FluenceAndFlux of_smoke = estimate_fluence(maps[s], x, radius[s], gather, statistics, reach);
+            const Color here = incident ? of_smoke.radiance : medium.smokes[s].albedo * of_smoke.radiance;
+            if (incident && reach > Real(0)) sigma += mean_extinction(medium.smokes[s].field, x, reach);
+            light.radiance += here;
+            flux += of_smoke.flux * all_channels(here);
         }
         const Real all = all_channels(light.radiance);
         if (all > Real(0)) light.flux = flux / all;
-        return true;
-    });
+        if (!incident) return true;
+        if (sigma > Real(0)) light.radiance = light.radiance / sigma;
+        return sigma > Real(0);
+    };
+    Irradiance map = make_irradiance_of(request, arena, watch, Estimate(estimate));
+    map.incident = incident;
+    return map;
 }
 
 Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &packed, Arena &arena, Watch watch) {
@@ -372,7 +421,7 @@ Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &pa
         for (uint32_t i = 0; i < count && (i % 1024 != 0 || watch.go_on(2048)); ++i)
             lights[s][i] = light_of_element(packed, medium.smokes[s], s, i);
     }
-    Irradiance map = make_irradiance_of(request, arena, watch, [&](const Vec3 &x, FluenceAndFlux &light) {
+    const auto estimate = [&](const Vec3 &x, FluenceAndFlux &light) {
         Real sigma = Real(0);
         Vec3 flux(Real(0));
         for (uint32_t s = 0; s < medium.count; ++s)
@@ -386,7 +435,8 @@ Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &pa
         if (all > Real(0)) light.flux = flux / all;
         if (sigma > Real(0)) light.radiance = light.radiance / sigma;
         return sigma > Real(0);
-    });
+    };
+    Irradiance map = make_irradiance_of(request, arena, watch, Estimate(estimate));
     map.incident = true;
     return map;
 }

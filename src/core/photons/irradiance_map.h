@@ -4,9 +4,9 @@
 // A point stores the mean radiance, fluence / (4 pi), that arrives there from all directions; every smoke scatters it
 // by its own sigma_s. Where some smoke is not isotropic, the point stores the flux too. So the map does not depend on
 // the view, but where light was gathered towards the eye along lines, or photons were kept as scattered to it: there
-// the point stores what the smoke scatters to the eye, and no flux. A map made of photon maps stores the light that all
-// smoke there scatters, because photon maps estimate collisions, not fluence. Coefficients of spherical harmonics are
-// stored in resampled smoke only, at nodes of their own.
+// the point stores what the smoke scatters to the eye, and no flux. A map made of photon maps on particles stores the
+// light that all smoke there scatters, because photon maps estimate collisions, not fluence. Coefficients of spherical
+// harmonics are stored in resampled smoke only, at nodes of their own.
 //
 //   value, one channel    |31                     0|   radiance in units of 2^(exponent - 30), by brick
 //   value, three channels |31                     0|   a packed colour (packed_light.h)

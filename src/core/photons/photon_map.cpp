@@ -233,10 +233,10 @@ Color estimate_radiance(const PhotonMap &map, const Phase &phase, const Vec3 &x,
 }
 
 FluenceAndFlux estimate_fluence(const PhotonMap &map, const Vec3 &x, Real largest_radius, Gather &gather,
-                                Statistics &statistics) {
+                                Statistics &statistics, Real &radius) {
     Color sum(Real(0));
     Vec3 flux(Real(0));
-    const Real radius = for_each_near(map, x, largest_radius, gather, statistics, [&](uint32_t photon) {
+    radius = for_each_near(map, x, largest_radius, gather, statistics, [&](uint32_t photon) {
         const Color &power = power_of(map, photon);
         sum += power;
         if (map.direction) flux += map.direction[photon] * (power.x + power.y + power.z);

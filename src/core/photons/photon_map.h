@@ -48,8 +48,9 @@ uint64_t gather_bytes(uint32_t max_photons);
 Color estimate_radiance(const PhotonMap &map, const Phase &phase, const Vec3 &x, const Vec3 &out, Real largest_radius,
                         Gather &gather, Statistics &statistics);
 
-// The fluence and flux of the same photons, from which the light in any direction is found later.
+// The fluence times sigma_t, and the flux, of the same photons, from which the light in any direction is found later.
+// `radius`: of the ball; 0: there is no photon.
 FluenceAndFlux estimate_fluence(const PhotonMap &map, const Vec3 &x, Real largest_radius, Gather &gather,
-                                Statistics &statistics);
+                                Statistics &statistics, Real &radius);
 
 } // namespace wisp::WISP_ARITH
