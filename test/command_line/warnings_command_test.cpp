@@ -288,11 +288,34 @@ TEST_CASE("warnings: options that leave light in places of many mean free paths,
     CHECK(warned("8", "0", "--density-step 3").find("likely up to 62 % wrong here") != std::string::npos); // 19 %
     CHECK(warned("8", "0", "--irradiance-step 6").find("; without --irradiance-step wisp chooses ") !=
           std::string::npos);
-    CHECK(warned("1", "-0.9", "--irradiance-step 1").find("50 % too bright") != std::string::npos);
+    CHECK(warned("1", "-0.9", "--irradiance-step 1").find("50 % wrong here, or more") != std::string::npos);
     for (const char *density : {"0.1", "8", "500"})
         for (const char *phase : {"0", "-0.9", "0.9"}) CHECK(warned(density, phase, "") == "");
     CHECK(warned("0.1", "0", "--irradiance none") == "");
     CHECK(warned("1", "0", "--irradiance-step 1") == "");
+}
+
+TEST_CASE("warnings: photons that fly past smoke that lies far apart") {
+    WarningCommandTest test;
+    const std::string view = "v from 0 0 6 at 0 0 0 up 0 1 0 angle 30 hither 0.01 resolution 4 4\nld 0 -1 -0.5 3 2 1\n",
+                      smoke = "smoke s.ply { radius 0.3 mass 0.02 extinction 1 albedo .9 .9 .9";
+    test.write("s.ply", "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+                        "property float z\nend_header\n0 0 0\n0.1 0 0\n0 0.1 0\n0 0 0.1\n");
+    test.write("s.aff", view + smoke + " }\n" + smoke + " transform 1 1 1 0 1 0 0 900 0 0 }\n");
+    const std::string said = "wisp: warning: light that is scattered more than once is noise here: of 100000 photons ";
+    for (const char *method : {"--smoke direct", "--smoke volume", "--smoke map --deposit exact"}) {
+        const std::string warned = test.warned("--photons 100000 " + std::string(method));
+        CHECK(warned.rfind(said, 0) == 0);
+        CHECK(
+            warned.find(" met the smoke, as they fly into the ball around all of it; --smoke map without --deposit") !=
+            std::string::npos);
+    }
+    CHECK(test.warned("--photons 100000") == "");
+    // Thin smoke is met by few, too, and scatters hardly any light twice.
+    test.write("s.aff", view + "smoke s.ply { radius 0.3 mass 0.0001 extinction 1 albedo .9 .9 .9 }\n");
+    CHECK(test.warned("--smoke direct --photons 100000") == "");
+    test.write("s.aff", view + smoke + " }\n");
+    CHECK(test.warned("--smoke direct --photons 100000") == "");
 }
 
 // At 500 x 500 four paths a pixel err by 38 % (measured), photons by 1.2 %; at 32 x 32 there are a thousand.

@@ -13,6 +13,8 @@ wisp::Ran faults(const wisp::CommandLineTest &folder, const std::string &words) 
 } // namespace
 
 TEST_CASE("faults: without memory, with short reads and writes, and beside itself wisp leaves nothing that is wrong") {
+    if (wisp::has_address_sanitizer)
+        return wisp::skip_case("AddressSanitizer must be loaded before what makes calls fail");
     const wisp::CommandLineTest folder;
     std::filesystem::create_symlink(std::filesystem::absolute(wisp::built("wisp")), folder.file("wisp"));
     const wisp::Ran ran = faults(folder, "--most 10 memory short two --command sequence");
@@ -22,6 +24,8 @@ TEST_CASE("faults: without memory, with short reads and writes, and beside itsel
 }
 
 TEST_CASE("faults: what is left, changed, of another status or no line of error is found") {
+    if (wisp::has_address_sanitizer)
+        return wisp::skip_case("AddressSanitizer must be loaded before what makes calls fail");
     wisp::CommandLineTest folder;
     const std::string wisp = std::filesystem::absolute(wisp::built("wisp")).string();
     folder.write("wisp", "#!/bin/sh\n" + wisp +

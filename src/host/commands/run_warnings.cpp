@@ -173,11 +173,10 @@ void RunWarnings::of_light(const Scene &scene, const Settings &settings, const P
         return std::to_string(1 + static_cast<int>(99.99 * std::min(error, 1.0))) + " %";
     };
     if (map && scatters_far_backward(scene))
-        print(
-            {"backward", "",
-             "light that is scattered more than once is likely 50 % too bright here, or more: where the phase is below "
-             "-0.6 photons do not tell whence it comes" +
-                 (options.empty() ? "" : "; without " + options + " it is not")});
+        print({"backward", "",
+               "light that is scattered more than once is likely 50 % wrong here, or more: where the phase is below "
+               "-0.6 photons do not tell whence it comes" +
+                   (options.empty() ? "" : "; without " + options + " it is not")});
     else if (of_flux > error_of_cells)
         print({"directions", "",
                "light that is scattered more than once is likely up to " + percent(of_flux) +
@@ -197,12 +196,23 @@ void RunWarnings::of_light(const Scene &scene, const Settings &settings, const P
 void RunWarnings::of_photons(const Scene &scene, const Settings &settings, const Plan &plan,
                              const Statistics &statistics) {
     if (!plan.photons || !scatters_much(scene)) return;
+    const auto &photons = statistics.photons;
+    // The noise of what is scattered more than once, relative to all light. Thin smoke has little of that.
+    const double noise = std::sqrt(static_cast<double>(photons.stored) + 1) /
+                         static_cast<double>(std::max<uint64_t>(photons.collisions, 1));
+    if (noise > 0.02 && photons.collisions < photons.emitted / 100 && density_of(scene).mean_depth > 0.02)
+        print({"few photons", "",
+               "light that is scattered more than once is noise here: of " + std::to_string(photons.emitted) +
+                   " photons " + std::to_string(photons.collisions) +
+                   " met the smoke, as they fly into the ball around all of it; " +
+                   (can_resample(scene) ? "--smoke map without --deposit starts them in the smoke"
+                                        : "--reference has no such photons")});
     if (!plan[Stage::gather].needed || settings.method == Method::map) return;
     const Gather gather = gather_of(scene, settings, statistics.photons.stored);
     if (!(gather.radius > 0.3 && gather.radius > 0.55 * gather.free_path)) return;
     print({"nearest photons", "",
            std::string("--smoke ") + (settings.method == Method::direct ? "direct" : "volume") +
-               " is likely 10 % too bright here, or more: the nearest " + std::to_string(settings.gather) +
+               " is likely 10 % wrong here, or more: the nearest " + std::to_string(settings.gather) +
                " photons reach " + two_digits(gather.radius) + " smoothing lengths, " +
                two_digits(gather.radius / gather.free_path) +
                " mean free paths; more --photons or a smaller --gather bring it nearer to --reference, as does --smoke "
