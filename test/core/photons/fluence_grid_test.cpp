@@ -393,6 +393,37 @@ TEST_CASE(WISP_ARITH_NAME ": photons of a light in resampled smoke collide first
         }
 }
 
+TEST_CASE(WISP_ARITH_NAME ": photons of smoke that glows start into all directions alike") {
+    SmokeDescription box = box_smoke({1, 1, 1}, 1, 16);
+    box.albedo = {0.5, 0.5, 0.5};
+    box.emission = {1, 1, 1};
+    struct FirstFlights {
+        uint64_t photon = UINT64_MAX;
+        double count = 0, sums[9] = {}; // of x, y, z and of their products
+        static void add(void *context, const FlightRecord &flight) {
+            FirstFlights &flights = *static_cast<FirstFlights *>(context);
+            if (flights.photon == flight.photon) return;
+            flights.photon = flight.photon;
+            ++flights.count;
+            const Vec3 &d = flight.ray.direction;
+            CHECK(at(dot(d, d)) == doctest::Approx(1).epsilon(1e-5));
+            const double x = at(d.x), y = at(d.y), z = at(d.z),
+                         terms[] = {x, y, z, x * x, y * y, z * z, x * y, y * z, z * x};
+            for (int i = 0; i < 9; ++i) flights.sums[i] += terms[i];
+        }
+    } flights;
+    Scene scene = scene_of(box, {});
+    scene.light_count = 0;
+    const FlightRecorder recorder = {&flights, FirstFlights::add};
+    const TracedFluence traced(scene, brick_settings(4, 1, 20000), 1, &recorder);
+    REQUIRE(flights.count == 20000);
+    for (int i = 0; i < 9; ++i) { // within 5 standard deviations
+        const double mean = i / 3 == 1 ? 1.0 / 3 : 0, variance = i < 3 ? 1.0 / 3 : i < 6 ? 4.0 / 45 : 1.0 / 15;
+        CAPTURE(i);
+        CHECK(std::fabs(flights.sums[i] / flights.count - mean) < 5 * std::sqrt(variance / flights.count));
+    }
+}
+
 TEST_CASE(WISP_ARITH_NAME ": the fluence grid is as bright as the reference") {
     // Sums of pictures, of all orders of scattering.
     const LightSource slanted = {LightKind::parallel, {}, {0, -0.6, -0.8}, 2, {3, 3, 3}},
