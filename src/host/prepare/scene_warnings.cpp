@@ -18,6 +18,8 @@ namespace {
 constexpr double invisible = 1e-3;
 // Of a smoke of more depth than this only the outermost thousandth is seen.
 constexpr double solid = 1e3;
+// Mean free paths to which f32 places what is seen: single scattering of a box errs by 1 % at 0.15, and by 5 % at 0.3.
+constexpr double coarse = 0.1;
 
 // Of fewer particles a support may hold all.
 constexpr uint32_t many = 100;
@@ -159,6 +161,14 @@ class Doubts {
                  "the smoke is like a solid: its mean optical depth is " + two_digits(depth.least_mean) + "; is the " +
                      (smoke.is_grid() ? "density or the extinction too large?"
                                       : "mass or the extinction too large, or the radius too small?"));
+        // A place on a ray is rounded in proportion to its distance from the eye.
+        const Double3 size = extent.high - extent.low;
+        const double away = length(scene_.camera.origin - (extent.low + extent.high) * 0.5) + length(size) / 2,
+                     free_path = std::min({size.x, size.y, size.z}) / depth.least_mean;
+        if (options_.arithmetic == Arithmetic::f32 && away * 0x1p-23 > coarse * free_path)
+            warn("coarse places", said.where,
+                 "f32 places what the camera sees to within " + two_digits(away * 0x1p-23 / free_path) +
+                     " mean free paths in this smoke; --arith f64 has digits for it");
     }
     static std::string nothing_in(const SceneFile::SmokeVolume &said, const SmokeDescription &smoke,
                                   const std::string &path) {

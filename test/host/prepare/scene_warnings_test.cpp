@@ -174,7 +174,22 @@ TEST_CASE("scene warnings: smoke too thin to be seen, or like a solid") {
     };
     CHECK(particles("1e-8") == "thin smoke");
     CHECK(particles("0.1").empty());
-    CHECK(particles("1e4") == "solid smoke");
+    CHECK(particles("1e4") == "solid smoke, coarse places");
+}
+
+TEST_CASE("scene warnings: smoke so dense that f32 has no digits for places in it") {
+    WarningTest test;
+    const auto box = [&](const std::string &from) {
+        return test.kinds("v from " + from + " at 0 0 0 up 0 1 0 angle 40 hither 0.01 resolution 8 8\n" + light +
+                          "smoke box -0.01 -0.01 -0.01 0.01 0.01 0.01 48000 { }\n");
+    };
+    CHECK(box("0 0 10").empty()); // 0.06 mean free paths
+    CHECK(box("0 0 40") == "coarse places");
+    CHECK(test.texts ==
+          "s.aff:3: f32 places what the camera sees to within 0.23 mean free paths in this smoke; --arith f64 has "
+          "digits for it\n");
+    test.options.arithmetic = Arithmetic::f64;
+    CHECK(box("0 0 40").empty());
 }
 
 TEST_CASE("scene warnings: optical depths through grids and particles along the axes") {
