@@ -318,6 +318,29 @@ TEST_CASE("warnings: photons that fly past smoke that lies far apart") {
     CHECK(test.warned("--smoke direct --photons 100000") == "");
 }
 
+TEST_CASE("warnings: the nearest photons among particles of unlike radii") {
+    WarningCommandTest test;
+    const auto warned = [&](const std::string &h, const std::string &extinction, const std::string &method) {
+        std::string particles;
+        for (int i = 0; i < 64; ++i)
+            particles += std::to_string(0.2 * (i % 4)) + " " + std::to_string(0.2 * (i / 4 % 4)) + " " +
+                         std::to_string(0.2 * (i / 16)) + " " + (i % 2 ? "0.2" : h) + "\n";
+        test.write("s.ply", "ply\nformat ascii 1.0\nelement vertex 64\nproperty double x\nproperty double y\n"
+                            "property double z\nproperty double h\nend_header\n" +
+                                particles);
+        test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 22 hither 0.1 resolution 4 4\nld 0 -1 -0.5 3 2 1\n"
+                            "smoke s.ply { mass 0.02 extinction " +
+                                extinction + " albedo .9 .9 .9 }\n");
+        return test.warned("--photons 50000 --smoke " + method);
+    };
+    const std::string text = " is likely 30 % wrong here, or more: smoothing lengths differ by a factor of 4, ";
+    CHECK(warned("0.05", "1", "direct").find("--smoke direct" + text) != std::string::npos);
+    CHECK(warned("0.05", "1", "volume").find("--smoke volume" + text) != std::string::npos);
+    CHECK(warned("0.05", "1", "map") == "");
+    CHECK(warned("0.1", "1", "direct") == "");
+    CHECK(warned("0.05", "0.001", "direct") == ""); // hardly any light is scattered twice
+}
+
 // At 500 x 500 four paths a pixel err by 38 % (measured), photons by 1.2 %; at 32 x 32 there are a thousand.
 TEST_CASE("warnings: photons stay where as many paths would be noisier, and say what they err by") {
     const CommandLineTest test;

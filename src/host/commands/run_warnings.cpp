@@ -136,6 +136,16 @@ Gather gather_of(const Scene &scene, const Settings &settings, uint64_t photons)
     return {ball_radius(of_ball, widest) / density.length, 1 / density.mean_depth};
 }
 
+// The largest factor between two particles' smoothing lengths in one smoke.
+double unlike_lengths(const Scene &scene) {
+    double most = 1;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        const SmokeDescription &smoke = scene.smokes[i];
+        if (!smoke.empty() && !smoke.is_grid()) most = std::max(most, smoke.largest_h / smoke.smallest_h);
+    }
+    return most;
+}
+
 bool scatters_much(const Scene &scene) {
     return std::any_of(scene.smokes, scene.smokes + scene.smoke_count, [](const SmokeDescription &smoke) {
         return !smoke.empty() && std::max({smoke.albedo.x, smoke.albedo.y, smoke.albedo.z}) >= 0.5;
@@ -208,11 +218,19 @@ void RunWarnings::of_photons(const Scene &scene, const Settings &settings, const
                    (can_resample(scene) ? "--smoke map without --deposit starts them in the smoke"
                                         : "--reference has no such photons")});
     if (!plan[Stage::gather].needed || settings.method == Method::map) return;
+    const std::string method = std::string("--smoke ") + (settings.method == Method::direct ? "direct" : "volume");
+    // 300 particles in a ball, 200,000 photons: 14 % too bright where all radii are alike, 18, 34, 70 and 100 % where
+    // they differ by factors of 2, 4, 8 and 16.
+    const double unlike = unlike_lengths(scene);
+    if (unlike > 3 && photons.stored > photons.collisions / 10)
+        return print({"nearest photons", "",
+                      method + " is likely 30 % wrong here, or more: smoothing lengths differ by a factor of " +
+                          two_digits(unlike) +
+                          ", and the nearest photons are those in the smallest; --smoke map errs by less"});
     const Gather gather = gather_of(scene, settings, statistics.photons.stored);
     if (!(gather.radius > 0.3 && gather.radius > 0.55 * gather.free_path)) return;
     print({"nearest photons", "",
-           std::string("--smoke ") + (settings.method == Method::direct ? "direct" : "volume") +
-               " is likely 10 % wrong here, or more: the nearest " + std::to_string(settings.gather) +
+           method + " is likely 10 % wrong here, or more: the nearest " + std::to_string(settings.gather) +
                " photons reach " + two_digits(gather.radius) + " smoothing lengths, " +
                two_digits(gather.radius / gather.free_path) +
                " mean free paths; more --photons or a smaller --gather bring it nearer to --reference, as does --smoke "
