@@ -64,6 +64,7 @@ bool collides_near(const Medium &medium, const Light &light, Real most) {
     }
     return densest > most / (largest(cell) * Real(128));
 }
+
 // sigma_t of all smokes at a node of a brick, index_of() its cell.
 Real extinction_at(const PhotonSources &in, uint32_t brick, int64_t node) {
     return sum_of_resampled(in.medium, [&](const ResampledField &field) { return field.nodes(brick)[node]; });

@@ -61,6 +61,7 @@ struct Pair {
     double seconds, photon_seconds;
 
     double noise() const { return mean_product(a, b, a, b) / 2; } // the variance of one picture
+    double mean() const { return (mean_of(a) + mean_of(b)) / 2; }
 };
 
 // What differs between two pairs beyond their noise, as a mean square.
@@ -70,6 +71,7 @@ double difference(const Pair &p, const Pair &q) { return std::max(0.0, mean_prod
 struct Choice {
     Options options;
     double error, seconds; // relative to the mean, as `wisp compare` has it; of a frame; both estimated
+    double mean = 0;       // of the pixels that were measured with its cells
 };
 
 class MeasuredPixels {
@@ -285,12 +287,13 @@ class Search {
     Choice choice(int level, const Pair &pair, Errors errors, uint64_t photons) const {
         const double more = static_cast<double>(photons) / static_cast<double>(photons_);
         Choice result = {at_level(level, options_, settings_, pixels_.scene()), 0,
-                         pair.seconds + (more - 1) * pair.photon_seconds};
+                         pair.seconds + (more - 1) * pair.photon_seconds, pair.mean()};
         if (random_) result.options.photons = photons;
         if (more > 4) { // too far from what was measured
             const Pair measured = pixels_.pair(result.options, photons);
             errors.noise = measured.noise();
             result.seconds = measured.seconds;
+            result.mean = measured.mean();
         } else {
             errors.noise /= more;
         }
@@ -327,13 +330,13 @@ class Search {
 
 // How much the mean of a choice's pixels differs from that of the reference, relative to it, less three times the
 // standard error: a picture errs by no less. So what all choices err by alike is found where it is much.
-double error_by_reference(const MeasuredPixels &pixels, const Pair &pair) {
+double error_by_reference(const MeasuredPixels &pixels, double mean_of_choice) {
     const Passes passes = pixels.passes({0, checking_passes}).first;
-    const double mean = mean_of(mean_picture(passes).rgb), found = (mean_of(pair.a) + mean_of(pair.b)) / 2;
+    const double mean = mean_of(mean_picture(passes).rgb);
     // Channels err together.
     const Values errors = error_picture(passes).rgb;
     const double error = std::sqrt(3 * sum_of_squares(errors)) / static_cast<double>(errors.size());
-    return mean > 0 ? std::max(0.0, std::fabs(found - mean) - 3 * error) / mean : 0;
+    return mean > 0 ? std::max(0.0, std::fabs(mean_of_choice - mean) - 3 * error) / mean : 0;
 }
 
 // Passes of the reference whose noise is `goal`, relative to the mean.
@@ -394,7 +397,7 @@ void choose_for_error(Request &request) {
         if (!options.quiet) print_note("max-error: " + text);
     };
     if (const std::optional<Choice> choice = Search(pixels, options).choose()) {
-        const double found = error_by_reference(pixels, pixels.pair(choice->options, choice->options.photons));
+        const double found = error_by_reference(pixels, choice->mean);
         if (found <= *options.max_error) {
             say("by" + described(*choice, options) + ": errs by about " + percent(choice->error) +
                 "; a frame takes about " + two_digits(choice->seconds) + " s");

@@ -44,6 +44,11 @@ uint64_t ulps_between(float a, float b) {
 // The larger one; NaN wins.
 double larger(double a, double b) { return std::isnan(a) || a > b ? a : b; }
 
+// An error relative to the mean of B: infinite where that tells no scale.
+double relative_to(double mean, double error) {
+    return error == 0 ? 0 : mean <= 0 || std::isinf(mean) ? infinity : error / mean;
+}
+
 // The sums of pixels that RMSE and its mean need.
 struct Sums {
     double squares = 0, values_of_b = 0;
@@ -58,11 +63,7 @@ struct Sums {
         }
     }
     double rmse() const { return std::sqrt(squares / static_cast<double>(count)); }
-    double relative_rmse() const {
-        if (squares == 0) return 0;
-        const double mean = values_of_b / static_cast<double>(count);
-        return mean <= 0 || std::isinf(mean) ? infinity : rmse() / mean;
-    }
+    double relative_rmse() const { return relative_to(values_of_b / static_cast<double>(count), rmse()); }
 };
 
 double luminance(const Picture &p, size_t pixel) { // ITU-R BT.709; NaN counts as brightest
@@ -176,9 +177,9 @@ void weigh_noise(Difference &difference, const Picture &b, const Picture &error,
     }
     const double count = static_cast<double>(b.rgb.size()), mean = sum / count;
     const double beyond = difference.rmse * difference.rmse - squares / count;
-    const auto relative = [mean](double x) { return x == 0 ? 0 : mean <= 0 || std::isinf(mean) ? infinity : x / mean; };
-    difference.relative_noise = relative(std::sqrt(squares / count));
-    difference.relative_rmse_beyond_noise = relative(std::isnan(beyond) ? beyond : std::sqrt(std::max(beyond, 0.0)));
+    difference.relative_noise = relative_to(mean, std::sqrt(squares / count));
+    difference.relative_rmse_beyond_noise =
+        relative_to(mean, std::isnan(beyond) ? beyond : std::sqrt(std::max(beyond, 0.0)));
 }
 
 void judge(Difference &difference, const Limits &limits) {
