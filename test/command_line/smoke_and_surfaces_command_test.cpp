@@ -46,6 +46,26 @@ double relative_difference(const std::string &a, const std::string &b) {
 
 } // namespace
 
+TEST_CASE("command line: surfaces of any size leave the cells of a box of smoke as they are") {
+    // 1,440,000 triangles take more than the bricks of a box may.
+    CommandLineTest test;
+    std::string spheres;
+    for (int i = 0; i < 8000; ++i)
+        spheres += "s " + std::to_string(i % 100) + " " + std::to_string(i / 100) + " -9 0.4\n";
+    const std::string view = "v from 0 0 6 at 0 0 0 up 0 1 0 angle 22 hither 0.1 resolution 8 8\nld 0 -1 0 1 1 1\n",
+                      smoke = "smoke box -1 -1 -1 1 1 1 1 { extinction 0.3 albedo 0.9 0.9 0.9 }\n";
+    test.write("many.aff", view + "f 1 1 1 1 0 0 0 0\n" + spheres + smoke);
+    test.write("none.aff", view + smoke);
+    const auto bricks = [&test](const char *scene) {
+        const Ran ran = test.wisp("plan " + test.file(scene));
+        CHECK(ran.status == 0);
+        const size_t at = ran.out.find("\nbricks ");
+        REQUIRE(at != std::string::npos);
+        return ran.out.substr(at, ran.out.find('\n', at + 1) - at);
+    };
+    CHECK(bricks("many.aff") == bricks("none.aff"));
+}
+
 TEST_CASE("command line: smoke and surfaces are one picture, by every method, in every arithmetic") {
     Cave cave;
     for (const std::string method : {"", "--smoke direct", "--smoke volume", "--smoke map --deposit path",

@@ -116,6 +116,16 @@ bool fits_in_memory(const Options &options, const Scene &scene, Settings setting
     return needed_bytes(settings, f64::renderer.plan(scene, settings)) <= *options.memory;
 }
 
+// What smoke takes of a plan's arena.
+uint64_t smoke_bytes(const Plan &plan) {
+    uint64_t sum = 0;
+    for (Stage stage = Stage::particle_tree; stage <= Stage::majorants; stage = Stage(static_cast<int>(stage) + 1))
+        sum += plan[stage].bytes;
+    return sum;
+}
+
+constexpr uint64_t fewest_bricks = 8; // larger cells have as many: the bricks around one corner
+
 // Where bricks would be too large, those of a box become coarser, and particles are summed one by one. Where --memory
 // has no room for bricks, all densities are exact. The choice must not depend on the arithmetic: its plan is that of
 // f64.
@@ -127,7 +137,8 @@ void shrink_bricks(const Options &options, const Scene &scene, const SmokeDensit
     const uint64_t most = most_brick_bytes(scene);
     while (settings.density_step > 0) {
         const bool fits = fits_in_memory(options, scene, settings);
-        if (!solid && fits && f64::renderer.plan(scene, settings).arena_bytes <= most) return;
+        const Plan plan = f64::renderer.plan(scene, settings);
+        if (!solid && fits && (smoke_bytes(plan) <= most || plan.bricks <= fewest_bricks)) return;
         const bool as_coarse_as_samples = samples && settings.density_step >= 1;
         if (particles || solid || (!fits && (!samples || as_coarse_as_samples))) {
             settings.density_step = 0;
