@@ -123,9 +123,9 @@ WISP_INLINE uint32_t crossed_children(const BoxNode &node, const PlaneRay<BoxNum
 // Calls visit(triangle, hit) for triangles that the ray's line hits, in leaves that the ray crosses between parameters
 // `begin` and `end`. visit may lower `end`, and returns whether the search is over. nearest_first: of a node's children
 // the nearest is searched first; where any hit will do, putting them in order takes longer than it saves.
-template <bool nearest_first, class Visit>
-WISP_INLINE void search_bvh(const TriangleTree &tree, const TriangleRay &ray, Parameter begin, Parameter &end,
-                            uint32_t ignore_triangle, TreeCounts &counts, Visit &&visit) {
+template <class Visit>
+WISP_INLINE void search_bvh(bool nearest_first, const TriangleTree &tree, const TriangleRay &ray, Parameter begin,
+                            Parameter &end, uint32_t ignore_triangle, TreeCounts &counts, Visit &&visit) {
     const PlaneRay<BoxNumber> boxes = box_ray(tree, ray, BoxNumber());
     const int shift = plane_shift(tree);
     const Filter filter(tree, ray);
