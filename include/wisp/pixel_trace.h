@@ -23,7 +23,7 @@ enum class ShadowDecision : uint8_t {
     culled,        // without testing any triangle
     culled_static, // without testing static triangles; moving ones were tested
     tested,        // by testing a few static triangles, one by one, without a tree
-    traced         // by a ray through a tree
+    traced         // by a ray through a tree; of a step, by all rays of it to the light
 };
 
 struct TraceEvent {
@@ -67,7 +67,7 @@ struct TraceEvent {
         double distance;
         Double3 irradiance; // before smoke and shadows; with --lights cuts, of all lights of the cluster
         ShadowDecision decision;
-        bool blocked;
+        double lit = 1; // the part of the step that no opaque triangle hides from it; of a surface's point 0 or 1
         uint64_t node_visits, triangle_tests, extra_tests; // work of the decision, counted as in Statistics
         double optical_depth, transmittance; // of the smoke in front of the light; 0 and 1 where it was not computed
         Double3 contribution;                // radiance; of a step, radiance per unit of length

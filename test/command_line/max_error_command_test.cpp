@@ -112,19 +112,19 @@ TEST_CASE("max-error: photons are not mistaken for few paths: their cells err by
     CHECK(test.error(300, "--size 12x12") <= 0.1); // 1,024 photons err by 33 %, and did not show it
 }
 
-TEST_CASE("max-error: light through a slit that no step looks through is found by the reference") {
-    // All steps ask for the shadow in their middles, at the same places for all pixels: the picture is 80 % too dark,
-    // with any cells.
+TEST_CASE("max-error: what all choices see wrong is found by the reference") {
+    // A slit that is narrower than a 32nd of a step, to which shadows in smoke are known, at the same places for all
+    // pixels.
     MaxErrorTest test;
-    test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 22 hither 0.1 resolution 12 8\nld 0 -1 0 30 20 10\n"
-                        "f 0 0 0 0 0 0 0 0\np 4  -3 1.5 -3  -3 1.5 -0.01  3 1.5 -0.01  3 1.5 -3\n"
-                        "p 4  -3 1.5 0.01  -3 1.5 3  3 1.5 3  3 1.5 0.01\n"
-                        "smoke box -1 -1 -1 1 1 1 1 { extinction 0.3 albedo 0.9 0.8 0.4 }\n");
-    const Ran ran = test.wisp("render " + test.s() + " --max-error 0.2 -o " + test.file("p.pfm"));
+    test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 22 hither 0.1 resolution 12 8\nld 0 -1 0 3000 2000 1000\n"
+                        "f 0 0 0 0 0 0 0 0\np 4  -3 1.5 -3  -3 1.5 0.002  3 1.5 0.002  3 1.5 -3\n"
+                        "p 4  -3 1.5 0.004  -3 1.5 3  3 1.5 3  3 1.5 0.004\n"
+                        "smoke box -1 -1 -1 1 1 1 1 { extinction 0.3 albedo 0.1 0.1 0.1 }\n");
+    const Ran ran = test.wisp("render " + test.s() + " --max-error 0.4 -o " + test.file("p.pfm"));
     REQUIRE(ran.status == 0);
     CHECK(ran.err.find(" it would err by ") != std::string::npos);
     CHECK(ran.err.find("\nmax-error: by --reference --passes 0:") != std::string::npos);
-    CHECK(test.error(2000) <= 0.2);
+    CHECK(test.error(2000) <= 0.4);
 }
 
 TEST_CASE("max-error: smoke that scatters nothing gets no photons") {

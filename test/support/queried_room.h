@@ -23,9 +23,6 @@ struct QueriedRoom : Room {
         ask(make_shadow_query(surfaces, from, light, illuminate(tracer.lights[light], from, from, from), triangle, {},
                               {}, 0));
     }
-    void ask_in_space(const Vec3 &from, uint32_t light) {
-        ask(make_shadow_query(surfaces, from, light, illuminate(tracer.lights[light], from, from, from)));
-    }
     void ask(const ShadowQuery &query) {
         TreeCounts unused = {};
         const bool right = is_blocked(surfaces, query.ray, query.begin, query.end, query.triangle, unused);
@@ -49,14 +46,13 @@ struct QueriedRoom : Room {
                         if (u + v <= 1) {
                             const Double3 at = c[0] + (c[1] - c[0]) * u + (c[2] - c[0]) * v;
                             ask(vec_of(at), l, i);
-                            ask_in_space(vec_of(at), l);
-                            ask_in_space(vec_of(at + somewhere(1e-6)), l);
+                            ask(vec_of(at), l, other);
+                            ask(vec_of(at + somewhere(1e-6)), l, other);
                         }
                 ask(vec_of(c[0] * 1.25 - lights[l].position * 0.25), l, other); // seen behind its corners
             }
             for (int i = 0; i < 100; ++i) {
                 ask(vec_of(somewhere(1.25)), l, other);
-                ask_in_space(vec_of(somewhere(1.25)), l);
                 ask(vec_of(lights[l].position + somewhere(1e-6)), l, other);
             }
             ask(vec_of(lights[l].position), l, other);

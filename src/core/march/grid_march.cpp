@@ -70,15 +70,13 @@ WISP_INLINE void find_phases(const Light &light, const Phase &phase, const Ray &
     }
 }
 
-// Sets the scattered radiance of a light to 0 in each step where a surface shadows the light.
-void shade(const GridMarcher &marcher, const Light &light, uint32_t number, const Ray &ray, const Group &group,
-           Lanes &scattered, PixelRecorder *recorder) {
-    for (uint32_t l = 0; l < lanes; ++l) {
-        if (!(group.dx[l] > Real(0)) || !(scattered[l] > Real(0))) continue;
-        const Vec3 x = ray.origin + ray.direction * group.t[l];
-        const auto query = [&] { return is_shadowed(marcher.shadows, number, x, illuminate(light, x, x, x)); };
-        if (record_shadow(recorder, l, *marcher.statistics, query)) scattered[l] = Real(0);
-    }
+// Takes off the scattered radiance of a light in each step the part that lies in the shadow of surfaces.
+void shade(const GridMarcher &marcher, uint32_t light, const Ray &ray, const Group &group, Lanes &scattered,
+           PixelRecorder *recorder) {
+    Lanes length, lit;
+    for (uint32_t l = 0; l < lanes; ++l) length[l] = scattered[l] > Real(0) ? group.dx[l] : Real(0);
+    record_lit_parts(*marcher.shadows, light, ray, lanes, group.t, length, lit, recorder);
+    for (uint32_t l = 0; l < lanes; ++l) scattered[l] *= lit[l];
 }
 
 // The depth from the point at distance t of the ray to the light, by a ray.
@@ -203,7 +201,7 @@ WISP_INLINE void gather_lights(const GridMarcher &marcher, const SmokeVolume &sm
             vary_in_steps(at, depths, in_bricks, group, sigma, p);
             vary_in_steep_cells(marcher, from, ray, at, group, sigma, unattenuated, tau, p);
         }
-        if (marcher.shadows) shade(marcher, from, light, ray, group, p, recorder);
+        if (has(parts::surfaces) && marcher.shadows) shade(marcher, light, ray, group, p, recorder);
         if (brightest > Real(0)) add(scattered, p, from.color / brightest);
         if (is_recording(recorder) && brightest > Real(0)) {
             LaneLightRecord record;

@@ -88,10 +88,10 @@ void light(PixelRecorder &recorder, const LightRecord &record) {
 }
 
 void shadow_begin(PixelRecorder &recorder, const Statistics &statistics) { recorder.before = statistics; }
-void shadow_end(PixelRecorder &recorder, uint32_t lane, const Statistics &after, bool blocked) {
+void shadow_end(PixelRecorder &recorder, uint32_t lane, const Statistics &after, Real lit) {
     const Statistics &before = recorder.before;
     TraceEvent::Light &light = recorder.shadow[lane];
-    light.blocked = blocked;
+    light.lit = to_double(lit);
     light.node_visits = after.shadow.traced.node_visits - before.shadow.traced.node_visits;
     light.triangle_tests = after.shadow.traced.triangle_tests - before.shadow.traced.triangle_tests;
     light.extra_tests = after.shadow.extra_tests - before.shadow.extra_tests;

@@ -89,9 +89,9 @@ struct PixelRecorder {
     void (*march_end)(PixelRecorder &, Color radiance, Real optical_depth, Real transmittance);
     void (*step)(PixelRecorder &, const StepRecord &);
     void (*light)(PixelRecorder &, const LightRecord &);
-    // Before and after a shadow query. The counters that the query has raised say how it was decided.
+    // Before and after shadows are found. The counters that this has raised say how it was decided.
     void (*shadow_begin)(PixelRecorder &, const Statistics &);
-    void (*shadow_end)(PixelRecorder &, uint32_t lane, const Statistics &, bool blocked);
+    void (*shadow_end)(PixelRecorder &, uint32_t lane, const Statistics &, Real lit);
     // A group of steps: its lights, what its smokes send, and what arrives.
     void (*lanes_begin)(PixelRecorder &);
     void (*lane_lights)(PixelRecorder &, const LaneLightRecord &);
@@ -115,12 +115,11 @@ void end_lanes(PixelRecorder &, const LaneStepRecord &);
 // Whether a pixel is recorded: hardly ever.
 inline bool is_recording(const PixelRecorder *recorder) { return __builtin_expect(recorder != nullptr, false); }
 
-// The answer of query(), whether a light is in shadow: it is recorded with the lane's next light.
-template <class Query>
-bool record_shadow(PixelRecorder *recorder, uint32_t lane, const Statistics &statistics, Query &&query) {
+// The answer of query(), whether a light is in shadow: it is recorded with the next light.
+template <class Query> bool record_shadow(PixelRecorder *recorder, const Statistics &statistics, Query &&query) {
     if (is_recording(recorder)) recorder->shadow_begin(*recorder, statistics);
     const bool blocked = query();
-    if (is_recording(recorder)) recorder->shadow_end(*recorder, lane, statistics, blocked);
+    if (is_recording(recorder)) recorder->shadow_end(*recorder, 0, statistics, blocked ? Real(0) : Real(1));
     return blocked;
 }
 

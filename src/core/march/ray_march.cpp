@@ -22,6 +22,19 @@ Color multiple_scattering(Marcher &marcher, const Vec3 &x, const Vec3 &out, cons
 
 } // namespace
 
+void record_lit_parts(const Shadows &shadows, uint32_t light, const Ray &ray, uint32_t count, const Real *middle,
+                      const Real *length, Real *lit, PixelRecorder *recorder) {
+    const Statistics &statistics = *shadows.statistics;
+    if (is_recording(recorder)) recorder->shadow_begin(*recorder, statistics);
+    find_lit_parts(shadows, light, ray, count, middle, length, lit);
+    if (!is_recording(recorder)) return;
+    for (uint32_t l = 0; l < count; ++l) {
+        if (!(length[l] > Real(0))) continue;
+        recorder->shadow_end(*recorder, l, statistics, lit[l]);
+        recorder->shadow_begin(*recorder, statistics);
+    }
+}
+
 Color emitted_radiance(const Medium &medium, const Real *extinctions) {
     Color sum(Real(0));
     for (uint32_t s = 0; s < medium.count; ++s) {
@@ -45,8 +58,12 @@ Color single_scattering(const Medium &medium, const SingleScatterer &lights, con
                 scattered +=
                     medium.smokes[i].albedo * (extinctions[i] * mean_phase(lights.lights[l], medium.smokes[i].phase,
                                                                            light.direction, step.begin, step.end, out));
-        const auto query = [&] { return is_shadowed(lights.shadows, l, step.middle, light); };
-        if (!(largest(scattered) > Real(0)) || (lights.shadows && record_shadow(recorder, 0, statistics, query))) {
+        Real lit = Real(1);
+        if (has(parts::surfaces) && lights.shadows && largest(scattered) > Real(0)) {
+            const Real middle = Real(0.5) * step.length;
+            record_lit_parts(*lights.shadows, l, {step.begin, -out}, 1, &middle, &step.length, &lit, recorder);
+        }
+        if (!(largest(scattered) > Real(0) && lit > Real(0))) {
             if (is_recording(recorder)) recorder->light(*recorder, {step.number, l, true, light});
             continue;
         }
@@ -56,7 +73,7 @@ Color single_scattering(const Medium &medium, const SingleScatterer &lights, con
         const Real depth = exact ? optical_depth(medium, {step.middle, -light.direction}, light.distance)
                                  : optical_depth_to_light(*lights.depths, l, step.middle);
         const Real transmittance = exp(-depth);
-        const Color contribution = scattered * light.irradiance * transmittance;
+        const Color contribution = scattered * light.irradiance * (transmittance * lit);
         sum += contribution;
         if (is_recording(recorder))
             recorder->light(*recorder, {step.number, l, true, light, depth, transmittance, contribution});

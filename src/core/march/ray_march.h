@@ -2,7 +2,7 @@
 #pragma once
 #include "core/march/pixel_recorder.h"
 #include "core/photons/irradiance_map.h"
-#include "core/shadows/shadows.h"
+#include "core/shadows/shadows_in_space.h"
 #include "core/smoke/transmittance.h"
 
 namespace wisp::WISP_ARITH {
@@ -132,13 +132,19 @@ struct MarchProgress {
 
 struct Step {
     int32_t number;
+    Real length;
     Vec3 middle, begin, end;
 };
 // The step of length dx that begins at distance `from`.
 inline Step make_step(const Ray &ray, int32_t number, Real from, Real dx) {
-    return {number, ray.origin + ray.direction * (from + Real(0.5) * dx), ray.origin + ray.direction * from,
+    return {number, dx, ray.origin + ray.direction * (from + Real(0.5) * dx), ray.origin + ray.direction * from,
             ray.origin + ray.direction * (from + dx)};
 }
+
+// find_lit_parts() of surfaces, which are there: each is recorded with the lane's next light, the work with that of the
+// first.
+void record_lit_parts(const Shadows &shadows, uint32_t light, const Ray &ray, uint32_t count, const Real *middle,
+                      const Real *length, Real *lit, PixelRecorder *recorder);
 
 // Radiance per unit of length that smokes of these extinctions emit (S1): sum of sigma_a L_e.
 Color emitted_radiance(const Medium &medium, const Real *extinctions);

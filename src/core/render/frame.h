@@ -58,8 +58,7 @@ struct Frame {
     const Watch watch = Watch(work);
 
     // Surfaces
-    Shadows shadows = {};          // of points of triangles
-    Shadows shadows_in_space = {}; // of points of smoke
+    Shadows shadows = {};
     LightCuts light_cuts = {};
     Whitted whitted = {};
     // Photons: one of the stores

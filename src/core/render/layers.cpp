@@ -63,16 +63,14 @@ void hit(PixelRecorder &recorder, const HitRecord &hit) {
 }
 
 void shadow_begin(PixelRecorder &, const Statistics &) {}
-void shadow_end(PixelRecorder &recorder, uint32_t, const Statistics &, bool blocked) {
-    layers_of(recorder).blocked = blocked;
-}
+void shadow_end(PixelRecorder &recorder, uint32_t, const Statistics &, Real lit) { layers_of(recorder).lit = lit; }
 
 void light(PixelRecorder &recorder, const LightRecord &light) {
     LayerRecorder &of = layers_of(recorder);
     if (light.step >= 0 || !light.faces || of.level > 0) return; // of a surface, of the camera ray
     const Real full = largest(light.from.irradiance) * dot(of.shading_normal, -light.from.direction);
     of.unshadowed += full;
-    if (!of.blocked) of.irradiance += full * light.transmittance;
+    of.irradiance += full * (of.lit * light.transmittance);
 }
 
 void direct_light(PixelRecorder &recorder, Color radiance) {

@@ -30,7 +30,7 @@ struct LayerRecorder : PixelRecorder {
     // Of this sample's camera ray.
     Real along;                  // the camera's axis, of a unit of length
     Vec3 shading_normal;         // where it hits
-    bool blocked;                // by surfaces: the light that is recorded next
+    Real lit;                    // the part that surfaces let pass of the light that is recorded next
     Real irradiance, unshadowed; // of lights in front: what arrives, and what would
 };
 

@@ -54,7 +54,7 @@ Source scattered_once(const PathTracer &tracer, uint32_t number, const Ray &ray,
     tracer.statistics->smoke.density_evaluations += medium.count;
     tracer.watch.go_on(units_of_light);
     if (!(largest(source.radiance) > Real(0))) return source;
-    if (tracer.shadows && is_shadowed(tracer.shadows, number, x, arriving)) {
+    if (tracer.shadows && is_shadowed_in_space(tracer.shadows, x, arriving)) {
         source.radiance = Color(Real(0));
         return source;
     }

@@ -4,7 +4,7 @@
 // collisions are found by weighted tracking against local majorants (where photons use exact collisions), draws come
 // from a generator in sequence (where photons hash), and light arrives by next-event estimation.
 #pragma once
-#include "core/shadows/shadows.h"
+#include "core/shadows/shadows_in_space.h"
 #include "core/smoke/medium.h"
 #include "core/numbers/random.h"
 #include "wisp/arena.h"

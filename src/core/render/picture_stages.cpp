@@ -11,7 +11,7 @@ namespace {
 SingleScatterer lights_of_march(Frame &frame) {
     return {frame.state.lights, frame.decisions.lights_in_smoke,
             frame.decisions.light_depths ? &frame.state.smoke.depths : nullptr,
-            frame.decisions.surfaces ? &frame.shadows_in_space : nullptr};
+            frame.decisions.surfaces ? &frame.shadows : nullptr};
 }
 
 // A march for emission and single scattering, and random paths for the rest.
@@ -156,7 +156,7 @@ Status trace_paths(Frame &frame) {
 
 Status find_majorants(Frame &frame) {
     return make_path_tracer(frame.scene, frame.medium(), frame.state.lights,
-                            frame.decisions.surfaces ? &frame.shadows_in_space : nullptr, frame.arena, frame.statistics,
+                            frame.decisions.surfaces ? &frame.shadows : nullptr, frame.arena, frame.statistics,
                             frame.paths, frame.watch)
                ? Status::done
                : Status::out_of_memory;
@@ -175,7 +175,7 @@ Status make_march(Frame &frame) {
     const StepLengths steps = step_lengths(frame.scene, medium, to_real<Real>(frame.settings.step));
     if (has(parts::resampled) && decisions.march == MarchKind::grid) {
         frame.grid_marcher = {&medium,           &frame.state.smoke.depths,
-                              irradiance,        decisions.surfaces ? &frame.shadows_in_space : nullptr,
+                              irradiance,        decisions.surfaces ? &frame.shadows : nullptr,
                               steps.finest,      frame.fluence.straight,
                               &frame.statistics, frame.watch};
     } else if (has(parts::exact) && decisions.march == MarchKind::particles) {

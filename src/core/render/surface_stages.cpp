@@ -34,7 +34,6 @@ Status begin_shadows(Frame &frame) {
                      frame.state.shadow_memory,
                      frame.watch};
     if (!begin_frame(frame.shadows, frame.settings, frame.arena)) return Status::out_of_memory;
-    frame.shadows_in_space = WISP_ARITH::shadows_in_space(frame.shadows);
     return Status::done;
 }
 

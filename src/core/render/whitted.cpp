@@ -134,7 +134,7 @@ bool shade_light(const Whitted &tracer, const Point &point, const Vec3 &directio
     }
     const ShadowQuery query =
         make_shadow_query(*tracer.surfaces, point.position, i, from, point.triangle, point.u, point.v, point.instance);
-    if (record_shadow(recorder, 0, *tracer.statistics, [&] { return is_shadowed(*tracer.shadows, query); })) {
+    if (record_shadow(recorder, *tracer.statistics, [&] { return is_shadowed(*tracer.shadows, query); })) {
         if (is_recording(recorder)) recorder->light(*recorder, {-1, i, true, from});
         return false;
     }

@@ -136,8 +136,8 @@ void end_culling_frame(Shadows &shadows) {
 
 } // namespace
 
-const ShadowTechnique paper_technique = {
-    is_shadowed_by_culling, culling_bytes,        make_culling,       begin_culling_frame,
-    end_culling_frame,      begin_culling_sample, record_culling_hit, true};
+const ShadowTechnique paper_technique = {is_shadowed_by_culling, culling_bytes,     make_culling,
+                                         begin_culling_frame,    end_culling_frame, begin_culling_sample,
+                                         record_culling_hit};
 
 } // namespace wisp::WISP_ARITH

@@ -6,24 +6,23 @@
 
 namespace wisp::WISP_ARITH {
 
-// Whether an opaque triangle stands between a point and a light. The point is one of a triangle, or one of space.
+// Whether an opaque triangle stands between a point of a triangle and a light.
 struct ShadowQuery {
     Ray ray;           // from the point towards the light; its direction has length 1
-    Real begin;        // a nearer hit is the triangle that holds the point: ray_epsilon, or 0 of a point of space
+    Real begin;        // ray_epsilon: a nearer hit is the triangle that holds the point
     Real end;          // distance to the light less ray_epsilon: a farther hit lies behind the light
     uint32_t light;    // of the scene
-    uint32_t triangle; // that holds the point, and does not shadow it; no_triangle: a point of space
+    uint32_t triangle; // that holds the point, and does not shadow it
     bool is_static;    // the triangle never moves
     Real u, v;         // weights of the triangle's corners 1 and 2 at the point
     uint32_t instance; // that the triangle belongs to, or Surfaces::instance_count: none
 };
 
-// The query of a point of a triangle that light number `light` reaches as `from` says. A point of space has no triangle
-// (no_triangle) that must not shadow it, so a wall shadows it however near it is.
+// The query of a point that light number `light` reaches as `from` says.
 inline ShadowQuery make_shadow_query(const Surfaces &surfaces, const Vec3 &position, uint32_t light,
                                      const Illumination &from, uint32_t triangle, Real u, Real v, uint32_t instance) {
     return {{position, -from.direction},
-            triangle == no_triangle ? Real(0) : surfaces.ray_epsilon,
+            surfaces.ray_epsilon,
             from.distance - surfaces.ray_epsilon,
             light,
             triangle,
@@ -31,11 +30,6 @@ inline ShadowQuery make_shadow_query(const Surfaces &surfaces, const Vec3 &posit
             u,
             v,
             instance};
-}
-// The query of a point of space.
-inline ShadowQuery make_shadow_query(const Surfaces &surfaces, const Vec3 &position, uint32_t light,
-                                     const Illumination &from) {
-    return make_shadow_query(surfaces, position, light, from, no_triangle, Real(0), Real(0), surfaces.instance_count);
 }
 
 struct Shadows;
@@ -58,8 +52,6 @@ struct ShadowTechnique {
     // once the sample's camera ray has hit something or nothing.
     void (*begin_sample)(Shadows &shadows, int32_t x, int32_t y, uint32_t sample) = nullptr;
     void (*record_primary_hit)(Shadows &shadows, const Ray &ray, const Hit &hit) = nullptr;
-
-    bool triangles_only = false; // it has no answer for points of space
 };
 
 // Each technique is defined in a file of its own.

@@ -43,17 +43,5 @@ inline bool is_shadowed(Shadows &shadows, const ShadowQuery &query) {
     ++shadows.statistics->rays.shadow;
     return shadows.technique->is_shadowed(shadows, query);
 }
-// The same of a point of space that the light reaches as `from` says; false without surfaces (nullptr).
-inline bool is_shadowed(Shadows *shadows, uint32_t light, const Vec3 &x, const Illumination &from) {
-    return has(parts::surfaces) && shadows &&
-           is_shadowed(*shadows, make_shadow_query(*shadows->surfaces, x, light, from));
-}
-
-// The shadows of the same frame for points of space.
-inline Shadows shadows_in_space(const Shadows &shadows) {
-    Shadows result = shadows;
-    if (result.technique->triangles_only) result.technique = &trace_technique;
-    return result;
-}
 
 } // namespace wisp::WISP_ARITH

@@ -7,8 +7,6 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr uint32_t max_depth = 40; // of the top-level tree: groups are halved, so 2^32 instances need less
-
 // The margin of an instance's box in the world. Coordinates are below 2^13. Each operation that computes the box, or a
 // point of a ray, rounds by less than 2^-22 of that.
 constexpr Real margin = Real(0x1p-4);
@@ -70,7 +68,7 @@ void for_each_instance(const Surfaces &surfaces, const Ray &ray, uint64_t &visit
     struct Entry {
         uint32_t group;
         Real begin;
-    } stack[max_depth];
+    } stack[max_group_depth];
     const auto entry = [&](uint32_t group, Entry &found) {
         Real from = Real(0), to = infinite_distance;
         ++visits;

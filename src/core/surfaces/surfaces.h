@@ -25,6 +25,8 @@ struct InstanceNode {
     uint32_t second, instance;
 };
 
+constexpr uint32_t max_group_depth = 40; // groups are halved, so 2^32 instances need less
+
 struct Surfaces {
     TreeKind kind; // of all trees
     TriangleTree static_tree, deforming_tree;

@@ -153,13 +153,16 @@ std::string shadow_text(const TraceEvent::Light &light) {
     const std::string counts = " (" + std::to_string(light.node_visits) + " nodes, " +
                                std::to_string(light.triangle_tests) + " triangles of trees, " +
                                std::to_string(light.extra_tests) + " others)";
-    const std::string found = light.blocked ? "in shadow, " : "not in shadow, ";
+    const bool blocked = light.lit == 0;
+    std::string found = blocked ? "in shadow, " : "not in shadow, ";
+    if (light.step >= 0 && light.lit < 1 && !blocked) found = exact(light.lit) + " of the step lit, ";
     switch (light.decision) {
-    case ShadowDecision::none: return light.blocked ? "in shadow" : "no shadow asked for";
+    case ShadowDecision::none: return blocked ? "in shadow" : "no shadow asked for";
     case ShadowDecision::culled: return found + "known without asking any triangle";
     case ShadowDecision::culled_static: return found + "known of what is still; asked of what moves" + counts;
     case ShadowDecision::tested: return found + "of still triangles some were tried" + counts;
-    case ShadowDecision::traced: return found + "asked by a ray" + counts;
+    case ShadowDecision::traced:
+        return found + (light.step >= 0 ? "asked by all rays to it" : "asked by a ray") + counts;
     }
     return "";
 }
@@ -251,7 +254,7 @@ std::string light_json(const TraceEvent::Light &light) {
         .add("direction", exact(light.direction))
         .add("distance", exact(light.distance))
         .add("irradiance", exact(light.irradiance))
-        .add_flag("blocked", light.blocked)
+        .add("lit", exact(light.lit))
         .add("answer", quoted(name_of(light.decision)))
         .add("node_visits", light.node_visits)
         .add("triangle_tests", light.triangle_tests)

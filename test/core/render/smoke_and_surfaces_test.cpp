@@ -249,9 +249,10 @@ TEST_CASE(WISP_ARITH_NAME
         Place opaque = place_with(matte({1, 1, 1})), clear = place_with(glass(1)), none = place_with(matte({1, 1, 1}));
         for (Triangle &triangle : none.triangles)
             for (Double3 &corner : triangle.corner) corner.y = -9;
-        // A shadow's edge falls somewhere in a step, and is taken to be at an end of it; so does that of a cone, twice.
+        // A shadow's edge falls somewhere in a step, and is known to a 32nd of it. Two edges of a cone fall somewhere,
+        // too.
         const double dx = step * fog(sigma, 16).smallest_h;
-        const double edges = light.kind == LightKind::spot ? 3 : 1, bar = 0.5 * edges * dx * half.greatest;
+        const double edges = light.kind == LightKind::spot ? 2 : 1.0 / 32, bar = 0.5 * edges * dx * half.greatest;
         CHECK(bar < 0.02 * half.sum);
         for (const Way way : marched) {
             CAPTURE(static_cast<int>(way));
@@ -269,6 +270,48 @@ TEST_CASE(WISP_ARITH_NAME
         CHECK(look(clear, Way::reference, from, along, 50).red == look(none, Way::reference, from, along, 50).red);
         CHECK(look(clear, Way::reference, from, along, 50).red > 0);
     }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": light through slits that are narrower than a step") {
+    constexpr double sigma = 0.4, albedo = 0.0009765625, y = 0.4, z = 0.2, step = 1;
+    const Double3 from = {-6, y, z}, along = {1, 0, 0};
+    for (const double width : {0.0625, 0.25})
+        for (const double first : {-1.5, -0.03, 0.0, 0.11}) // of three slits, the middle
+            for (const bool is_parallel : {false, true}) {
+                CAPTURE(width);
+                CAPTURE(first);
+                Place place;
+                place.smokes = {fog(sigma, 4)};
+                place.smokes[0].albedo = {albedo, albedo, albedo};
+                if (is_parallel)
+                    place.light(LightKind::parallel, {}, {512, 512, 512}, unit({0.1, -1, 0.3}));
+                else
+                    place.light(LightKind::point, {0.5, 9, 0.25}, {40960, 40960, 40960});
+                const uint32_t number = place.material(matte({1, 1, 1}));
+                double begin = -9;
+                for (int i = 0; i < 4; ++i) {
+                    const double end = i < 3 ? first + 0.7 * i - width / 2 : 9;
+                    place.add({begin, 3, -9}, {end, 3, -9}, {end, 3, 9}, {begin, 3, 9}, number);
+                    begin = end + width;
+                }
+                const LightSource &light = place.lights[0];
+                const auto lit = [&](const Double3 &p) {
+                    const Double3 way = is_parallel ? light.direction * -1.0 : light.position - p;
+                    const double x = p.x + way.x * (3 - p.y) / way.y - first;
+                    return std::fabs(x - 0.7 * std::clamp(std::round(x / 0.7), 0.0, 2.0)) < width / 2;
+                };
+                const Integral slits = scattered_once(sigma, albedo, light, y, z, lit);
+                const double dx = step * place.smokes[0].smallest_h;
+                CHECK(dx > 3 * width);
+                for (const Way way : marched) {
+                    CAPTURE(static_cast<int>(way));
+                    const double seen =
+                        look(place, way, from, along, 0, [](Settings &settings) { settings.step = step; }).red;
+                    // Each edge is known to half of a 32nd of a step. Light falls by up to a fifth within a step, and
+                    // is that in its middle.
+                    CHECK(std::fabs(seen - slits.sum) < 6 * dx / 64 * slits.greatest + 0.1 * slits.sum);
+                }
+            }
 }
 
 TEST_CASE(WISP_ARITH_NAME ": a lamp on a ceiling lights the smoke below as if that were not there; one under it none "

@@ -59,11 +59,10 @@ TEST_CASE(WISP_ARITH_NAME ": whatever is proved of a box holds for every ray fro
                     at.y += (2 * next() - 1) * reach.y;
                     at.z += (2 * next() - 1) * reach.z;
                     const Vec3 from = vec_of(at);
-                    const ShadowQuery query =
-                        make_shadow_query(room.surfaces, from, number, illuminate(light, from, from, from));
-                    if (!(query.end > Real(0))) continue;
-                    const bool hit = intersects(room.scene, t, TriangleRay(query.ray.origin, query.ray.direction),
-                                                query.begin, query.end);
+                    const Illumination lit = illuminate(light, from, from, from);
+                    const Real end = lit.distance - room.surfaces.ray_epsilon;
+                    if (!(end > Real(0))) continue;
+                    const bool hit = intersects(room.scene, t, TriangleRay(from, -lit.direction), Real(0), end);
                     hits += hit;
                     wrong += (hit && apart) || (!hit && shadowed) || (hit && opaque && !is_listed);
                 }

@@ -65,7 +65,9 @@ struct Crowd : Room {
     }
     ShadowQuery query(const Vec3 &from, uint32_t light) const {
         const Illumination lit = illuminate(tracer.lights[light], from, from, from);
-        return make_shadow_query(surfaces, from, light, lit);
+        ShadowQuery any = make_shadow_query(surfaces, from, light, lit, no_triangle, {}, {}, surfaces.instance_count);
+        any.begin = Real(0); // a wall at the point shadows it, too
+        return any;
     }
 
     Sequence next;

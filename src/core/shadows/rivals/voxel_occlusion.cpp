@@ -18,7 +18,7 @@ namespace {
 constexpr uint64_t max_voxels = 1u << 18;
 constexpr uint32_t units_of_light = 1 << 12; // of work
 constexpr int64_t rim = 1 << 9;              // lattice steps around the bounds, for points that are rounded
-// States that are not the number of a triangle. They differ from no_triangle, the triangle of a point of space.
+// States that are not the number of a triangle.
 enum : uint32_t { unresolved = 0xfffffffe, mixed = 0xfffffffd, shadowed = 0xfffffffc, lit = 0xfffffffb };
 
 struct VoxelLight : ShaftLight {

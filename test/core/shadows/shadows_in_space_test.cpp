@@ -1,0 +1,124 @@
+// Shadows of points of space; the parts of steps that a light reaches, against shadow rays from the middles of all
+// parts, which test every triangle.
+#include "core/shadows/shadows_in_space.h"
+#include "core/surfaces/light_fan.h"
+#include "support/brute_force.h"
+#include "support/compared_pictures.h"
+#include "support/random_rooms.h"
+
+namespace wisp::WISP_ARITH {
+
+namespace {
+
+// Steps of one ray, some of them without a length.
+struct Steps {
+    Ray ray;
+    Real middle[lanes], length[lanes];
+};
+Steps random_steps(Sequence &next, double size) {
+    const auto within = [&next](double limit) { return (2 * next() - 1) * limit; };
+    Steps steps;
+    steps.ray.origin = vec(within(size), within(size), within(size));
+    Vec3 direction = vec(within(1), within(1), within(1));
+    while (length(direction) < real(0.1)) direction = vec(within(1), within(1), within(1));
+    steps.ray.direction = normalize(direction);
+    const double scales[] = {0.01, 0.1, 0.5};
+    double from = next() * size;
+    const double scale = size * scales[static_cast<int>(next() * 3)];
+    for (uint32_t l = 0; l < lanes; ++l) {
+        const double dx = next() < 0.2 ? 0 : scale * (0.2 + next());
+        steps.middle[l] = real(from + dx / 2);
+        steps.length[l] = real(dx);
+        from += dx + (next() < 0.2 ? scale : 0);
+    }
+    return steps;
+}
+
+// The surfaces of a scene, with trees of one kind.
+struct OtherTrees {
+    OtherTrees(const Scene &scene, TreeKind kind) {
+        memory.resize(static_cast<size_t>(surface_bytes(scene, kind) + placement_bytes(scene, kind)));
+        Arena arena(memory.data(), memory.size());
+        surfaces = make_surfaces(scene, kind, arena);
+        REQUIRE(surfaces.ready);
+        place_surfaces(scene, arena, surfaces);
+        REQUIRE(surfaces.ready);
+    }
+    std::vector<unsigned char> memory;
+    Surfaces surfaces;
+};
+
+} // namespace
+
+TEST_CASE(WISP_ARITH_NAME ": the lit parts of steps are those that shadow rays find, in both trees") {
+    uint64_t parts = 0, other = 0, dark = 0, partly = 0;
+    int worst = 0, asked = 0;
+    for (uint64_t seed = 0; seed < 30; ++seed) {
+        const double sizes[] = {1, 16, 1024};
+        RandomRoom room(seed, sizes[seed % 3]);
+        const BruteForce all(room.scene, room.surfaces);
+        const OtherTrees kd(room.scene, TreeKind::kd);
+        Shadows in_kd = room.shadows;
+        in_kd.surfaces = &kd.surfaces;
+        Sequence next{seed * 3 + 1};
+        TreeCounts unused = {};
+        for (uint32_t light = 0; light < room.scene.light_count; ++light)
+            for (int i = 0; i < 12; ++i) {
+                const Steps steps = random_steps(next, room.size);
+                Real lit[lanes], again[lanes];
+                const uint64_t before = room.statistics.rays.shadow;
+                find_lit_parts(room.shadows, light, steps.ray, lanes, steps.middle, steps.length, lit);
+                uint64_t with_length = 0;
+                for (uint32_t l = 0; l < lanes; ++l) with_length += steps.length[l] > Real(0);
+                CHECK(room.statistics.rays.shadow - before == with_length);
+                find_lit_parts(in_kd, light, steps.ray, lanes, steps.middle, steps.length, again);
+                for (uint32_t l = 0; l < lanes; ++l) {
+                    CHECK(lit[l] == again[l]);
+                    if (!(steps.length[l] > Real(0))) {
+                        continue;
+                    }
+                    int count = 0;
+                    for (uint32_t p = 0; p < shadow_parts; ++p) {
+                        const double t = at(steps.middle[l]) + at(steps.length[l]) * ((p + 0.5) / shadow_parts - 0.5);
+                        const Vec3 x = steps.ray.origin + steps.ray.direction * real(t);
+                        const Illumination from = illuminate(room.shadows.lights[light], x, x, x);
+                        count += !is_blocked_by_brute_force(all, {x, -from.direction}, Real(0),
+                                                            from.distance - all.ray_epsilon, no_triangle, unused);
+                    }
+                    const int found = static_cast<int>(at(lit[l]) * shadow_parts + 0.5), off = std::abs(found - count);
+                    parts += shadow_parts;
+                    other += static_cast<uint64_t>(off);
+                    worst = std::max(worst, off);
+                    ++asked;
+                    dark += found == 0;
+                    partly += found > 0 && found < static_cast<int>(shadow_parts);
+                }
+            }
+    }
+    CHECK(asked > 5000);
+    CHECK(dark > 500);
+    CHECK(partly > 300);
+    CHECK(other * 50000 < parts); // by rounding: none where this was measured
+    CHECK(worst <= 1);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": a ray finds what stands between a point in space and a light, and counts the query") {
+    Room room;
+    room.add({-1, 1, -1}, {1, 1, -1}, {0, 1, 1}, room.material(matte({1, 1, 1})));
+    room.light(LightKind::constant, {0, 2, 0}, {1, 1, 1});
+    room.build();
+    const auto ask = [&](double x, double y) {
+        const Vec3 at = vec_of({x, y, 0});
+        return is_shadowed_in_space(&room.shadows, at, illuminate(room.tracer.lights[0], at, at, at));
+    };
+    CHECK(ask(0, 0));
+    CHECK(!ask(5, 0));
+    CHECK(!ask(0, 1.5)); // above the triangle
+    CHECK(!ask(0, 3));   // the triangle lies beyond the light's other side
+    CHECK(room.statistics.rays.shadow == 4);
+    CHECK(room.statistics.rays.shadow_culled == 0);
+    CHECK(room.statistics.shadow.traced.node_visits > 0);
+    CHECK(!is_shadowed_in_space(nullptr, vec_of({0, 0, 0}), {}));
+}
+
+} // namespace wisp::WISP_ARITH
