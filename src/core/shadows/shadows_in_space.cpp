@@ -5,7 +5,6 @@ namespace wisp::WISP_ARITH {
 
 void find_lit_parts(const Shadows &shadows, uint32_t light, const Ray &ray, uint32_t count, const Real *middle,
                     const Real *length, Real *lit) {
-    for (uint32_t i = 0; i < count; ++i) lit[i] = Real(1);
     const Light &source = shadows.lights[light];
     StepShadows steps;
     steps.count = count;
@@ -15,6 +14,7 @@ void find_lit_parts(const Shadows &shadows, uint32_t light, const Ray &ray, uint
         steps.begin[i] = middle[i] - Real(0.5) * length[i];
         steps.length[i] = length[i];
         steps.hidden[i] = ~0u;
+        lit[i] = Real(1);
         if (!(length[i] > Real(0))) continue;
         steps.hidden[i] = 0;
         begin = min(begin, steps.begin[i]);

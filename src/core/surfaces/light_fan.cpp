@@ -68,8 +68,9 @@ struct FanSides {
             side[s].normal = normal;
             if (instance) { // dot(normal, axes x + origin) <= limit
                 for (int a = 0; a < 3; ++a) side[s].normal[a] = dot(normal, instance->axis[a]);
-                limit -= dot(normal, instance->origin);
-                size += sum_of(absolute(instance->origin));
+                const Real moved = dot(normal, instance->origin);
+                limit -= moved;
+                size += abs(moved);
             }
             if (s == 0) plane = limit;
             side[s].limit = limit + slack * (size + sum_of(absolute(side[s].normal)) * largest);
@@ -146,6 +147,13 @@ void hide(StepShadows &steps, Real from, Real to) {
     }
 }
 
+// Whether the light lies in the triangle's plane, as a lamp on a ceiling does: rounding alone would decide to which
+// side such a triangle throws a shadow.
+bool is_in_plane(const LightFan &fan, const Vec3 (&corner)[3]) {
+    const Vec3 normal = glm::cross(direction_between(corner[0], corner[1]), direction_between(corner[0], corner[2]));
+    return abs(dot(normal, fan.light - corner[0])) <= length(normal) * fan.epsilon;
+}
+
 // Hides what the triangle of these corners, seen from the fan's origin, hides. `across`: where they are, on either side
 // of the fan's plane.
 void hide_behind(const LightFan &fan, const Vec3 (&corner)[3], const Real (&across)[3], StepShadows &steps) {
@@ -169,6 +177,7 @@ void hide_behind(const LightFan &fan, const Vec3 (&corner)[3], const Real (&acro
     if ((beyond(low, fan.begin, fan.before) && beyond(high, fan.begin, fan.before)) ||
         (beyond(low, fan.end, fan.behind) && beyond(high, fan.end, fan.behind)))
         return;
+    if (!fan.is_parallel && high.y > Real(0.5) * fan.light_y && is_in_plane(fan, corner)) return;
     const auto at = [&](Real y) { return FanPoint{mix(low.x, high.x, (y - low.y) / (high.y - low.y)), y}; };
     if (low.y < Real(0)) cut[0] = at(Real(0));
     if (high.y > fan.farthest) cut[1] = at(fan.farthest);
@@ -283,9 +292,10 @@ bool make_light_fan(const Ray &ray, Real begin, Real end, bool is_parallel, cons
     fan.origin = ray.origin;
     fan.along = ray.direction;
     fan.is_parallel = is_parallel;
-    const Vec3 way = is_parallel ? light : light - ray.origin;
-    fan.light_x = dot(way, fan.along);
-    const Vec3 up = way - fan.along * fan.light_x;
+    fan.epsilon = epsilon;
+    fan.light = is_parallel ? light : light - ray.origin;
+    fan.light_x = dot(fan.light, fan.along);
+    const Vec3 up = fan.light - fan.along * fan.light_x;
     fan.light_y = length(up);
     if (!(fan.light_y > (abs(fan.light_x) + fan.light_y) * Real(0x1p-10))) return false;
     fan.up = up / fan.light_y;

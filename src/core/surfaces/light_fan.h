@@ -23,16 +23,17 @@ struct FanPoint {
 struct LightFan {
     Vec3 origin, along, up, across; // of the ray; unit vectors: of the ray, in the plane towards the light, its normal
     bool is_parallel;
-    Real light_x, light_y;   // in `along` and `up`: the light's place from the origin, or its direction
-    Real farthest;           // triangles count up to here in `up`
+    Vec3 light;              // from the origin to it; the unit vector towards a parallel one
+    Real light_x, light_y;   // the same in `along` and `up`
+    Real epsilon, farthest;  // of make_light_fan(); triangles count up to here in `up`
     Real begin, end;         // of the stretch, as distances on the ray
     FanPoint before, behind; // unit vectors outwards from the lines of `begin` and of `end` to the light
     HalfSpace side[fan_sides];
 };
 
 // The fan of the ray's distances `begin` to `end`. `light`: its position, or the unit vector towards a parallel light.
-// A triangle that is nearer to the light than `epsilon` does not count. False: the light lies on the ray's line, or
-// within 2^-10 of the way to it. Then there is no plane.
+// Of a triangle, what is nearer to the light than `epsilon` does not count, and nothing if its plane is. False: the
+// light lies on the ray's line, or within 2^-10 of the way to it. Then there is no plane.
 bool make_light_fan(const Ray &ray, Real begin, Real end, bool is_parallel, const Vec3 &light, Real epsilon,
                     LightFan &fan);
 
