@@ -1,5 +1,6 @@
 // The goldens: each fixture's picture has the SHA-256 that fixtures/goldens.txt says, in each arithmetic; and the
 // arithmetics agree within a thousandth.
+#include "host/base/files.h"
 #include "host/images/compare.h"
 #include "host/images/picture.h"
 #include "support/built.h"
@@ -81,4 +82,11 @@ TEST_CASE("every fixture has its golden in every arithmetic, and f32 and fixed a
         const double noise = compare(picture(other_seed, "f64"), exact).relative_rmse;
         CHECK(compare(picture(golden.scene, golden.arithmetic), exact).relative_rmse < (resampled ? 0.5 : 0.1) * noise);
     }
+}
+
+TEST_CASE("golden: fixtures/demo.png is the picture of make demo") {
+    const TemporaryFolder folder;
+    const std::string png = folder.file("demo.png");
+    REQUIRE(std::system((built("wisp") + " render fixtures/wake.aff --frames 2 -q -o " + png).c_str()) == 0);
+    CHECK(read_file(png) == read_file("fixtures/demo.png"));
 }
