@@ -17,6 +17,12 @@ constexpr uint32_t units_of_sample = 4, units_of_node = 1, units_of_direction = 
 enum { onward, back, both_ways };
 
 // Radiances R are colours, or one number where all lights and smokes are grey: a third of the work, with the same bits.
+// Where code is to be small, greys are swept as colours.
+#ifdef __OPTIMIZE_SIZE__
+constexpr bool sweeps_greys = false;
+#else
+constexpr bool sweeps_greys = true;
+#endif
 template <class R> constexpr int32_t channels_of = std::is_same_v<R, Color> ? 3 : 1;
 template <class R> R radiance_of(const Color &color) {
     if constexpr (std::is_same_v<R, Color>)
@@ -782,8 +788,8 @@ uint64_t line_sweep_bytes(uint64_t bricks, uint64_t of_line, int32_t spacing, bo
 
 bool sweep_lines(const LineSweep &sweep, const LightOfPhotons &light, Arena &arena, Watch watch) {
     const size_t mark = arena.mark();
-    const bool done = is_grey(sweep, light) ? sweep_all<Real>(sweep, light, arena, watch)
-                                            : sweep_all<Color>(sweep, light, arena, watch);
+    const bool done = sweeps_greys && is_grey(sweep, light) ? sweep_all<Real>(sweep, light, arena, watch)
+                                                            : sweep_all<Color>(sweep, light, arena, watch);
     arena.rewind(mark);
     return done;
 }
