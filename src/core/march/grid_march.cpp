@@ -240,6 +240,36 @@ WISP_INLINE void gather_harmonics(const Irradiance &map, const Phase &phase, con
     for (uint32_t l = 0; l < lanes; ++l) sent[l] *= Real(1.0 / max_component);
 }
 
+// The steps in cut cells, and the weights of their corners.
+struct CutSteps {
+    uint32_t mask; // of lanes
+    CornerWeights weights[lanes];
+};
+
+void find_cut_steps(const CutCells &cut, const Ray &ray, const Group &group, const LaneCells &at, const int32_t *first,
+                    CutSteps &steps) {
+    for (uint32_t l = 0; l < lanes; ++l) {
+        const uint32_t brick = static_cast<uint32_t>(group.points.brick[l]),
+                       node = static_cast<uint32_t>(at.node[l] - first[l]);
+        if (!(group.dx[l] > Real(0)) || !cut.is_cut(brick, node)) continue;
+        steps.mask |= 1u << l;
+        steps.weights[l] = weights_in_cut_cell(cut, brick, {node, Vec3(at.x[l], at.y[l], at.z[l])},
+                                               ray.origin + ray.direction * group.t[l]);
+    }
+}
+
+// Trilinear interpolation as in `interpolate`, but within cut cells by their weights.
+template <class Value>
+WISP_INLINE void interpolate_seen(const LaneCells &at, const CutSteps &cut, Value &&value, Lanes &result) {
+    interpolate(at, value, result);
+    for (uint32_t rest = cut.mask; rest != 0; rest &= rest - 1) {
+        const uint32_t l = static_cast<uint32_t>(__builtin_ctz(rest));
+        result[l] = Real(0);
+        for (uint32_t corner = 0; corner < 8; ++corner)
+            result[l] += cut.weights[l].of[corner] * value(node_of_corner(at, l, corner));
+    }
+}
+
 // Adds the multiple scattering of one smoke in each step, from the irradiance map (S4-4).
 WISP_INLINE void gather_scattered(const GridMarcher &marcher, const SmokeVolume &smoke, const Ray &ray,
                                   const Group &group, LaneColor &scattered) {
@@ -254,13 +284,16 @@ WISP_INLINE void gather_scattered(const GridMarcher &marcher, const SmokeVolume 
     }
     LaneCells at;
     find_cells(group.points, first, spacing, at);
+    CutSteps cut;
+    cut.mask = 0;
+    if (map.cut.any()) find_cut_steps(map.cut, ray, group, at, first, cut);
     Lanes p;
     for (uint32_t l = 0; l < lanes; ++l) p[l] = Real(1);
     if (map.flux && !smoke.phase.isotropic()) {
         Lanes flux[3];
         for (int32_t c = 0; c < 3; ++c)
-            interpolate(
-                at, [&map, c](int32_t node) { return unpack_flux(map.flux[node])[c]; }, flux[c]);
+            interpolate_seen(
+                at, cut, [&map, c](int32_t node) { return unpack_flux(map.flux[node])[c]; }, flux[c]);
         const auto there = [&flux](uint32_t l) { return Vec3(flux[0][l], flux[1][l], flux[2][l]); };
         if (map.harmonics && uses_harmonics(smoke.phase.asymmetry())) {
             Lanes more;
@@ -273,16 +306,16 @@ WISP_INLINE void gather_scattered(const GridMarcher &marcher, const SmokeVolume 
     if (map.single_channel) {
         Lanes value;
         const uint32_t *values = map.value;
-        interpolate(
-            at, [values](int32_t node) { return Real(static_cast<int32_t>(values[node])); }, value);
+        interpolate_seen(
+            at, cut, [values](int32_t node) { return Real(static_cast<int32_t>(values[node])); }, value);
         for (uint32_t l = 0; l < lanes; ++l) p[l] *= scale_pow2(value[l], exponent[0][l] - single_channel_bits);
         add(scattered, p, map.color);
         return;
     }
     Lanes channel[3];
     for (int32_t c = 0; c < 3; ++c) {
-        interpolate(
-            at, [&map, c](int32_t node) { return unpack_color(map.value[node], 0)[c]; }, channel[c]);
+        interpolate_seen(
+            at, cut, [&map, c](int32_t node) { return unpack_color(map.value[node], 0)[c]; }, channel[c]);
         for (uint32_t l = 0; l < lanes; ++l) channel[c][l] = scale_pow2(channel[c][l], exponent[c][l]);
     }
     for (uint32_t l = 0; l < lanes; ++l) {

@@ -166,6 +166,16 @@ SphericalHarmonics halves_of(const Vec3 &direction) {
     return halves;
 }
 
+// How a deposit at p is shared among the corners of its cell.
+CornerWeights weights_of_corners(const FluenceSums &fluence, uint32_t brick, const CellPosition &at, const Vec3 &p) {
+    const SparseGrid &bricks = *fluence.bricks;
+    if (fluence.cut.any() && fluence.cut.is_cut(brick, at.node))
+        return weights_in_cut_cell(fluence.cut, brick, at, low_of(bricks, brick) + p * bricks.cell);
+    CornerWeights weights;
+    for (uint32_t corner = 0; corner < 8; ++corner) weights.of[corner] = corner_weight(at.t, corner);
+    return weights;
+}
+
 // Deposits a photon that flies along `direction` at a place in a brick.
 void deposit(const FluenceSums &fluence, uint32_t brick, const Vec3 &p, const Color &power, const Vec3 &direction,
              const SphericalHarmonics &halves) {
@@ -173,20 +183,19 @@ void deposit(const FluenceSums &fluence, uint32_t brick, const Vec3 &p, const Co
     const int32_t n = nodes_along(spacing);
     const CellPosition at = find_cell(p, spacing);
     const size_t first = size_t{brick} * nodes_of(spacing) + at.node;
-    Real weight[8];
-    for (uint32_t corner = 0; corner < 8; ++corner) weight[corner] = corner_weight(at.t, corner);
+    const CornerWeights weight = weights_of_corners(fluence, brick, at, p);
     const auto node = [&](uint32_t corner) { return first + offset_of_corner(corner, n); };
     for (uint32_t c = 0; c < fluence.channels; ++c) {
         const Real units = scale_pow2(power[static_cast<int>(c)], deposit_bits);
         for (uint32_t corner = 0; corner < 8; ++corner)
-            fluence.power[node(corner) * fluence.channels + c] += units_of(weight[corner], units);
+            fluence.power[node(corner) * fluence.channels + c] += units_of(weight.of[corner], units);
     }
     if (!fluence.flux) return;
     const Vec3 flux = direction * (power.x + power.y + power.z);
     for (uint32_t corner = 0; corner < 8; ++corner)
         for (uint32_t c = 0; c < 3; ++c) {
             const Real units = scale_pow2(flux[static_cast<int>(c)], deposit_bits);
-            const int64_t amount = units_of(weight[corner], abs(units));
+            const int64_t amount = units_of(weight.of[corner], abs(units));
             fluence.flux[node(corner) * 3 + c] += units < Real(0) ? -amount : amount;
         }
     if (fluence.harmonics) deposit_harmonics(fluence, brick, p, power.x + power.y + power.z, halves);
@@ -387,6 +396,9 @@ Status trace_fluence(const PhotonTracing &tracing, const OpticalDepthGrid &depth
     if (needs.harmonics) fluence.harmonics = sums.values + with_flux;
     if (sums.count != 0 && sums.count != numbers) return Status::size_mismatch;
     if (numbers > sums.capacity) return Status::out_of_memory;
+    if (tracing.surfaces &&
+        !find_cut_cells(*tracing.surfaces, bricks, spacing, tracing.arena, tracing.watch, fluence.cut))
+        return Status::out_of_memory;
     if (sums.count == 0 && !fill(sums.values, numbers, int64_t{0}, tracing.watch)) return Status::stopped;
     sums.count = numbers;
     tracing.statistics.bytes.particle_map = numbers * sizeof(int64_t);
@@ -459,6 +471,35 @@ void find_tents_of_brick(const FluenceSums &fluence, uint32_t brick, Real *tents
     }
 }
 
+// Within cut cells the corners' weights are others: adds the integrals of what these differ by from tents, by random
+// points.
+void restrict_tents_of_brick(const FluenceSums &fluence, uint32_t brick, Real *tents) {
+    constexpr uint32_t points = 64; // a cell
+    const SparseGrid &bricks = *fluence.bricks;
+    const int32_t spacing = fluence.spacing, n = nodes_along(spacing);
+    Pcg32 generator(brick);
+    for (uint32_t node = 0; node < nodes_of(spacing); ++node) {
+        if (!fluence.cut.is_cut(brick, node)) continue;
+        const Cell lowest = cell_of_index(n, node);
+        for (uint32_t point = 0; point < points; ++point) { // one in each of 4 x 4 x 4 parts of the cell
+            const Cell part = cell_of_index(4, point);
+            Vec3 t(Real(part.x), Real(part.y), Real(part.z));
+            for (int axis = 0; axis < 3; ++axis) t[axis] = (t[axis] + unit_half_open<Real>(generator())) * Real(0.25);
+            const Vec3 p = (Vec3(Real(lowest.x), Real(lowest.y), Real(lowest.z)) + t) * Real(spacing);
+            const Vec3 x = low_of(bricks, brick) + p * bricks.cell;
+            if (!is_strictly_inside(bricks.bounds, x)) continue;
+            const Real sigma = sum_of_resampled(
+                *fluence.medium, [&](const ResampledField &field) { return extinction(field, brick, p); });
+            if (!(sigma > Real(0))) continue;
+            const CornerWeights weights = weights_in_cut_cell(fluence.cut, brick, {node, t}, x);
+            const Real amount =
+                scale_pow2(sigma, fluence.sigma_shift) * Real(216.0 / points * spacing * spacing * spacing);
+            for (uint32_t corner = 0; corner < 8; ++corner)
+                tents[node + offset_of_corner(corner, n)] += (weights.of[corner] - corner_weight(t, corner)) * amount;
+        }
+    }
+}
+
 } // namespace
 
 bool find_tents(FluenceSums &fluence, Arena &arena, Watch watch) {
@@ -468,6 +509,7 @@ bool find_tents(FluenceSums &fluence, Arena &arena, Watch watch) {
     for (uint32_t b = 0; b < fluence.bricks->count; ++b) {
         if (!watch.go_on(nodes * units_of_tent)) return false;
         find_tents_of_brick(fluence, b, tents + size_t{b} * nodes);
+        if (fluence.cut.any()) restrict_tents_of_brick(fluence, b, tents + size_t{b} * nodes);
     }
     fluence.tents = tents;
     return true;

@@ -12,6 +12,7 @@
 // 4 pi / albedo / sigma_t, exactly but for noise, whatever the directions of the light are.
 #pragma once
 #include "core/lights/forward_peak.h"
+#include "core/photons/cut_cells.h"
 #include "core/photons/particle_map.h"
 #include "core/photons/photon_starts.h"
 #include "core/photons/spherical_harmonics.h"
@@ -38,9 +39,10 @@ struct FluenceSums {
     // The part of scattered light that counts as going straight on, where the sums are of light towards the eye, else
     // 0.
     Real straight = Real(0);
+    CutCells cut = {};
 };
 
-// How many sums photons leave at most, and the bytes for them and for tracing.
+// How many sums photons leave at most, and the bytes for them and for tracing. Cut cells take more (cut_cell_bytes).
 struct FluencePlan {
     uint64_t sums, bytes;
 };

@@ -154,7 +154,7 @@ void pack_points(const Medium &medium, Points &points, Real tolerance, Irradianc
         Color greatest(Real(0));
         for (uint32_t i = 0; i < points.nodes; ++i) greatest = max(greatest, light[i]);
         int32_t spacing = points.spacing;
-        if (tolerance > Real(0)) {
+        if (tolerance > Real(0) && !has_cut_cell(map.cut, b)) {
             const Vec3 low = low_of(bricks, b);
             Real depth = Real(0);
             for (uint32_t i = 0; i < medium.count; ++i)
@@ -189,7 +189,8 @@ void pack_points(const Medium &medium, Points &points, Real tolerance, Irradianc
 
 // Gives unknown points the mean of their known neighbours in the brick, and its flux. A node on a hard face is unknown
 // where rounding puts it outside.
-void fill_unknown(Points &points, uint32_t brick) {
+void fill_unknown(Points &points, const CutCells &cut, uint32_t brick) {
+    const bool parted = has_cut_cell(cut, brick);
     const int32_t n = points.along;
     Color *radiance = points.radiance + uint64_t{brick} * points.nodes;
     const bool *known = points.known + uint64_t{brick} * points.nodes;
@@ -204,7 +205,7 @@ void fill_unknown(Points &points, uint32_t brick) {
             for (int32_t y = max(node.y - 1, 0); y <= min(node.y + 1, n - 1); ++y)
                 for (int32_t x = max(node.x - 1, 0); x <= min(node.x + 1, n - 1); ++x) {
                     const size_t i = static_cast<size_t>((z * n + y) * n + x);
-                    if (!known[i]) continue;
+                    if (!known[i] || (parted && are_parted(cut, brick, node, {x, y, z}))) continue;
                     sum += radiance[i];
                     if (flux) sum_of_fluxes += unpack_flux(flux[i]) * all_channels(radiance[i]);
                     ++count;
@@ -215,17 +216,17 @@ void fill_unknown(Points &points, uint32_t brick) {
     }
 }
 
-bool fill_all_unknown(Points &points) {
+bool fill_all_unknown(Points &points, const CutCells &cut) {
     for (uint32_t b = 0; b < points.bricks->count; ++b) {
         if (!points.watch.go_on(points.nodes)) return false;
-        fill_unknown(points, b);
+        fill_unknown(points, cut, b);
     }
     return true;
 }
 
 // Makes the map of the known points; it is not ready if the work is stopped.
 void finish(const Medium &medium, Points &points, Real tolerance, Irradiance &map) {
-    if (fill_all_unknown(points)) pack_points(medium, points, tolerance, map);
+    if (fill_all_unknown(points, map.cut)) pack_points(medium, points, tolerance, map);
 }
 
 // False: the arena was too small.
@@ -331,6 +332,7 @@ Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, const 
     map.incident = true;
     map.single_channel = fluence.channels == 1;
     map.color = fluence.photon_color;
+    map.cut = fluence.cut;
     Points points;
     if (!make_points(*fluence.bricks, fluence.spacing, fluence.flux != nullptr, units_of_light, arena, watch, points))
         return map;
@@ -347,7 +349,7 @@ Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, const 
     const LineSweep sweep = {&medium,    gather.depths, fluence.spacing, fluence.sigma_shift, common_phase(medium),
                              gather.eye, gather.turns};
     if (gather.depths && suits_lines(sweep)) {
-        if (!fill_all_unknown(points)) return map;
+        if (!fill_all_unknown(points, map.cut)) return map;
         const LightOfPhotons light = {points.known, points.radiance, points.flux, map.harmonics, map.harmonic_spacing};
         if (!sweep_lines(sweep, light, arena, watch)) return map;
         points.flux = nullptr;

@@ -35,6 +35,7 @@ struct Irradiance {
     bool incident;       // a point holds arriving light, to be multiplied by sigma_s; false: scattered light
     bool single_channel; // all light has one colour
     Color color;         // ... which is this; its largest channel is 1
+    CutCells cut;        // a brick that has some has as many points as the field
     bool ready;          // false: the arena was too small
 };
 inline uint64_t bytes_of(const Irradiance &map) {

@@ -118,7 +118,8 @@ Status distribute_emission(Frame &frame) {
 
 uint64_t photon_bytes(const Scene &scene, const Settings &settings, const Decisions &d, const Sizes &sizes) {
     if (has(parts::photons) && d.photons == PhotonStore::fluence_grid)
-        return plan_fluence(scene, d.photon_needs, sizes.grid.count, d.spacing.irradiance).bytes;
+        return plan_fluence(scene, d.photon_needs, sizes.grid.count, d.spacing.irradiance).bytes +
+               (d.surfaces ? cut_cell_bytes(sizes.grid.count, d.spacing.irradiance) : 0);
     if (has(parts::exact_photons) && d.photons == PhotonStore::photon_map) return plan_photons(scene, settings).bytes;
     if (has(parts::exact_photons) && d.photons == PhotonStore::particle_map)
         return plan_particle_map(scene, settings).bytes + packed_map_bytes(scene, d.photon_needs);

@@ -114,12 +114,17 @@ WISP_INLINE void interpolate(const LaneCells &at, const Real *values, Lanes &res
         at, [values](int32_t node) { return values[node]; }, result);
 }
 
+// A corner of the cell of lane l.
+inline int32_t node_of_corner(const LaneCells &at, uint32_t l, uint32_t corner) {
+    const int32_t c = static_cast<int32_t>(corner);
+    return at.node[l] + (c & 1) + (c >> 1 & 1) * at.row[l] + (c >> 2) * at.layer[l];
+}
+
 // The least and the greatest of the values between which lane l interpolates.
 inline void range_of_corners(const LaneCells &at, const Real *values, uint32_t l, Real &least, Real &greatest) {
     least = greatest = values[at.node[l]];
-    for (int32_t corner = 1; corner < 8; ++corner) {
-        const Real value =
-            values[at.node[l] + (corner & 1) + (corner >> 1 & 1) * at.row[l] + (corner >> 2) * at.layer[l]];
+    for (uint32_t corner = 1; corner < 8; ++corner) {
+        const Real value = values[node_of_corner(at, l, corner)];
         least = min(least, value);
         greatest = max(greatest, value);
     }
