@@ -1,5 +1,6 @@
 // Photons from the first collisions of light in resampled smoke, and their fluence (S2, S4-3).
 #include "core/photons/fluence_grid.h"
+#include "core/shadows/shadows_in_space.h"
 #include "wisp/photon_sums.h"
 #include "wisp/settings.h"
 
@@ -55,14 +56,6 @@ template <class Density> uint32_t smoke_at(const Medium &medium, Pcg32 &generato
         if (rest < Real(0)) break;
     }
     return chosen;
-}
-
-// Whether a surface stands between x and the light.
-bool is_blocked(const Surfaces *surfaces, const Vec3 &x, const Illumination &from) {
-    if (!has(parts::surfaces) || !surfaces) return false;
-    const Real ray_epsilon = surfaces->ray_epsilon;
-    TreeCounts unused = {};
-    return is_blocked(*surfaces, {x, -from.direction}, ray_epsilon, from.distance - ray_epsilon, no_triangle, unused);
 }
 
 // A collision that is real with a probability of sigma_t / rate.
@@ -244,7 +237,8 @@ Start start_at_node(const Tracer &tracer, const PhotonSource &source, const Colo
         ++counts.escaped;
         return nowhere;
     }
-    if (is_blocked(tracer.surfaces, x, from)) {
+    TreeCounts unused = {};
+    if (has(parts::surfaces) && tracer.surfaces && is_blocked_in_space(*tracer.surfaces, x, from, unused)) {
         ++counts.blocked;
         return nowhere;
     }

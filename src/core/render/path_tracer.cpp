@@ -54,11 +54,12 @@ Source scattered_once(const PathTracer &tracer, uint32_t number, const Ray &ray,
     tracer.statistics->smoke.density_evaluations += medium.count;
     tracer.watch.go_on(units_of_light);
     if (!(largest(source.radiance) > Real(0))) return source;
-    if (tracer.shadows && is_shadowed_in_space(tracer.shadows, x, arriving)) {
+    ++tracer.statistics->rays.shadow;
+    if (has(parts::surfaces) && tracer.surfaces &&
+        is_blocked_in_space(*tracer.surfaces, x, arriving, tracer.statistics->shadow.traced)) {
         source.radiance = Color(Real(0));
         return source;
     }
-    if (!tracer.shadows) ++tracer.statistics->rays.shadow;
     source.radiance = source.radiance * exp(-optical_depth(medium, {x, -arriving.direction}, arriving.distance));
     return source;
 }
@@ -196,7 +197,6 @@ Color emitted(const PathTracer &tracer, const WeightedCollision &collision) {
 Color scattered_again(const PathTracer &tracer, Ray ray, WeightedCollision collision, Color radiance,
                       Pcg32 &generator) {
     const Medium &medium = *tracer.medium;
-    const Surfaces *surfaces = tracer.shadows ? tracer.shadows->surfaces : nullptr;
     Color throughput(Real(1));
     for (uint32_t number = 1; number < longest_path; ++number) {
         if (!(collision.weight > Real(0)) || !tracer.watch.go_on(units_of_collision)) return radiance;
@@ -207,7 +207,7 @@ Color scattered_again(const PathTracer &tracer, Ray ray, WeightedCollision colli
         const Turn turn(tracer, smoke, ray.origin + ray.direction * collision.distance, ray.direction);
         uint32_t light;
         if (turn.follow_lobe(generator, light, ray)) {
-            Real end = distance_to_surface(surfaces, ray, Real(0));
+            Real end = distance_to_surface(tracer.surfaces, ray, Real(0));
             const Real share = turn.share(light, ray.direction);
             if (enter(medium, ray, end)) {
                 collision = sample_collision(tracer, ray, end, generator);
@@ -215,7 +215,7 @@ Color scattered_again(const PathTracer &tracer, Ray ray, WeightedCollision colli
             }
         }
         ray = turn.follow_phase(generator);
-        Real end = distance_to_surface(surfaces, ray, Real(0));
+        Real end = distance_to_surface(tracer.surfaces, ray, Real(0));
         if (!enter(medium, ray, end)) return radiance;
         collision = sample_collision(tracer, ray, end, generator);
         radiance += throughput * emitted(tracer, collision);
@@ -334,9 +334,9 @@ uint64_t majorant_bytes(const Scene &scene) {
     return Arena::bytes<Real>(min(number_of(majorants_in(size, edge)), most_majorants_of(elements)));
 }
 
-bool make_path_tracer(const Scene &scene, const Medium &medium, const Light *lights, Shadows *shadows, Arena &arena,
-                      Statistics &statistics, PathTracer &tracer, Watch watch) {
-    tracer = {&medium, lights, scene.light_count, {}, &statistics, shadows, watch};
+bool make_path_tracer(const Scene &scene, const Medium &medium, const Light *lights, const Surfaces *surfaces,
+                      Arena &arena, Statistics &statistics, PathTracer &tracer, Watch watch) {
+    tracer = {&medium, lights, scene.light_count, {}, &statistics, surfaces, watch};
     if (medium.empty()) return true;
     tracer.majorants = make_majorants(medium, majorant_edge(scene), arena, watch);
     return tracer.majorants.sigma != nullptr;

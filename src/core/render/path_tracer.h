@@ -31,7 +31,7 @@ struct PathTracer {
     uint32_t light_count;
     Majorants majorants;
     Statistics *statistics;
-    Shadows *shadows; // of surfaces; nullptr: there are none
+    const Surfaces *surfaces; // stop paths and hide lights; nullptr: there are none
     Watch watch = {};
 };
 
@@ -55,8 +55,9 @@ Color sample_radiance(const PathTracer &tracer, Ray ray, Real end, Color radianc
 Color sample_multiple_scattering(const PathTracer &tracer, Ray ray, Real end, Pcg32 &generator);
 
 uint64_t majorant_bytes(const Scene &scene); // of the arena, at most
-bool make_path_tracer(const Scene &scene, const Medium &medium, const Light *lights, Shadows *shadows, Arena &arena,
-                      Statistics &statistics, PathTracer &tracer, Watch watch = {}); // false: the arena was too small
+bool make_path_tracer(const Scene &scene, const Medium &medium, const Light *lights, const Surfaces *surfaces,
+                      Arena &arena, Statistics &statistics, PathTracer &tracer,
+                      Watch watch = {}); // false: the arena was too small
 
 // Each pass of each pixel has its own random numbers: a crop, or some of the passes, has the samples of the whole.
 Pcg32 pass_generator(const Settings &settings, uint32_t pass, int32_t x, int32_t y);

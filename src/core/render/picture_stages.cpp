@@ -155,9 +155,8 @@ Status trace_paths(Frame &frame) {
 } // namespace
 
 Status find_majorants(Frame &frame) {
-    return make_path_tracer(frame.scene, frame.medium(), frame.state.lights,
-                            frame.decisions.surfaces ? &frame.shadows : nullptr, frame.arena, frame.statistics,
-                            frame.paths, frame.watch)
+    return make_path_tracer(frame.scene, frame.medium(), frame.state.lights, frame.surfaces(), frame.arena,
+                            frame.statistics, frame.paths, frame.watch)
                ? Status::done
                : Status::out_of_memory;
 }
@@ -174,10 +173,9 @@ Status make_march(Frame &frame) {
     const Irradiance *irradiance = frame.has_irradiance ? &frame.irradiance : nullptr;
     const StepLengths steps = step_lengths(frame.scene, medium, to_real<Real>(frame.settings.step));
     if (has(parts::resampled) && decisions.march == MarchKind::grid) {
-        frame.grid_marcher = {&medium,           &frame.state.smoke.depths,
-                              irradiance,        decisions.surfaces ? &frame.shadows : nullptr,
-                              steps.finest,      frame.fluence.straight,
-                              &frame.statistics, frame.watch};
+        frame.grid_marcher = {
+            &medium,      &frame.state.smoke.depths, irradiance,        decisions.surfaces ? &frame.shadows : nullptr,
+            steps.finest, frame.fluence.straight,    &frame.statistics, frame.watch};
     } else if (has(parts::exact) && decisions.march == MarchKind::particles) {
         ParticleMarcher &marcher = frame.particle_marcher;
         if (!make_window(frame.scene, frame.arena, marcher)) return Status::out_of_memory;

@@ -36,7 +36,9 @@ void find_lit_parts(const Shadows &shadows, uint32_t light, const Ray &ray, uint
     for (uint32_t i = 0; i < count; ++i) { // towards the light or away from it: by a ray from the middle
         if (!(length[i] > Real(0))) continue;
         const Vec3 x = ray.origin + ray.direction * middle[i];
-        if (is_shadowed_in_space(&shadows, x, illuminate(source, x, x, x))) lit[i] = Real(0);
+        ++shadows.statistics->rays.shadow;
+        if (is_blocked_in_space(*shadows.surfaces, x, illuminate(source, x, x, x), shadows.statistics->shadow.traced))
+            lit[i] = Real(0);
     }
 }
 

@@ -4,14 +4,11 @@
 
 namespace wisp::WISP_ARITH {
 
-// Whether an opaque triangle stands between x and a light that reaches it as `from` says, by a ray. A wall shadows x
-// however near it is. False without surfaces (nullptr).
-inline bool is_shadowed_in_space(const Shadows *shadows, const Vec3 &x, const Illumination &from) {
-    if (!has(parts::surfaces) || !shadows) return false;
-    const Surfaces &surfaces = *shadows->surfaces;
-    ++shadows->statistics->rays.shadow;
+// Whether an opaque triangle stands between x and a light that reaches it as `from` says. A wall shadows x however near
+// it is.
+inline bool is_blocked_in_space(const Surfaces &surfaces, const Vec3 &x, const Illumination &from, TreeCounts &counts) {
     return is_blocked(surfaces, {x, -from.direction}, Real(0), from.distance - surfaces.ray_epsilon, no_triangle,
-                      shadows->statistics->shadow.traced);
+                      counts);
 }
 
 // Sets lit[i] to the part of step i, 0 to 1, from which no opaque triangle hides the light, in units of

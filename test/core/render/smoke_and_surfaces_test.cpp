@@ -457,6 +457,25 @@ TEST_CASE(WISP_ARITH_NAME ": behind a wall in the smoke photons leave nothing, w
     }
 }
 
+TEST_CASE(WISP_ARITH_NAME ": a wall stops the light of smoke that glows, with a light in the scene and without any") {
+    // On the left of the wall at x = 0 smoke glows, on the right it scatters.
+    for (const bool lit : {false, true}) {
+        CAPTURE(lit);
+        Place place;
+        place.smokes = {box_smoke({0.9, 1, 1}, 1, 8), box_smoke({0.9, 1, 1}, 1, 8)};
+        place.smokes[0].grid.center = {-1, 0, 0};
+        place.smokes[0].emission = {9, 9, 9};
+        place.smokes[1].grid.center = {1, 0, 0};
+        place.plate(0, 0, 40, place.material(matte({0, 0, 0})));
+        if (lit) place.light(LightKind::constant, {-8, 0, 0}, {0.5, 0.5, 0.5});
+        const auto seen_at = [&](double x) { return look(place, Way::reference, {x, 0.1, 4}, {0, 0, -1}, 200).red; };
+        CHECK(seen_at(-1) > 0);
+        CHECK(seen_at(0.5) == 0);
+        place.materials[0].transmission = 1;
+        CHECK(seen_at(0.5) > 0);
+    }
+}
+
 TEST_CASE(WISP_ARITH_NAME ": fog in the cells that a black wall cuts is as bright as in the reference") {
     constexpr int pixels = 8;
     for (const double wall : {0.0, 0.1}) { // in a plane of nodes; within cells
