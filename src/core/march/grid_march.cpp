@@ -240,7 +240,7 @@ WISP_INLINE void gather_harmonics(const Irradiance &map, const Phase &phase, con
     for (uint32_t l = 0; l < lanes; ++l) sent[l] *= Real(1.0 / max_component);
 }
 
-// The steps in cut cells, and the weights of their corners.
+// The steps in cut cells that see corners of these, and the weights of the corners.
 struct CutSteps {
     uint32_t mask; // of lanes
     CornerWeights weights[lanes];
@@ -252,9 +252,9 @@ void find_cut_steps(const CutCells &cut, const Ray &ray, const Group &group, con
         const uint32_t brick = static_cast<uint32_t>(group.points.brick[l]),
                        node = static_cast<uint32_t>(at.node[l] - first[l]);
         if (!(group.dx[l] > Real(0)) || !cut.is_cut(brick, node)) continue;
-        steps.mask |= 1u << l;
-        steps.weights[l] = weights_in_cut_cell(cut, brick, {node, Vec3(at.x[l], at.y[l], at.z[l])},
-                                               ray.origin + ray.direction * group.t[l]);
+        if (find_weights_in_cut_cell(cut, brick, {node, Vec3(at.x[l], at.y[l], at.z[l])},
+                                     ray.origin + ray.direction * group.t[l], steps.weights[l]))
+            steps.mask |= 1u << l;
     }
 }
 

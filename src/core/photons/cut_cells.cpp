@@ -64,6 +64,55 @@ bool find_edges(const CutCells &cut, uint32_t brick, uint8_t *edges) {
     return any;
 }
 
+// Marks the cells that triangles meet as cut: a corner of a room, or what is smaller than a cell, may lie between their
+// edges.
+struct CellMarker {
+    const CutCells &cut;
+    uint8_t *edges;
+    Vec3 size; // of parts of triangles whose boxes are taken for them: a cell, where the numbers tell cells apart
+
+    CellMarker(const CutCells &cut_, uint8_t *edges_)
+        : cut(cut_), edges(edges_),
+          size(max(cut.bricks->cell * Real(cut.spacing),
+                   max(absolute(cut.bricks->bounds.low), absolute(cut.bricks->bounds.high)) * Real(0x1p-18))) {}
+
+    void mark(const Vec3 &a, const Vec3 &b, const Vec3 &c) const {
+        const SparseGrid &bricks = *cut.bricks;
+        const Box box = {min(a, min(b, c)), max(a, max(b, c))};
+        if (largest(max(box.low - bricks.bounds.high, bricks.bounds.low - box.high)) > Real(0)) return;
+        if (largest(box.high - box.low - size) > Real(0)) {
+            const Vec3 ab = (a + b) * Real(0.5), bc = (b + c) * Real(0.5), ca = (c + a) * Real(0.5);
+            mark(a, ab, ca);
+            mark(ab, b, bc);
+            mark(ca, bc, c);
+            mark(ab, bc, ca);
+            return;
+        }
+        for (uint32_t corner = 0; corner < 8; ++corner) {
+            const Vec3 x((corner & 1 ? box.high : box.low).x, (corner & 2 ? box.high : box.low).y,
+                         (corner & 4 ? box.high : box.low).z);
+            const uint32_t brick = brick_at(bricks, cell_at(bricks.lattice, x));
+            if (brick == no_brick) continue;
+            edges[cut.first(brick) + find_cell(position_in(bricks, brick, x), cut.spacing).node] |= 8;
+        }
+    }
+    // Of the tree of an instance (nullptr: of the world). False: the work is stopped.
+    bool mark_all(const TriangleTree &tree, const PlacedInstance *instance, Watch watch) const {
+        for (uint32_t i = 0; i < tree.group_count * group_triangles; ++i) {
+            const TriangleGroup &group = tree.groups[i / group_triangles];
+            const uint32_t lane = i % group_triangles;
+            if ((group.triangle[lane] & transmissive_bit) != 0) continue; // nor is there one
+            if (!watch.go_on(units_of_edge)) return false;
+            Vec3 corner[3];
+            for (uint32_t c = 0; c < 3; ++c)
+                corner[c] = in_world(
+                    instance, Vec3(group.corner[c][0][lane], group.corner[c][1][lane], group.corner[c][2][lane]));
+            mark(corner[0], corner[1], corner[2]);
+        }
+        return true;
+    }
+};
+
 } // namespace
 
 bool find_cut_cells(const Surfaces &surfaces, const SparseGrid &bricks, int32_t spacing, Arena &arena, Watch watch,
@@ -85,6 +134,12 @@ bool find_cut_cells(const Surfaces &surfaces, const SparseGrid &bricks, int32_t 
                 of_brick[node] |= 8;
         }
     }
+    const CellMarker marker(cut, edges);
+    if (!marker.mark_all(surfaces.static_tree, nullptr, watch)) return false;
+    if (!marker.mark_all(surfaces.deforming_tree, nullptr, watch)) return false;
+    for (uint32_t i = 0; i < surfaces.instance_count; ++i)
+        if (surfaces.placed[i].visible && !marker.mark_all(surfaces.instances[i].tree, &surfaces.instances[i], watch))
+            return false;
     return true;
 }
 
@@ -98,11 +153,11 @@ bool are_parted(const CutCells &cut, uint32_t brick, const Cell &a, const Cell &
     return are_parted(*cut.surfaces, seen_from(cut, brick, a), seen_from(cut, brick, b));
 }
 
-CornerWeights weights_in_cut_cell(const CutCells &cut, uint32_t brick, const CellPosition &at, const Vec3 &x) {
+bool find_weights_in_cut_cell(const CutCells &cut, uint32_t brick, const CellPosition &at, const Vec3 &x,
+                              CornerWeights &weights) {
     constexpr Real least = Real(0x1p-10); // of a corner that is seen: their sum is not 0
     const int32_t n = nodes_along(cut.spacing);
     const Cell lowest = cell_of_index(n, at.node);
-    CornerWeights weights;
     for (uint32_t corner = 0; corner < 8; ++corner)
         weights.of[corner] = max(corner_weight(at.t, corner), Real(0)) + least;
     const auto nearest_of = [&](uint32_t group) {
@@ -125,14 +180,14 @@ CornerWeights weights_in_cut_cell(const CutCells &cut, uint32_t brick, const Cel
     uint32_t seen =
         seen_of([&](uint32_t corner) { return connected_with(corner, cut.edges + cut.first(brick) + at.node, n); });
     if (seen == 0) seen = seen_of([](uint32_t corner) { return 1u << corner; });
-    if (seen == 0) seen = 1u << nearest_of(all_corners);
     Real sum = Real(0);
     for (uint32_t corner = 0; corner < 8; ++corner) {
         if ((seen >> corner & 1) == 0) weights.of[corner] = Real(0);
         sum += weights.of[corner];
     }
+    if (seen == 0) return false;
     for (Real &weight : weights.of) weight = weight / sum;
-    return weights;
+    return true;
 }
 
 } // namespace wisp::WISP_ARITH

@@ -5,8 +5,8 @@
 //   edge |7       4|  3  |  2  |  1  |  0  |   by brick and node
 //        |    0    | cut |  z  |  y  |  x  |
 //
-// x, y, z: a triangle stands between the node and the next one along that axis. cut: such triangles part the corners of
-// the cell with this lowest corner.
+// x, y, z: a triangle stands between the node and the next one along that axis. cut: one meets the cell with this
+// lowest corner, or parts its corners.
 #pragma once
 #include "core/smoke/sparse_grid.h"
 #include "core/surfaces/surfaces.h"
@@ -39,10 +39,11 @@ bool has_cut_cell(const CutCells &cut, uint32_t brick);
 bool are_parted(const CutCells &cut, uint32_t brick, const Cell &a, const Cell &b);
 
 // The weights of a cut cell's corners for its point x, at `at` in the brick: trilinear weights of the corners that x
-// sees, divided by their sum. Where it sees none, its nearest corner has all.
+// sees, divided by their sum. False: x sees none, and all are 0.
 struct CornerWeights {
     Real of[8];
 };
-CornerWeights weights_in_cut_cell(const CutCells &cut, uint32_t brick, const CellPosition &at, const Vec3 &x);
+bool find_weights_in_cut_cell(const CutCells &cut, uint32_t brick, const CellPosition &at, const Vec3 &x,
+                              CornerWeights &weights);
 
 } // namespace wisp::WISP_ARITH

@@ -162,10 +162,11 @@ SphericalHarmonics halves_of(const Vec3 &direction) {
 // How a deposit at p is shared among the corners of its cell.
 CornerWeights weights_of_corners(const FluenceSums &fluence, uint32_t brick, const CellPosition &at, const Vec3 &p) {
     const SparseGrid &bricks = *fluence.bricks;
-    if (fluence.cut.any() && fluence.cut.is_cut(brick, at.node))
-        return weights_in_cut_cell(fluence.cut, brick, at, low_of(bricks, brick) + p * bricks.cell);
     CornerWeights weights;
-    for (uint32_t corner = 0; corner < 8; ++corner) weights.of[corner] = corner_weight(at.t, corner);
+    if (fluence.cut.any() && fluence.cut.is_cut(brick, at.node))
+        find_weights_in_cut_cell(fluence.cut, brick, at, low_of(bricks, brick) + p * bricks.cell, weights);
+    else
+        for (uint32_t corner = 0; corner < 8; ++corner) weights.of[corner] = corner_weight(at.t, corner);
     return weights;
 }
 
@@ -485,7 +486,8 @@ void restrict_tents_of_brick(const FluenceSums &fluence, uint32_t brick, Real *t
             const Real sigma = sum_of_resampled(
                 *fluence.medium, [&](const ResampledField &field) { return extinction(field, brick, p); });
             if (!(sigma > Real(0))) continue;
-            const CornerWeights weights = weights_in_cut_cell(fluence.cut, brick, {node, t}, x);
+            CornerWeights weights;
+            find_weights_in_cut_cell(fluence.cut, brick, {node, t}, x, weights);
             const Real amount =
                 scale_pow2(sigma, fluence.sigma_shift) * Real(216.0 / points * spacing * spacing * spacing);
             for (uint32_t corner = 0; corner < 8; ++corner)

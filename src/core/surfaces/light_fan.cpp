@@ -120,11 +120,6 @@ WISP_INLINE uint32_t children_in(const BoxSides &fan, const BoxNode &node, int s
     return lanes_not_less(zero, most);
 }
 
-Vec3 in_world(const PlacedInstance *instance, const Vec3 &v) {
-    if (!instance) return v;
-    return instance->axis[0] * v.x + instance->axis[1] * v.y + instance->axis[2] * v.z + instance->origin;
-}
-
 // Where the line from the light through the point meets the ray.
 Real projected(const LightFan &fan, const FanPoint &p) {
     const Real part = p.y / fan.light_y; // of the way to the light

@@ -18,6 +18,12 @@ struct PlacedInstance {
     Vec3 axis[3], origin, inverse[3]; // columns of its matrix, where its space begins, columns of the inverse matrix
 };
 
+// A point of the space of an instance (nullptr: of the world's) in the world.
+inline Vec3 in_world(const PlacedInstance *instance, const Vec3 &v) {
+    if (!instance) return v;
+    return instance->axis[0] * v.x + instance->axis[1] * v.y + instance->axis[2] * v.z + instance->origin;
+}
+
 // A node of the top-level tree: visible instances, halved by the middles of their boxes down to one. The first child
 // follows its parent, the second is at `second`. In a leaf, of instance `instance`, `second` is 0.
 struct InstanceNode {

@@ -476,6 +476,36 @@ TEST_CASE(WISP_ARITH_NAME ": a wall stops the light of smoke that glows, with a 
     }
 }
 
+TEST_CASE(WISP_ARITH_NAME
+          ": light that is shut in leaves nothing in the fog around, how small and oblique the walls may be") {
+    for (const double size : {0.1, 0.4, 1.1}) // of cells of 0.25
+        for (const int32_t turn : {0, 1, 2}) {
+            CAPTURE(size);
+            CAPTURE(turn);
+            Place place;
+            place.smokes = {fog(1, 16)};
+            const uint32_t material = place.material(matte({0, 0, 0}));
+            const Double3 middle = {0.125 * turn, 0.07 * turn, 0.03};
+            const auto corner = [&](double x, double y, double z) {
+                const double c = std::cos(0.4 * turn), s = std::sin(0.4 * turn);
+                return middle + Double3{c * x - s * y, s * x + c * y, z} * size;
+            };
+            const Double3 a = corner(1, 1, 1), b = corner(1, -1, -1), c = corner(-1, 1, -1), d = corner(-1, -1, 1);
+            place.add(a, b, c, material);
+            place.add(a, b, d, material);
+            place.add(a, c, d, material);
+            place.add(b, c, d, material);
+            place.light(LightKind::point, middle, {9, 9, 9});
+            place.shown();
+            Scene scene = place.scene;
+            scene.camera = {{0.1, 0.2, 6}, {-0.3, 0.3, -1}, {0.1, 0, 0}, {0, -0.1, 0}};
+            const auto seen = [&] { return sum_of(render_in_memory(scene, settings_of(Way::bricks, 6, 10000)).rgb); };
+            CHECK(seen() == 0);
+            place.materials[0].transmission = 1;
+            CHECK(seen() > 0);
+        }
+}
+
 TEST_CASE(WISP_ARITH_NAME ": fog in the cells that a black wall cuts is as bright as in the reference") {
     constexpr int pixels = 8;
     for (const double wall : {0.0, 0.1}) { // in a plane of nodes; within cells
