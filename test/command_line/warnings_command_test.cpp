@@ -318,6 +318,33 @@ TEST_CASE("warnings: photons that fly past smoke that lies far apart") {
     CHECK(test.warned("--smoke direct --photons 100000") == "");
 }
 
+TEST_CASE("warnings: light of photons that passes through surfaces, which it does not in cut cells") {
+    WarningCommandTest test;
+    const std::string view =
+                          "v from 0 0 6 at 0 0 0 up 0 1 0 angle 22 hither 0.1 resolution 200 200\nlp 4 5 4 40 40 40\n",
+                      wall = "p 4 0 -9 -9 0 9 -9 0 9 9 0 -9 9\n", floor = "p 4 -9 -1 -9 -9 -1 9 9 -1 9 9 -1 -9\n",
+                      pane = "f 1 1 1 0 0 1 1 1.5\n" + wall, box = "smoke box -1 -1 -1 1 1 1 1 { }\n",
+                      turned = "smoke box -1 -1 -1 1 1 1 1 { transform 1 1 1 0 1 0 30 0 0 0 }\n";
+    const auto warns = [&](const std::string &things, const std::string &options) {
+        test.write("s.aff", view + things);
+        const std::string err = test.wisp("plan " + test.s() + " " + options).err;
+        CAPTURE(err);
+        CHECK((err.empty() || err.rfind("wisp: warning: light that is scattered more than once ", 0) == 0));
+        return err.find("passes through the surfaces in the smoke") != std::string::npos;
+    };
+    CHECK(!warns(wall + box, ""));
+    CHECK(!warns(wall + box, "--irradiance adaptive"));
+    CHECK(warns(wall + box, "--irradiance none"));
+    CHECK(warns(wall + box, "--smoke direct"));
+    CHECK(warns(wall + box, "--smoke volume"));
+    CHECK(warns(wall + turned, ""));
+    CHECK(!warns(turned, ""));
+    CHECK(!warns(pane + turned, ""));
+    CHECK(!warns(floor + box, "--smoke direct")); // it bounds the smoke
+    CHECK(!warns(wall + "smoke box -1 -1 -1 1 1 1 1 { albedo 0.1 0.1 0.1 }\n", "--smoke direct"));
+    CHECK(!warns(wall + turned, "--photons 0"));
+}
+
 TEST_CASE("warnings: the nearest photons among particles of unlike radii") {
     WarningCommandTest test;
     const auto warned = [&](const std::string &h, const std::string &extinction, const std::string &method) {

@@ -65,10 +65,6 @@ bool has_samples(const Scene &scene) {
     return false;
 }
 
-bool is_resampled(const Scene &scene, const Settings &settings) {
-    return settings.density_step > 0 && can_resample(scene);
-}
-
 // The spacings of fields over bricks of these cells, or of `finest` where densities are exact; and the steps. Samples
 // of grids differ more from one to the next than sums of particles: in steps of one sample single scattering of the
 // density grid of the benchmarks errs by 0.39 % where there is smoke, in steps of half a sample by 0.07 %, for 8 % of
@@ -205,6 +201,10 @@ bool fit_photon_cells(const Options &options, const Scene &scene, const SmokeDen
 }
 
 } // namespace
+
+bool is_resampled(const Scene &scene, const Settings &settings) {
+    return settings.density_step > 0 && can_resample(scene);
+}
 
 uint32_t paths_for(uint64_t photons, uint64_t rays) {
     return static_cast<uint32_t>(std::clamp<uint64_t>(photons / rays, 1, 1 << 20));

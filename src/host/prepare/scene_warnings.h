@@ -10,6 +10,10 @@ namespace wisp {
 std::vector<Warning> scene_warnings(const std::string &name, const SceneFile &file, const Options &options,
                                     int64_t frame, const PreparedScene &prepared);
 
+// Whether an opaque triangle, or the box around one, meets the box of all smoke, of which 5 % are left out at each
+// side: a floor below the smoke does not.
+bool stands_in_smoke(const Scene &scene);
+
 // Optical depths along straight lines through a smoke, each averaged over the width of a support or of a cell: the
 // largest of all along the axes, and the mean along the axis on which that is least. 0 where there is nothing.
 struct DepthRange {

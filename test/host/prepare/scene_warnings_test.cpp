@@ -101,6 +101,27 @@ TEST_CASE("scene warnings: supports wider than the smoke") {
     CHECK(kinds("p.vtk", "0.55").empty()); // 40 particles
 }
 
+TEST_CASE("scene warnings: a still surface so far away that rays start too far from others") {
+    WarningTest test;
+    const std::string near = "s 0 0 0 0.5\n", box = "smoke box -1 -1 -1 1 1 1 1 { }\n";
+    const auto floor = [](const std::string &half) {
+        return "p 4 -" + half + " -1 -" + half + " -" + half + " -1 " + half + " " + half + " -1 " + half + " " + half +
+               " -1 -" + half + "\n";
+    };
+    // A picture of a ball in smoke errs by 0.1, 2 and 30 % where a small ball stands at x = 1e5, 1e6 and 1e7.
+    for (const std::string &smoke : {std::string(), box})
+        for (const char *half : {"10", "1000", "5000"}) {
+            CAPTURE(half);
+            CHECK(test.kinds(camera + light + near + floor(half) + smoke).empty());
+            CHECK(test.kinds(camera + light + near + smoke + "s " + half + " 0 0 0.3\n").empty());
+        }
+    for (const std::string &smoke : {std::string(), box}) {
+        CHECK(test.kinds(camera + light + near + floor("10000000") + smoke) == "far surfaces");
+        CHECK(test.kinds(camera + light + near + near + smoke + "s 10000000 0 0 0.3\n") == "far surfaces");
+    }
+    CHECK(test.kinds(camera + light + floor("10000000")).empty()); // there is nothing near
+}
+
 TEST_CASE("scene warnings: a motion that moves nothing") {
     WarningTest test;
     const auto kinds = [&test](const std::string &motion, const std::string &more) {
