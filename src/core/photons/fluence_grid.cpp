@@ -489,7 +489,7 @@ void restrict_tents_of_brick(const FluenceSums &fluence, uint32_t brick, Real *t
             CornerWeights weights;
             find_weights_in_cut_cell(fluence.cut, brick, {node, t}, x, weights);
             const Real amount =
-                scale_pow2(sigma, fluence.sigma_shift) * Real(216.0 / points * spacing * spacing * spacing);
+                scale_pow2(sigma, fluence.sigma_shift) * (Real(216.0 / points) * Real(spacing * spacing * spacing));
             for (uint32_t corner = 0; corner < 8; ++corner)
                 tents[node + offset_of_corner(corner, n)] += (weights.of[corner] - corner_weight(t, corner)) * amount;
         }
