@@ -175,10 +175,13 @@ bool find_weights_in_cut_cell(const CutCells &cut, uint32_t brick, const CellPos
         }
         return seen;
     };
-    // Corners that are connected lie on one side: x sees all of them if it sees the nearest. Where it sees no such one,
-    // because surfaces bend within the cell, each corner is asked for.
-    uint32_t seen =
-        seen_of([&](uint32_t corner) { return connected_with(corner, cut.edges + cut.first(brick) + at.node, n); });
+    const uint8_t *lowest_edges = cut.edges + cut.first(brick) + at.node;
+    // Where a surface parts the corners, those that are connected lie on one side: x sees all of them if it sees the
+    // nearest. Where it sees no such one, because surfaces bend within the cell, or none is parted, because a surface
+    // ends in it, each corner is asked for.
+    uint32_t seen = 0;
+    if (connected_with(0, lowest_edges, n) != all_corners)
+        seen = seen_of([&](uint32_t corner) { return connected_with(corner, lowest_edges, n); });
     if (seen == 0) seen = seen_of([](uint32_t corner) { return 1u << corner; });
     Real sum = Real(0);
     for (uint32_t corner = 0; corner < 8; ++corner) {
