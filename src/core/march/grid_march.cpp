@@ -240,17 +240,18 @@ WISP_INLINE void gather_harmonics(const Irradiance &map, const Phase &phase, con
     for (uint32_t l = 0; l < lanes; ++l) sent[l] *= Real(1.0 / max_component);
 }
 
-// The steps in cut cells that see corners of these, and the weights of the corners.
+// The steps in cut cells that see corners of these, and the weights of the corners: the same for all smokes.
 struct CutSteps {
     uint32_t mask; // of lanes
     CornerWeights weights[lanes];
 };
 
-void find_cut_steps(const CutCells &cut, const Ray &ray, const Group &group, const LaneCells &at, const int32_t *first,
-                    CutSteps &steps) {
+void find_cut_steps(const CutCells &cut, const Ray &ray, const Group &group, CutSteps &steps) {
+    LaneCells at;
+    find_cells(group.points, cut.spacing, 1, at);
     for (uint32_t l = 0; l < lanes; ++l) {
         const uint32_t brick = static_cast<uint32_t>(group.points.brick[l]),
-                       node = static_cast<uint32_t>(at.node[l] - first[l]);
+                       node = static_cast<uint32_t>(at.node[l]) - static_cast<uint32_t>(cut.first(brick));
         if (!(group.dx[l] > Real(0)) || !cut.is_cut(brick, node)) continue;
         if (find_weights_in_cut_cell(cut, brick, {node, Vec3(at.x[l], at.y[l], at.z[l])},
                                      ray.origin + ray.direction * group.t[l], steps.weights[l]))
@@ -272,7 +273,7 @@ WISP_INLINE void interpolate_seen(const LaneCells &at, const CutSteps &cut, Valu
 
 // Adds the multiple scattering of one smoke in each step, from the irradiance map (S4-4).
 WISP_INLINE void gather_scattered(const GridMarcher &marcher, const SmokeVolume &smoke, const Ray &ray,
-                                  const Group &group, LaneColor &scattered) {
+                                  const Group &group, const CutSteps &cut, LaneColor &scattered) {
     const Vec3 out = -ray.direction;
     if (!marcher.irradiance) return;
     const Irradiance &map = *marcher.irradiance;
@@ -284,9 +285,6 @@ WISP_INLINE void gather_scattered(const GridMarcher &marcher, const SmokeVolume 
     }
     LaneCells at;
     find_cells(group.points, first, spacing, at);
-    CutSteps cut;
-    cut.mask = 0;
-    if (map.cut.any()) find_cut_steps(map.cut, ray, group, at, first, cut);
     Lanes p;
     for (uint32_t l = 0; l < lanes; ++l) p[l] = Real(1);
     if (map.flux && !smoke.phase.isotropic()) {
@@ -404,6 +402,9 @@ WISP_MULTIVERSIONED bool march_group(const GridMarcher &marcher, const Ray &ray,
     if (!(deepest > Real(0))) return true;
     if (deepest > max_step_depth && !group.divided) return false;
 
+    CutSteps cut;
+    cut.mask = 0;
+    if (marcher.irradiance && marcher.irradiance->cut.any()) find_cut_steps(marcher.irradiance->cut, ray, group, cut);
     LaneColor source, straight; // straight: sigma_s of all smoke, of what only goes straight on
     set(source, Color(Real(0)));
     set(straight, Color(Real(0)));
@@ -420,7 +421,7 @@ WISP_MULTIVERSIONED bool march_group(const GridMarcher &marcher, const Ray &ray,
         set(single, Color(Real(0)));
         set(multiple, Color(Real(0)));
         gather_lights(marcher, smoke, ray, in_bricks, group, sigma, here, single, recorder);
-        gather_scattered(marcher, smoke, ray, group, multiple);
+        gather_scattered(marcher, smoke, ray, group, cut, multiple);
         if (is_recording(recorder)) {
             LaneSourceRecord record;
             for (uint32_t l = 0; l < lanes; ++l) record.extinction[l] = here[l];
