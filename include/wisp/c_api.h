@@ -170,7 +170,12 @@ typedef enum wisp_irradiance {
     WISP_IRRADIANCE_ADAPTIVE
 } wisp_irradiance;
 typedef enum wisp_estimate { WISP_ESTIMATE_KERNEL, WISP_ESTIMATE_KNN } wisp_estimate;
-typedef enum wisp_deposit { WISP_DEPOSIT_EXACT, WISP_DEPOSIT_PATH, WISP_DEPOSIT_KERNEL } wisp_deposit;
+typedef enum wisp_deposit {
+    WISP_DEPOSIT_EXACT,
+    WISP_DEPOSIT_PATH,
+    WISP_DEPOSIT_KERNEL,
+    WISP_DEPOSIT_NODES
+} wisp_deposit;
 typedef enum wisp_direction { WISP_DIRECTION_FLUX, WISP_DIRECTION_MEAN } wisp_direction;
 typedef enum wisp_light_choice { WISP_LIGHTS_ALL, WISP_LIGHTS_CUTS } wisp_light_choice;
 typedef enum wisp_tree { WISP_TREE_BOX, WISP_TREE_KD } wisp_tree;
@@ -196,7 +201,7 @@ typedef struct wisp_settings {
     int32_t method;         /* --smoke: wisp_method (map) */
     int32_t irradiance;     /* --irradiance: wisp_irradiance (uniform) */
     int32_t estimate;       /* --estimate: wisp_estimate (kernel) */
-    int32_t deposit;        /* --deposit: wisp_deposit (exact) */
+    int32_t deposit;        /* --deposit: wisp_deposit (nodes) */
     int32_t direction;      /* --direction: wisp_direction (flux) */
     uint32_t gather;        /* --gather, 2 to 1,000,000 (500) */
     double gather_radius;   /* --gather-radius, above 0, to 1000 (2) */

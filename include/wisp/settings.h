@@ -11,9 +11,9 @@ enum class Method : uint8_t { direct, map, volume };
 
 enum class IrradianceMap : uint8_t { none, uniform, adaptive }; // S4-4
 
-// What a photon leaves on the particle map: all of it on the particle that it collides with, or on every particle of a
-// flight its expected collisions with that, or on all particles around the collision by their shares in the density.
-enum class Deposit : uint8_t { exact, path, kernel };
+// Where photons of a map leave their power: on the particle that they collide with; on every particle of a flight, the
+// expected collisions; on all particles around, by their shares in the density; at the nodes around (resampled: always).
+enum class Deposit : uint8_t { exact, path, kernel, nodes };
 
 // What the map keeps of where light goes: the flux, or the mean of the photons' directions whatever they carry.
 enum class Direction : uint8_t { flux, mean };

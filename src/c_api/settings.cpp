@@ -42,9 +42,10 @@ const char *exclusion(const Scene &scene, const Settings &s) {
     const bool nearest = s.estimate == Estimate::knn, maps = s.irradiance != IrradianceMap::none;
     if (nearest && grids) return "estimate: found knn for a grid or a box with the method map, expected kernel";
     if (nearest && maps) return "irradiance: found a map, expected none with the estimate knn of the method map";
-    const bool on_particles = nearest || s.deposit != Deposit::exact || s.direction == Direction::mean || !maps;
+    const bool on_particles = nearest || s.deposit == Deposit::path || s.deposit == Deposit::kernel ||
+                              s.direction == Direction::mean || !maps;
     if (on_particles && s.density_step > 0)
-        return "density_step: found resampled smoke, expected 0 with another deposit than exact, the direction mean, "
+        return "density_step: found resampled smoke, expected 0 with the deposit path or kernel, the direction mean, "
                "the estimate knn or no irradiance map";
     if (!maps && !nearest && directed && scene.triangle_count() > 0)
         return "irradiance: found none, expected a map beside surfaces where the phase is not 0";
@@ -63,7 +64,7 @@ wisp_status check_numbers(const wisp_settings &s, wisp_error *error) {
         {"method", s.method, 0, 2},
         {"irradiance", s.irradiance, 0, 2},
         {"estimate", s.estimate, 0, 1},
-        {"deposit", s.deposit, 0, 2},
+        {"deposit", s.deposit, 0, 3},
         {"direction", s.direction, 0, 1},
         {"gather", s.gather, 2, 1000000},
         {"paths", s.paths, 0, 1 << 20},
@@ -139,6 +140,7 @@ wisp_settings wisp_default_settings(void) {
     settings.photons = 1000000;
     settings.method = WISP_METHOD_MAP;
     settings.irradiance = WISP_IRRADIANCE_UNIFORM;
+    settings.deposit = WISP_DEPOSIT_NODES;
     settings.gather = 500;
     settings.gather_radius = 2;
     settings.density_step = settings.light_step = 0.5;

@@ -115,31 +115,41 @@ TEST_CASE("map command: parts of parts, with gaps between them, merge as they co
 
 TEST_CASE("map command: other views of one map are those of photons traced for them") {
     MapCommandTest test;
-    REQUIRE(test.render("--map-out " + test.file("a.map")).status == 0);
-    for (const std::string view :
-         {"", "--size 11x5", "--crop 2,1,6,6", "--spp 3", "--step 0.25", "--irradiance adaptive"}) {
-        const Ran traced = test.render(view + " --digest --stats " + test.file("t.json"));
-        const Ran kept =
-            test.render(view + " --digest --stats " + test.file("k.json") + " --map-in " + test.file("a.map"));
-        CAPTURE(view);
-        CHECK(kept.status == 0);
-        CHECK(kept.err.empty());
-        CHECK(kept.out == traced.out);
-        CHECK(test.counters("k.json", "photons").size() == 3); // seconds, counts, and bytes
-        CHECK(test.counters("k.json", "photons")[0] == "0.000000");
-        CHECK(test.counters("t.json", "photons")[0] != "0.000000");
-        for (const char *count : {"emitted", "collisions", "stored", "absorbed", "escaped", "particle_map"})
-            CHECK(test.counters("k.json", count) == test.counters("t.json", count));
+    std::string other_camera = MapCommandTest::scene(); // and another background that is no brighter than the lights
+    other_camera.replace(other_camera.find("0.5 0.5 6"), 9, "-3 0.5 4.");
+    other_camera.replace(other_camera.find("b 0.1"), 5, "b 0.4");
+    for (const std::string deposit : {" --deposit exact", ""}) {
+        CAPTURE(deposit);
+        const std::string map_in = " --map-in " + test.file("a.map") + deposit;
+        test.write("m.aff", MapCommandTest::scene());
+        REQUIRE(test.render("--map-out " + test.file("a.map") + deposit).status == 0);
+        for (const std::string view :
+             {"", "--size 11x5", "--crop 2,1,6,6", "--spp 3", "--step 0.25", "--irradiance adaptive"}) {
+            const Ran traced = test.render(view + deposit + " --digest --stats " + test.file("t.json"));
+            const Ran kept = test.render(view + map_in + " --digest --stats " + test.file("k.json"));
+            CAPTURE(view);
+            CHECK(kept.status == 0);
+            CHECK(kept.err.empty());
+            CHECK(kept.out == traced.out);
+            CHECK(test.counters("k.json", "photons").size() == 3); // seconds, counts, and bytes
+            CHECK(test.counters("k.json", "photons")[0] == "0.000000");
+            CHECK(test.counters("t.json", "photons")[0] != "0.000000");
+            for (const char *count : {"emitted", "collisions", "stored", "absorbed", "escaped", "particle_map"})
+                CHECK(test.counters("k.json", count) == test.counters("t.json", count));
+        }
+        const std::string plan = test.wisp("plan " + test.file("m.aff") + map_in).out;
+        CHECK(plan.find("65000 photons of " + test.file("a.map") + ", kept " +
+                        (deposit.empty() ? "at the bricks' nodes" : "on the particles")) != std::string::npos);
+        test.write("m.aff", other_camera);
+        const Ran traced = test.render("--digest" + deposit), kept = test.render("--digest" + map_in);
+        if (!deposit.empty()) {
+            CHECK(kept.out == traced.out);
+            continue;
+        }
+        CHECK(kept.status == 3); // at nodes of exact smoke, photons are kept as it scatters them to the eye
+        CHECK(kept.err.find("of this place of the eye: photons are kept as smoke scatters them to it\n") !=
+              std::string::npos);
     }
-    // Another camera, and another background that is no brighter than the lights.
-    std::string text = MapCommandTest::scene();
-    text.replace(text.find("0.5 0.5 6"), 9, "-3 0.5 4.");
-    text.replace(text.find("b 0.1"), 5, "b 0.4");
-    test.write("m.aff", text);
-    const Ran traced = test.render("--digest");
-    CHECK(test.render("--digest --map-in " + test.file("a.map")).out == traced.out);
-    CHECK(test.wisp("plan " + test.file("m.aff") + " --map-in " + test.file("a.map"))
-              .out.find("65000 photons of " + test.file("a.map") + ", kept on the particles") != std::string::npos);
 }
 
 TEST_CASE("map command: scenes that need no photons have maps too, with nothing in them") {
@@ -173,10 +183,13 @@ TEST_CASE("map command: a map that is not this scene's, or not whole, is refused
         CHECK(!test.has("x.json"));
         test.refuses(test.wisp("plan " + test.file("m.aff") + " " + options), 3, line);
     };
-    const std::string other = a +
-                              ": a map of another scene, other settings, arithmetic or version, expected the map of "
-                              "this smoke and these lights, photons, seed, deposit and arithmetic";
-    for (const std::string options : {"--photons 64999", "--seed 2", "--arith f64", "--arith fixed", "--deposit path"})
+    const std::string on_particles =
+                          a + ": a map of another scene, other settings, arithmetic or version, expected the map "
+                              "of this smoke and these lights, photons, seed, deposit and arithmetic",
+                      other = on_particles +
+                              ", and of this place of the eye: photons are kept as smoke scatters them to it";
+    refuses("--deposit path --map-in " + a, on_particles);
+    for (const std::string options : {"--photons 64999", "--seed 2", "--arith f64", "--arith fixed"})
         refuses(options + " --map-in " + a, other);
     for (const std::string box :
          {"{ phase 0.31 emission 0.2 0.1 0 }", "{ phase 0.3 emission 0.2 0.1 0.1 }",

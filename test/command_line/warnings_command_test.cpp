@@ -337,12 +337,14 @@ TEST_CASE("warnings: light of photons that passes through surfaces, which it doe
     CHECK(warns(wall + box, "--irradiance none"));
     CHECK(warns(wall + box, "--smoke direct"));
     CHECK(warns(wall + box, "--smoke volume"));
-    CHECK(warns(wall + turned, ""));
-    CHECK(!warns(turned, ""));
-    CHECK(!warns(pane + turned, ""));
+    CHECK(!warns(wall + turned, ""));
+    CHECK(warns(wall + turned, "--smoke direct"));
+    CHECK(warns(wall + turned, "--deposit exact"));
+    CHECK(!warns(turned, "--smoke direct"));
+    CHECK(!warns(pane + turned, "--smoke direct"));
     CHECK(!warns(floor + box, "--smoke direct")); // it bounds the smoke
     CHECK(!warns(wall + "smoke box -1 -1 -1 1 1 1 1 { albedo 0.1 0.1 0.1 }\n", "--smoke direct"));
-    CHECK(!warns(wall + turned, "--photons 0"));
+    CHECK(!warns(wall + turned, "--smoke direct --photons 0"));
 }
 
 TEST_CASE("warnings: the nearest photons among particles of unlike radii") {

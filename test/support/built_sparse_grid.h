@@ -1,5 +1,6 @@
 // Sparse grids, resampled smoke, and the fluence in it, each with memory of its own.
 #pragma once
+#include "core/photons/fluence_grid.h"
 #include "core/photons/irradiance_map.h"
 #include "support/built_smoke.h"
 #include "wisp/photon_sums.h"
@@ -96,15 +97,15 @@ struct TracedFluence {
     TracedFluence(const Scene &scene, const Settings &settings, int32_t spacing = 1,
                   const FlightRecorder *flights = nullptr)
         : count(plan_sparse_grid(scene, settings.density_step).count), needs(photon_needs(scene, settings)),
-          plan(plan_fluence(scene, needs, count, spacing)),
+          sum_count(sums_of_fluence(needs, count, spacing)),
           memory(medium_bytes(scene, settings.density_step) + optical_depth_grid_bytes(count, scene.light_count, 1) +
-                 plan.bytes + tent_bytes(count, spacing)),
+                 fluence_bytes(scene, needs, count, spacing) + tent_bytes(count, spacing)),
           arena(memory.data(), memory.size()), medium(make_medium(scene, settings.density_step, arena)) {
         REQUIRE(medium.ready);
         for (uint32_t i = 0; i < scene.light_count; ++i) lights.push_back(make_light(scene.lights[i]));
         REQUIRE(make_optical_depth_grid(medium, lights.data(), scene.light_count, *medium.bricks, 1, arena,
                                         &statistics.rays.shadow, depths));
-        sums = {arena.make<int64_t>(plan.sums), plan.sums, 0};
+        sums = {arena.make<int64_t>(sum_count), sum_count, 0};
         REQUIRE(make_emission_distribution(scene, medium, depths, arena, distribution));
         const PhotonTracing tracing = {medium, nullptr, settings,   needs,         all_batches(settings),
                                        {},     arena,   statistics, Vec3(Real(0)), flights};
@@ -112,7 +113,7 @@ struct TracedFluence {
     }
     uint64_t count;
     PhotonNeeds needs;
-    FluencePlan plan;
+    uint64_t sum_count;
     std::vector<unsigned char> memory;
     Arena arena;
     Medium medium;

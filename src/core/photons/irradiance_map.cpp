@@ -156,10 +156,8 @@ void pack_points(const Medium &medium, Points &points, Real tolerance, Irradianc
         int32_t spacing = points.spacing;
         if (tolerance > Real(0) && !has_cut_cell(map.cut, b)) {
             const Vec3 low = low_of(bricks, b);
-            Real depth = Real(0);
-            for (uint32_t i = 0; i < medium.count; ++i)
-                depth += majorant(medium.smokes[i].field, {low, low + bricks.lattice.edge});
-            depth = max(min(depth * largest(bricks.lattice.edge), Real(1)), tolerance);
+            const Real most = majorant(medium, {low, low + bricks.lattice.edge});
+            const Real depth = max(min(most * largest(bricks.lattice.edge), Real(1)), tolerance);
             while (spacing < brick_cells && suffices(light, points.spacing, 2 * spacing, greatest * tolerance / depth))
                 spacing *= 2;
         }
@@ -348,7 +346,7 @@ Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, const 
     if (fluence.harmonics && !pack_harmonics(fluence, arena, watch, map)) return map;
     const LineSweep sweep = {&medium,    gather.depths, fluence.spacing, fluence.sigma_shift, common_phase(medium),
                              gather.eye, gather.turns};
-    if (gather.depths && suits_lines(sweep)) {
+    if (has(parts::photons) && gather.depths && suits_lines(sweep)) {
         if (!fill_all_unknown(points, map.cut)) return map;
         const LightOfPhotons light = {points.known, points.radiance, points.flux, map.harmonics, map.harmonic_spacing};
         if (!sweep_lines(sweep, light, arena, watch)) return map;
@@ -444,24 +442,35 @@ Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &pa
 }
 
 FluenceAndFlux light_at(const Irradiance &irradiance, uint32_t brick, const Vec3 &p) {
+    const SparseGrid &bricks = *irradiance.bricks;
+    const CutCells &cut = irradiance.cut;
     const int32_t spacing = irradiance.spacing[brick], first = irradiance.first[brick];
     const ColorScale &scale = irradiance.scale[brick];
     const CellPosition at = find_cell(p, spacing);
+    CornerWeights weights;
+    const bool is_cut = cut.any() && spacing == cut.spacing && cut.is_cut(brick, at.node) &&
+                        find_weights_in_cut_cell(cut, brick, at, low_of(bricks, brick) + p * bricks.cell, weights);
+    const auto interpolate = [&](auto &&value) {
+        if (!is_cut) return between_nodes(at, spacing, value);
+        Real sum = Real(0);
+        for (uint32_t corner = 0; corner < 8; ++corner)
+            sum += weights.of[corner] * value(at.node + offset_of_corner(corner, nodes_along(spacing)));
+        return sum;
+    };
     const uint32_t *value = irradiance.value + first;
     FluenceAndFlux light = {Color(Real(0)), Vec3(Real(0))};
     if (irradiance.single_channel) {
-        const Real units =
-            between_nodes(at, spacing, [value](uint32_t node) { return Real(static_cast<int32_t>(value[node])); });
+        const Real units = interpolate([value](uint32_t node) { return Real(static_cast<int32_t>(value[node])); });
         light.radiance = irradiance.color * scale_pow2(units, scale.exponent[0] - single_channel_bits);
     } else {
         for (int32_t c = 0; c < 3; ++c)
-            light.radiance[c] = between_nodes(
-                at, spacing, [&](uint32_t node) { return unpack_color(value[node], scale.exponent[c])[c]; });
+            light.radiance[c] =
+                interpolate([&](uint32_t node) { return unpack_color(value[node], scale.exponent[c])[c]; });
     }
     if (!irradiance.flux) return light;
     const uint32_t *flux = irradiance.flux + first;
     for (int32_t c = 0; c < 3; ++c)
-        light.flux[c] = between_nodes(at, spacing, [&](uint32_t node) { return unpack_flux(flux[node])[c]; });
+        light.flux[c] = interpolate([&](uint32_t node) { return unpack_flux(flux[node])[c]; });
     return light;
 }
 

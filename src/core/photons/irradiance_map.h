@@ -13,7 +13,7 @@
 //   flux                  |31                     0|   a packed flux relative to the radiance
 #pragma once
 #include "core/geometry/camera.h"
-#include "core/photons/fluence_grid.h"
+#include "core/photons/fluence_sums.h"
 #include "core/photons/line_sweep.h"
 #include "core/photons/packed_light.h"
 #include "core/photons/packed_particle_map.h"

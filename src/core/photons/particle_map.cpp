@@ -128,7 +128,8 @@ Status trace_particle_map(const PhotonTracing &tracing, const Scene &scene, cons
                 [&](const MediumCollision &at, const Photon &arrived, const Color &power) {
                     const Deposits &to = deposits[at.smoke];
                     const Ray &ray = arrived.ray;
-                    if (settings.deposit == Deposit::exact) deposit(to, at.element, power, ray.direction, Real(1));
+                    if (settings.deposit == Deposit::exact || settings.deposit == Deposit::nodes)
+                        deposit(to, at.element, power, ray.direction, Real(1));
                     const bool stored =
                         settings.deposit != Deposit::kernel ||
                         deposit_by_kernel(to, medium.smokes[at.smoke].field, ray.origin, power, ray.direction);

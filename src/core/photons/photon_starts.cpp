@@ -1,5 +1,6 @@
 // Where photons start in resampled smoke (S2).
 #include "core/photons/photon_starts.h"
+#include "core/photons/fluence_sums.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -167,8 +168,7 @@ bool make_emission_distribution(const Scene &scene, const Medium &medium, const 
     if (likeliest > Real(0))
         while (scale_pow2(likeliest, distribution.deposit_shift) < Real(0.5) && distribution.deposit_shift < 20)
             ++distribution.deposit_shift;
-    if (densest > Real(0))
-        while (scale_pow2(densest, distribution.shift) < Real(0x1p11) && distribution.shift < 31) ++distribution.shift;
+    distribution.shift = sigma_shift_for(densest);
 
     // The longest way of a ray through the smoke, or what one tentative collision stands for.
     const Real longest = max(length(bricks.bounds.high - bricks.bounds.low), Real(1) / min_rate);

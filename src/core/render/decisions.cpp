@@ -12,22 +12,30 @@ bool has_scattering_smoke(const Scene &scene) {
     return false;
 }
 
-// What the phase function of all smoke allows, where there is only one.
+// What the phase functions of all smoke allow.
 struct PhaseSuits {
-    bool lines;       // spherical harmonics tell what it scatters well enough for lines (S4-5)
-    bool towards_eye; // ... do not tell, and its peak is forward
+    bool lines;       // spherical harmonics tell what the only one scatters well enough for lines (S4-5)
+    bool towards_eye; // photons are kept as scattered to the eye
 };
-PhaseSuits phase_suits(const Scene &scene) {
+PhaseSuits phase_suits(const Scene &scene, bool resampled) {
     const SmokeDescription *first = nullptr;
+    bool alike = true;
+    int64_t least = 0, most = 0;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const SmokeDescription &smoke = scene.smokes[i];
         if (smoke.empty()) continue;
         if (!first) first = &smoke;
-        if (total_order_key(smoke.asymmetry) != total_order_key(first->asymmetry)) return {false, false};
+        const int64_t g = total_order_key(smoke.asymmetry);
+        alike = alike && g == total_order_key(first->asymmetry);
+        least = min(least, g);
+        most = max(most, g);
     }
     if (!first) return {false, false};
-    const int64_t g = total_order_key(first->asymmetry), limit = total_order_key(max_asymmetry_of_harmonics);
-    return {max(g, -g) <= limit, g > limit};
+    const int64_t limit = total_order_key(max_asymmetry_of_harmonics);
+    const bool narrow = most > limit || least < -limit;
+    // Exact smoke has no harmonics, and narrow peaks would be noise. Of resampled smoke these are taken off.
+    if (!resampled) return {false, !narrow && least != most};
+    return {alike && !narrow, alike && most > limit};
 }
 
 // Whether surfaces reflect rays or let them through, so that smoke is seen from elsewhere than the eye.
@@ -66,24 +74,25 @@ GridSpacing grid_spacing(const Scene &scene, const Settings &settings) {
 void decide_smoke(const Scene &scene, const Settings &settings, Decisions &d) {
     const bool map = settings.method == Method::map || d.goal == Goal::photons;
     const bool nearest_elements = map && settings.estimate == Estimate::knn;
-    d.resampled = total_order_key(settings.density_step) > 0 && can_resample(scene);
+    d.resampled = is_resampled(scene, settings);
     d.spacing = grid_spacing(scene, settings);
     d.scatters = has_scattering_smoke(scene);
     d.lights_in_smoke = d.scatters ? scene.light_count : 0;
     d.photon_needs = photon_needs(scene, settings);
     d.particle_map = map;
+    d.at_nodes = keeps_light_at_nodes(scene, settings);
     if (d.photon_needs.traced)
-        d.photons = !map          ? PhotonStore::photon_map
-                    : d.resampled ? PhotonStore::fluence_grid
-                                  : PhotonStore::particle_map;
+        d.photons = !map ? PhotonStore::photon_map : d.at_nodes ? PhotonStore::fluence_grid : PhotonStore::particle_map;
     if (d.photons == PhotonStore::fluence_grid) {
-        const PhaseSuits suits = phase_suits(scene);
-        d.sweeps = suits.lines && !d.surfaces;
+        const PhaseSuits suits = phase_suits(scene, d.resampled);
+        d.sweeps = d.resampled && suits.lines && !d.surfaces;
+        d.photon_needs.harmonics = d.resampled && d.photon_needs.harmonics;
         d.photon_needs.towards_eye = suits.towards_eye && !(d.surfaces && sends_rays_on(scene));
         d.photon_needs.directions = d.photon_needs.directions && !d.photon_needs.towards_eye;
     }
     if (d.goal == Goal::photons) {
-        d.light_depths = d.photons == PhotonStore::fluence_grid && d.lights_in_smoke > 0;
+        d.light_depths = d.resampled && d.photons == PhotonStore::fluence_grid && d.lights_in_smoke > 0;
+        d.march_grid = !d.resampled && d.photons == PhotonStore::fluence_grid;
         return;
     }
     d.paths = settings.paths > 0 && d.scatters;
@@ -131,7 +140,6 @@ const char *missing_part(const Scene &scene, const Settings &settings, const Dec
             if (!scene.smokes[i].empty() && scene.smokes[i].is_grid() == is_grid) return true;
         return false;
     };
-    const bool of_exact = d.photons == PhotonStore::photon_map || d.photons == PhotonStore::particle_map;
     const struct {
         Part part;
         bool needed;
@@ -147,8 +155,9 @@ const char *missing_part(const Scene &scene, const Settings &settings, const Dec
         {grids, any_smoke(true), "grids"},
         {resampled, d.resampled.needed, "resampled"},
         {exact, d.smoke && d.goal != Goal::reference && !d.resampled.needed, "exact"},
-        {photons, d.photons == PhotonStore::fluence_grid, "photons"},
-        {exact_photons, of_exact, "exact_photons"},
+        {photons, d.photons == PhotonStore::fluence_grid && d.resampled, "photons"},
+        {exact_photons, d.photons != PhotonStore::none && !(d.photons == PhotonStore::fluence_grid && d.resampled),
+         "exact_photons"},
         {paths, d.paths.needed || d.goal == Goal::reference, "paths"},
         {layers, d.layers != 0, "layers"},
     };

@@ -12,7 +12,7 @@ enum class PhotonStore : uint8_t {
     none,         // no photon is traced
     photon_map,   // a point for each collision (S2)
     particle_map, // sums on particles, or on samples of grids (S4-3)
-    fluence_grid  // sums at the nodes of resampled smoke (S4-1, S4-3)
+    fluence_grid  // sums at the nodes of a sparse grid (S4-1, S4-3)
 };
 
 // How camera rays pass through smoke (S1).
@@ -48,6 +48,7 @@ struct Decisions {
     PhotonStore photons;
     Needs<parts::paths> paths;           // light scattered more than once is followed along random paths from each ray
     bool particle_map;                   // sums of a particle map are read and written, if there are photons
+    bool at_nodes;                       // ... and these are at the nodes of a sparse grid
     Needs<parts::exact_photons> nearest; // the nearest photons or particles are gathered at every step
     bool irradiance;
     Needs<parts::photons> sweeps; // light of photons is gathered again, along lines

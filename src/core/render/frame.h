@@ -3,6 +3,8 @@
 #include "core/march/grid_march.h"
 #include "core/march/particle_march.h"
 #include "core/march/ray_march.h"
+#include "core/photons/exact_fluence.h"
+#include "core/photons/fluence_grid.h"
 #include "core/render/decisions.h"
 #include "core/render/layers.h"
 #include "core/render/path_tracer.h"

@@ -250,10 +250,7 @@ Majorants make_majorants(const Medium &medium, Real edge, Arena &arena, Watch wa
             for (int32_t x = 0; x < count.x; ++x) {
                 if (x % 64 == 0 && !watch.done(min(count.x - x, 64) * units_of_majorant)) return majorants;
                 const Vec3 low = majorants.lattice.low + Vec3(Real(x), Real(y), Real(z)) * edge;
-                Real bound = Real(0);
-                for (uint32_t i = 0; i < medium.count; ++i)
-                    bound += majorant(medium.smokes[i].field, {low - margin, low + Vec3(edge) + margin});
-                *next++ = bound * Real(1 + 0x1p-10);
+                *next++ = majorant(medium, {low - margin, low + Vec3(edge) + margin}) * Real(1 + 0x1p-10);
             }
     majorants.sigma = sigma;
     return majorants;

@@ -33,11 +33,7 @@ template <class Value> Found in_smoke(const Frame &frame, const Double3 &point, 
 }
 
 Found density(const Frame &frame, const Double3 &point) {
-    return in_smoke(frame, point, [&](const Vec3 &x) {
-        Real sum = Real(0);
-        for (uint32_t i = 0; i < frame.medium().count; ++i) sum += extinction(frame.medium().smokes[i].field, x);
-        return sum;
-    });
+    return in_smoke(frame, point, [&](const Vec3 &x) { return extinction(frame.medium(), x); });
 }
 
 Found light_depth(const Frame &frame, uint32_t light, const Double3 &point) {

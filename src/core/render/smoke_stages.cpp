@@ -71,11 +71,16 @@ Status trace_to_fluence_grid(Frame &frame) {
     const SmokeStructures &smoke = frame.state.smoke;
     const int32_t spacing = frame.decisions.spacing.irradiance;
     PhotonSums own, *sums;
-    const Status status = find_photon_sums(
-        frame, plan_fluence(frame.scene, frame.decisions.photon_needs, smoke.bricks->count, spacing).sums, own, sums);
+    const Status status =
+        find_photon_sums(frame, sums_of_fluence(frame.decisions.photon_needs, smoke.bricks->count, spacing), own, sums);
     if (status != Status::done) return status;
-    return trace_fluence(tracing_of(frame, batches_to_trace(frame, *sums)), smoke.depths, smoke.emission, spacing,
-                         *sums, frame.fluence);
+    const PhotonTracing tracing = tracing_of(frame, batches_to_trace(frame, *sums));
+    if (has(parts::photons) && frame.decisions.resampled)
+        return trace_fluence(tracing, smoke.depths, smoke.emission, spacing, *sums, frame.fluence);
+    if (has(parts::exact_photons))
+        return trace_exact_fluence(tracing, *smoke.bricks, spacing, frame.state.lights, frame.scene.light_count, *sums,
+                                   frame.fluence);
+    return Status::done;
 }
 
 } // namespace
@@ -110,16 +115,19 @@ Status find_light_depths(Frame &frame) {
 
 Status distribute_emission(Frame &frame) {
     SmokeStructures &smoke = frame.state.smoke;
-    if (frame.decisions.photons != PhotonStore::fluence_grid) return Status::done;
+    if (frame.decisions.photons != PhotonStore::fluence_grid || !frame.decisions.resampled) return Status::done;
     return make_emission_distribution(frame.scene, smoke.medium, smoke.depths, frame.arena, smoke.emission, frame.watch)
                ? Status::done
                : Status::out_of_memory;
 }
 
 uint64_t photon_bytes(const Scene &scene, const Settings &settings, const Decisions &d, const Sizes &sizes) {
-    if (has(parts::photons) && d.photons == PhotonStore::fluence_grid)
-        return plan_fluence(scene, d.photon_needs, sizes.grid.count, d.spacing.irradiance).bytes +
-               (d.surfaces ? cut_cell_bytes(sizes.grid.count, d.spacing.irradiance) : 0);
+    const uint64_t bricks = sizes.grid.count;
+    if (d.photons == PhotonStore::fluence_grid)
+        return (has(parts::photons) && d.resampled
+                    ? fluence_bytes(scene, d.photon_needs, bricks, d.spacing.irradiance)
+                    : exact_fluence_bytes(scene, d.photon_needs, bricks, d.spacing.irradiance)) +
+               (d.surfaces ? cut_cell_bytes(bricks, d.spacing.irradiance) : 0);
     if (has(parts::exact_photons) && d.photons == PhotonStore::photon_map) return plan_photons(scene, settings).bytes;
     if (has(parts::exact_photons) && d.photons == PhotonStore::particle_map)
         return plan_particle_map(scene, settings).bytes + packed_map_bytes(scene, d.photon_needs);
@@ -128,7 +136,7 @@ uint64_t photon_bytes(const Scene &scene, const Settings &settings, const Decisi
 
 Status trace_photons(Frame &frame) {
     const PhotonStore store = frame.decisions.photons;
-    if (has(parts::photons) && store == PhotonStore::fluence_grid) return trace_to_fluence_grid(frame);
+    if (store == PhotonStore::fluence_grid) return trace_to_fluence_grid(frame);
     if (has(parts::exact_photons) && store == PhotonStore::photon_map) return trace_to_photon_map(frame);
     if (has(parts::exact_photons) && store == PhotonStore::particle_map) return trace_to_particle_map(frame);
     return Status::done;
@@ -155,7 +163,7 @@ Status make_gather(Frame &frame) {
 
 // S4-4. Where photons were wanted and none came there is nothing to keep.
 Status make_irradiance(Frame &frame) {
-    if (has(parts::photons) && frame.decisions.photons == PhotonStore::fluence_grid) {
+    if (frame.decisions.photons == PhotonStore::fluence_grid) {
         // Four times as many photons have half the noise. Twice as many lines are needed to err as little.
         const LineGather lines = {frame.decisions.sweeps ? &frame.state.smoke.depths : nullptr,
                                   vec_of(frame.scene.camera.origin), frame.settings.photons < 1000000 ? 1 : 2};

@@ -275,8 +275,8 @@ Plan plan(const Scene &scene, const Settings &settings) {
     plan.bricks = d.resampled ? sizes.grid.count : 0;
     if (has(parts::exact_photons) && d.photons == PhotonStore::photon_map)
         plan.photon_capacity = plan_photons(scene, settings).capacity;
-    if (d.particle_map && d.resampled) {
-        plan.map_sums = plan_fluence(scene, d.photon_needs, sizes.grid.count, d.spacing.irradiance).sums;
+    if (d.at_nodes) {
+        plan.map_sums = sums_of_fluence(d.photon_needs, sizes.grid.count, d.spacing.irradiance);
         plan.max_photons = max_fluence_flights;
     } else if (has(parts::exact_photons) && d.particle_map) {
         plan.map_sums = plan_particle_map(scene, settings).sums;

@@ -142,12 +142,7 @@ bool meets_smoke(const Medium &medium, const SparseGrid &bricks, uint32_t brick,
     const Cell low = {max(node.x - spacing, 0), max(node.y - spacing, 0), max(node.z - spacing, 0)};
     const Cell high = {min(node.x + spacing, brick_cells), min(node.y + spacing, brick_cells),
                        min(node.z + spacing, brick_cells)};
-    if (!medium.bricks) {
-        const Box box = {node_of(bricks, brick, low), node_of(bricks, brick, high)};
-        for (uint32_t i = 0; i < medium.count; ++i)
-            if (majorant(medium.smokes[i].field, box) > Real(0)) return true;
-        return false;
-    }
+    if (!medium.bricks) return majorant(medium, {node_of(bricks, brick, low), node_of(bricks, brick, high)}) > Real(0);
     const Cell count = {nodes_along(1), nodes_along(1), nodes_along(1)};
     for (uint32_t i = 0; i < medium.count; ++i) {
         if (!medium.smokes[i].field.is_resampled) continue;

@@ -39,6 +39,18 @@ uint64_t medium_bytes(const Scene &scene, double density_step);
 // The integral of sigma_t of all smokes over the ray's distances 0 to `end`.
 Real optical_depth(const Medium &medium, const Ray &ray, Real end);
 
+// sigma_t of all smokes at x, per unit of length; and an upper bound of it in a box.
+inline Real extinction(const Medium &medium, const Vec3 &x) {
+    Real sum = Real(0);
+    for (uint32_t i = 0; i < medium.count; ++i) sum += extinction(medium.smokes[i].field, x);
+    return sum;
+}
+inline Real majorant(const Medium &medium, const Box &box) {
+    Real sum = Real(0);
+    for (uint32_t i = 0; i < medium.count; ++i) sum += majorant(medium.smokes[i].field, box);
+    return sum;
+}
+
 // Whether there is smoke within `spacing` cells of a node, inside the brick. `node` is given in cells from the brick's
 // low corner. If the medium is resampled, `bricks` must be its own grid.
 bool meets_smoke(const Medium &medium, const SparseGrid &bricks, uint32_t brick, const Cell &node, int32_t spacing);

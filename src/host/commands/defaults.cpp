@@ -148,10 +148,21 @@ void shrink_bricks(const Options &options, const Scene &scene, const SmokeDensit
     }
 }
 
-// With cells of photons as fine as those of the bricks, where they are not given and --memory has room.
+// Exact densities have bricks for photons alone. Where these would be too large, their cells become coarser.
+void shrink_photon_cells(const Options &options, const Scene &scene, Settings &settings) {
+    if (options.irradiance_step || is_resampled(scene, settings) || !keeps_light_at_nodes(scene, settings)) return;
+    while (settings.irradiance_step < 1000 &&
+           (smoke_bytes(f64::renderer.plan(scene, settings)) > most_brick_bytes(scene) ||
+            !fits_in_memory(options, scene, settings)))
+        settings.irradiance_step *= 2;
+}
+
+// With cells of photons as fine as those of the bricks, or half as wide over exact densities, where they are not given
+// and there is room.
 Settings with_finest_photon_cells(const Options &options, const Scene &scene, const Settings &settings) {
+    if (options.irradiance_step || !keeps_light_at_nodes(scene, settings)) return settings;
     Settings finest = settings;
-    if (!options.irradiance_step && is_resampled(scene, settings)) finest.irradiance_step = settings.density_step;
+    finest.irradiance_step = is_resampled(scene, settings) ? settings.density_step : 0.5 * settings.irradiance_step;
     return fits_in_memory(options, scene, finest) ? finest : settings;
 }
 
@@ -163,7 +174,8 @@ double noise_of_paths(uint32_t paths, const Settings &settings) {
 
 // How wide the cells of photons are at most, in smoothing lengths or edges of samples.
 double photon_step(const Scene &scene, const Settings &settings) {
-    if (!is_resampled(scene, settings)) return 1;
+    if (!keeps_light_at_nodes(scene, settings)) return 1;
+    if (!is_resampled(scene, settings)) return settings.irradiance_step;
     return std::max(settings.irradiance_step, cell_of_bricks(scene, settings.density_step));
 }
 
@@ -202,10 +214,6 @@ bool fit_photon_cells(const Options &options, const Scene &scene, const SmokeDen
 
 } // namespace
 
-bool is_resampled(const Scene &scene, const Settings &settings) {
-    return settings.density_step > 0 && can_resample(scene);
-}
-
 uint32_t paths_for(uint64_t photons, uint64_t rays) {
     return static_cast<uint32_t>(std::clamp<uint64_t>(photons / rays, 1, 1 << 20));
 }
@@ -229,7 +237,7 @@ bool scatters_far_backward(const Scene &scene) {
 
 PhotonCells photon_cells(const Scene &scene, const SmokeDensity &density, const Settings &settings) {
     if (settings.irradiance == IrradianceMap::none ||
-        (settings.method == Method::map && !is_resampled(scene, settings)))
+        (settings.method == Method::map && !keeps_light_at_nodes(scene, settings)))
         return {density.deepest_element, max_depth_of_element, 0.1};
     const PhotonCells cells = cells_of_smoke(scene, density, settings);
     const PhotonCells at_lights = {density.depth_at_lights * photon_step(scene, settings), max_depth_of_cell_at_light,
@@ -242,19 +250,25 @@ PhotonCells photon_cells(const Scene &scene, const SmokeDensity &density, const 
 void choose_defaults(const Options &options, const Scene &scene, uint32_t paths, Settings &settings) {
     const bool resamples = can_resample(scene), nearest = options.estimate == Estimate::knn;
     const bool maps = !options.map_in.empty() || !options.map_out.empty() || options.batches;
-    settings.method = options.method.value_or((resamples && !nearest) || maps ? Method::map : Method::direct);
+    settings.method = options.method.value_or((nearest || !has_smoke(scene)) && !maps ? Method::direct : Method::map);
     settings.irradiance = options.irradiance.value_or(nearest ? IrradianceMap::none : IrradianceMap::uniform);
     if (settings.method == Method::map && nearest && settings.irradiance != IrradianceMap::none)
         throw Error(exit_usage, "option 'irradiance': found a map, expected none with --estimate knn of --smoke map");
     if (settings.method == Method::volume && options.density_step == 0.0)
         throw Error(exit_usage, "option 'density-step': found 0, expected cells with --smoke volume");
     // A particle map on particles needs their exact densities.
-    const bool power_on_particles = settings.photons > 0 && (options.deposit || options.direction == Direction::mean);
+    const bool power_on_particles =
+        settings.photons > 0 &&
+        (options.deposit.value_or(Deposit::nodes) != Deposit::nodes || options.direction == Direction::mean);
     const bool on_particles =
         settings.method == Method::map && (nearest || power_on_particles || settings.irradiance == IrradianceMap::none);
     if (on_particles && options.density_step.value_or(0) > 0)
         throw Error(exit_usage, "option 'density-step': found resampled smoke, expected 0 with --deposit, --direction "
                                 "mean, --estimate knn or --irradiance none of --smoke map");
+    if (on_particles && options.deposit == Deposit::nodes)
+        throw Error(exit_usage, "option 'deposit': found nodes, expected exact, path or kernel with --direction mean, "
+                                "--estimate knn or --irradiance none of --smoke map");
+    settings.deposit = options.deposit.value_or(on_particles || resamples ? Deposit::exact : Deposit::nodes);
     // The particles' radiance is towards the eye, and mirrors see other directions of it.
     const bool needs_directions = scene.triangle_count() > 0 && is_anisotropic(scene);
     if (needs_directions && on_particles && !nearest && settings.irradiance == IrradianceMap::none)
@@ -268,13 +282,13 @@ void choose_defaults(const Options &options, const Scene &scene, uint32_t paths,
     settings.density_step = asked_step.value_or(settings.method == Method::direct || on_particles ? 0 : finest);
     if (!asked_step && own_samples_suffice(options, scene, density, settings)) settings.density_step = 1;
     choose_spacings(options, scene, finest, settings);
+    settings.direction = options.direction;
+    settings.estimate = options.estimate.value_or(Estimate::kernel);
     const bool free = !asked_step && !options.irradiance; // to choose other bricks, or none
     const bool in_bricks = settings.density_step > 0;
     if (free && settings.method == Method::map && !(needs_directions && maps))
         shrink_bricks(options, scene, density, settings);
-    settings.deposit = options.deposit.value_or(Deposit::exact);
-    settings.direction = options.direction;
-    settings.estimate = options.estimate.value_or(Estimate::kernel);
+    shrink_photon_cells(options, scene, settings);
     const bool asked_for = settings.method != Method::map && (options.method || nearest);
     if (asked_for || on_particles || maps || settings.goal != Goal::picture || settings.photons == 0) return;
     const bool fits =

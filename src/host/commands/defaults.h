@@ -29,9 +29,6 @@ struct PhotonCells {
 };
 PhotonCells photon_cells(const Scene &scene, const SmokeDensity &density, const Settings &settings);
 
-// Whether densities are kept at the nodes of bricks.
-bool is_resampled(const Scene &scene, const Settings &settings);
-
 // What photons err by at most, relative to the picture, where their flux alone says whence light comes that smoke of
 // |g| above 0.577 scatters: beside mirrors and glass, in smoke of several phases, or on particles and samples. Else 0.
 double error_of_flux(const Scene &scene, const Settings &settings, const Plan &plan);

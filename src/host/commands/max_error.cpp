@@ -198,7 +198,7 @@ double error_of_way(const Scene &scene, const Plan &plan, const Settings &settin
     switch (plan.photon_directions) {
     case Plan::Directions::none: return 0.005;
     case Plan::Directions::harmonics: return 0.012;
-    case Plan::Directions::to_eye: return 0.03;
+    case Plan::Directions::to_eye: return is_resampled(scene, settings) ? 0.03 : 0.012; // without peaks taken off
     case Plan::Directions::flux: break;
     }
     const double flux = error_of_flux(scene, settings, plan);

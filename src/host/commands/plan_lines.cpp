@@ -103,11 +103,12 @@ class RowText {
         if (options.batches)
             origin += ", of them batches " + number(options.batches->first) + ":" + number(options.batches->last);
         if (!options.map_in.empty()) origin = " photons of " + numbered(options.map_in, request_.frames.first);
-        const std::string packed = plan_.bricks > 0                                    ? ""
+        const bool at_nodes = keeps_light_at_nodes(scene_, settings_);
+        const std::string packed = at_nodes                                            ? ""
                                    : plan_.photon_directions != Plan::Directions::none ? ": packed to 8 bytes each"
                                                                                        : ": packed to 4 bytes each";
         return number(settings_.photons) + origin +
-               (plan_.bricks > 0 ? ", kept at the bricks' nodes: " : ", kept on the particles: ") +
+               (at_nodes ? ", kept at the bricks' nodes: " : ", kept on the particles: ") +
                (plan_.photon_powers ? "power in R G B" : "one power (all are equal)") +
                (plan_.photon_directions == Plan::Directions::to_eye ? ", as scattered to the eye"
                 : plan_.photon_directions == Plan::Directions::none ? ", no flux (isotropic)"

@@ -182,12 +182,11 @@ void RunWarnings::of_light(const Scene &scene, const Settings &settings, const P
     const auto percent = [](double error) { // rounded up
         return std::to_string(1 + static_cast<int>(99.99 * std::min(error, 1.0))) + " %";
     };
-    if (!(map && is_resampled(scene, settings)) && stands_in_smoke(scene)) // else there are cut cells
+    if (!keeps_light_at_nodes(scene, settings) && stands_in_smoke(scene)) // else there are cut cells
         print({"surfaces in smoke", "",
                "light that is scattered more than once passes through the surfaces in the smoke here, as far as its "
                "estimate reaches" +
-                   (options.empty() || !can_resample(scene) ? "; --reference stops it there"
-                                                            : "; without " + options + " it stops there")});
+                   (options.empty() ? "; --reference stops it there" : "; without " + options + " it stops there")});
     if (map && scatters_far_backward(scene))
         print({"backward", "",
                "light that is scattered more than once is likely 50 % wrong here, or more: where the phase is below "

@@ -1,3 +1,4 @@
+#include "core/smoke/resampling.h"
 #include "core/smoke/grid_samples.h"
 #include "host/base/sha256.h"
 #include "host/base/version.h"
@@ -93,7 +94,7 @@ std::string fingerprint_of_map(const Scene &scene, const Settings &settings, boo
     digest.add(std::string(version), arithmetic, scene.radiance_exponent, scene.light_count, scene.smoke_count);
     add_lights_and_smokes(digest, scene);
     digest.add(settings.photons, settings.seed, settings.deposit, settings.direction, settings.density_step);
-    if (settings.density_step > 0) digest.add(settings.light_step, settings.irradiance_step);
+    if (keeps_light_at_nodes(scene, settings)) digest.add(settings.light_step, settings.irradiance_step);
     if (scene.triangle_count() > 0) add_walls(digest, scene);
     if (to_eye) digest.add(scene.camera.origin);
     return digest.finish();

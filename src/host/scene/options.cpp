@@ -96,7 +96,7 @@ const OptionTable<Options> &scene_options() {
         {"seed", "N", "of the photons (1)", to_count_in(&Options::seed, 0, INT64_MAX)},
         {"smoke", "direct|map|volume",
          "photon map, whose estimate from the nearest photons is the paper's and up to 1.4 times too bright in small "
-         "dense smoke; particle map; photon map of resampled smoke (map, direct where smoke cannot be)",
+         "dense smoke; particle map; photon map of resampled smoke (map)",
          to_word(&Options::method, {"direct", "map", "volume"})},
         {"irradiance", "none|uniform|adaptive",
          "multiple scattering at points of bricks, as many in each or as needed (uniform)",
@@ -111,9 +111,10 @@ const OptionTable<Options> &scene_options() {
         {"estimate", "knn|kernel",
          "radiance from the nearest photons or particles (direct), or of the particles' kernels (map)",
          to_word(&Options::estimate, {"kernel", "knn"})},
-        {"deposit", "exact|path|kernel",
-         "of a photon on particles: that of the collision, all of its flight, or all around",
-         to_word(&Options::deposit, {"exact", "path", "kernel"})},
+        {"deposit", "exact|path|kernel|nodes",
+         "of a photon on particles: that of the collision, all of its flight, or all around; or at the nodes around it "
+         "(nodes, on particles exact)",
+         to_word(&Options::deposit, {"exact", "path", "kernel", "nodes"})},
         {"direction", "flux|mean", "what is kept of the photons' directions: their flux, or their mean (flux)",
          to_word(&Options::direction, {"flux", "mean"})},
         {"photons", "N", "photons emitted (1000000)", to_count_in(&Options::photons, 0, INT64_MAX)},

@@ -266,7 +266,7 @@ TEST_CASE(WISP_ARITH_NAME ": harmonics are stored where some smoke is not isotro
         smokes[0].asymmetry = a;
         smokes[1].asymmetry = b;
         CHECK(photon_needs(scene, settings).directions == (a != 0 || b != 0));
-        return plan_fluence(scene, photon_needs(scene, settings), 1, 2).sums;
+        return sums_of_fluence(photon_needs(scene, settings), 1, 2);
     };
     const uint64_t flux = nodes_of(2) * 4, more = nodes_of(4) * harmonic_numbers;
     CHECK(numbers(0, 0) == nodes_of(2));

@@ -31,6 +31,7 @@ struct ChosenSums {
                    Color(Real(1)),
                    {Real(1), 0},
                    0,
+                   nullptr,
                    nullptr} {
         REQUIRE(same(built.bricks().cell, Vec3(Real(1))));
     }

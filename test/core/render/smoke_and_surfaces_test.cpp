@@ -12,8 +12,8 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-enum class Way { direct, volume, bricks, elements, reference };
-constexpr Way marched[] = {Way::direct, Way::volume, Way::bricks, Way::elements};
+enum class Way { direct, volume, bricks, elements, nodes, reference };
+constexpr Way marched[] = {Way::direct, Way::volume, Way::bricks, Way::elements, Way::nodes};
 
 Settings settings_of(Way way, int pixels = 1, uint64_t photons = 0) {
     Settings settings = small_settings(pixels);
@@ -22,6 +22,11 @@ Settings settings_of(Way way, int pixels = 1, uint64_t photons = 0) {
     settings.method = way == Way::direct ? Method::direct : way == Way::volume ? Method::volume : Method::map;
     settings.goal = way == Way::reference ? Goal::reference : Goal::picture;
     if (way == Way::volume || way == Way::bricks) settings.density_step = settings.light_step = 1;
+    if (way == Way::nodes) {
+        settings.deposit = Deposit::nodes;
+        settings.irradiance = IrradianceMap::uniform;
+        settings.irradiance_step = 1;
+    }
     return settings;
 }
 
@@ -352,7 +357,8 @@ struct MapWay {
 };
 constexpr MapWay photon_ways[] = {{Way::direct, Deposit::exact},  {Way::volume, Deposit::exact},
                                   {Way::bricks, Deposit::exact},  {Way::elements, Deposit::exact},
-                                  {Way::elements, Deposit::path}, {Way::elements, Deposit::kernel}};
+                                  {Way::elements, Deposit::path}, {Way::elements, Deposit::kernel},
+                                  {Way::nodes, Deposit::nodes}};
 
 std::function<void(Settings &)> with_photons(const MapWay &each, uint64_t photons) {
     return [each, photons](Settings &settings) {
@@ -444,7 +450,7 @@ TEST_CASE(WISP_ARITH_NAME ": behind a wall in the smoke photons leave nothing, w
             return look(place, each.way, {x, 0.1, 4}, {0, 0, -1}, 0, with_photons(each, 2000)).red;
         };
         // A particle a support behind the wall is reached before it, and shows as far again. Nodes are not.
-        const double clear = each.way == Way::bricks ? 0.01 : 1.05;
+        const double clear = each.way == Way::bricks || each.way == Way::nodes ? 0.01 : 1.05;
         CHECK(seen_at(-0.5) > 0);
         CHECK(seen_at(clear) == 0);
         CHECK(seen_at(1.2) == 0);
@@ -551,7 +557,8 @@ TEST_CASE(WISP_ARITH_NAME ": walls that light passes change no bit of a particle
         for (int walls = 0; walls < 3; ++walls) {
             Place place;
             place.smokes = {smoke_of(particles)};
-            place.smokes[0].asymmetry = 0.5;
+            // Beside glass, nodes keep light towards all directions.
+            place.smokes[0].asymmetry = each.way == Way::nodes ? 0 : 0.5;
             place.lights.assign(std::begin(outside_lights), std::end(outside_lights));
             if (walls > 0) {
                 const uint32_t material = place.material(walls == 1 ? glass(1.5) : matte({1, 1, 1}));

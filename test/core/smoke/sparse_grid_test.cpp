@@ -380,7 +380,7 @@ TEST_CASE(WISP_ARITH_NAME ": the plan of a box has its cells, however fine or co
         const uint64_t bricks = plan_sparse_grid(lit.scene, cell).count;
         CHECK(renderer.plan(lit.scene, settings).bricks == bricks);
         CHECK(renderer.plan(lit.scene, settings).map_sums ==
-              plan_fluence(lit.scene, photon_needs(lit.scene, settings), bricks, 2).sums);
+              sums_of_fluence(photon_needs(lit.scene, settings), bricks, 2));
         CHECK(render_in_memory(lit.scene, settings).status == Status::done);
     }
 }

@@ -61,7 +61,7 @@ TEST_CASE("options: names, forms and ranges") {
         {"memory", "12Q", "option 'memory': found '12Q', expected bytes, with k, M or G behind"},
         {"memory", "99999999999G", "option 'memory': found '99999999999G', expected bytes, with k, M or G behind"},
         {"arith", "f16", "option 'arith': found 'f16', expected f32, f64, fixed"},
-        {"deposit", "nearest", "option 'deposit': found 'nearest', expected exact, path, kernel"},
+        {"deposit", "nearest", "option 'deposit': found 'nearest', expected exact, path, kernel, nodes"},
         {"direction", "median", "option 'direction': found 'median', expected flux, mean; did you mean 'mean'?"},
         {"light-step", "0.001", "option 'light-step': found '0.001', expected 0, or a number from 0.01 to 1000"},
         {"irradiance-step", "0", "option 'irradiance-step': found '0', expected a number from 0.01 to 1000"},

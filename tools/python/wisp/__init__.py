@@ -41,7 +41,7 @@ WORDS: Words = {  # of settings, in the order of the values
     "method": ("direct", "map", "volume"),
     "irradiance": ("none", "uniform", "adaptive"),
     "estimate": ("kernel", "knn"),
-    "deposit": ("exact", "path", "kernel"),
+    "deposit": ("exact", "path", "kernel", "nodes"),
     "direction": ("flux", "mean"),
     "shadows": ("trace", "cache", "paper", "exact", "voxel", "lightbuffer", "lie"),
     "light_choice": ("all", "cuts"),
