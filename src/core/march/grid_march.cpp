@@ -14,7 +14,19 @@ struct Group {
     Lanes t, dx; // the middle of each step, as a distance from `begin`, and its length
     LanePoints points;
     bool divided; // these are parts of steps
+    Real near;    // what scatters more than once is read from this distance on (nearest_read)
 };
+
+// Moves the points of steps near the eye to where the map is read for them; those of no smoke stay. Returns whether any
+// is moved. `t`: where they are then.
+WISP_INLINE bool move_from_eye(const SparseGrid &bricks, const GridRay &ray, Group &group, Lanes &t) {
+    for (uint32_t l = 0; l < lanes; ++l) t[l] = max(group.t[l], group.near - group.begin);
+    if (!(group.begin + group.t[0] < group.near)) return false;
+    find_points(bricks, ray, t, group.points);
+    for (uint32_t l = 0; l < lanes; ++l) t[l] = group.points.inside[l] ? t[l] : group.t[l];
+    find_points(bricks, ray, t, group.points);
+    return true;
+}
 
 // The light that arrives at each step without smoke in between.
 struct LaneLight {
@@ -246,7 +258,7 @@ struct CutSteps {
     CornerWeights weights[lanes];
 };
 
-void find_cut_steps(const CutCells &cut, const Ray &ray, const Group &group, CutSteps &steps) {
+void find_cut_steps(const CutCells &cut, const Ray &ray, const Group &group, const Lanes &t, CutSteps &steps) {
     LaneCells at;
     find_cells(group.points, cut.spacing, 1, at);
     for (uint32_t l = 0; l < lanes; ++l) {
@@ -254,7 +266,7 @@ void find_cut_steps(const CutCells &cut, const Ray &ray, const Group &group, Cut
                        node = static_cast<uint32_t>(at.node[l]) - static_cast<uint32_t>(cut.first(brick));
         if (!(group.dx[l] > Real(0)) || !cut.is_cut(brick, node)) continue;
         if (find_weights_in_cut_cell(cut, brick, {node, Vec3(at.x[l], at.y[l], at.z[l])},
-                                     ray.origin + ray.direction * group.t[l], steps.weights[l]))
+                                     ray.origin + ray.direction * t[l], steps.weights[l]))
             steps.mask |= 1u << l;
     }
 }
@@ -404,7 +416,10 @@ WISP_MULTIVERSIONED bool march_group(const GridMarcher &marcher, const Ray &ray,
 
     CutSteps cut;
     cut.mask = 0;
-    if (marcher.irradiance && marcher.irradiance->cut.any()) find_cut_steps(marcher.irradiance->cut, ray, group, cut);
+    Lanes read; // where the map is read
+    const bool is_near = move_from_eye(bricks, in_bricks, group, read);
+    if (marcher.irradiance && marcher.irradiance->cut.any())
+        find_cut_steps(marcher.irradiance->cut, ray, group, read, cut);
     LaneColor source, straight; // straight: sigma_s of all smoke, of what only goes straight on
     set(source, Color(Real(0)));
     set(straight, Color(Real(0)));
@@ -420,7 +435,9 @@ WISP_MULTIVERSIONED bool march_group(const GridMarcher &marcher, const Ray &ray,
         LaneColor single, multiple;
         set(single, Color(Real(0)));
         set(multiple, Color(Real(0)));
+        if (is_near) find_points(bricks, in_bricks, group.t, group.points);
         gather_lights(marcher, smoke, ray, in_bricks, group, sigma, here, single, recorder);
+        if (is_near) find_points(bricks, in_bricks, read, group.points);
         gather_scattered(marcher, smoke, ray, group, cut, multiple);
         if (is_recording(recorder)) {
             LaneSourceRecord record;
@@ -477,6 +494,7 @@ void march_divided(const GridMarcher &marcher, const Ray &ray, const GridRay &in
     Group parts;
     parts.begin = group.begin;
     parts.divided = true;
+    parts.near = group.near;
     uint32_t waiting = 0;
     const auto march_parts = [&] {
         marcher.statistics->smoke.march_samples += waiting;
@@ -523,6 +541,7 @@ Segment march(GridMarcher &marcher, const Ray &ray, Real end, PixelRecorder *rec
     Group group;
     group.begin = begin;
     group.divided = false;
+    group.near = marcher.irradiance ? nearest_read(*marcher.irradiance, ray) : Real(0);
     uint32_t waiting = 0; // steps that are in `group` already
     const OpticalDepthGrid &depths = *marcher.depths;
     const bool passes_light = is_light_near(depths.lights, depths.light_count, inside, Real(0), length, marcher.step);

@@ -56,7 +56,10 @@ Status trace_exact_fluence(const PhotonTracing &tracing, const SparseGrid &brick
     const TowardsEye eye(medium, tracing.eye);
     fluence.photon_color = emitters.list[0].photon_color;
     fluence.unit = photon_unit(emitters.power, tracing.settings.photons);
-    if (tracing.needs.towards_eye) fluence.unit.exponent -= eye.shift;
+    if (tracing.needs.towards_eye) {
+        fluence.unit.exponent -= eye.shift;
+        fluence.one_eye = one_eye(fluence, tracing.eye);
+    }
     auto &counts = tracing.statistics.photons;
     bool fits = true;
     const auto on_collision = [&](const MediumCollision &at, const Photon &arrived, const Color &power) {

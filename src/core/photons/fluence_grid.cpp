@@ -324,6 +324,7 @@ Status trace_fluence(const PhotonTracing &tracing, const OpticalDepthGrid &depth
     const TowardsEye eye(tracing.eye, forward_peak(tracing.medium, depths.lights, depths.light_count, tracing.eye));
     fluence.unit.exponent -= eye.shift;
     fluence.straight = eye.peak.narrow;
+    fluence.one_eye = one_eye(fluence, tracing.eye);
     return trace_batches(tracing, depths, distribution, &eye, fluence);
 }
 

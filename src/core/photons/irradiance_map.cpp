@@ -331,6 +331,7 @@ Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, const 
     map.single_channel = fluence.channels == 1;
     map.color = fluence.photon_color;
     map.cut = fluence.cut;
+    map.one_eye = fluence.one_eye;
     Points points;
     if (!make_points(*fluence.bricks, fluence.spacing, fluence.flux != nullptr, units_of_light, arena, watch, points))
         return map;
@@ -441,6 +442,15 @@ Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &pa
     return map;
 }
 
+Real nearest_read(const Irradiance &irradiance, const Ray &from_eye) {
+    const Real near = irradiance.one_eye.near;
+    const CutCells &cut = irradiance.cut;
+    TreeCounts unused = {};
+    return cut.any() && near > Real(0) && is_blocked(*cut.surfaces, from_eye, Real(0), near, no_triangle, unused)
+               ? Real(0)
+               : near;
+}
+
 FluenceAndFlux light_at(const Irradiance &irradiance, uint32_t brick, const Vec3 &p) {
     const SparseGrid &bricks = *irradiance.bricks;
     const CutCells &cut = irradiance.cut;
@@ -478,9 +488,17 @@ Color scattered_light(const Irradiance &irradiance, const Medium &medium, const 
                       const Real *extinctions) {
     Color sum(Real(0));
     const SparseGrid &bricks = *irradiance.bricks;
-    const uint32_t brick = brick_at(bricks, cell_at(bricks.lattice, x));
+    Vec3 place = x;
+    uint32_t brick = brick_at(bricks, cell_at(bricks.lattice, x));
     if (brick == no_brick) return sum;
-    const FluenceAndFlux light = light_at(irradiance, brick, position_in(bricks, brick, x));
+    const TowardsOneEye &one = irradiance.one_eye;
+    if (one.near > Real(0) && dot(one.eye - x, out) < one.near) {
+        const Real from = nearest_read(irradiance, {one.eye, -out});
+        const Vec3 beyond = one.eye - out * from;
+        const uint32_t there = from > Real(0) ? brick_at(bricks, cell_at(bricks.lattice, beyond)) : no_brick;
+        if (there != no_brick) place = beyond, brick = there;
+    }
+    const FluenceAndFlux light = light_at(irradiance, brick, position_in(bricks, brick, place));
     Color sigma_s(Real(0)), towards_out(Real(0)); // the sums of sigma_s, and of 4 pi p sigma_s
     for (uint32_t i = 0; i < medium.count; ++i) {
         if (!(extinctions[i] > Real(0))) continue;

@@ -36,7 +36,8 @@ struct Irradiance {
     bool single_channel; // all light has one colour
     Color color;         // ... which is this; its largest channel is 1
     CutCells cut;        // a brick that has some has as many points as the field
-    bool ready;          // false: the arena was too small
+    TowardsOneEye one_eye;
+    bool ready; // false: the arena was too small
 };
 inline uint64_t bytes_of(const Irradiance &map) {
     const uint64_t per_brick = 2 * sizeof(int32_t) + sizeof(ColorScale) +
@@ -73,6 +74,10 @@ Irradiance make_irradiance(const IrradianceRequest &request, const PhotonMap *ma
                            Arena &arena, Statistics &statistics, Watch watch = {});
 // The map of a particle map (S4-3): the light of the particles around, weighted by their contributions to the density.
 Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &map, Arena &arena, Watch watch = {});
+
+// From which distance on a ray from the eye reads the map: before, it reads what lies there. 0: it reads its own
+// places, also where a surface stands between.
+Real nearest_read(const Irradiance &irradiance, const Ray &from_eye);
 
 // The fluence and flux at p, in cells from the beginning of a brick.
 FluenceAndFlux light_at(const Irradiance &irradiance, uint32_t brick, const Vec3 &p);

@@ -463,6 +463,49 @@ TEST_CASE(WISP_ARITH_NAME ": behind a wall in the smoke photons leave nothing, w
     }
 }
 
+TEST_CASE(WISP_ARITH_NAME ": an eye in smoke that scatters forward sees in each direction what is scattered that way") {
+    // It looks away from the light. Around it, what nodes keep towards it goes into all directions.
+    for (const auto &[way, g] : {std::pair{Way::bricks, 0.8}, {Way::nodes, 0.57}}) {
+        CAPTURE(static_cast<int>(way));
+        Place place;
+        place.smokes = {fog(0.3, 16)};
+        place.smokes[0].asymmetry = g;
+        place.light(LightKind::point, {4, 6, 6}, {90, 90, 90});
+        double truth = 0, seen = 0, once = 0, variance = 0;
+        for (const Double3 &along : {Double3{-0.6, -0.48, -0.64}, {-0.48, -0.64, -0.6}, {-0.36, -0.48, -0.8}}) {
+            Place widely = place; // its majorants
+            const Seen expected = look(widely, Way::reference, {0, 0, 0}, along, 60000);
+            truth += expected.red;
+            variance += expected.error * expected.error;
+            seen += look(place, way, {0, 0, 0}, along, 0, with_photons({way, Deposit::nodes}, 500000)).red;
+            once += look(place, way, {0, 0, 0}, along).red;
+        }
+        CAPTURE(seen / truth);
+        CAPTURE(once / truth);
+        CHECK(std::sqrt(variance) < 0.01 * truth);
+        CHECK(std::fabs(seen / truth - 1) < 0.07);
+        CHECK(once < 0.7 * truth);
+    }
+}
+
+TEST_CASE(WISP_ARITH_NAME ": an eye in smoke sees no light from behind a wall that stands closer than nodes do") {
+    for (const auto &[way, g] : {std::pair{Way::bricks, 0.8}, {Way::nodes, 0.57}}) {
+        CAPTURE(static_cast<int>(way));
+        Place place;
+        place.smokes = {fog(1)};
+        place.smokes[0].asymmetry = g;
+        place.plate(2, 0, 40, place.material(matte({0, 0, 0})));
+        place.light(LightKind::point, {0.5, 1, -8}, {900, 900, 900});
+        const auto seen_along = [&](double z) {
+            return look(place, way, {0.1, 0.1, 0.1}, {0, 0, z}, 0, with_photons({way, Deposit::nodes}, 4000)).red;
+        };
+        CHECK(seen_along(-1) == 0);
+        CHECK(seen_along(1) == 0);
+        place.materials[0].transmission = 1;
+        CHECK(seen_along(-1) > 0);
+    }
+}
+
 TEST_CASE(WISP_ARITH_NAME ": a wall stops the light of smoke that glows, with a light in the scene and without any") {
     // On the left of the wall at x = 0 smoke glows, on the right it scatters.
     for (const bool lit : {false, true}) {
