@@ -295,6 +295,21 @@ TEST_CASE("warnings: options that leave light in places of many mean free paths,
     CHECK(warned("1", "0", "--irradiance-step 1") == "");
 }
 
+TEST_CASE("warnings: cells of density that are wider than the particles' kernels") {
+    WarningCommandTest test;
+    const std::string view = "v from 0 0 6 at 0 0 0 up 0 1 0 angle 22 hither 0.1 resolution 4 4\nld 0 -1 -0.5 3 2 1\n";
+    test.write("p.vtk", CommandLineTest::puff(40));
+    test.write("s.aff", view + "smoke p.vtk { radius 0.3 mass 0.02 extinction 1 albedo 0.1 0.1 0.1 }\n");
+    CHECK(test.warned("--density-step 1") == "");
+    CHECK(test.warned("--density-step 1.5")
+              .find("likely up to 12 % wrong: --density-step 1.5 keeps the particles' "
+                    "density in cells wider than a smoothing length; 0.5 errs by less "
+                    "than 1 %") != std::string::npos);
+    CHECK(test.warned("--density-step 3").find("likely up to 24 % wrong") != std::string::npos);
+    test.write("s.aff", view + "smoke box -1 -1 -1 1 1 1 0.2 { albedo 0.1 0.1 0.1 }\n"); // a box is exact
+    CHECK(test.warned("--density-step 3") == "");
+}
+
 TEST_CASE("warnings: photons that fly past smoke that lies far apart") {
     WarningCommandTest test;
     const std::string view = "v from 0 0 6 at 0 0 0 up 0 1 0 angle 30 hither 0.01 resolution 4 4\nld 0 -1 -0.5 3 2 1\n",

@@ -254,6 +254,15 @@ void RunWarnings::of_radiances(const Statistics &statistics) {
 void RunWarnings::of_frame(int64_t frame, const PreparedScene &prepared, const Settings &settings, const Plan &plan) {
     for (const Warning &warning : scene_warnings(request_.name, request_.file, request_.options, frame, prepared))
         print(warning);
+    const bool particles = std::any_of(prepared.particles.begin(), prepared.particles.end(),
+                                       [](const auto &of_smoke) { return !of_smoke.empty(); });
+    // A ball of particles, against --reference: 4, 9, 12 and 22 % in cells of 1, 1.5, 2 and 3.
+    if (plan.bricks > 0 && particles && settings.density_step > 1 && !request_.options.max_error)
+        print({"density cells", "",
+               "the picture is likely up to " +
+                   std::to_string(static_cast<int>(std::min(8 * settings.density_step, 100.0))) +
+                   " % wrong: --density-step " + two_digits(settings.density_step) +
+                   " keeps the particles' density in cells wider than a smoothing length; 0.5 errs by less than 1 %"});
     std::vector<Warning> idle = idle_options(request_, prepared, settings, plan);
     const auto is_old = [this](const Warning &warning) {
         return !idle_ ||

@@ -235,11 +235,11 @@ double reach_of(const Cloud &cloud, std::optional<double> radius) {
     return 2 * *middle;
 }
 
-// With the file's masses, or 1 each.
+// With the file's masses, or 1 each. At most what a scene may say.
 double extinction_for(const Cloud &cloud, const Axes &axes, double reach) {
     double area = 0;
     for (size_t i = 0; i < cloud.points.size(); ++i) area += cloud.area(i);
-    return area > 0 ? mean_depth * covered_area(cloud.points, axes, reach) / area : 1;
+    return area > 0 ? std::min(mean_depth * covered_area(cloud.points, axes, reach) / area, 1e30) : 1;
 }
 
 // Extends the camera's frame to points that reach so far.

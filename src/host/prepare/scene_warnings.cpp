@@ -171,7 +171,8 @@ class Doubts {
                      (smoke.is_grid() ? "density or the extinction too large?"
                                       : "mass or the extinction too large, or the radius too small?"));
         // A place on a ray is rounded in proportion to its distance from the eye.
-        const Double3 size = extent.high - extent.low;
+        const double supports = smoke.is_grid() ? 0 : 4 * smoke.largest_h; // around the outermost particles
+        const Double3 size = extent.high - extent.low + Double3{supports, supports, supports};
         const double away = length(scene_.camera.origin - (extent.low + extent.high) * 0.5) + length(size) / 2,
                      free_path = std::min({size.x, size.y, size.z}) / depth.least_mean;
         if (options_.arithmetic == Arithmetic::f32 && away * 0x1p-23 > coarse * free_path)

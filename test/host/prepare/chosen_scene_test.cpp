@@ -78,6 +78,11 @@ TEST_CASE_FIXTURE(ChosenSceneTest, "chosen scene: rays that meet smoke have a me
     CHECK(*smoke.mass == 1);
     const double covered = 2.5 + 2 * *smoke.radius, area = pi_ * covered * covered;
     CHECK(*smoke.extinction * double(ball.size()) / area == doctest::Approx(2).epsilon(0.03));
+    // What is so far apart would need more than a scene may say.
+    std::vector<Double3> far;
+    for (const Double3 &p : cube(3, 1e16)) far.push_back(p);
+    write("far.vtk", far);
+    CHECK(*choose("far.vtk").smokes[0].extinction == 1e30);
 }
 
 TEST_CASE_FIXTURE(ChosenSceneTest, "chosen scene: all smoke is in the picture, and fills most of it") {

@@ -196,6 +196,8 @@ TEST_CASE("scene warnings: smoke too thin to be seen, or like a solid") {
     CHECK(particles("1e-8") == "thin smoke");
     CHECK(particles("0.1").empty());
     CHECK(particles("1e4") == "solid smoke, coarse places");
+    test.particles("one.vtk", 1);
+    CHECK(test.kinds(camera + light + "smoke one.vtk { radius 0.2 mass 0.1 }\n").empty()); // is 0.8 wide
 }
 
 TEST_CASE("scene warnings: smoke so dense that f32 has no digits for places in it") {
