@@ -146,7 +146,7 @@ TEST_CASE("c_api: settings that are wrong or exclude each other are refused with
         {"settings.method", [](wisp_settings &s) { s.method = 3; }},
         {"settings.irradiance", [](wisp_settings &s) { s.irradiance = 3; }},
         {"settings.estimate", [](wisp_settings &s) { s.estimate = 2; }},
-        {"settings.deposit", [](wisp_settings &s) { s.deposit = 3; }},
+        {"settings.deposit", [](wisp_settings &s) { s.deposit = 4; }},
         {"settings.direction", [](wisp_settings &s) { s.direction = 2; }},
         {"settings.gather: found 1, expected 2", [](wisp_settings &s) { s.gather = 1; }},
         {"settings.gather_radius", [](wisp_settings &s) { s.gather_radius = std::nan(""); }},

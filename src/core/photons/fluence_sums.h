@@ -45,7 +45,8 @@ struct FluenceSums {
 constexpr int32_t harmonic_spacing(int32_t spacing) { return min(2 * spacing, brick_cells / 2); }
 constexpr uint32_t harmonic_numbers = 1 + harmonic_count;
 inline TowardsOneEye one_eye(const FluenceSums &fluence, const Vec3 &eye) {
-    return {eye, largest(fluence.bricks->cell) * Real(near_cells * fluence.spacing)};
+    return {eye, min(largest(fluence.bricks->cell) * Real(near_cells * fluence.spacing),
+                     fluence.medium->sphere.radius * Real(1.0 / 6))};
 }
 // The number of flights that cannot overflow a sum. A flight deposits R + G + B, at most 3.75 photons, times the depth
 // that it passes. That depth is 1 in the mean, and less than twice that over many flights.
