@@ -8,13 +8,12 @@
 namespace wisp::WISP_ARITH {
 
 // The eye that nodes keep light towards, where they do. Its direction differs within a cell that is near to it, and
-// from node to node around it. Where a ray from the eye is nearer than `near`, what smoke scatters to the eye is read
-// there.
+// from node to node around it. Closer than `near`, rays from the eye read what smoke scatters to it at that distance
+// (lights/README, An eye in smoke).
 struct TowardsOneEye {
     Vec3 eye;
     Real near; // 0: nodes keep the light of all directions
 };
-constexpr int32_t near_cells = 2; // between nodes
 
 // The sums of deposits at the nodes of each brick. They are integers, so the order of the deposits does not change
 // them.
@@ -44,10 +43,13 @@ struct FluenceSums {
 // Cells between the nodes of harmonics: these vary less from place to place than power does.
 constexpr int32_t harmonic_spacing(int32_t spacing) { return min(2 * spacing, brick_cells / 2); }
 constexpr uint32_t harmonic_numbers = 1 + harmonic_count;
+
+// Light varies over the extent of the smoke: `near` is at most a part of that.
 inline TowardsOneEye one_eye(const FluenceSums &fluence, const Vec3 &eye) {
-    return {eye, min(largest(fluence.bricks->cell) * Real(near_cells * fluence.spacing),
+    return {eye, min(largest(fluence.bricks->cell) * Real(2 * fluence.spacing),
                      fluence.medium->sphere.radius * Real(1.0 / 6))};
 }
+
 // The number of flights that cannot overflow a sum. A flight deposits R + G + B, at most 3.75 photons, times the depth
 // that it passes. That depth is 1 in the mean, and less than twice that over many flights.
 constexpr uint64_t max_fluence_flights = (uint64_t{1} << (63 - deposit_bits)) / 8;
