@@ -57,9 +57,9 @@ inline bool is_resampled(const Scene &scene, const Settings &settings) {
 
 // Whether photons leave their power at the nodes of bricks, be the densities resampled to these or exact.
 inline bool keeps_light_at_nodes(const Scene &scene, const Settings &settings) {
-    const bool keeps_map = settings.irradiance != IrradianceMap::none && settings.estimate != Estimate::knn;
-    return settings.method == Method::map &&
-           (is_resampled(scene, settings) || (keeps_map && settings.deposit == Deposit::nodes));
+    const bool of_map = settings.method == Method::map || settings.goal == Goal::photons,
+               keeps_map = settings.irradiance != IrradianceMap::none && settings.estimate != Estimate::knn;
+    return of_map && (is_resampled(scene, settings) || (keeps_map && settings.deposit == Deposit::nodes));
 }
 
 } // namespace wisp

@@ -543,6 +543,11 @@ TEST_CASE(WISP_ARITH_NAME ": batches traced apart through resampled smoke give t
     trace(parts, {1, 2});
     CHECK(parts.values == whole.values);
     CHECK(parts.statistics.photons.emitted == settings.photons);
+    settings.method = Method::direct; // sums are those of a map, whatever else is to be rendered
+    Sums otherwise = make();
+    trace(otherwise, {0, 3});
+    CHECK(otherwise.values == whole.values);
+    settings.method = Method::map;
     CHECK(std::memcmp(&parts.statistics.photons, &whole.statistics.photons, sizeof whole.statistics.photons) == 0);
 
     const Rendered alone = render_in_memory(scene, settings);
