@@ -47,13 +47,6 @@ uint64_t sums_of_fluence(const PhotonNeeds &needs, uint64_t bricks, int32_t spac
            (needs.harmonics ? bricks * nodes_of(harmonic_spacing(spacing)) * harmonic_numbers : 0);
 }
 
-int32_t sigma_shift_for(Real densest) {
-    int32_t shift = 0;
-    if (densest > Real(0))
-        while (scale_pow2(densest, shift) < Real(0x1p11) && shift < 31) ++shift;
-    return shift;
-}
-
 Status lay_out_sums(const PhotonTracing &tracing, const SparseGrid &bricks, int32_t spacing, PhotonSums &sums,
                     FluenceSums &fluence) {
     const PhotonNeeds &needs = tracing.needs;

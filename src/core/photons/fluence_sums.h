@@ -60,8 +60,6 @@ Status lay_out_sums(const PhotonTracing &tracing, const SparseGrid &bricks, int3
                     FluenceSums &fluence);
 // How many sums these are at most.
 uint64_t sums_of_fluence(const PhotonNeeds &needs, uint64_t bricks, int32_t spacing);
-// By which power of two integrals of sigma_t are scaled, in smoke that is so dense at most.
-int32_t sigma_shift_for(Real densest);
 
 // (1 + m) / 2 for each harmonic m of a direction: not below 0.
 SphericalHarmonics halves_of(const Vec3 &direction);

@@ -1,6 +1,6 @@
 // Where photons start in resampled smoke (S2).
 #include "core/photons/photon_starts.h"
-#include "core/photons/fluence_sums.h"
+#include "core/photons/photon_tracing.h"
 
 namespace wisp::WISP_ARITH {
 

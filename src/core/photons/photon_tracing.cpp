@@ -37,6 +37,13 @@ PhotonUnit photon_unit(Real power, uint64_t emitted) {
     return {unit, exponent};
 }
 
+int32_t sigma_shift_for(Real densest) {
+    int32_t shift = 0;
+    if (densest > Real(0))
+        while (scale_pow2(densest, shift) < Real(0x1p11) && shift < 31) ++shift;
+    return shift;
+}
+
 PhotonNeeds photon_needs(const Scene &scene, const Settings &settings) {
     PhotonNeeds needs = {};
     bool scatters = false, glows = false, single_channel = true;

@@ -15,6 +15,9 @@ struct PhotonUnit {
     int32_t exponent;
 };
 PhotonUnit photon_unit(Real power, uint64_t emitted);
+// By which power of two sigma_t and its integrals are scaled, in smoke that is so dense at most: in fixed point, thin
+// smoke keeps its digits.
+int32_t sigma_shift_for(Real densest);
 
 // The light that arrives at a point from all directions.
 struct FluenceAndFlux {

@@ -1,6 +1,6 @@
 #include "core/render/decisions.h"
 #include "core/photons/spherical_harmonics.h"
-#include "core/smoke/resampling.h"
+#include "core/render/kept_at_nodes.h"
 
 namespace wisp::WISP_ARITH {
 

@@ -1,8 +1,7 @@
-// Whether there is smoke, and which can be resampled to a sparse grid, or is (S4-1).
+// Whether there is smoke, and which can be resampled to a sparse grid (S4-1).
 #pragma once
 #include "core/numbers/double_bits.h"
 #include "wisp/scene.h"
-#include "wisp/settings.h"
 
 namespace wisp {
 
@@ -48,18 +47,6 @@ inline bool can_resample(const Scene &scene) {
     bool particles = true;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) particles = particles && !scene.smokes[i].is_grid();
     return has_smoke(scene) && (particles || aligned_grid(scene));
-}
-
-// Whether densities are kept at the nodes of bricks.
-inline bool is_resampled(const Scene &scene, const Settings &settings) {
-    return total_order_key(settings.density_step) > 0 && can_resample(scene);
-}
-
-// Whether photons leave their power at the nodes of bricks, be the densities resampled to these or exact.
-inline bool keeps_light_at_nodes(const Scene &scene, const Settings &settings) {
-    const bool of_map = settings.method == Method::map || settings.goal == Goal::photons,
-               keeps_map = settings.irradiance != IrradianceMap::none && settings.estimate != Estimate::knn;
-    return of_map && (is_resampled(scene, settings) || (keeps_map && settings.deposit == Deposit::nodes));
 }
 
 } // namespace wisp

@@ -1,5 +1,5 @@
+#include "core/render/kept_at_nodes.h"
 #include "core/smoke/grid_samples.h"
-#include "core/smoke/resampling.h"
 #include "host/base/error.h"
 #include "host/commands/defaults.h"
 #include "host/results/picture_bytes.h"

@@ -1,6 +1,6 @@
+#include "core/render/kept_at_nodes.h"
 #include "host/commands/plan_lines.h"
 #include "core/smoke/grid_samples.h"
-#include "core/smoke/resampling.h"
 #include "host/scene/shadow_words.h"
 
 namespace wisp {

@@ -1,4 +1,4 @@
-#include "core/smoke/resampling.h"
+#include "core/render/kept_at_nodes.h"
 #include "host/base/text.h"
 #include "host/commands/defaults.h"
 #include "host/commands/run_warnings.h"

@@ -1,4 +1,4 @@
-#include "core/smoke/resampling.h"
+#include "core/render/kept_at_nodes.h"
 #include "core/smoke/grid_samples.h"
 #include "host/base/sha256.h"
 #include "host/base/version.h"
