@@ -541,7 +541,7 @@ Segment march(GridMarcher &marcher, const Ray &ray, Real end, PixelRecorder *rec
     Group group;
     group.begin = begin;
     group.divided = false;
-    group.near = marcher.irradiance ? nearest_read(*marcher.irradiance, ray) : Real(0);
+    group.near = marcher.irradiance ? nearest_read(*marcher.irradiance, ray, begin) : Real(0);
     uint32_t waiting = 0; // steps that are in `group` already
     const OpticalDepthGrid &depths = *marcher.depths;
     const bool passes_light = is_light_near(depths.lights, depths.light_count, inside, Real(0), length, marcher.step);

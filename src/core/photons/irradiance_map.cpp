@@ -442,13 +442,12 @@ Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &pa
     return map;
 }
 
-Real nearest_read(const Irradiance &irradiance, const Ray &from_eye) {
+Real nearest_read(const Irradiance &irradiance, const Ray &from_eye, Real distance) {
     const Real near = irradiance.one_eye.near;
+    if (!(near > Real(0) && distance < near)) return Real(0);
     const CutCells &cut = irradiance.cut;
     TreeCounts unused = {};
-    return cut.any() && near > Real(0) && is_blocked(*cut.surfaces, from_eye, Real(0), near, no_triangle, unused)
-               ? Real(0)
-               : near;
+    return cut.any() && is_blocked(*cut.surfaces, from_eye, Real(0), near, no_triangle, unused) ? Real(0) : near;
 }
 
 FluenceAndFlux light_at(const Irradiance &irradiance, uint32_t brick, const Vec3 &p) {
@@ -491,11 +490,10 @@ Color scattered_light(const Irradiance &irradiance, const Medium &medium, const 
     Vec3 place = x;
     uint32_t brick = brick_at(bricks, cell_at(bricks.lattice, x));
     if (brick == no_brick) return sum;
-    const TowardsOneEye &one = irradiance.one_eye;
-    if (one.near > Real(0) && dot(one.eye - x, out) < one.near) {
-        const Real from = nearest_read(irradiance, {one.eye, -out});
-        const Vec3 beyond = one.eye - out * from;
-        const uint32_t there = from > Real(0) ? brick_at(bricks, cell_at(bricks.lattice, beyond)) : no_brick;
+    const Vec3 &eye = irradiance.one_eye.eye;
+    if (const Real from = nearest_read(irradiance, {eye, -out}, dot(eye - x, out)); from > Real(0)) {
+        const Vec3 beyond = eye - out * from;
+        const uint32_t there = brick_at(bricks, cell_at(bricks.lattice, beyond));
         if (there != no_brick) place = beyond, brick = there;
     }
     const FluenceAndFlux light = light_at(irradiance, brick, position_in(bricks, brick, place));

@@ -75,9 +75,9 @@ Irradiance make_irradiance(const IrradianceRequest &request, const PhotonMap *ma
 // The map of a particle map (S4-3): the light of the particles around, weighted by their contributions to the density.
 Irradiance make_irradiance(const IrradianceRequest &request, const PackedMap &map, Arena &arena, Watch watch = {});
 
-// From which distance on a ray from the eye reads the map: before, it reads what lies there. 0: it reads its own
-// places, also where a surface stands between.
-Real nearest_read(const Irradiance &irradiance, const Ray &from_eye);
+// From which distance on a ray from the eye reads the map for what is nearer, as what lies at `distance`. 0: it reads
+// its own places: nothing is nearer, or a surface stands in between.
+Real nearest_read(const Irradiance &irradiance, const Ray &from_eye, Real distance);
 
 // The fluence and flux at p, in cells from the beginning of a brick.
 FluenceAndFlux light_at(const Irradiance &irradiance, uint32_t brick, const Vec3 &p);

@@ -1,5 +1,5 @@
-#include "core/render/kept_at_nodes.h"
 #include "host/commands/max_error.h"
+#include "core/render/kept_at_nodes.h"
 #include "host/base/json_object.h"
 #include "host/base/messages.h"
 #include "host/base/text.h"

@@ -1,5 +1,5 @@
-#include "core/render/kept_at_nodes.h"
 #include "host/commands/plan_lines.h"
+#include "core/render/kept_at_nodes.h"
 #include "core/smoke/grid_samples.h"
 #include "host/scene/shadow_words.h"
 

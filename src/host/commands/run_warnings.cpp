@@ -31,6 +31,11 @@ constexpr struct {
     {"depth", Stage::shading},         {"tree", Stage::triangle_trees},
 };
 
+bool has_particles(const PreparedScene &prepared) {
+    return std::any_of(prepared.particles.begin(), prepared.particles.end(),
+                       [](const auto &particles) { return !particles.empty(); });
+}
+
 class Idle {
   public:
     Idle(const Request &request, const PreparedScene &prepared, const Settings &settings, const Plan &plan)
@@ -48,7 +53,7 @@ class Idle {
             return unless(settings_.method == Method::map, "photons are kept, not power on particles");
         if (option == "remap") return unless(several_frames(request_), "there is one frame, and no map before it");
         if (option == "max-error") return unless(plan_.smoke, "there is no smoke");
-        if (option == "thin") return unless(has_particles(), "there are no particles");
+        if (option == "thin") return unless(has_particles(prepared_), "there are no particles");
         if (option == "exposure") return unless(writes_png() || !makes_picture(), "no .png is written");
         if (option == "frames")
             return unless(!several_frames(request_) || moves(), "nothing differs from frame to frame");
@@ -69,10 +74,6 @@ class Idle {
         if (plan_.bricks > 0) return "";
         const PlanRow &bricks = plan_[Stage::bricks];
         return bricks.needed || settings_.goal != Goal::picture ? "densities are exact" : bricks.reason;
-    }
-    bool has_particles() const {
-        return std::any_of(prepared_.particles.begin(), prepared_.particles.end(),
-                           [](const auto &particles) { return !particles.empty(); });
     }
     bool makes_picture() const { return !options_.outputs.empty() || options_.digest; } // plan and inspect do not
     bool writes_png() const {
@@ -254,10 +255,8 @@ void RunWarnings::of_radiances(const Statistics &statistics) {
 void RunWarnings::of_frame(int64_t frame, const PreparedScene &prepared, const Settings &settings, const Plan &plan) {
     for (const Warning &warning : scene_warnings(request_.name, request_.file, request_.options, frame, prepared))
         print(warning);
-    const bool particles = std::any_of(prepared.particles.begin(), prepared.particles.end(),
-                                       [](const auto &of_smoke) { return !of_smoke.empty(); });
     // A ball of particles, against --reference: 4, 9, 12 and 22 % in cells of 1, 1.5, 2 and 3.
-    if (plan.bricks > 0 && particles && settings.density_step > 1 && !request_.options.max_error)
+    if (plan.bricks > 0 && has_particles(prepared) && settings.density_step > 1 && !request_.options.max_error)
         print({"density cells", "",
                "the picture is likely up to " +
                    std::to_string(static_cast<int>(std::min(8 * settings.density_step, 100.0))) +
