@@ -21,7 +21,7 @@ constexpr double safe_share_of_paths = 0.7;
 constexpr uint64_t fewest_photons = uint64_t{1} << 12, first_photons = uint64_t{1} << 16,
                    most_photons = uint64_t{1} << 24;
 constexpr uint64_t most_paths = uint64_t{1} << 14;
-constexpr uint32_t first_passes = 64, checking_passes = 128;
+constexpr uint32_t first_passes = 64, first_checking_passes = 16, most_checking_passes = 128;
 constexpr double most_passes = 0x1p30;
 // Cells are made finer up to so many times, where all stages then take no more memory.
 constexpr int finest_level = 2;
@@ -121,22 +121,23 @@ class MeasuredPixels {
         return values;
     }
 
-    // Passes of the reference, and the seconds that they take for the whole picture.
-    std::pair<Passes, double> passes(Options::Range range) const {
+    // Adds the passes of the reference below `last` that `passes` has not yet. The seconds that they take for the whole
+    // picture.
+    double add(Passes &passes, uint32_t last) const {
+        if (passes.ranges.empty()) passes.ranges = {{0, 0}};
         Options options = request_.options;
         options.reference = true;
-        options.passes = range;
+        options.passes = Options::Range{passes.ranges[0].second, last};
         const Settings settings = settings_of(options);
-        Passes passes;
         passes.width = settings.crop.width(), passes.height = settings.crop.height();
         passes.samples = settings.samples;
         passes.exponent = scene().radiance_exponent;
-        passes.ranges = {{range.first, range.last}};
+        passes.ranges[0].second = last;
         passes.pixels.resize(static_cast<size_t>(passes.width) * static_cast<size_t>(passes.height));
         Values none;
         Pair times;
         render(settings, none, passes.pixels.data(), times);
-        return {std::move(passes), times.seconds};
+        return times.seconds;
     }
 
   private:
@@ -329,23 +330,31 @@ class Search {
 };
 
 // How much the mean of a choice's pixels differs from that of the reference, relative to it, less three times the
-// standard error: a picture errs by no less. So what all choices err by alike is found where it is much.
-double error_by_reference(const MeasuredPixels &pixels, double mean_of_choice) {
-    const Passes passes = pixels.passes({0, checking_passes}).first;
-    const double mean = mean_of(mean_picture(passes).rgb);
-    // Channels err together.
-    const Values errors = error_picture(passes).rgb;
-    const double error = std::sqrt(3 * sum_of_squares(errors)) / static_cast<double>(errors.size());
-    return mean > 0 ? std::max(0.0, std::fabs(mean_of_choice - mean) - 3 * error) / mean : 0;
+// standard error: a picture errs by no less. So what all choices err by alike is found where it is much. Passes are
+// added until it is known, to three standard errors, on which side of `asked` the difference is.
+double error_by_reference(const MeasuredPixels &pixels, double mean_of_choice, double asked) {
+    Passes passes;
+    for (uint32_t last = first_checking_passes;; last *= 2) {
+        pixels.add(passes, last);
+        const double mean = mean_of(mean_picture(passes).rgb);
+        // Channels err together.
+        const Values errors = error_picture(passes).rgb;
+        const double unsure = 3 * std::sqrt(3 * sum_of_squares(errors)) / static_cast<double>(errors.size()),
+                     difference = std::fabs(mean_of_choice - mean);
+        if (last == most_checking_passes || std::fabs(difference - asked * mean) > unsure)
+            return mean > 0 ? std::max(0.0, difference - unsure) / mean : 0;
+    }
 }
 
 // Passes of the reference whose noise is `goal`, relative to the mean.
 Choice choose_passes(const MeasuredPixels &pixels, Options options, double goal) {
     Choice choice = {std::move(options), goal, 0};
     choice.options.reference = true;
+    Passes passes;
+    double seconds = 0;
     for (uint32_t measured = 0, wanted = first_passes; measured < wanted / 4 || measured == 0;) {
         measured = std::max(first_passes, wanted / 4); // few passes hardly show what is rare and bright
-        const auto [passes, seconds] = pixels.passes({0, measured});
+        seconds += pixels.add(passes, measured);
         const Values errors = error_picture(passes).rgb;
         const double mean = mean_of(mean_picture(passes).rgb);
         const double noise = std::sqrt(sum_of_squares(errors) / static_cast<double>(errors.size()));
@@ -397,7 +406,7 @@ void choose_for_error(Request &request) {
         if (!options.quiet) print_note("max-error: " + text);
     };
     if (const std::optional<Choice> choice = Search(pixels, options).choose()) {
-        const double found = error_by_reference(pixels, choice->mean);
+        const double found = error_by_reference(pixels, choice->mean, *options.max_error);
         if (found <= *options.max_error) {
             say("by" + described(*choice, options) + ": errs by about " + percent(choice->error) +
                 "; a frame takes about " + two_digits(choice->seconds) + " s");
