@@ -295,6 +295,30 @@ TEST_CASE("warnings: options that leave light in places of many mean free paths,
     CHECK(warned("1", "0", "--irradiance-step 1") == "");
 }
 
+TEST_CASE("warnings: a light that is seen through smoke of a narrow peak") {
+    WarningCommandTest test;
+    const auto warns = [&](const std::string &light, const std::string &phase, const std::string &beside = "",
+                           const std::string &options = "") {
+        test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 30 hither 0.01 resolution 4 4\n" + light +
+                                " 40 40 40\n" + beside + "smoke box -1 -1 -1 1 1 1 0.5 { phase " + phase + " }\n");
+        const std::string warned = test.warned("--photons 2000 " + options);
+        return warned.find("warning: pixels around a light that is seen through the smoke") != std::string::npos;
+    };
+    CHECK(warns("lp 0.5 0.5 -6", "0.95"));
+    CHECK(warns("lp 0.5 0.5 0.5", "0.95")); // in it
+    CHECK(warns("ld 0.1 0 1", "0.95"));
+    CHECK(!warns("lp 0.5 0.5 -6", "0.9"));
+    CHECK(!warns("lp 0.5 0.5 1.5", "0.95")); // before it
+    CHECK(!warns("lp 5 0.5 -6", "0.95"));    // beside the picture
+    CHECK(!warns("lp 2.5 0.5 -6", "0.95"));  // beside the smoke
+    CHECK(!warns("ld 0.1 0 -1", "0.95"));    // from behind the eye
+    const std::string black = "f 0 0 0 0 0 0 0 0\n", wall = black + "p 4  -9 -9 -3  9 -9 -3  9 9 -3  -9 9 -3\n",
+                      step = black + "p 4  -9 -9 -3  9 -9 -3  9 -3 -3  -9 -3 -3\n";
+    CHECK(!warns("lp 0.5 0.5 -6", "0.95", wall));
+    CHECK(warns("lp 0.5 0.5 -6", "0.95", step));
+    CHECK(!warns("lp 0.5 0.5 -6", "0.95", "", "--photons 0")); // light that is scattered once has the whole phase
+}
+
 TEST_CASE("warnings: cells of density that are wider than the particles' kernels") {
     WarningCommandTest test;
     const std::string view = "v from 0 0 6 at 0 0 0 up 0 1 0 angle 22 hither 0.1 resolution 4 4\nld 0 -1 -0.5 3 2 1\n";

@@ -13,7 +13,10 @@ ForwardPeak::ForwardPeak(const Phase &of, Real away) : phase(of) {
 }
 
 ForwardPeak forward_peak(const Medium &medium, const Light *lights, uint32_t count, const Vec3 &eye) {
-    constexpr Real least = Real(0.0038053), most = Real(0.1339746); // 1 - cos 5 degrees, 1 - cos 30 degrees
+    constexpr Real most = Real(0.1339746); // 1 - cos 30 degrees
+    const Phase phase = common_phase(medium);
+    const Real width = Real(1) - phase.asymmetry(); // of the peak in radians: it falls to 0.35 to 0.5 there
+    const Real least = min(Real(0.0038053), Real(0.5) * width * width); // 1 - cos 5 degrees, 1 - cos(width) about
     const Vec3 &middle = medium.sphere.center;
     const Vec3 to_eye = direction_between(middle, eye);
     const auto light_there = [&](uint32_t i) { return illuminate(lights[i], middle, middle, middle); };
@@ -28,7 +31,7 @@ ForwardPeak forward_peak(const Medium &medium, const Light *lights, uint32_t cou
         const Vec3 chord = from.direction - to_eye; // |chord|^2 = 2 (1 - cosine); a third of the chord is about A's
         away = min(away, dot(chord, chord) * Real(1.0 / 18));
     }
-    return ForwardPeak(common_phase(medium), max(away, least));
+    return ForwardPeak(phase, max(away, least));
 }
 
 } // namespace wisp::WISP_ARITH

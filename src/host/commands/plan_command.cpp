@@ -70,7 +70,7 @@ int plan_command(const std::vector<std::string> &arguments) {
     const Plan plan = checked_plan(request, prepared.scene, settings);
     check_memory(request, prepared, settings, plan, available_memory());
     RunWarnings warnings(request);
-    warnings.of_light(prepared.scene, settings, plan);
+    warnings.of_light(prepared, settings, plan);
     warnings.of_frame(request.frames.first, prepared, settings, plan);
     const std::string arithmetic = renderer_of(options.arithmetic).name;
     if (!options.map_in.empty())

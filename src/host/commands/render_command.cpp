@@ -146,7 +146,7 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     end_at_once(request, frame, at_once);
     const Plan plan = checked_plan(request, prepared.scene, settings);
     if (sequence.block.fit(request, prepared, settings, plan)) sequence.cache = {};
-    sequence.warnings.of_light(prepared.scene, settings, plan);
+    sequence.warnings.of_light(prepared, settings, plan);
     sequence.warnings.of_frame(frame, prepared, settings, plan);
     const bool mapped = uses_map(settings);
     const bool traced = mapped && load_or_reset_map(request, frame, prepared, settings, plan, map);

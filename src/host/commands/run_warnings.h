@@ -12,7 +12,7 @@ class RunWarnings {
     // Of a frame that is to be rendered. An option is warned of in the last frame, if no frame before needed it.
     void of_frame(int64_t frame, const PreparedScene &prepared, const Settings &settings, const Plan &plan);
     // Of the light that is scattered more than once: photons leave it in deep places, or do not tell whence it comes.
-    void of_light(const Scene &scene, const Settings &settings, const Plan &plan);
+    void of_light(const PreparedScene &prepared, const Settings &settings, const Plan &plan);
     // Of that light, when a frame is done: the nearest photons may be far.
     void of_photons(const Scene &scene, const Settings &settings, const Plan &plan, const Statistics &statistics);
     // Of radiances that fixed point has cut off, when a frame is done.

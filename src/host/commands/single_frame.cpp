@@ -44,7 +44,7 @@ void SingleFrame::prepare(int64_t frame) {
 void SingleFrame::make_plan(bool shows_light) {
     plan = checked_plan(request_, prepared.scene, settings);
     if (block_.fit(request_, prepared, settings, plan)) cache = {};
-    if (shows_light) warnings_.of_light(prepared.scene, settings, plan);
+    if (shows_light) warnings_.of_light(prepared, settings, plan);
     warnings_.of_frame(frame_, prepared, settings, plan);
     if (!request_.options.map_in.empty())
         map_ = saved_map(request_, frame_, fingerprint_of_map(request_, prepared, settings, plan), plan);

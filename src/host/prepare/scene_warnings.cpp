@@ -329,13 +329,61 @@ class Doubts {
     std::vector<Warning> warnings_;
 };
 
-} // namespace
-
-bool stands_in_smoke(const Scene &scene) {
+// The box around all smoke.
+SmokeExtent extent_of_smoke(const Scene &scene) {
     std::vector<SmokeExtent> smokes;
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
         smokes.push_back(extent_of(scene.smokes[i].particles, scene.smokes[i].count, scene.smokes[i]));
-    const SmokeExtent smoke = extent_of_all(smokes);
+    return extent_of_all(smokes);
+}
+
+// Whether a straight line from a to b meets the box.
+bool meets(const SmokeExtent &box, const Double3 &a, const Double3 &b) {
+    double begin = 0, end = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double start = component(a, axis), way = component(b, axis) - start, low = component(box.low, axis),
+                     high = component(box.high, axis);
+        if (way == 0) {
+            if (start < low || start > high) return false;
+            continue;
+        }
+        const double to_low = (low - start) / way, to_high = (high - start) / way;
+        begin = std::max(begin, std::min(to_low, to_high));
+        end = std::min(end, std::max(to_low, to_high));
+    }
+    return begin <= end;
+}
+
+// Whether the straight line from p to q crosses a triangle: the line through both passes its edges on one side, and p
+// and q are on two sides of its plane.
+bool crosses(const Double3 &p, const Double3 &q, const Double3 &a, const Double3 &b, const Double3 &c) {
+    const auto side = [&](const Double3 &from, const Double3 &to) { return dot(q - p, cross(from - p, to - p)); };
+    const double ab = side(a, b), bc = side(b, c), ca = side(c, a);
+    const bool within = (ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0);
+    const Double3 normal = cross(b - a, c - a);
+    return within && dot(normal, p - a) * dot(normal, q - a) < 0;
+}
+
+} // namespace
+
+bool shows_light_through_smoke(const PreparedScene &prepared) {
+    const Scene &scene = prepared.scene;
+    const SmokeExtent smoke = extent_of_smoke(scene);
+    const Frustum view(scene.camera, prepared.width, prepared.height);
+    return smoke.any() && std::any_of(scene.lights, scene.lights + scene.light_count, [&](const LightSource &light) {
+               const Double3 at = light.kind == LightKind::parallel
+                                      ? scene.camera.origin - light.direction * (4 * coordinate_limit)
+                                      : light.position;
+               const auto hides = [&](const Triangle &t, const Double3 &a, const Double3 &b, const Double3 &c) {
+                   return scene.materials[t.material].transmission <= 0 && crosses(scene.camera.origin, at, a, b, c);
+               };
+               return shines(light.color) && !view.misses({at}) && meets(smoke, scene.camera.origin, at) &&
+                      !any_triangle(scene, hides);
+           });
+}
+
+bool stands_in_smoke(const Scene &scene) {
+    const SmokeExtent smoke = extent_of_smoke(scene);
     if (!smoke.any()) return false;
     const Double3 margin = (smoke.high - smoke.low) * 0.05, low = smoke.low + margin, high = smoke.high - margin;
     return any_triangle(scene, [&](const Triangle &t, const Double3 &a, const Double3 &b, const Double3 &c) {

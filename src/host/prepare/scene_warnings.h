@@ -14,6 +14,10 @@ std::vector<Warning> scene_warnings(const std::string &name, const SceneFile &fi
 // side: a floor below the smoke does not.
 bool stands_in_smoke(const Scene &scene);
 
+// Whether the picture shows a light behind the smoke, or in it: whether the straight line from the eye to a light is
+// within the picture, meets the box around all smoke, and no opaque triangle.
+bool shows_light_through_smoke(const PreparedScene &prepared);
+
 // Optical depths along straight lines through a smoke, each averaged over the width of a support or of a cell: the
 // largest of all along the axes, and the mean along the axis on which that is least. 0 where there is nothing.
 struct DepthRange {

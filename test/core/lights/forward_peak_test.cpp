@@ -15,10 +15,10 @@ Vec3 at_angle(double degrees) {
 
 // A lit box, seen by an eye in front of it along z. It is not about the origin, so that a difference is not a sum.
 struct LitBox {
-    LitBox() : built({source()}, 1) {}
-    static SmokeDescription source() {
+    explicit LitBox(double g = 0.9) : built({source(g)}, 1) {}
+    static SmokeDescription source(double g) {
         SmokeDescription smoke = box_smoke({1, 1, 1}, 2, 2);
-        smoke.asymmetry = 0.9;
+        smoke.asymmetry = g;
         smoke.grid.center = {3, -2, 1};
         return smoke;
     }
@@ -36,8 +36,8 @@ struct LitBox {
     Resampled built;
 };
 
-double narrow_at(double degrees) {
-    return to_double(ForwardPeak(Phase(real(0.9)), real(1 - std::cos(degrees * pi_ / 180))).narrow);
+double narrow_at(double degrees, double g = 0.9) {
+    return to_double(ForwardPeak(Phase(real(g)), real(1 - std::cos(degrees * pi_ / 180))).narrow);
 }
 
 } // namespace
@@ -76,6 +76,10 @@ TEST_CASE(WISP_ARITH_NAME ": what counts as straight on is a third of the way to
     CHECK(box.narrow({box.parallel(60)}) == like(20));
     CHECK(box.narrow({box.parallel(24)}) == like(8));
     CHECK(box.narrow({box.parallel(0)}) == like(5));
+    // A narrow peak is known by its own width.
+    const LitBox narrow_peak(0.97);
+    CHECK(narrow_peak.narrow({box.parallel(0)}) == doctest::Approx(narrow_at(0.03 * 180 / pi_, 0.97)).epsilon(0.02));
+    CHECK(narrow_peak.narrow({box.parallel(24)}) == doctest::Approx(narrow_at(8, 0.97)).epsilon(0.02));
     // The least of lights that matter.
     CHECK(box.narrow({box.parallel(180), box.parallel(24, 0.2)}) == like(8));
     CHECK(box.narrow({box.parallel(180), box.parallel(24, 0.1)}) == like(30));
