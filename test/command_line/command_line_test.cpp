@@ -41,7 +41,7 @@ TEST_CASE("command line: wrong usage ends with 2, and a line that says what was 
         {scene + "-o a.png -o ./a.png", "option 'output' writes to './a.png' like 'output', expected another file"},
         {scene + "-o a_0000.png -o a_%04d.png",
          "option 'output' writes to 'a_0000.png' like 'output', expected another file"},
-        {scene + "--stats " + test.s(), "option 'stats' is the scene '" + test.s() + "', expected another file"},
+        {scene + "--stats " + test.s(), "option 'stats' writes to '" + test.s() + "', which is read, expected another file"},
         {scene + "--spp", "option '--spp' needs a value: N"},
         {scene + "--spp 0", "option 'spp': found '0', expected a whole number from 1 to 65536"},
         {scene + "--deposit exact --density-step 0.5",
@@ -270,8 +270,11 @@ TEST_CASE("command line: plan says what a scene needs and renders nothing") {
                std::string::npos;
     };
     CHECK(kept("0", "no flux (isotropic)"));
-    CHECK(kept("0.5", "flux and spherical harmonics of directions"));
-    CHECK(kept("0.6", "as scattered to the eye"));
+    CHECK(kept("0.3", "flux and spherical harmonics of directions"));
+    CHECK(kept("0.31", "as scattered to the eye"));
+    CHECK(kept("-0.5", "flux and spherical harmonics of directions"));
+    CHECK(kept("0.1 albedo .9 .5 .5", "flux and spherical harmonics of directions"));
+    CHECK(kept("0.11 albedo .9 .5 .5", "as scattered to the eye"));
     CHECK(kept("-0.58", "flux"));
     test.write("empty.aff", "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 4 4");
     const Ran empty = test.wisp("plan " + test.file("empty.aff"));

@@ -13,7 +13,7 @@ struct MapCommandTest : CommandLineTest {
         write("m.aff", scene());
         write("puff.vtk", puff(40));
     }
-    static std::string scene(const std::string &box = "{ phase 0.3 emission 0.2 0.1 0 }",
+    static std::string scene(const std::string &box = "{ phase 0.1 emission 0.2 0.1 0 }",
                              const std::string &more = "") {
         return lit("box -1 -1 -1 1 1 1 0.15 " + box + "\nsmoke puff.vtk { radius 0.3 mass 1 extinction 0.001 }",
                    "render smoke map\nrender photons 65000\n" + more);
@@ -192,12 +192,12 @@ TEST_CASE("map command: a map that is not this scene's, or not whole, is refused
     for (const std::string options : {"--photons 64999", "--seed 2", "--arith f64", "--arith fixed"})
         refuses(options + " --map-in " + a, other);
     for (const std::string box :
-         {"{ phase 0.31 emission 0.2 0.1 0 }", "{ phase 0.3 emission 0.2 0.1 0.1 }",
-          "{ phase 0.3 emission 0.2 0.1 0 extinction 1.1 }", "{ phase 0.3 emission 0.2 0.1 0 albedo 0.9 0.9 0.8 }"}) {
+         {"{ phase 0.09 emission 0.2 0.1 0 }", "{ phase 0.1 emission 0.2 0.1 0.1 }",
+          "{ phase 0.1 emission 0.2 0.1 0 extinction 1.1 }", "{ phase 0.1 emission 0.2 0.1 0 albedo 0.9 0.9 0.8 }"}) {
         test.write("m.aff", MapCommandTest::scene(box));
         refuses("--map-in " + a, other);
     }
-    test.write("m.aff", MapCommandTest::scene("{ phase 0.3 emission 0.2 0.1 0 }", "lp -3 3 3 1 1 1\n"));
+    test.write("m.aff", MapCommandTest::scene("{ phase 0.1 emission 0.2 0.1 0 }", "lp -3 3 3 1 1 1\n"));
     refuses("--map-in " + a, other);
     std::string brighter = MapCommandTest::scene();
     brighter.replace(brighter.find("40 40 40"), 8, "80 80 80");
@@ -243,7 +243,7 @@ TEST_CASE("map command: a map that is not this scene's, or not whole, is refused
 
 TEST_CASE("map command: sums that nobody traced do no harm") {
     MapCommandTest test;
-    test.write("resampled.aff", MapCommandTest::lit("box -1 -1 -1 1 1 1 1.5 { phase 0.3 }"));
+    test.write("resampled.aff", MapCommandTest::lit("box -1 -1 -1 1 1 1 1.5 { phase 0.1 }"));
     for (const std::string scene : {"m.aff", "resampled.aff"})
         for (const std::string arithmetic : {"f32", "f64", "fixed"}) {
             const std::string render = "render " + test.file(scene) + " --arith " + arithmetic;
@@ -384,7 +384,7 @@ TEST_CASE("map command: merge refuses maps that do not belong together, and writ
         refuses(a + " " + other, 3,
                 other + ": a map of another scene, other settings, arithmetic or version, expected the same");
     }
-    test.write("m.aff", MapCommandTest::scene("{ phase 0.31 emission 0.2 0.1 0 }"));
+    test.write("m.aff", MapCommandTest::scene("{ phase 0.09 emission 0.2 0.1 0 }"));
     const std::string other = trace("other.map", "4:5");
     refuses(a + " " + other, 3,
             other + ": a map of another scene, other settings, arithmetic or version, expected the same");

@@ -12,9 +12,9 @@ TEST_CASE("messages: an error names the file, its line or byte, else the program
     test.write("none.aff", CommandLineTest::lit("none.vtk { radius 1 mass 1 }"));
     test.write("bad.pfm", "PF\n1 1\n2\n");
     const std::pair<std::string, std::string> cases[] = {
-        {"paint",
-         "wisp: error: there is no command 'paint', expected render, plan, inspect, show, info, compare, merge, stitch, "
-         "help or version"},
+        {"paint", "wisp: error: there is no command 'paint', expected render, plan, inspect, show, info, compare, "
+                  "merge, stitch, "
+                  "help or version"},
         {"render " + test.file("bad.aff") + " --digest",
          test.file("bad.aff") + ":1: error: the file ends, expected y of from"},
         {"render " + test.file("none.aff") + " --digest -q", test.file("none.aff") +
@@ -135,4 +135,48 @@ TEST_CASE("messages: what cannot be written is refused before any work, and noth
     test.refuses(test.wisp("merge none.passes -o " + test.file("none/x.png")), 5);
     test.refuses(test.wisp("stitch none.pfm -o " + test.file("none/x.png")), 5);
     test.refuses(test.wisp("compare none.pfm none.pfm --diff " + test.file("none/x.png")), 5);
+}
+
+TEST_CASE("messages: no file that is read is overwritten") {
+    CommandLineTest test;
+    const auto refused = [&](const std::string &arguments, const char *option, const std::string &name) {
+        CAPTURE(arguments);
+        const std::string before = text_of(test.file(name));
+        test.refuses(
+            test.run("cd " + test.file("") + "; " + std::filesystem::absolute(built("wisp")).string() + " " +
+                     arguments),
+            2, "option '" + std::string(option) + "' writes to '" + name + "', which is read, expected another file");
+        CHECK(text_of(test.file(name)) == before);
+    };
+    // Formats are known by their contents: any name will do.
+    for (const char *name : {"smoke.pfm", "s_0002.pfm", "s_0003.pfm"}) test.write(name, CommandLineTest::puff(30));
+    refused("plan smoke.pfm --write-scene smoke.pfm", "write-scene", "smoke.pfm");
+    refused("render smoke.pfm --write-scene smoke.pfm -o a.png", "write-scene", "smoke.pfm");
+    test.write("one.aff", CommandLineTest::scene("smoke.pfm", ""));
+    refused("render one.aff -o smoke.pfm", "output", "smoke.pfm");
+    refused("render one.aff -o a.pfm --error-out smoke.pfm --reference", "error-out", "smoke.pfm");
+    refused("show density one.aff -o smoke.pfm", "output", "smoke.pfm");
+    // The picture of frame 3 would be the smoke of frame 1.
+    test.write("two.aff", "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 4 4\nlp 3 3 3 9 9 9\n"
+                          "smoke s_%04d.pfm { radius 1 mass 1 frames 2 1 }\na 0 1 4\n");
+    refused("render two.aff -o s_%04d.pfm", "output", "s_0002.pfm");
+    test.write("part.pfm", "b 0.1 0.2 0.3\n");
+    test.write("whole.aff", CommandLineTest::scene("smoke.pfm", "i 0 part.pfm\n"));
+    refused("render whole.aff -o part.pfm", "output", "part.pfm");
+    CHECK(test.wisp("render " + test.s() + " -q --size 4x4 -o " + test.file("t.png")).status == 0);
+    test.write("textured.aff", "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 4 4\nlp 3 3 3 9 9 9\n"
+                               "f 1 1 1 1 0 0 0 0\ntt t.png  -1 -1 0 0 0  1 -1 0 1 0  0 1 0 0 1\n");
+    refused("render textured.aff -o t.png", "output", "t.png");
+    CHECK(test.wisp("render " + test.s() + " -q --size 4x4 -o " + test.file("t.pfm")).status == 0);
+    refused("compare t.png t.pfm --json t.pfm", "json", "t.pfm");
+    refused("compare t.pfm t.png --diff t.png", "diff", "t.png");
+    refused("stitch t.pfm -o t.pfm", "output", "t.pfm");
+}
+
+TEST_CASE("messages: a file that may not grow is one that cannot be written") {
+    CommandLineTest test;
+    const Ran ran =
+        test.run("ulimit -f 4; " + built("wisp") + " render " + test.s() + " -q --size 64x64 -o " + test.file("a.pfm"));
+    test.refuses(ran, 5);
+    CHECK(!test.has("a.pfm"));
 }

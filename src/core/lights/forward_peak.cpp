@@ -2,6 +2,11 @@
 
 namespace wisp::WISP_ARITH {
 
+ForwardPeak::ForwardPeak(const Phase &of) : phase(of), narrow(0) {
+    const Vec3 straight(Real(1), Real(0), Real(0));
+    largest = max(phase(straight, straight), phase(straight, -straight));
+}
+
 // |1 - g e^(i A)| = distance: p(A) = (1 - g^2) / (4 pi distance^3), and the integral of p over larger angles is
 // (1 - g^2) / (2 g) (1 / distance - 1 / (1 + g)).
 ForwardPeak::ForwardPeak(const Phase &of, Real away) : phase(of) {

@@ -13,6 +13,8 @@ struct ForwardPeak {
     Real largest; // of the wide part, per steradian
     Real narrow;  // the integral of the narrow part over all directions: 0 to 1
 
+    // All of it is wide. g may be any.
+    explicit ForwardPeak(const Phase &of);
     // `away`: 1 - cos A, above 0.
     ForwardPeak(const Phase &of, Real away);
     // Per steradian.

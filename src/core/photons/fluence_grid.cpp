@@ -321,7 +321,11 @@ Status trace_fluence(const PhotonTracing &tracing, const OpticalDepthGrid &depth
     fluence.unit = photon_unit(emitted_power(distribution, bricks), settings.photons);
     fluence.unit.exponent -= distribution.deposit_shift;
     if (!needs.towards_eye) return trace_batches(tracing, depths, distribution, nullptr, fluence);
-    const TowardsEye eye(tracing.eye, forward_peak(tracing.medium, depths.lights, depths.light_count, tracing.eye));
+    const Phase phase = common_phase(tracing.medium);
+    const bool is_peaked = phase.asymmetry() > Real(max_asymmetry_of_harmonics);
+    const TowardsEye eye(tracing.eye, is_peaked
+                                          ? forward_peak(tracing.medium, depths.lights, depths.light_count, tracing.eye)
+                                          : ForwardPeak(phase));
     fluence.unit.exponent -= eye.shift;
     fluence.straight = eye.peak.narrow;
     fluence.one_eye = one_eye(fluence, tracing.eye);

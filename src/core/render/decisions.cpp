@@ -6,6 +6,11 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
+// Up to this g lines err by no more than photons that are kept as scattered to the eye (photons/README, Towards the
+// eye). Flux and harmonics are those of all channels together: where light of several hues comes from several sides,
+// they err from less g on.
+constexpr double max_asymmetry_of_lines = 0.3, max_asymmetry_of_hues = 0.1;
+
 bool has_scattering_smoke(const Scene &scene) {
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
         if (!scene.smokes[i].empty() && any_above_zero(scene.smokes[i].albedo)) return true;
@@ -17,7 +22,7 @@ struct PhaseSuits {
     bool lines;       // spherical harmonics tell what the only one scatters well enough for lines (S4-5)
     bool towards_eye; // photons are kept as scattered to the eye
 };
-PhaseSuits phase_suits(const Scene &scene, bool resampled) {
+PhaseSuits phase_suits(const Scene &scene, bool resampled, bool one_power) {
     const SmokeDescription *first = nullptr;
     bool alike = true;
     int64_t least = 0, most = 0;
@@ -35,7 +40,9 @@ PhaseSuits phase_suits(const Scene &scene, bool resampled) {
     const bool narrow = most > limit || least < -limit;
     // Exact smoke has no harmonics, and narrow peaks would be noise. Of resampled smoke these are taken off.
     if (!resampled) return {false, !narrow && least != most};
-    return {alike && !narrow, alike && most > limit};
+    const bool towards_eye =
+        alike && most > total_order_key(one_power ? max_asymmetry_of_lines : max_asymmetry_of_hues);
+    return {alike && !narrow && !towards_eye, towards_eye};
 }
 
 // Whether surfaces reflect rays or let them through, so that smoke is seen from elsewhere than the eye.
@@ -84,7 +91,7 @@ void decide_smoke(const Scene &scene, const Settings &settings, Decisions &d) {
     if (d.photon_needs.traced)
         d.photons = !map ? PhotonStore::photon_map : d.at_nodes ? PhotonStore::fluence_grid : PhotonStore::particle_map;
     if (d.photons == PhotonStore::fluence_grid) {
-        const PhaseSuits suits = phase_suits(scene, d.resampled);
+        const PhaseSuits suits = phase_suits(scene, d.resampled, !d.photon_needs.powers);
         d.sweeps = d.resampled && suits.lines && !d.surfaces;
         d.photon_needs.harmonics = d.resampled && d.photon_needs.harmonics;
         d.photon_needs.towards_eye = suits.towards_eye && !(d.surfaces && sends_rays_on(scene));

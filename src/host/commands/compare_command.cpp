@@ -1,5 +1,6 @@
 #include "host/commands/arguments.h"
 #include "host/commands/commands.h"
+#include "host/commands/output.h"
 #include "host/images/compare.h"
 #include "host/images/picture_reader.h"
 #include <cstdio>
@@ -59,8 +60,16 @@ int compare_command(const std::vector<std::string> &arguments) {
                     "'wisp compare' has " + std::to_string(line.files.size()) + " files, expected two pictures");
     const std::string &name_a = line.files[0], &name_b = line.files[1];
     const bool files_json = !options.json.empty() && options.json != "-";
-    if (files_json) check_writable(options.json);
-    if (!options.diff.empty()) check_writable(options.diff);
+    std::vector<std::string> read = line.files;
+    if (!options.error.empty()) read.push_back(options.error);
+    if (files_json) {
+        check_not_read("json", options.json, read);
+        check_writable(options.json);
+    }
+    if (!options.diff.empty()) {
+        check_not_read("diff", options.diff, read);
+        check_writable(options.diff);
+    }
     const Picture a = read_picture(name_a), b = read_picture(name_b);
     Difference difference = compare(a, b, name_a, name_b);
     if (!options.error.empty()) weigh_noise(difference, b, read_pfm(options.error), name_b, options.error);

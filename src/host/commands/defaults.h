@@ -29,8 +29,14 @@ struct PhotonCells {
 };
 PhotonCells photon_cells(const Scene &scene, const SmokeDensity &density, const Settings &settings);
 
-// What photons err by at most, relative to the picture, where their flux alone says whence light comes that smoke of
-// |g| above 0.577 scatters: beside mirrors and glass, in smoke of several phases, or on particles and samples. Else 0.
+// The largest g of all smoke, or 0.
+double most_forward(const Scene &scene);
+
+// Whether photons that are kept towards the eye do without the peak of the phase function (lights/README, Forward peak).
+bool takes_peaks_off(const Scene &scene, const Settings &settings, const Plan &plan);
+
+// What photons err by at most, relative to the picture, where their flux, or that and a few harmonics, say whence light
+// comes: beside mirrors and glass, in smoke of several phases, or on particles and samples. 0 where that is little.
 double error_of_flux(const Scene &scene, const Settings &settings, const Plan &plan);
 
 // Whether the phase is so far backward that the flux does not tell whence light comes: it flows both ways.

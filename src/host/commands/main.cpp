@@ -5,6 +5,7 @@
 #include "host/commands/commands.h"
 #include "host/scene/options.h"
 #include "core/numbers/self_test.h"
+#include <csignal>
 #include <cstdio>
 #include <new>
 #include <optional>
@@ -140,6 +141,7 @@ int run(const std::vector<std::string> &words) {
 } // namespace wisp
 
 int main(int count, char **words) {
+    std::signal(SIGXFSZ, SIG_IGN); // a file that may grow no more is one that cannot be written
     const auto fail = [](const wisp::Error &error) {
         wisp::print_error(error);
         return error.status;

@@ -1,5 +1,5 @@
 #include "host/commands/max_error.h"
-#include "core/render/kept_at_nodes.h"
+#include "core/smoke/resampling.h"
 #include "host/base/json_object.h"
 #include "host/base/messages.h"
 #include "host/base/text.h"
@@ -198,12 +198,12 @@ double error_of_way(const Scene &scene, const Plan &plan, const Settings &settin
     if (settings.irradiance == IrradianceMap::none) return photon_cells(scene, density_of(scene), settings).error();
     switch (plan.photon_directions) {
     case Plan::Directions::none: return 0.005;
-    case Plan::Directions::harmonics: return 0.012;
-    case Plan::Directions::to_eye: return is_resampled(scene, settings) ? 0.03 : 0.012; // without peaks taken off
+    case Plan::Directions::to_eye: return takes_peaks_off(scene, settings, plan) ? 0.03 : 0.012;
+    case Plan::Directions::harmonics:
     case Plan::Directions::flux: break;
     }
-    const double flux = error_of_flux(scene, settings, plan);
-    return flux > 0 ? flux : 0.04;
+    const double known = error_of_flux(scene, settings, plan);
+    return known > 0 ? known : plan.photon_directions == Plan::Directions::harmonics ? 0.012 : 0.04;
 }
 
 uint64_t within_photons(double wanted) {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <unordered_set>
 
 namespace wisp {
 
@@ -38,28 +39,49 @@ std::vector<Target> targets_of(const Options &options, int64_t frame) {
     const Target others[] = {{"map-out", numbered(options.map_out, frame)},
                              {"error-out", numbered(options.error_out, frame)},
                              {"stats", options.stats},
+                             {"write-scene", options.write_scene},
                              {"digest", options.digest ? "-" : ""}};
     for (const Target &target : others)
         if (!target.path.empty()) targets.push_back(target);
     return targets;
 }
 
-// Whether they are one, however they are spelled. What is written to a device adds up.
-bool is_same(const std::string &a, const std::string &b) {
-    if (is_standard_output(a) || is_standard_output(b)) return is_standard_output(a) && is_standard_output(b);
+// A file's name, however it was spelled.
+std::string spelled_out(const std::string &path) {
     std::error_code fault; // writing says what is wrong with a name
-    const auto whole = [&fault](const std::string &path) {
-        const std::filesystem::path absolute = std::filesystem::absolute(path, fault);
-        return (fault ? std::filesystem::path(path) : absolute).lexically_normal();
-    };
-    return whole(a) == whole(b) && (!std::filesystem::exists(a, fault) || std::filesystem::is_regular_file(a, fault));
+    const std::filesystem::path absolute = std::filesystem::absolute(path, fault);
+    return (fault ? std::filesystem::path(path) : absolute).lexically_normal().string();
 }
 
-void check_apart(const std::vector<Target> &targets, const std::string &scene) {
+// What is written to a device adds up.
+bool is_plain_or_new(const std::string &path) {
+    std::error_code fault;
+    return !std::filesystem::exists(path, fault) || std::filesystem::is_regular_file(path, fault);
+}
+
+// Whether they are one.
+bool is_same(const std::string &a, const std::string &b) {
+    if (is_standard_output(a) || is_standard_output(b)) return is_standard_output(a) && is_standard_output(b);
+    return spelled_out(a) == spelled_out(b) && is_plain_or_new(a);
+}
+
+using Names = std::unordered_set<std::string>;
+
+Names names_of(const std::vector<std::string> &files) {
+    Names names;
+    for (const std::string &file : files) names.insert(spelled_out(file));
+    return names;
+}
+
+void check_not_among(const Names &read, const char *option, const std::string &path) {
+    if (!is_standard_output(path) && read.count(spelled_out(path)) > 0 && is_plain_or_new(path))
+        throw Error(exit_usage, std::string("option '") + option + "' writes to '" + path +
+                                    "', which is read, expected another file");
+}
+
+void check_apart(const std::vector<Target> &targets) {
     for (size_t i = 0; i < targets.size(); ++i) {
         const std::string option = std::string("option '") + targets[i].option + "'", &path = targets[i].path;
-        if (!scene.empty() && is_same(path, scene))
-            throw Error(exit_usage, option + " is the scene '" + path + "', expected another file");
         for (size_t j = 0; j < i; ++j)
             if (is_same(targets[j].path, path))
                 throw Error(exit_usage, option + " writes to " +
@@ -90,14 +112,23 @@ Bytes picture_file(const Options &options, const std::string &output, const Pict
 
 } // namespace
 
-void check_outputs(const Options &options, const Options::Frames &frames, const std::string &scene) {
+void check_not_read(const char *option, const std::string &path, const std::vector<std::string> &read) {
+    check_not_among(names_of(read), option, path);
+}
+
+void check_outputs(const Options &options, const Options::Frames &frames, const std::vector<std::string> &read) {
+    const Names names = names_of(read);
+    constexpr int64_t most = 100000; // frames: names of more are not compared
+    const int64_t last = read.empty() ? -1 : std::min(frames.last, frames.first + most * frames.step);
+    for (int64_t frame = frames.first; frame <= last; frame += frames.step)
+        for (const Target &target : targets_of(options, frame)) check_not_among(names, target.option, target.path);
     // Names differ by the frame's number alone: those of the first and the last frame stand for all, unless the
     // folders are numbered.
     const int64_t stride =
         has_numbered_folder(options) ? frames.step : std::max(frames.last - frames.first, int64_t{1});
     for (int64_t frame = frames.first; frame <= frames.last; frame += stride) {
         const std::vector<Target> targets = targets_of(options, frame);
-        check_apart(targets, scene);
+        check_apart(targets);
         for (const Target &target : targets)
             if (!is_standard_output(target.path)) check_writable(target.path);
     }

@@ -9,8 +9,12 @@
 namespace wisp {
 
 // The files of some frames that are to be written. Throws Error(exit_usage) for two of one name, or for one that is
-// `scene`, and Error(exit_output) for one that cannot be written; nothing is left behind.
-void check_outputs(const Options &options, const Options::Frames &frames = {}, const std::string &scene = "");
+// among `read`, and Error(exit_output) for one that cannot be written; nothing is left behind.
+void check_outputs(const Options &options, const Options::Frames &frames = {},
+                   const std::vector<std::string> &read = {});
+
+// Throws Error(exit_usage) if an option's file is one of those that are read, however they are spelled.
+void check_not_read(const char *option, const std::string &path, const std::vector<std::string> &read);
 
 // Writes `bytes` to the file `path`, or to standard output where it is `-` or as `-.png`; with --verbose it says so.
 void write_output(const Options &options, const std::string &path, const Bytes &bytes);

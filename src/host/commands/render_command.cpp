@@ -239,7 +239,7 @@ int render_command(const std::vector<std::string> &arguments) {
     check_options(request);
     check_purpose(options);
     check_max_error(request, true);
-    check_outputs(options, request.frames, request.name);
+    check_outputs(options, request.frames, files_read(request));
     choose_for_error(request);
     Sequence sequence(request);
     RunReport report;

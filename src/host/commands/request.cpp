@@ -2,6 +2,7 @@
 #include "host/base/text.h"
 #include "host/commands/defaults.h"
 #include "host/commands/request.h"
+#include "host/commands/output.h"
 #include "host/prepare/chosen_scene.h"
 #include "host/results/fingerprint.h"
 #include "host/results/picture_bytes.h"
@@ -50,15 +51,11 @@ void write_scene(const std::string &path, const std::string &smoke, const Chosen
     write_file(path, chosen.text(named.string()));
 }
 
-// The scene file, with what it leaves out, of which `notes` say what was chosen; or the scene that is chosen for a file
-// of smoke.
+// The scene file, with what it leaves out, of which `notes` say what was chosen; or the scene that is `chosen` for a
+// file of smoke.
 SceneFile scene_of(const std::string &name, const Options &options, const CommandLine &line,
-                   std::vector<std::string> &notes) {
-    if (is_smoke_file(name)) {
-        const ChosenScene chosen(name, options);
-        if (!options.write_scene.empty()) write_scene(options.write_scene, name, chosen);
-        return chosen.scene();
-    }
+                   std::optional<ChosenScene> &chosen, std::vector<std::string> &notes) {
+    if (is_smoke_file(name)) return chosen.emplace(name, options).scene();
     SceneFile scene = read_scene(name); // first: it may be no scene either
     for (const auto &[option, value] : line.options)
         if (is_among(option, options_of_smoke_files))
@@ -82,7 +79,8 @@ Request read_request(const CommandLine &line) {
     install_signal_handlers();
     const EndAtOnce at_once(printable("wisp: error: " + stopped(request.name)), "");
     std::vector<std::string> notes;
-    request.file = scene_of(request.name, request.options, line, notes);
+    std::optional<ChosenScene> chosen;
+    request.file = scene_of(request.name, request.options, line, chosen, notes);
     request.options = Options();
     for (const SceneFile::Default &setting : request.file.defaults) try {
             if (is_among(setting.option, options_of_runs) || is_among(setting.option, options_of_smoke_files))
@@ -99,7 +97,26 @@ Request read_request(const CommandLine &line) {
     if (!request.options.quiet)
         for (const std::string &note : notes) print_note(note);
     request.frames = frames_of(request);
+    if (chosen && !request.options.write_scene.empty()) {
+        check_not_read("write-scene", request.options.write_scene, files_read(request));
+        write_scene(request.options.write_scene, request.name, *chosen);
+    }
     return request;
+}
+
+std::vector<std::string> files_read(const Request &request) {
+    std::vector<std::string> files = request.file.included;
+    files.push_back(request.name);
+    for (const auto &texture : request.file.graph.textures) files.push_back(texture.path);
+    for (const auto &smoke : request.file.smokes) {
+        if (smoke.box) continue;
+        for (int64_t frame = request.frames.first; frame <= request.frames.last; frame += request.frames.step) {
+            files.push_back(smoke.path(frame));
+            std::error_code fault; // a frame without its file is the last, and a file without a number is that of all
+            if (!has_number(smoke.file) || !std::filesystem::exists(files.back(), fault)) break;
+        }
+    }
+    return files;
 }
 
 Settings settings_of(const Options &options, const PreparedScene &prepared) {

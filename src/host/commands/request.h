@@ -24,6 +24,9 @@ struct Request {
 // Throws Error(exit_usage) or InputError. A signal ends the process while the scene is read, and is noted from then on.
 Request read_request(const CommandLine &line);
 
+// The files that the request's frames are made of: the scene, what it includes, textures and smoke.
+std::vector<std::string> files_read(const Request &request);
+
 bool is_given(const Request &request, const std::string &option);
 bool several_frames(const Request &request);
 

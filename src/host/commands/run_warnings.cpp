@@ -153,13 +153,6 @@ bool scatters_much(const Scene &scene) {
     });
 }
 
-double largest_phase(const Scene &scene) {
-    double largest = 0;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i)
-        if (!scene.smokes[i].empty()) largest = std::max(largest, scene.smokes[i].asymmetry);
-    return largest;
-}
-
 // Of the options that were given, those that keep wisp from choosing finer cells, or paths in place of photons.
 std::string options_of_cells(const Request &request, const Scene &scene) {
     std::string list = request.options.method.value_or(Method::map) != Method::map ? "--smoke" : "";
@@ -198,9 +191,8 @@ void RunWarnings::of_light(const PreparedScene &prepared, const Settings &settin
                    (options.empty() ? "; --reference stops it there" : "; without " + options + " it stops there")});
     // A ball of particles before a point light: the root mean square is 3 to 4 % of the mean at 0.9, 7 to 10 at 0.95,
     // 80 at 0.98.
-    const double phase = largest_phase(scene);
-    if (plan.photon_directions == Plan::Directions::to_eye && is_resampled(scene, settings) && phase > 0.93 &&
-        shows_light_through_smoke(prepared))
+    const double phase = most_forward(scene);
+    if (takes_peaks_off(scene, settings, plan) && phase > 0.93 && shows_light_through_smoke(prepared))
         print({"narrow peak", "",
                "pixels around a light that is seen through the smoke are likely 10 % wrong or more: a phase of " +
                    two_digits(phase) + " scatters light by less than photons tell; --reference is right there"});
@@ -212,8 +204,9 @@ void RunWarnings::of_light(const PreparedScene &prepared, const Settings &settin
     else if (of_flux > error_of_cells)
         print({"directions", "",
                "light that is scattered more than once is likely up to " + percent(of_flux) +
-                   " wrong here: smoke whose phase is above 0.577 scatters it by a mean direction, beside mirrors and "
-                   "glass, in smoke of several phases, and in smoke that is not resampled" +
+                   " wrong here: beside mirrors and glass, in smoke of several phases, and in smoke that is not "
+                   "resampled, photons tell whence light comes by a mean direction or a few numbers, of all channels "
+                   "together, which is too little for this phase" +
                    otherwise});
     else if (error_of_cells > 0)
         print({"photon cells", "",

@@ -33,8 +33,7 @@ uint64_t triangles_of(const SceneGraph &graph) {
 // The file, or that it is a box.
 Facts source_of(const SceneFile::SmokeVolume &smoke, int64_t frame) {
     Facts facts;
-    return smoke.box ? facts.flag("box", true)
-                     : facts.word("file", numbered(smoke.file, smoke.first_frame + frame * smoke.frame_step));
+    return smoke.box ? facts.flag("box", true) : facts.word("file", smoke.path(frame));
 }
 
 std::vector<Facts> sources_of(const SceneFile &file, int64_t frame) {

@@ -79,7 +79,7 @@ int show_command(const std::vector<std::string> &arguments) {
     if (stage.needed == Stage::photons && !request.options.map_in.empty())
         throw Error(exit_usage,
                     std::string("option 'map-in' does not go with show ") + stage.name + ": no photon is traced");
-    check_outputs(request.options, request.frames, request.name);
+    check_outputs(request.options, request.frames, files_read(request));
     SingleFrame frame(request);
     frame.settings.layers = stage.of_layers;
     frame.make_plan(stage.needed == Stage::irradiance);

@@ -29,7 +29,7 @@ int stitch_command(const std::vector<std::string> &arguments) {
             throw Error(exit_usage, "option 'output': found '" + output + "', expected .pfm, .exr or .png of stitch");
     if (options.outputs.empty() && !options.digest)
         throw Error(exit_usage, "found nothing to make of the parts, expected --output or --digest");
-    check_outputs(options);
+    check_outputs(options, {}, line.files);
     const Picture picture = stitch(line.files);
     write_outputs(options, picture, pfm_bytes(picture), nullptr, 0);
     return exit_done;

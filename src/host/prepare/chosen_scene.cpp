@@ -365,7 +365,7 @@ Choice choice_of(Options::Up up) {
 
 // What is in a smoke, in its own space. Boxes have their corners.
 Cloud cloud_of(const SceneFile::SmokeVolume &smoke) {
-    if (!smoke.box) return read_cloud(numbered(smoke.file, smoke.first_frame), smoke.grid);
+    if (!smoke.box) return read_cloud(smoke.path(0), smoke.grid);
     const Double3 &low = smoke.box->low, &high = smoke.box->high;
     Cloud cloud;
     for (int i = 0; i < 8; ++i)
@@ -404,7 +404,7 @@ bool is_dark(const SceneFile &scene) {
 // Whether nothing of it is to be chosen, or it cannot be read for that.
 bool is_passed_over(const SceneFile::SmokeVolume &smoke, bool has_view) {
     if (smoke.box) return has_view;
-    const std::string file = numbered(smoke.file, smoke.first_frame);
+    const std::string file = smoke.path(0);
     return !can_be_read_again(file) || (has_view && ((smoke.radius && smoke.mass) || begins(file, is_volume)));
 }
 

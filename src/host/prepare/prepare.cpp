@@ -85,7 +85,7 @@ void load(const std::vector<Node> &nodes, const SceneFile::SmokeVolume &smoke, i
         source.grid.extinction *= smoke.box->density;
         return;
     }
-    const std::string path = numbered(smoke.file, smoke.first_frame + frame * smoke.frame_step);
+    const std::string path = smoke.path(frame);
     const Bytes bytes = named_at(smoke.where, [&] { return read_file(path); });
     if (!is_volume(bytes.data(), bytes.size())) {
         if (!smoke.grid.empty())
@@ -159,9 +159,8 @@ void leave_out_strays(const SceneFile &file, const SceneFile::View &view, double
         {"strays", smoke.where,
          std::to_string(strays.size()) + (strays.size() == 1 ? " particle is" : " particles are") +
              " left out, too far from everything else for a picture to show: point " + std::to_string(stray.index) +
-             " of " + numbered(smoke.file, smoke.first_frame + frame * smoke.frame_step) + " is at " + two_digits(p.x) +
-             " " + two_digits(p.y) + " " + two_digits(p.z) + ", " + two_digits(stray.distance) +
-             " smoothing lengths away"});
+             " of " + smoke.path(frame) + " is at " + two_digits(p.x) + " " + two_digits(p.y) + " " + two_digits(p.z) +
+             ", " + two_digits(stray.distance) + " smoothing lengths away"});
 }
 
 // Refuses a scene with a number beyond the range of the arithmetic.

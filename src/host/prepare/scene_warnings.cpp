@@ -145,7 +145,7 @@ class Doubts {
 
     // One smoke: whether something is there, and can be seen.
     void look_at(const SceneFile::SmokeVolume &said, const SmokeDescription &smoke) {
-        const std::string path = numbered(said.file, said.first_frame + frame_ * said.frame_step);
+        const std::string path = said.path(frame_);
         if (smoke.empty())
             return warn("empty smoke", said.where,
                         path + " has no particles" +

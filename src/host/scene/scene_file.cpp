@@ -358,6 +358,10 @@ const SceneParser::Statements &SceneParser::table() {
 
 } // namespace
 
+std::string SceneFile::SmokeVolume::path(int64_t frame) const {
+    return numbered(file, first_frame + frame * frame_step);
+}
+
 SceneFile parse_scene(const std::string &path, const std::string &text, const FileReader &read,
                       const SceneLimits &limits) {
     return SceneParser(path, text, read, limits).parse();
@@ -368,7 +372,14 @@ SceneFile read_scene(const std::string &path) {
     const std::string expected = ", expected a scene, particles or a density grid";
     if (bytes.empty()) throw InputError(path, "found an empty file" + expected);
     if (is_pfm(bytes) || is_exr(bytes) || is_png(bytes)) throw InputError(path, "found a picture" + expected);
-    return parse_scene(path, std::string(bytes.begin(), bytes.end()));
+    std::vector<std::string> included;
+    const auto read = [&included](const std::string &file) {
+        included.push_back(file);
+        return read_plain_file(file);
+    };
+    SceneFile scene = parse_scene(path, std::string(bytes.begin(), bytes.end()), read);
+    scene.included = std::move(included);
+    return scene;
 }
 
 } // namespace wisp

@@ -48,6 +48,8 @@ struct SceneFile {
         // The space of the file or box; -1: the world. All nodes around it are `xs` of one scale above 0.
         int32_t node = -1;
         int64_t first_frame = 0, frame_step = 1; // frame i shows file first + i * step
+
+        std::string path(int64_t frame) const; // of the file
     };
     struct Default {
         std::string option, value, where;
@@ -59,7 +61,8 @@ struct SceneFile {
     std::vector<Light> lights; // in the space of the world
     std::vector<SmokeVolume> smokes;
     SceneGraph graph;
-    std::vector<Default> defaults; // `render KEY VALUE`
+    std::vector<Default> defaults;     // `render KEY VALUE`
+    std::vector<std::string> included; // the files of `i` that were read
 };
 
 // Throws InputError `FILE:LINE: what is wrong, what was expected`. Included files are read; particles, grids and

@@ -307,7 +307,7 @@ TEST_CASE(WISP_ARITH_NAME ": a map without enough memory says so; without light 
 
 TEST_CASE(WISP_ARITH_NAME ": with fewer points in the irradiance map, a picture is nearly the same, and smaller") {
     SmokeDescription box = box_smoke({1.5, 1.5, 1.5}, 1, 24);
-    box.asymmetry = 0.5;
+    box.asymmetry = 0.3;
     Scene scene = scene_of(box, sun_along_z);
     scene.camera = look_at_origin(12, 3.5, 4);
     Settings settings = brick_settings(4, 1, 20000);

@@ -601,7 +601,7 @@ TEST_CASE(WISP_ARITH_NAME ": walls that light passes change no bit of a particle
             Place place;
             place.smokes = {smoke_of(particles)};
             // Beside glass, nodes keep light towards all directions.
-            place.smokes[0].asymmetry = each.way == Way::nodes ? 0 : 0.5;
+            place.smokes[0].asymmetry = each.way == Way::nodes ? 0 : 0.1;
             place.lights.assign(std::begin(outside_lights), std::end(outside_lights));
             if (walls > 0) {
                 const uint32_t material = place.material(walls == 1 ? glass(1.5) : matte({1, 1, 1}));
