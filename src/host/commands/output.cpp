@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <unordered_set>
+#include <set>
 
 namespace wisp {
 
@@ -65,7 +65,7 @@ bool is_same(const std::string &a, const std::string &b) {
     return spelled_out(a) == spelled_out(b) && is_plain_or_new(a);
 }
 
-using Names = std::unordered_set<std::string>;
+using Names = std::set<std::string>;
 
 Names names_of(const std::vector<std::string> &files) {
     Names names;

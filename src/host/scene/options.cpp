@@ -152,8 +152,8 @@ const OptionTable<Options> &scene_options() {
          }},
         {"map-out", "FILE", "of --smoke map: saves the particle map", to_text(&Options::map_out)},
         {"map-in", "FILE",
-         "a saved particle map, for other views without tracing again (where smoke has g > 0.1, or is not resampled "
-         "and scatters unevenly, only for the same place of the eye)",
+         "a saved particle map, for other views without tracing again (where `wisp plan` says that photons are kept as "
+         "scattered to the eye, only for the same place of the eye)",
          to_text(&Options::map_in)},
         {"batches", "A:B", "with --map-out: traces only these of the batches of 4096 photons, half-open; no picture",
          to_range(&Options::batches)},
