@@ -1,5 +1,6 @@
 // Photons through exact smoke, and their deposits at nodes (S2, S4-3).
 #include "core/photons/exact_fluence.h"
+#include "core/lights/forward_peak.h"
 
 namespace wisp::WISP_ARITH {
 
@@ -12,10 +13,8 @@ struct TowardsEye {
     int32_t shift; // 4 pi times the phase function is scaled by 2^shift, to at most 1
 
     TowardsEye(const Medium &of, const Vec3 &of_camera) : medium(of), eye(of_camera), shift(0) {
-        const Vec3 straight(Real(1), Real(0), Real(0));
         for (uint32_t i = 0; i < medium.count; ++i) {
-            const Phase &phase = medium.smokes[i].phase;
-            const Real largest = max(phase(straight, straight), phase(straight, -straight)) * four_pi<Real>;
+            const Real largest = ForwardPeak(medium.smokes[i].phase).largest * four_pi<Real>;
             while (scale_pow2(largest, shift) > Real(1)) --shift;
         }
     }
