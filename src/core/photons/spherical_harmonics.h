@@ -3,6 +3,7 @@
 // polynomial of the cosine between them. So no harmonic exceeds 1. The harmonics of order 1 would be the vector itself;
 // its mean is the flux.
 #pragma once
+#include "core/photons/direction_limits.h"
 #include "core/photons/packed_light.h"
 #include "core/smoke/phase.h"
 
@@ -12,9 +13,6 @@ constexpr uint32_t harmonic_count = 5 + 7;
 constexpr uint32_t harmonic_words = harmonic_count / 3; // packed by threes, as fluxes are
 static_assert(harmonic_words * 3 == harmonic_count);
 
-// Above this |g|, the first order that is not stored would weigh more than isotropic light: (2 l + 1) g^l > 1 for l
-// = 4. A series that ends at l = 3 is then worse than the flux alone.
-constexpr double max_asymmetry_of_harmonics = 0.577;
 inline bool uses_harmonics(Real asymmetry) {
     constexpr Real limit = Real(max_asymmetry_of_harmonics);
     return asymmetry != Real(0) && !(abs(asymmetry) > limit);

@@ -1,15 +1,10 @@
 #include "core/render/decisions.h"
-#include "core/photons/spherical_harmonics.h"
+#include "core/photons/direction_limits.h"
 #include "core/render/kept_at_nodes.h"
 
 namespace wisp::WISP_ARITH {
 
 namespace {
-
-// Up to this g lines err by no more than photons that are kept as scattered to the eye (photons/README, Towards the
-// eye). Flux and harmonics are those of all channels together: where light of several hues comes from several sides,
-// they err from less g on.
-constexpr double max_asymmetry_of_lines = 0.3, max_asymmetry_of_hues = 0.1;
 
 bool has_scattering_smoke(const Scene &scene) {
     for (uint32_t i = 0; i < scene.smoke_count; ++i)

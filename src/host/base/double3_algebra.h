@@ -14,6 +14,7 @@ inline double dot(const Double3 &a, const Double3 &b) { return a.x * b.x + a.y *
 inline Double3 cross(const Double3 &a, const Double3 &b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
+inline double component(const Double3 &a, int axis) { return axis == 0 ? a.x : axis == 1 ? a.y : a.z; }
 inline double length(const Double3 &a) { return std::sqrt(dot(a, a)); }
 inline double largest(const Double3 &a) { return std::max({a.x, a.y, a.z}); }
 inline double largest_component(const Double3 &a) { return std::max({std::fabs(a.x), std::fabs(a.y), std::fabs(a.z)}); }

@@ -1,4 +1,4 @@
-// What the camera sees: the four planes through the eye and the edges of the picture.
+// What a camera sees, and what a ray meets.
 #pragma once
 #include "host/base/double3_algebra.h"
 #include <initializer_list>
@@ -6,6 +6,24 @@
 
 namespace wisp {
 
+// Whether the points origin + t * direction, t from 0 to `farthest`, meet the box.
+inline bool meets_box(const Double3 &low, const Double3 &high, const Double3 &origin, const Double3 &direction,
+                      double farthest) {
+    double begin = 0, end = farthest;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double from = component(low, axis) - component(origin, axis),
+                     to = component(high, axis) - component(origin, axis), d = component(direction, axis);
+        if (d == 0) {
+            if (from > 0 || to < 0) return false;
+            continue;
+        }
+        begin = std::max(begin, std::min(from / d, to / d));
+        end = std::min(end, std::max(from / d, to / d));
+    }
+    return begin <= end;
+}
+
+// The four planes through the eye and the edges of the picture.
 class Frustum {
   public:
     Frustum(const Camera &camera, int width, int height) : eye_(camera.origin) {

@@ -70,8 +70,6 @@ bool sees_surfaces(const Frustum &view, const Scene &scene) {
 
 // --- optical depth --------------------------------------------------------------------------------------------------
 
-double component(const Double3 &p, int axis) { return axis == 0 ? p.x : axis == 1 ? p.y : p.z; }
-
 // Adds columns of equal width.
 class Columns {
   public:
@@ -337,23 +335,6 @@ SmokeExtent extent_of_smoke(const Scene &scene) {
     return extent_of_all(smokes);
 }
 
-// Whether a straight line from a to b meets the box.
-bool meets(const SmokeExtent &box, const Double3 &a, const Double3 &b) {
-    double begin = 0, end = 1;
-    for (int axis = 0; axis < 3; ++axis) {
-        const double start = component(a, axis), way = component(b, axis) - start, low = component(box.low, axis),
-                     high = component(box.high, axis);
-        if (way == 0) {
-            if (start < low || start > high) return false;
-            continue;
-        }
-        const double to_low = (low - start) / way, to_high = (high - start) / way;
-        begin = std::max(begin, std::min(to_low, to_high));
-        end = std::min(end, std::max(to_low, to_high));
-    }
-    return begin <= end;
-}
-
 // Whether the straight line from p to q crosses a triangle: the line through both passes its edges on one side, and p
 // and q are on two sides of its plane.
 bool crosses(const Double3 &p, const Double3 &q, const Double3 &a, const Double3 &b, const Double3 &c) {
@@ -377,7 +358,7 @@ bool shows_light_through_smoke(const PreparedScene &prepared) {
                const auto hides = [&](const Triangle &t, const Double3 &a, const Double3 &b, const Double3 &c) {
                    return scene.materials[t.material].transmission <= 0 && crosses(scene.camera.origin, at, a, b, c);
                };
-               return shines(light.color) && !view.misses({at}) && meets(smoke, scene.camera.origin, at) &&
+               return shines(light.color) && !view.misses({at}) && meets_box(smoke.low, smoke.high, scene.camera.origin, at - scene.camera.origin, 1) &&
                       !any_triangle(scene, hides);
            });
 }

@@ -27,18 +27,8 @@ struct Bounds {
     }
     // Whether a ray comes within `radius` of the box.
     bool is_met(const Double3 &origin, const Double3 &direction, double radius) const {
-        double begin = 0, end = 1e300;
-        for (const auto axis : axes) {
-            const double from = low.*axis - radius - origin.*axis, to = high.*axis + radius - origin.*axis;
-            const double d = direction.*axis;
-            if (d == 0) {
-                if (from > 0 || to < 0) return false;
-                continue;
-            }
-            begin = std::max(begin, std::min(from / d, to / d));
-            end = std::min(end, std::max(from / d, to / d));
-        }
-        return begin <= end;
+        const Double3 reach = {radius, radius, radius};
+        return meets_box(low - reach, high + reach, origin, direction, 1e300);
     }
 };
 
