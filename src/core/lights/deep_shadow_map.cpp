@@ -68,8 +68,7 @@ uint32_t light_face(const Light &light, const Vec3 &x) {
     return 2 * axis + (direction[static_cast<int>(axis)] < Real(0) ? 1 : 0);
 }
 
-DeepShadowMap::DeepShadowMap(const Medium &medium, bool cut_off, const Light &light, uint32_t face, const Box &bounds,
-                             uint64_t max_cache)
+DeepShadowMap::DeepShadowMap(const Medium &medium, bool cut_off, const Light &light, uint32_t face, const Box &bounds)
     : medium_(&medium), cut_off_(cut_off), fans_(light.kind != LightKind::parallel),
       axis_(static_cast<int32_t>(face / 2)), from_(fans_ ? light.position : (bounds.low + bounds.high) * Real(0.5)),
       sign_(face % 2 ? Real(-1) : Real(1)) {
@@ -105,10 +104,6 @@ DeepShadowMap::DeepShadowMap(const Medium &medium, bool cut_off, const Light &li
     layers_ = static_cast<uint32_t>(floor_to_int(layers)) + 1;
     layer_ = (far - begin_) / Real(static_cast<int32_t>(layers_));
     inverse_layer_ = Real(static_cast<int32_t>(layers_)) / (far - begin_);
-    const uint64_t most = max_cache / (uint64_t{cached_rows} * (layers_ + 1)); // columns in the cache
-    const Real columns = (last[0] - first[0]) / distance_[0];
-    if (most > 5 && most < (1 << 14) && columns + Real(5) > Real(static_cast<int32_t>(most)))
-        distance_[0] = distance_[0] * (columns / Real(static_cast<int32_t>(most) - 5));
     uint32_t count[2];
     for (int32_t s = 0; s < 2; ++s) {
         const Real lines = (last[s] - first[s]) / distance_[s];

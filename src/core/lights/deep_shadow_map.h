@@ -23,10 +23,8 @@ bool is_cut_off(const Medium &medium);
 class DeepShadowMap {
   public:
     // The map of one face of the light, for all points of `bounds`. The medium is resampled. Where the lines are
-    // farthest apart, their distance is 1.5 cells of the medium's bricks, or more between columns, so that cache_size()
-    // is at most `max_cache` if that is possible with four columns. `cut_off` is is_cut_off(medium).
-    DeepShadowMap(const Medium &medium, bool cut_off, const Light &light, uint32_t face, const Box &bounds,
-                  uint64_t max_cache);
+    // farthest apart, their distance is 1.5 cells of the medium's bricks. `cut_off` is is_cut_off(medium).
+    DeepShadowMap(const Medium &medium, bool cut_off, const Light &light, uint32_t face, const Box &bounds);
 
     // The number of lines; 0 where the face looks away from the bounds, or has 2^14 rows, columns or layers and more.
     uint64_t count() const { return uint64_t{count_[0]} * count_[1]; }

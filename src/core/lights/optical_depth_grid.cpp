@@ -129,8 +129,7 @@ bool find_by_deep_shadow_map(const Finder &finder, uint32_t face, Arena &arena) 
     const uint32_t nodes = finder.nodes();
     const Vec3 around = bricks.cell * Real(finder.depths.spacing);
     const Box reach = {bricks.bounds.low - around, bricks.bounds.high + around};
-    const DeepShadowMap map(*finder.depths.medium, finder.cut_off, finder.light, face, reach,
-                            max_cache_size(bricks.count));
+    const DeepShadowMap map(*finder.depths.medium, finder.cut_off, finder.light, face, reach);
     uint64_t count = 0;
     finder.for_each_waiting(face, [&](uint32_t, uint32_t) { ++count; });
     if (map.count() == 0 || map.count() > count || map.cache_size() > max_cache_size(bricks.count) ||

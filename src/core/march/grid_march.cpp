@@ -99,13 +99,33 @@ Real depth_at(const GridMarcher &marcher, const Light &light, const Ray &ray, Re
     return optical_depth(*marcher.medium, {x, -from.direction}, from.distance);
 }
 
-// Replaces the depths of the steps in whose cells they are not interpolated. `sigma` is that of all smoke.
+// Returns the mask of the steps in cells in which depths to lights bend. `rate`: sigma_t of each step; it becomes what
+// steps are divided by.
+uint32_t find_bends(const GridMarcher &marcher, const LaneCells &at, const Group &group, Lanes &rate) {
+    const Medium &medium = *marcher.medium;
+    const int32_t spacing = max(marcher.depths->spacing, 1); // 0: there is no light
+    const Real most = sum_of_resampled(medium, [](const ResampledField &field) { return field.largest; });
+    if (!(most * largest(medium.bricks->cell) * Real(spacing * spacing) > max_bend)) return 0;
+    uint32_t mask = 0;
+    for (uint32_t l = 0; l < lanes; ++l) {
+        if (!(rate[l] > Real(0))) continue;
+        const uint32_t brick = static_cast<uint32_t>(group.points.brick[l]);
+        const Bend bend =
+            bend_of_cell(medium, spacing, brick, static_cast<uint32_t>(at.node[l]) - brick * nodes_of(1));
+        if (bend.of_depths) mask |= 1u << l;
+        rate[l] = max(rate[l], bend.densest);
+    }
+    return mask;
+}
+
+// Replaces the depths of the steps in whose cells they are not interpolated: among others, those in the mask `bends`.
+// `sigma` is that of all smoke.
 WISP_INLINE void find_depths_by_rays(const GridMarcher &marcher, const Light &light, const Ray &ray, const Group &group,
-                                     const Lanes &sigma, Lanes &tau) {
+                                     const Lanes &sigma, uint32_t bends, Lanes &tau) {
     const OpticalDepthGrid &depths = *marcher.depths;
     const bool in_smoke = stands_near(light, depths.bricks->bounds, reach_of_peak(depths));
     for (uint32_t l = 0; l < lanes; ++l)
-        if (sigma[l] > Real(0) && (is_dense(depths, sigma[l]) ||
+        if (sigma[l] > Real(0) && (is_dense(depths, sigma[l]) || (bends >> l & 1) != 0 ||
                                    (in_smoke && has_peak(depths, light, ray.origin + ray.direction * group.t[l]))))
             tau[l] = depth_at(marcher, light, ray, group.t[l]);
 }
@@ -188,7 +208,7 @@ WISP_INLINE void vary_in_steep_cells(const GridMarcher &marcher, const Light &li
 // and step, times the phase function. Albedo and extinction are left to the caller. `sigma` is the extinction of all
 // smoke; that of this one, `extinction`, is recorded only.
 WISP_INLINE void gather_lights(const GridMarcher &marcher, const SmokeVolume &smoke, const Ray &ray,
-                               const GridRay &in_bricks, const Group &group, const Lanes &sigma,
+                               const GridRay &in_bricks, const Group &group, const Lanes &sigma, uint32_t bends,
                                const Lanes &extinction, LaneColor &scattered, PixelRecorder *recorder) {
     const OpticalDepthGrid &depths = *marcher.depths;
     if (depths.light_count == 0) return;
@@ -202,7 +222,7 @@ WISP_INLINE void gather_lights(const GridMarcher &marcher, const SmokeVolume &sm
         illuminate_group(from, ray, group, marcher.step, lit);
         Lanes tau, p, unattenuated;
         interpolate(at, depths.depth, tau);
-        find_depths_by_rays(marcher, from, ray, group, sigma, tau);
+        find_depths_by_rays(marcher, from, ray, group, sigma, bends, tau);
         if (smoke.phase.isotropic())
             for (uint32_t l = 0; l < lanes; ++l) p[l] = inv_four_pi<Real>;
         else
@@ -409,10 +429,16 @@ WISP_MULTIVERSIONED bool march_group(const GridMarcher &marcher, const Ray &ray,
         find_extinctions(medium.smokes[s], at, group, here);
         for (uint32_t l = 0; l < lanes; ++l) sigma[l] += here[l];
     }
+    Lanes rate;
+    for (uint32_t l = 0; l < lanes; ++l) rate[l] = sigma[l];
+    const uint32_t bends = find_bends(marcher, at, group, rate);
     Real deepest = Real(0);
-    for (uint32_t l = 0; l < lanes; ++l) deepest = max(deepest, sigma[l] * group.dx[l]);
+    for (uint32_t l = 0; l < lanes; ++l) deepest = max(deepest, rate[l] * group.dx[l]);
     if (!(deepest > Real(0))) return true;
-    if (deepest > max_step_depth && !group.divided) return false;
+    if (deepest > max_step_depth && !group.divided) {
+        for (uint32_t l = 0; l < lanes; ++l) sigma[l] = rate[l];
+        return false;
+    }
 
     CutSteps cut;
     cut.mask = 0;
@@ -436,7 +462,7 @@ WISP_MULTIVERSIONED bool march_group(const GridMarcher &marcher, const Ray &ray,
         set(single, Color(Real(0)));
         set(multiple, Color(Real(0)));
         if (is_near) find_points(bricks, in_bricks, group.t, group.points);
-        gather_lights(marcher, smoke, ray, in_bricks, group, sigma, here, single, recorder);
+        gather_lights(marcher, smoke, ray, in_bricks, group, sigma, bends, here, single, recorder);
         if (is_near) find_points(bricks, in_bricks, read, group.points);
         gather_scattered(marcher, smoke, ray, group, cut, multiple);
         if (is_recording(recorder)) {

@@ -68,7 +68,8 @@ Color single_scattering(const Medium &medium, const SingleScatterer &lights, con
             continue;
         }
         const bool exact = !lights.depths || is_dense(*lights.depths, sigma) ||
-                           has_peak(*lights.depths, lights.lights[l], step.middle);
+                           has_peak(*lights.depths, lights.lights[l], step.middle) ||
+                           bend_at(medium, lights.depths->spacing, step.middle).of_depths;
         if (exact) ++statistics.rays.shadow;
         const Real depth = exact ? optical_depth(medium, {step.middle, -light.direction}, light.distance)
                                  : optical_depth_to_light(*lights.depths, l, step.middle);
@@ -202,7 +203,10 @@ void add_step(Marcher &marcher, const Ray &ray, Real begin, Real from, Real dx, 
         sigma += extinctions[s];
     }
     const Real s = sigma * dx;
-    if (const int32_t parts = parts_of_step(s, most); parts > 1) return divide(parts, any_depth);
+    if (most < any_depth && sigma > Real(0)) {
+        const int32_t parts = parts_of_step(max(sigma, bend_at(medium, 1, step.middle).densest) * dx, most);
+        if (parts > 1) return divide(parts, any_depth);
+    }
     const Color emission = emitted_radiance(medium, extinctions);
     Color source = emission, single(Real(0)); // per unit of length
     if (sigma > Real(0))

@@ -70,6 +70,16 @@ template <class Density> Real sum_of_resampled(const Medium &medium, Density &&d
         if (medium.smokes[i].field.is_resampled) sum += density(medium.smokes[i].field.resampled);
     return sum;
 }
+// Where sigma_t of resampled smoke changes so much between the corners of one of the finest cells that depths bend in it
+// (march/README, Steps). Depths that are known at nodes `spacing` cells apart bend more.
+struct Bend {
+    bool of_depths; // they are not interpolated there
+    Real densest;   // sigma_t of the densest corner, if steps are to be divided by it; else 0
+};
+// `node`: the lowest corner of the cell in the brick.
+Bend bend_of_cell(const Medium &medium, int32_t spacing, uint32_t brick, uint32_t node);
+// The same at a point of the medium's bounds; none where smoke is not resampled.
+Bend bend_at(const Medium &medium, int32_t spacing, const Vec3 &x);
 // Of resampled smoke, all of which has the same.
 inline Phase common_phase(const Medium &medium) {
     uint32_t i = 0;

@@ -171,7 +171,8 @@ WISP_MULTIVERSIONED void add_depths(const ResampledField &field, const GridRay &
     for (uint32_t l = 0; l < lanes; ++l) sum[l] += points.inside[l] ? sigma[l] * length[l] : Real(0);
 }
 
-// Midpoint steps are collected until there is one for each lane.
+// Midpoint steps are collected until there is one for each lane. None is longer than a cell, or a quarter of one where
+// sigma_t changes much.
 Real optical_depth(const ResampledField &field, const Ray &ray, Real end) {
     const SparseGrid &bricks = *field.bricks;
     Ray inside;
@@ -184,7 +185,8 @@ Real optical_depth(const ResampledField &field, const Ray &ray, Real end) {
     for_each_brick(bricks, inside, Real(0), end, [&](uint32_t brick, Real from, Real to) {
         if (!(field.majorants[brick] > Real(0))) return true;
         const bool constant = field.minorants[brick] == field.majorants[brick];
-        const int32_t steps = constant ? 1 : floor_to_int((to - from) * inverse_cell) + 1;
+        const bool bends = (field.majorants[brick] - field.minorants[brick]) * cell > max_bend;
+        const int32_t steps = constant ? 1 : floor_to_int((to - from) * inverse_cell * Real(bends ? 4 : 1)) + 1;
         const Real step = (to - from) / Real(steps);
         for (int32_t i = 0; i < steps; ++i) {
             t[waiting] = from + (Real(i) + Real(0.5)) * step;

@@ -37,8 +37,12 @@ inline Real extinction(const ResampledField &field, uint32_t brick, const Vec3 &
 // sigma_t at x, per unit of length; 0 where there is no brick.
 Real extinction(const ResampledField &field, const Vec3 &x);
 
-// The integral of sigma_t over the ray's distances 0 to `end`, by the midpoint rule with steps of at most a cell, or of
-// a brick where it is constant.
+// Where sigma_t changes by more than this, times a cell's edge, depths bend within the cell: between dense samples and
+// empty ones.
+constexpr Real max_bend = Real(0.25);
+
+// The integral of sigma_t over the ray's distances 0 to `end`, by the midpoint rule with steps of at most a cell, a
+// quarter of one in bricks where sigma_t bends depths, or of a brick where it is constant.
 Real optical_depth(const ResampledField &field, const Ray &ray, Real end);
 
 // An upper bound of sigma_t in the box.

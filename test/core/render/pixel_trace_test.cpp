@@ -171,10 +171,10 @@ void check_march(const RecordedRay &recorded, uint32_t light_count) {
         CHECK(std::fabs(step.transmittance - std::exp(-depth)) <= error_of(terms, 1));
         const double s = step.extinction * step.length, source = step.single.x + step.multiple.x + step.emission.x;
         // N-E4: the source over the step, dimmed by what is before it. For small s the mean is a series, whose first
-        // term left out is below 0.125^6 / 5040 of it.
+        // term left out is below 0.125^6 / 5040, and the mean is 0.94 and more.
         const double arrives = source * std::exp(-depth) * -std::expm1(-s) / s * step.length;
         CHECK(std::fabs(step.radiance.x - arrives) <=
-              error_of(terms, 4 * (std::fabs(source) + 1) * step.length) + 7.6e-10 * arrives);
+              error_of(terms, 4 * (std::fabs(source) + 1) * step.length) + 8.1e-10 * arrives);
         depth += s;
         radiance += step.radiance.x;
         // Its lights, once each.
