@@ -1,5 +1,7 @@
 // Warnings as a user meets them: once in a run, and none where all is in order.
 #include "support/command_line.h"
+#include "host/images/picture.h"
+#include <numeric>
 
 using namespace wisp;
 
@@ -293,6 +295,31 @@ TEST_CASE("warnings: options that leave light in places of many mean free paths,
         for (const char *phase : {"0", "-0.9", "0.9"}) CHECK(warned(density, phase, "") == "");
     CHECK(warned("0.1", "0", "--irradiance none") == "");
     CHECK(warned("1", "0", "--irradiance-step 1") == "");
+}
+
+TEST_CASE("warnings: a light at the eye, both in smoke") {
+    WarningCommandTest test;
+    const auto warns = [&](const std::string &light, const std::string &options = "") {
+        test.write("s.aff", "v from 0 0 0 at 0 0 1 up 0 1 0 angle 60 hither 0.01 resolution 8 8\n" + light +
+                                " 9 9 9\nsmoke box -1 -1 -1 1 1 1 1 { extinction 1.5 }\n");
+        return test.warned(options).find("up to 20 % too dark here: a light in the smoke") != std::string::npos;
+    };
+    CHECK(warns("lp 0 0.03 0"));
+    // The warning is true.
+    REQUIRE(test.wisp("render " + test.s() + " -q -o " + test.file("p.pfm")).status == 0);
+    REQUIRE(test.wisp("render " + test.s() + " -q -o " + test.file("r.pfm") + " --reference --passes 0:512").status ==
+            0);
+    const auto mean = [&](const char *name) {
+        const std::vector<float> rgb = read_pfm(test.file(name)).rgb;
+        return std::accumulate(rgb.begin(), rgb.end(), 0.0) / static_cast<double>(rgb.size());
+    };
+    const double ratio = mean("p.pfm") / mean("r.pfm");
+    CHECK(ratio < 0.97);
+    CHECK(ratio > 0.8);
+    CHECK(!warns("lp 0 0.3 0"));
+    CHECK(!warns("ld 0 -1 0"));
+    CHECK(!warns("lp 0 0.03 0", "--photons 0"));
+    CHECK(!warns("lp 0 0.03 0", "--reference --passes 0:2"));
 }
 
 TEST_CASE("warnings: a light that is seen through smoke of a narrow peak") {

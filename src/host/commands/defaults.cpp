@@ -264,6 +264,13 @@ PhotonCells photon_cells(const Scene &scene, const SmokeDensity &density, const 
     return cells.error() < at_lights.error() ? at_lights : cells;
 }
 
+double width_of_photon_cells(const Scene &scene, const Settings &settings) {
+    double least = 0;
+    for (const SmokeDescription *smoke = scene.smokes; smoke != scene.smokes + scene.smoke_count; ++smoke)
+        if (!smoke->empty()) least = least > 0 ? std::min(least, smoke->smallest_h) : smoke->smallest_h;
+    return least * photon_step(scene, settings);
+}
+
 // On the smoke of fixtures/table2.aff these are the fastest steps whose pictures err by no more than the photons'
 // noise.
 void choose_defaults(const Options &options, const Scene &scene, uint32_t paths, Settings &settings) {

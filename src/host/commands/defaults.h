@@ -28,6 +28,8 @@ struct PhotonCells {
     double error() const { return largest_error * depth / most; }
 };
 PhotonCells photon_cells(const Scene &scene, const SmokeDensity &density, const Settings &settings);
+// The edge of these cells, of smoke in the scene.
+double width_of_photon_cells(const Scene &scene, const Settings &settings);
 
 // The largest g of all smoke, or 0.
 double most_forward(const Scene &scene);

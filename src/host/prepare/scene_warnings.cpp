@@ -363,6 +363,16 @@ bool shows_light_through_smoke(const PreparedScene &prepared) {
            });
 }
 
+bool holds_light_at_eye(const Scene &scene, double distance) {
+    const SmokeExtent smoke = extent_of_smoke(scene);
+    const Double3 &eye = scene.camera.origin;
+    return smoke.any() && meets_box(smoke.low, smoke.high, eye, {0, 0, 0}, 0) &&
+           std::any_of(scene.lights, scene.lights + scene.light_count, [&](const LightSource &light) {
+               return (light.kind == LightKind::point || light.kind == LightKind::spot) && shines(light.color) &&
+                      length(light.position - eye) < distance;
+           });
+}
+
 bool stands_in_smoke(const Scene &scene) {
     const SmokeExtent smoke = extent_of_smoke(scene);
     if (!smoke.any()) return false;

@@ -17,6 +17,8 @@ bool stands_in_smoke(const Scene &scene);
 // Whether the picture shows a light behind the smoke, or in it: whether the straight line from the eye to a light is
 // within the picture, meets the box around all smoke, and no opaque triangle.
 bool shows_light_through_smoke(const PreparedScene &prepared);
+// Whether a point light or spot and the eye are in smoke, nearer to each other than `distance`.
+bool holds_light_at_eye(const Scene &scene, double distance);
 
 // Optical depths along straight lines through a smoke, each averaged over the width of a support or of a cell: the
 // largest of all along the axes, and the mean along the axis on which that is least. 0 where there is nothing.
