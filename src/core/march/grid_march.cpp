@@ -110,8 +110,7 @@ uint32_t find_bends(const GridMarcher &marcher, const LaneCells &at, const Group
     for (uint32_t l = 0; l < lanes; ++l) {
         if (!(rate[l] > Real(0))) continue;
         const uint32_t brick = static_cast<uint32_t>(group.points.brick[l]);
-        const Bend bend =
-            bend_of_cell(medium, spacing, brick, static_cast<uint32_t>(at.node[l]) - brick * nodes_of(1));
+        const Bend bend = bend_of_cell(medium, spacing, brick, static_cast<uint32_t>(at.node[l]) - brick * nodes_of(1));
         if (bend.of_depths) mask |= 1u << l;
         rate[l] = max(rate[l], bend.densest);
     }

@@ -70,8 +70,8 @@ template <class Density> Real sum_of_resampled(const Medium &medium, Density &&d
         if (medium.smokes[i].field.is_resampled) sum += density(medium.smokes[i].field.resampled);
     return sum;
 }
-// Where sigma_t of resampled smoke changes so much between the corners of one of the finest cells that depths bend in it
-// (march/README, Steps). Depths that are known at nodes `spacing` cells apart bend more.
+// Where sigma_t of resampled smoke changes so much between the corners of one of the finest cells that depths bend in
+// it (march/README, Steps). Depths that are known at nodes `spacing` cells apart bend more.
 struct Bend {
     bool of_depths; // they are not interpolated there
     Real densest;   // sigma_t of the densest corner, if steps are to be divided by it; else 0

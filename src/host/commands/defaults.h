@@ -34,7 +34,8 @@ double width_of_photon_cells(const Scene &scene, const Settings &settings);
 // The largest g of all smoke, or 0.
 double most_forward(const Scene &scene);
 
-// Whether photons that are kept towards the eye do without the peak of the phase function (lights/README, Forward peak).
+// Whether photons that are kept towards the eye do without the peak of the phase function (lights/README, Forward
+// peak).
 bool takes_peaks_off(const Scene &scene, const Settings &settings, const Plan &plan);
 
 // What photons err by at most, relative to the picture, where their flux, or that and a few harmonics, say whence light

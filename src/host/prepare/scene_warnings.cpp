@@ -358,7 +358,8 @@ bool shows_light_through_smoke(const PreparedScene &prepared) {
                const auto hides = [&](const Triangle &t, const Double3 &a, const Double3 &b, const Double3 &c) {
                    return scene.materials[t.material].transmission <= 0 && crosses(scene.camera.origin, at, a, b, c);
                };
-               return shines(light.color) && !view.misses({at}) && meets_box(smoke.low, smoke.high, scene.camera.origin, at - scene.camera.origin, 1) &&
+               return shines(light.color) && !view.misses({at}) &&
+                      meets_box(smoke.low, smoke.high, scene.camera.origin, at - scene.camera.origin, 1) &&
                       !any_triangle(scene, hides);
            });
 }

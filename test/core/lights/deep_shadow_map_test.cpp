@@ -27,8 +27,7 @@ TEST_CASE(WISP_ARITH_NAME ": in a box of even density a line's depth is its leng
     const Light sun = {LightKind::parallel, Vec3(Real(0)), vec(0, 0, -1), Real(0), Color(Real(1))};
     const DeepShadowMap map(built.medium, true, sun, 5, box);
     REQUIRE(map.count() > 0);
-    for (uint32_t face = 0; face < 5; ++face)
-        CHECK(DeepShadowMap(built.medium, true, sun, face, box).count() == 0);
+    for (uint32_t face = 0; face < 5; ++face) CHECK(DeepShadowMap(built.medium, true, sun, face, box).count() == 0);
     std::vector<Real> cache(map.cache_size());
     Sequence next{4};
     uint64_t found = 0;
