@@ -180,8 +180,8 @@ void print_light(Text &text, int depth, const TraceEvent::Light &light) {
 }
 
 void print_march(Text &text, int depth, const Inspection::Ray &ray) {
-    text.line(depth, "smoke may be from %.6g to %.6g: %d steps of %.6g, %zu of them in smoke", ray.march->begin,
-              ray.march->end, ray.march->steps, ray.march->step, ray.steps.size());
+    text.line(depth, "smoke may be from %.6g to %.6g: %d steps of %.6g; %zu of them, or of their parts, in smoke",
+              ray.march->begin, ray.march->end, ray.march->steps, ray.march->step, ray.steps.size());
     for (const Inspection::Step &step : ray.steps) {
         const TraceEvent::Step &s = step.step;
         text.line(depth + 1,
