@@ -106,10 +106,15 @@ uint32_t find_bends(const GridMarcher &marcher, const LaneCells &at, const Group
     const int32_t spacing = max(marcher.depths->spacing, 1); // 0: there is no light
     const Real most = sum_of_resampled(medium, [](const ResampledField &field) { return field.largest; });
     if (!(most * largest(medium.bricks->cell) * Real(spacing * spacing) > max_bend)) return 0;
-    uint32_t mask = 0;
+    uint32_t mask = 0, brick = no_brick;
+    bool may_bend = false; // in this brick
     for (uint32_t l = 0; l < lanes; ++l) {
         if (!(rate[l] > Real(0))) continue;
-        const uint32_t brick = static_cast<uint32_t>(group.points.brick[l]);
+        if (const uint32_t here = static_cast<uint32_t>(group.points.brick[l]); here != brick) {
+            brick = here;
+            may_bend = may_bend_in(medium, spacing, brick);
+        }
+        if (!may_bend) continue;
         const Bend bend = bend_of_cell(medium, spacing, brick, static_cast<uint32_t>(at.node[l]) - brick * nodes_of(1));
         if (bend.of_depths) mask |= 1u << l;
         rate[l] = max(rate[l], bend.densest);
@@ -188,7 +193,7 @@ WISP_INLINE void vary_in_steep_cells(const GridMarcher &marcher, const Light &li
     Real end = Real(-1), depth_of_end = Real(0); // of the last step whose depths were found
     for (uint32_t l = 0; l < lanes; ++l) {
         Real least, greatest;
-        range_of_corners(at, marcher.depths->depth, l, least, greatest);
+        range_of_corners(marcher.depths->depth + at.node[l], at.row[l], at.layer[l], least, greatest);
         if (!(greatest - least > depth_tolerance) || !(least < opaque_depth) || !(sigma[l] > Real(0))) continue;
         if (!(greatest - least > Real(1)) &&
             !has_crease(marcher.depths->bricks->bounds, light, cell_around(marcher, ray, at, group, l)))

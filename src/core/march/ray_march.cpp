@@ -49,6 +49,7 @@ Color single_scattering(const Medium &medium, const SingleScatterer &lights, con
     Color sum(Real(0));
     Real sigma = Real(0);
     for (uint32_t i = 0; i < medium.count; ++i) sigma += extinctions[i];
+    const bool bends = lights.depths && bend_at(medium, lights.depths->spacing, step.middle).of_depths;
     for (uint32_t l = 0; l < lights.light_count; ++l) {
         const Illumination light = illuminate(lights.lights[l], step.middle, step.begin, step.end);
         if (!(largest(light.irradiance) > Real(0))) continue;
@@ -68,8 +69,7 @@ Color single_scattering(const Medium &medium, const SingleScatterer &lights, con
             continue;
         }
         const bool exact = !lights.depths || is_dense(*lights.depths, sigma) ||
-                           has_peak(*lights.depths, lights.lights[l], step.middle) ||
-                           bend_at(medium, lights.depths->spacing, step.middle).of_depths;
+                           has_peak(*lights.depths, lights.lights[l], step.middle) || bends;
         if (exact) ++statistics.rays.shadow;
         const Real depth = exact ? optical_depth(medium, {step.middle, -light.direction}, light.distance)
                                  : optical_depth_to_light(*lights.depths, l, step.middle);

@@ -155,32 +155,30 @@ bool meets_smoke(const Medium &medium, const SparseGrid &bricks, uint32_t brick,
     return false;
 }
 
-Bend bend_of_cell(const Medium &medium, int32_t spacing, uint32_t brick, uint32_t node) {
-    const Real cell = largest(medium.bricks->cell), reach = cell * Real(spacing * spacing);
-    const Real most = sum_of_resampled(
+bool may_bend_in(const Medium &medium, int32_t spacing, uint32_t brick) {
+    const Real change = sum_of_resampled(
         medium, [brick](const ResampledField &field) { return field.majorants[brick] - field.minorants[brick]; });
-    if (!(most * reach > max_bend)) return {false, Real(0)};
+    return change * (largest(medium.bricks->cell) * Real(spacing * spacing)) > max_bend;
+}
+
+Bend bend_of_cell(const Medium &medium, int32_t spacing, uint32_t brick, uint32_t node) {
+    constexpr int32_t n = nodes_along(1);
     Real least = Real(0), greatest = Real(0);
     for (uint32_t i = 0; i < medium.count; ++i) {
         const DensityField &field = medium.smokes[i].field;
         if (!field.is_resampled) continue;
-        const Real *nodes = field.resampled.nodes(brick) + node;
-        Real low = *nodes, high = *nodes;
-        for (uint32_t corner = 1; corner < 8; ++corner) {
-            const Real sigma = nodes[offset_of_corner(corner, nodes_along(1))];
-            low = min(low, sigma);
-            high = max(high, sigma);
-        }
+        Real low, high;
+        range_of_corners(field.resampled.nodes(brick) + node, n, n * n, low, high);
         least += low;
         greatest += high;
     }
-    const Real change = greatest - least;
-    return {change * reach > max_bend, change * cell > max_bend ? greatest : Real(0)};
+    const Real change = greatest - least, cell = largest(medium.bricks->cell);
+    return {change * (cell * Real(spacing * spacing)) > max_bend, change * cell > max_bend ? greatest : Real(0)};
 }
 
 Bend bend_at(const Medium &medium, int32_t spacing, const Vec3 &x) {
     const uint32_t brick = medium.bricks ? brick_at(*medium.bricks, cell_at(medium.bricks->lattice, x)) : no_brick;
-    if (brick == no_brick) return {false, Real(0)};
+    if (brick == no_brick || !may_bend_in(medium, spacing, brick)) return {false, Real(0)};
     return bend_of_cell(medium, spacing, brick, find_cell(position_in(*medium.bricks, brick, x), 1).node);
 }
 

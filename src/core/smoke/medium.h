@@ -76,6 +76,8 @@ struct Bend {
     bool of_depths; // they are not interpolated there
     Real densest;   // sigma_t of the densest corner, if steps are to be divided by it; else 0
 };
+// Whether they may bend in any cell of the brick.
+bool may_bend_in(const Medium &medium, int32_t spacing, uint32_t brick);
 // `node`: the lowest corner of the cell in the brick.
 Bend bend_of_cell(const Medium &medium, int32_t spacing, uint32_t brick, uint32_t node);
 // The same at a point of the medium's bounds; none where smoke is not resampled.

@@ -100,6 +100,16 @@ inline uint32_t offset_of_corner(uint32_t corner, int32_t n) {
     return (corner & 1) + along * ((corner >> 1 & 1) + along * (corner >> 2));
 }
 
+// The least and the greatest value at the corners of a cell. `row`, `layer`: steps to the next node along y, along z.
+inline void range_of_corners(const Real *lowest, int32_t row, int32_t layer, Real &least, Real &greatest) {
+    least = greatest = *lowest;
+    for (int32_t corner = 1; corner < 8; ++corner) {
+        const Real value = lowest[(corner & 1) + (corner >> 1 & 1) * row + (corner >> 2) * layer];
+        least = min(least, value);
+        greatest = max(greatest, value);
+    }
+}
+
 // Trilinear interpolation between a brick's nodes, whose values are value(node).
 template <class Value> Real between_nodes(const CellPosition &at, int32_t spacing, Value &&value) {
     const uint32_t n = static_cast<uint32_t>(nodes_along(spacing));

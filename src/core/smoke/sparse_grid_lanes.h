@@ -120,16 +120,6 @@ inline int32_t node_of_corner(const LaneCells &at, uint32_t l, uint32_t corner) 
     return at.node[l] + (c & 1) + (c >> 1 & 1) * at.row[l] + (c >> 2) * at.layer[l];
 }
 
-// The least and the greatest of the values between which lane l interpolates.
-inline void range_of_corners(const LaneCells &at, const Real *values, uint32_t l, Real &least, Real &greatest) {
-    least = greatest = values[at.node[l]];
-    for (uint32_t corner = 1; corner < 8; ++corner) {
-        const Real value = values[node_of_corner(at, l, corner)];
-        least = min(least, value);
-        greatest = max(greatest, value);
-    }
-}
-
 // How the interpolated value changes along `direction`, in cells of the field, per unit of length.
 WISP_INLINE void change_along(const LaneCells &at, const Real *values, const Vec3 &direction, Lanes &result) {
     for (uint32_t l = 0; l < lanes; ++l) {

@@ -64,7 +64,8 @@ TEST_CASE(WISP_ARITH_NAME ": in lanes values between nodes, their ranges and slo
             std::vector<double> corners;
             for (int k = 0; k < 8; ++k) corners.push_back(places.corner(l, k & 1, k >> 1 & 1, k >> 2));
             Real least, greatest;
-            range_of_corners(places.at, places.values.data(), l, least, greatest);
+            range_of_corners(places.values.data() + places.at.node[l], places.at.row[l], places.at.layer[l], least,
+                             greatest);
             CHECK(at(least) == *std::min_element(corners.begin(), corners.end()));
             CHECK(at(greatest) == *std::max_element(corners.begin(), corners.end()));
         }
