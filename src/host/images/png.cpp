@@ -1,6 +1,7 @@
 // PNG (ISO/IEC 15948), decoded by stb_image, whose one place this is. The chunks are checked first, because stb_image
 // believes their lengths and does not look at their check sums: each chunk lies within the file, and the sides fit a
-// file of its size. So a hostile file takes memory in proportion to its own size, beyond an allowance.
+// file of its size. So a hostile file takes memory in proportion to its own size, beyond an allowance. Chunks of data
+// that are empty are legal (11.2.4) and left out: stb_image would copy the first to no address.
 #include "host/base/byte_reader.h"
 #include "host/base/memory.h"
 #include "host/images/texture_readers.h"
@@ -55,10 +56,13 @@ void check_header(ByteReader &in, const Bytes &bytes, const PngLimits &limits) {
     in.bytes(4);
 }
 
-void check_chunks(const Bytes &bytes, const std::string &name, const PngLimits &limits) {
+// The file to the end of its last chunk, without the chunks of data that are empty.
+Bytes checked_chunks(const Bytes &bytes, const std::string &name, const PngLimits &limits) {
     ByteReader in(name, bytes.data(), bytes.size(), Encoding::big_endian);
     in.bytes(sizeof signature);
+    Bytes chunks(std::begin(signature), std::end(signature));
     for (bool first = true;; first = false) {
+        const auto chunk = bytes.end() - static_cast<ptrdiff_t>(in.left());
         const uint32_t size = read_u32(in);
         if (first && size != 13) in.fail("a chunk of " + std::to_string(size) + " bytes, expected the 13 of a header");
         in.require(uint64_t{size} + 8, 1, "bytes of a chunk");
@@ -71,7 +75,9 @@ void check_chunks(const Bytes &bytes, const std::string &name, const PngLimits &
         const auto sum = crc32(0, reinterpret_cast<const Bytef *>(whole.data()), static_cast<uInt>(whole.size()));
         if (read_u32(in) != sum)
             in.fail("a check sum that is wrong, expected that of chunk " + ByteReader::quoted(type));
-        if (type == "IEND") return;
+        if (type != "IDAT" || size > 0)
+            chunks.insert(chunks.end(), chunk, bytes.end() - static_cast<ptrdiff_t>(in.left()));
+        if (type == "IEND") return chunks;
     }
 }
 
@@ -82,12 +88,12 @@ bool is_png(const Bytes &bytes) {
 }
 
 Texels read_png(const Bytes &bytes, const std::string &name, const PngLimits &limits) {
-    check_chunks(bytes, name, limits);
-    if (bytes.size() > INT32_MAX) throw InputError(name + ": byte 0", "a PNG of more bytes than expected, 2147483647");
+    const Bytes chunks = checked_chunks(bytes, name, limits);
+    if (chunks.size() > INT32_MAX) throw InputError(name + ": byte 0", "a PNG of more bytes than expected, 2147483647");
     Texels texels;
     int channels;
     const std::unique_ptr<unsigned char, void (*)(void *)> rgb(
-        stbi_load_from_memory(bytes.data(), static_cast<int>(bytes.size()), &texels.width, &texels.height, &channels,
+        stbi_load_from_memory(chunks.data(), static_cast<int>(chunks.size()), &texels.width, &texels.height, &channels,
                               3),
         stbi_image_free);
     if (!rgb)

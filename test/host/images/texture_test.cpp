@@ -247,6 +247,20 @@ TEST_CASE("texture: a PNG of 1, 2, 3 or 4 channels has the texels of the PPM wit
     }
 }
 
+TEST_CASE("texture: empty chunks of a PNG's data change nothing") {
+    const Bytes whole = png(2, 2, 3, {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12});
+    const uint8_t empty[] = {0, 0, 0, 0, 'I', 'D', 'A', 'T', 0x35, 0xaf, 0x06, 0x1e};
+    Bytes more = whole;
+    for (const ptrdiff_t at : {static_cast<ptrdiff_t>(whole.size()) - 12, ptrdiff_t{33}}) // after the data, and before
+        more.insert(more.begin() + at, std::begin(empty), std::end(empty));
+    CHECK(parse_texture(more, "file").texels == parse_texture(whole, "file").texels);
+
+    Bytes none(whole.begin(), whole.begin() + 33);
+    none.insert(none.end(), std::begin(empty), std::end(empty));
+    none.insert(none.end(), whole.end() - 12, whole.end());
+    CHECK(refusal_of([&] { parse_texture(none, "file"); }) == "file: byte 8: 'no IDAT', expected the chunks of a PNG");
+}
+
 TEST_CASE("texture: a PNG that is damaged gives one line or a texture") {
     Random random;
     Bytes samples;
