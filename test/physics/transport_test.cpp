@@ -126,7 +126,7 @@ class RowWalks {
 
   private:
     template <class OfPhoton> bool score_photons(OfPhoton of_photon, Score &result) const {
-        return score_until<Real>(
+        return score_until(
             100,
             [&](int64_t i) { return of_photon((row_ * 1000003 + static_cast<uint64_t>(i) + 1) * 0x9e3779b97f4a7c15u); },
             result);

@@ -65,7 +65,7 @@ bool scattered_by_slab(uint64_t seed, double albedo, double g, double depth, dou
     slab.albedo = {albedo, albedo, albedo};
     slab.asymmetry = g;
     Tracer tracer(slab, {{LightKind::parallel, {}, {0, 0, -1}, 2, {pi_, pi_, pi_}}});
-    return score_until<Real>(
+    return score_until(
         most_variance,
         [&](int64_t i) {
             Draws next(seed << 32 | uint64_t(i));
@@ -91,7 +91,7 @@ bool glow_of_slab(uint64_t seed, double albedo, double g, double depth, double s
     const Tracer tracer(slab, {});
     const Vec3 to_eye = direction_of(seen);
     const Ray ray = {vec(0, 0, depth / 2) + to_eye, -to_eye};
-    return score_until<Real>(
+    return score_until(
         most_variance, [&](int64_t i) { return tracer.sample(ray, seed << 32 | uint64_t(i)); }, result);
 }
 
@@ -102,7 +102,7 @@ bool fluence(uint64_t seed, double albedo, double r, Score &result) {
     box.albedo = {albedo, albedo, albedo};
     const double intensity = 1 / (4 * pi_);
     const Tracer tracer(box, {{LightKind::point, {0, 0, 0}, {0, 0, 1}, 2, {intensity, intensity, intensity}}});
-    return score_until<Real>(
+    return score_until(
         most_variance,
         [&](int64_t i) {
             Draws next(seed << 32 | uint64_t(i));
