@@ -36,7 +36,8 @@ const uint32_t *area_fractions_before(const SmokeDescription &source, Arena &are
     for (uint32_t i = 0; i < count; ++i) {
         if (!watch.done_round(i, 192)) return nullptr;
         const uint64_t high = (sum << 16) / total, rest = (sum << 16) % total;
-        before[i] = static_cast<uint32_t>(high << 16 | (rest << 16) / total);
+        const uint64_t fraction = (high << 16) + (rest << 16) / total; // 2^32 behind the last area
+        before[i] = static_cast<uint32_t>(min<uint64_t>(fraction, UINT32_MAX));
         sum += units(i);
     }
     return before;

@@ -150,7 +150,9 @@ std::vector<Grid> grids() {
         layer(6, 1, 4, 2, {-3, 0.125, 1}, {1.5, 0.4, 2}, 3);
     Grid box(1, 1, 1, 0.9, {1, 0.5, -0.25}, {1, 0.75, 1.5}, 4);
     box.density.clear();
-    return {uneven, uneven.rotated(), odd, odd.rotated(), layer, layer.rotated(), box, box.rotated()};
+    Grid ends(4, 3, 2, 3, {0, 0, 0}, {2, 1.5, 1}, 5); // no smoke in the first samples and in the last
+    for (size_t i = 0; i < 3; ++i) ends.density[i] = ends.density[ends.density.size() - 1 - i] = 0;
+    return {uneven, uneven.rotated(), odd, odd.rotated(), layer, layer.rotated(), box, box.rotated(), ends};
 }
 
 Double3 random_unit(Sequence &next) {
