@@ -39,6 +39,13 @@ TEST_CASE_FIXTURE(CommandLineTest, "a sequence of files by itself has a picture 
     CHECK(ran.status == 0);
     CHECK(lines(ran.out) == 2);
     CHECK(text_of(file("o_0.pfm")) != text_of(file("o_1.pfm")));
+
+    CHECK(wisp("plan " + file("s_%d.vtk")).err.empty());
+    write("s_10.vtk", puff(40));
+    const Ran gap = wisp("render " + file("s_%d.vtk") + " --photons 500 --size 9x7 --digest");
+    CHECK(lines(gap.out) == 2);
+    CHECK(gap.err == file("s_%d.vtk") + ": warning: no file has number 9: the 2 before it are the frames, and those "
+                                        "from 10 on are left out\n");
 }
 
 TEST_CASE_FIXTURE(CommandLineTest, "what is no smoke, and options that have no meaning, are refused in a line") {
@@ -115,6 +122,12 @@ TEST_CASE_FIXTURE(CommandLineTest, "what a scene leaves out is chosen, and said 
     CHECK(wisp("render " + file("full.aff") + " --photons 0 --size 9x7 -o " + file("b.pfm")).err.empty());
     const Ran same = wisp("compare " + file("a.pfm") + " " + file("b.pfm") + " --tolerance 0.005");
     CHECK(same.status == 0); // numbers are said with four digits
+}
+
+TEST_CASE_FIXTURE(CommandLineTest, "where smoke that would have chosen the camera cannot be read, that is the error") {
+    write("bare.aff", "smoke none.vtk {\n}\n");
+    CHECK(wisp("plan " + file("bare.aff")).err ==
+          file("bare.aff") + ":1: error: " + file("none.vtk") + ": cannot be opened: No such file or directory\n");
 }
 
 TEST_CASE_FIXTURE(CommandLineTest, "a scene may come from a pipe, and so may its smoke") {

@@ -96,6 +96,8 @@ Request read_request(const CommandLine &line) {
     }
     if (!request.options.quiet)
         for (const std::string &note : notes) print_note(note);
+    if (chosen && !chosen->left_out().empty())
+        Warnings(request.options.quiet).print({"sequence", request.name, chosen->left_out()});
     request.frames = frames_of(request);
     if (chosen && !request.options.write_scene.empty()) {
         check_not_read("write-scene", request.options.write_scene, files_read(request));

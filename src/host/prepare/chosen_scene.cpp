@@ -87,6 +87,7 @@ Cloud read_cloud(const std::string &path, const std::string &grid) {
 
 struct Sequence {
     int64_t first = 0, step = 1, count = 1;
+    std::string left_out; // which files are no frames, and why; empty: none
     int64_t number(int64_t frame) const { return first + frame * step; }
 };
 
@@ -95,11 +96,16 @@ Sequence find_sequence(const std::string &pattern) {
     if (!has_number(pattern)) return {};
     const std::vector<int64_t> numbers = numbers_of_files(pattern);
     if (numbers.empty()) throw InputError(pattern, "no file has a name like this, expected some with numbers in it");
-    Sequence sequence = {numbers[0], 1, 1};
+    Sequence sequence;
+    sequence.first = numbers[0];
     if (numbers.size() > 1) sequence.step = numbers[1] - numbers[0];
-    while (sequence.count < static_cast<int64_t>(numbers.size()) &&
-           numbers[static_cast<size_t>(sequence.count)] == sequence.number(sequence.count))
+    const int64_t files = static_cast<int64_t>(numbers.size());
+    while (sequence.count < files && numbers[static_cast<size_t>(sequence.count)] == sequence.number(sequence.count))
         ++sequence.count;
+    if (sequence.count < files)
+        sequence.left_out = "no file has number " + std::to_string(sequence.number(sequence.count)) + ": the " +
+                            std::to_string(sequence.count) + " before it are the frames, and those from " +
+                            std::to_string(numbers[static_cast<size_t>(sequence.count)]) + " on are left out";
     return sequence;
 }
 
@@ -427,6 +433,7 @@ ChosenScene::ChosenScene(const std::string &path, const Options &options) : path
               line(words(lights(choice.axes).key), "key light") + line(words(lights(choice.axes).fill), "fill light");
     if (sequence.count > 1) before_ += line("a 0 1 " + std::to_string(sequence.count), "one frame for each file");
     smoke_ = smoke(choice, options.grid, sequence);
+    left_out_ = sequence.left_out;
     if (options.ground) behind_ = ground(choice);
 }
 

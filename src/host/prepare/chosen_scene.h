@@ -22,8 +22,12 @@ class ChosenScene {
     std::string text(const std::string &named) const;
     SceneFile scene() const;
 
+    // Which files of a sequence are no frames, and why; empty: none.
+    const std::string &left_out() const { return left_out_; }
+
   private:
     std::string path_, before_, smoke_, behind_; // the statements before the smoke, in its braces, and behind it
+    std::string left_out_;
 };
 
 // Chooses what a scene leaves out in the same way: the smoothing length of particles whose file has none, mass and

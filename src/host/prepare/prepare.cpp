@@ -191,9 +191,6 @@ double time_of(const SceneFile &file, const Options &options, int64_t frame) {
 
 void prepare_scene(const std::string &name, const SceneFile &file, const Options &options, int64_t frame,
                    PreparedScene &prepared) {
-    if (!file.view) throw InputError(name + ":1", "there is no view, expected a statement 'v from ...'");
-    const double time = time_of(file, options, frame);
-    const SceneFile::View view = view_at(*file.view, file.graph, time);
     prepared.particles.clear();
     prepared.volumes.clear();
     prepared.smokes.clear();
@@ -201,9 +198,6 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
     prepared.notes.clear();
     prepared.warnings.clear();
     prepared.scene = {};
-    prepared.width = options.width.value_or(file.view->width);
-    prepared.height = options.height.value_or(file.view->height);
-
     const size_t smokes = file.smokes.size();
     prepared.particles.resize(smokes);
     prepared.volumes.resize(smokes);
@@ -212,6 +206,12 @@ void prepare_scene(const std::string &name, const SceneFile &file, const Options
         load(file.graph.nodes, file.smokes[i], frame, prepared.smokes[i], prepared.particles[i], prepared.volumes[i],
              prepared.notes);
     }
+    // After the smoke: where it can be read, it has chosen a view.
+    if (!file.view) throw InputError(name + ":1", "there is no view, expected a statement 'v from ...'");
+    const double time = time_of(file, options, frame);
+    const SceneFile::View view = view_at(*file.view, file.graph, time);
+    prepared.width = options.width.value_or(file.view->width);
+    prepared.height = options.height.value_or(file.view->height);
     // Until the unit is found particles are in the order of their files, so that errors can name them.
     const auto sort_all = [&] {
         for (std::vector<Particle> &particles : prepared.particles) sort(particles);
