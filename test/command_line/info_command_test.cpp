@@ -98,9 +98,10 @@ TEST_CASE("info command: particles: none, one, and many in one place") {
 TEST_CASE("info command: a density grid") {
     InfoTest test;
     test.write("g.vol", CommandLineTest::volume(2, 1, 2, 1, 2, 3, {0, 0.5f, 0.25f, 2}));
-    test.says(test.file("g.vol"), {"\"kind\": \"density grid\"", "\"cells\": [2, 1, 2]",
-                                   "\"low\": [-1, -2, -3], \"high\": [1, 2, 3]", "\"cell_size\": [1, 4, 3]",
-                                   "\"density\": { \"low\": 0, \"high\": 2, \"mean\": 0.6875 }", "\"not_zero\": 3"});
+    test.says(test.file("g.vol"),
+              {"\"kind\": \"density grid\"", "\"cells\": [2, 1, 2]", "\"low\": [-1, -2, -3], \"high\": [1, 2, 3]",
+               "\"cell_size\": [1, 4, 3]",
+               "\"turned\": false, \"density\": { \"low\": 0, \"high\": 2, \"mean\": 0.6875 }", "\"not_zero\": 3"});
     CHECK(test.text(test.file("g.vol")).find("\ncells             2 x 1 x 2\n") != std::string::npos);
 }
 

@@ -65,6 +65,16 @@ void add_record_of(Facts &facts, const SavedRecord &saved, const Bytes &picture)
     facts.group("record", record);
 }
 
+// The grid that is read where none is asked for, and all grids of the file.
+void add_names(Facts &facts, const Volume &volume) {
+    std::string text, json;
+    for (const std::string &name : volume.names) {
+        text += (text.empty() ? "" : ", ") + name;
+        json += (json.empty() ? "" : ", ") + quoted(printable(name));
+    }
+    facts.word("grid", volume.name).add("grids", text, "[" + json + "]");
+}
+
 double root_mean_square(const std::vector<float> &values) {
     double sum = 0;
     for (const float value : values) sum += static_cast<double>(value) * static_cast<double>(value);
@@ -118,7 +128,15 @@ void add_particle_file(Facts &facts, const std::string &path, const Bytes &bytes
 
 void add_grid_file(Facts &facts, const std::string &path, const Bytes &bytes) {
     const Volume volume = parse_volume(path, bytes.data(), bytes.size());
-    const Double3 low = double3(volume.low), high = double3(volume.high);
+    const Double3 low = double3(volume.low), high = double3(volume.high), size = high - low;
+    const auto &[right, up, back] = volume.axis;
+    Spread x, y, z; // of the corners
+    for (int corner = 0; corner < 8; ++corner) {
+        const Double3 p = right * (corner & 1 ? high.x : low.x) + up * (corner & 2 ? high.y : low.y) +
+                          back * (corner & 4 ? high.z : low.z);
+        x.add(p.x), y.add(p.y), z.add(p.z);
+    }
+    if (!volume.names.empty()) add_names(facts, volume);
     GridDescription grid = {};
     volume.describe_samples(grid);
     Spread spread;
@@ -132,9 +150,10 @@ void add_grid_file(Facts &facts, const std::string &path, const Bytes &bytes) {
         return true;
     });
     if (empty > 0) spread.add(0, empty);
-    facts.integers("cells", {volume.nx, volume.ny, volume.nz}).point("low", low).point("high", high);
-    facts.point("cell_size",
-                {(high.x - low.x) / volume.nx, (high.y - low.y) / volume.ny, (high.z - low.z) / volume.nz});
+    facts.integers("cells", {volume.nx, volume.ny, volume.nz}).point("low", {x.low(), y.low(), z.low()});
+    facts.point("high", {x.high(), y.high(), z.high()});
+    facts.point("cell_size", {size.x / volume.nx, size.y / volume.ny, size.z / volume.nz});
+    facts.flag("turned", right.x < 1 || up.y < 1 || back.z < 1);
     facts.spread("density", spread).count("not_zero", filled);
     if (grid.blocks) facts.count("samples_in_memory", stored_samples(grid));
 }

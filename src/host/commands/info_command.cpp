@@ -96,7 +96,7 @@ void add_choice(Facts &facts, const std::string &path) {
         chosen.number("extinction", *scene.smokes[0].extinction).point("eye", scene.view->from);
         chosen.point("at", scene.view->at).integers("size", {scene.view->width, scene.view->height});
         facts.group("render_chooses", chosen);
-        add_optical_depth(facts, read_request({{path}, {{"quiet", ""}}})); // what is missing is said above
+        add_optical_depth(facts, read_request({{path}, {{"quiet", "1"}}})); // what is missing is said above
     } catch (const InputError &error) {
         facts.none("render_chooses", error.text);
     }

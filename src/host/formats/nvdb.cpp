@@ -315,6 +315,8 @@ Volume parse_nvdb(const std::string &name, const unsigned char *data, size_t siz
     if (pnanovdb_root_get_tile_count(grid.buffer, root) > grid.bytes / 32) // a tile takes 32 bytes
         in.fail("more tiles than the grid has room for, expected fewer");
     Volume volume;
+    volume.name = grids[chosen].name;
+    for (const Description &described : grids) volume.names.push_back(described.name);
     const Indices box = find_indices(in, grid, root);
     place(in, grid, box, volume);
     SampleReader(in, grid, root, box, volume).read();

@@ -22,6 +22,9 @@ struct Volume {
     std::vector<float> density;
     std::vector<uint32_t> blocks; // empty: all samples
     std::array<int32_t, 3> skipped{};
+    // The name of the grid, and those of all grids of its file. VOL has none.
+    std::string name;
+    std::vector<std::string> names;
 
     // Sets what describes the samples. They stay here.
     void describe_samples(GridDescription &grid) const;

@@ -1,6 +1,7 @@
 // NanoVDB files that NanoVDB's own code writes: values, places, names, compressions; and damaged ones.
 #include "host/formats/volume.h"
 #include "core/smoke/grid_samples.h"
+#include "host/commands/file_facts.h"
 #include "host/base/double3_algebra.h"
 #include "host/prepare/prepare.h"
 #include "support/refusal.h"
@@ -153,6 +154,20 @@ TEST_CASE("nvdb: voxels may be turned, stretched and mirrored; a shear is refuse
     }
 }
 
+TEST_CASE("nvdb: info says the names of a file's grids, and the box of a turned one in the scene") {
+    std::vector<Handle> grids;
+    grids.push_back(grid("flames"));
+    grids.push_back(grid("density", {{{0, 0, 1}, {1, 0, 0}, {0, 1, 0}}, {0, 0, 0}})); // y z x of the voxels
+    const std::string file = file_of(grids);
+    Facts facts;
+    add_grid_file(facts, "file", Bytes(file.begin(), file.end()));
+    CHECK(contains(facts.text(), "grids             flames, density\n"));
+    CHECK(contains(facts.json(),
+                   "\"grid\": \"density\", \"grids\": [\"flames\", \"density\"], \"cells\": [14, 9, 11], "
+                   "\"low\": [1.5, 4088.5, -6.5], \"high\": [10.5, 4099.5, 7.5], \"cell_size\": [1, 1, 1], "
+                   "\"turned\": true"));
+}
+
 // Or bricks would not do for it, and it would be rendered a hundred times slower. 49 (1 / 49) is not 1.
 TEST_CASE("nvdb: the axes of a grid that is not turned are exactly those of the scene, whatever its voxels measure") {
     for (const double edge : {49.0, 0.015463917525773196, 0.1, 1e-7}) {
@@ -185,6 +200,8 @@ TEST_CASE("nvdb: a grid is chosen by name, 'density' without one, or the only on
         check(parse(file), {}, 0);
         check(parse(file, "density"), {}, 0);
         check(parse(file, "flames"), moved, 0);
+        CHECK(parse(file).name == "density");
+        CHECK(parse(file).names == std::vector<std::string>{"flames", "density"});
         CHECK(contains(refusal(file, "smoke"), "no grid 'smoke', expected one of 'flames', 'density'"));
     }
     std::vector<Handle> others;
