@@ -145,6 +145,9 @@ def test_the_picture_is_written_where_it_stays():
                   numpy.empty((30, 40, 6), numpy.float32)[:, :, ::2]):
         with pytest.raises(ValueError, match="out: found"):
             small(out=wrong)
+    out.flags.writeable = False
+    with pytest.raises(ValueError, match=r"out: found float32 of shape \(30, 40, 3\), read-only, expected"):
+        small(out=out)
 
 
 def test_layers_add_up_to_the_picture():
@@ -185,6 +188,7 @@ def test_sequence_with_a_cache_proves_less_and_shows_the_same():
     (r"lights\[0\].direction: expected a direction", lambda: small(lights=[wisp.Parallel((0, 0, 0), 1)])),
     (r"camera.from, camera.at: found one point", lambda: small(camera=wisp.Camera((0, 0, 0), (0, 0, 0)))),
     (r"size: found -1, expected a whole number", lambda: small(size=(-1, 9))),
+    (r"positions: found a masked array", lambda: small(wisp.Particles(numpy.ma.masked_less(BALL, 0), radius=0.1))),
     (r"width, height: found 0 x 9", lambda: small(size=(0, 9))),
     (r"arithmetic: found 'f16', expected f32, f64, fixed", lambda: small(arithmetic="f16")),
     (r"photons: found -1, expected a whole number", lambda: small(photons=-1)),
@@ -220,6 +224,8 @@ def with_nan():
     (r"index: found 'glass', expected a number",
      lambda: small(wisp.Mesh(GROUND.positions, GROUND.indices, material=wisp.Material(index="glass")))),
     (r"step: found 'fine', expected a number", lambda: small(step="fine")),
+    (r"size: found 16, expected \(width, height\)", lambda: small(size=16)),
+    (r"size: found \(16, 16, 3\), expected \(width, height\)", lambda: small(size=(16, 16, 3))),
     (r"camera", lambda: wisp.render(ball())),
 ])
 def test_wrong_words_and_kinds_raise_type_error(line, wrong):

@@ -194,6 +194,8 @@ class _Arrays:
 
     def describe(self, values: ArrayLike, shape: Sequence[int], what: str) -> Any:
         """An array of that shape; -1: any number. float32 and float64 are not copied, whatever their strides."""
+        if isinstance(values, numpy.ma.MaskedArray):
+            raise ValueError(f"{what}: found a masked array, expected one without a mask")
         array = numpy.asarray(values)
         if array.dtype not in (numpy.float32, numpy.float64) or not array.dtype.isnative:
             if array.dtype.kind not in "fiu":
@@ -298,6 +300,8 @@ def _scene(things: Sequence[SmokeOrMesh], camera: Camera, lights: Sequence[Light
             raise TypeError(f"scene: found {type(thing).__name__}, expected Particles, Grid, Box or Mesh")
     meshes = [thing for thing in things if isinstance(thing, Mesh)]
     scene = c.Scene(version=c.VERSION, background=_vector(background, "background"), ambient=_vector(ambient, "ambient"))
+    if not hasattr(size, "__len__") or len(size) != 2:
+        raise TypeError(f"size: found {size!r}, expected (width, height)")
     scene.width, scene.height = (_whole("size", n, 65536) for n in size)
     scene.camera = c.Camera(_vector(camera.eye, "eye"), _vector(camera.at, "at"), _vector(camera.up, "up"),
                             _number(camera.angle, "angle"))
@@ -444,8 +448,9 @@ def render(*things: SmokeOrMesh, camera: Camera, lights: Sequence[Light] = (), s
     rgb = numpy.empty((plan.height, plan.width, 3), numpy.float32) if out is None else out
     if rgb.shape != (plan.height, plan.width, 3) or rgb.dtype != numpy.float32 or not rgb.flags.c_contiguous \
             or not rgb.flags.writeable:
-        raise ValueError(f"out: found {rgb.dtype} of shape {rgb.shape}, expected float32 of shape "
-                         f"{(plan.height, plan.width, 3)}, writable and without gaps")
+        found = f"{rgb.dtype} of shape {rgb.shape}" + ("" if rgb.flags.writeable else ", read-only") + \
+            ("" if rgb.flags.c_contiguous else ", with gaps")
+        raise ValueError(f"out: found {found}, expected float32 of shape {(plan.height, plan.width, 3)}, writable and without gaps")
     planes = numpy.empty((plan.plane_count, plan.height, plan.width), numpy.float32)
     kept._work = _grown(kept._work, plan.bytes)
     statistics, error = c.Statistics(), c.Error()
