@@ -63,10 +63,10 @@ template <class Sample> Score score(int64_t samples, Sample sample, int64_t firs
 }
 
 // Samples sample(0), sample(1), ... until the standard error is that part of the mean which the variable WISP_ROW_ERROR
-// says, or 3 %. The first samples tell how many are needed, and do not count. False: too many.
+// says, or 5 %. The first samples tell how many are needed, and do not count. False: too many.
 template <class Sample> bool score_until(double most_variance, Sample sample, Score &result) {
     const char *wanted = std::getenv("WISP_ROW_ERROR");
-    const double error = wanted ? std::atof(wanted) : 0.03;
+    const double error = wanted ? std::atof(wanted) : 0.05;
     constexpr int64_t first = 1000;
     const Score pilot = score(first, sample);
     const double variance = pilot.error * pilot.error * first / (pilot.mean * pilot.mean);
