@@ -16,7 +16,7 @@ $B/test/cases/once/fuzz/%_fuzz.o: CASE_FLAGS += -DLLVMFuzzerTestOneInput=fuzz_$(
 $B/tests: $(TEST_O)
 	$(call say,LD) $(CXX) $^ $(LIBS) -lmpfr -lgmp -o $@
 
-transport: $B/tests ## published values of light transport, to a standard error of ERROR=0.01 in each arithmetic; eight minutes
+transport: $B/tests ## published values of light transport, to a standard error of ERROR=0.01 in each arithmetic; ten minutes
 	WISP_ROW_ERROR=$(or $(ERROR),0.01) $B/tests -tc="*published transport values"
 random-scenes: $B/tests ## every shadow of SCENES=3000 random scenes in each arithmetic, against tracing
 	WISP_SCENES=$(or $(SCENES),3000) $B/tests -tc="*: random scenes*"
