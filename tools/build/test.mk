@@ -51,9 +51,14 @@ FUZZ_CXX     = clang++
 FUZZ_FLAGS   = $(IEEE) $(SANITISED) -fsanitize=fuzzer-no-link -DWISP_FLAGS='""'
 $(eval $(call objects,fuzz/host,src/host,FUZZ_CXX,FUZZ_FLAGS))
 $(eval $(call objects,fuzz/targets,test/fuzz,FUZZ_CXX,FUZZ_FLAGS))
-fuzz: $(FUZZ:%=$B/fuzz/%) ## every reader under libFuzzer with address and undefined-behaviour checks, SECONDS=60 each
-	for f in $(FUZZ); do mkdir -p $B/fuzz/corpus/$$f && $B/fuzz/$$f -max_total_time=$(SECONDS) -max_len=65536 \
-	    $B/fuzz/corpus/$$f test/corpus/$$f || exit 1; done
+# With SEED=N the inputs of a program are the same each time: from the same corpus, at the same addresses, whatever time each
+# takes.
+FOUND        = $B/fuzz/$(if $(SEED),seeded,corpus)
+FUZZ_RUN     = $(if $(SEED),$(shell setarch -R true 2> /dev/null && echo setarch -R) $B/fuzz/$$f -seed=$(SEED) -entropic=0,$B/fuzz/$$f)
+fuzz: $(FUZZ:%=$B/fuzz/%) ## every reader under libFuzzer with address and undefined-behaviour checks, SECONDS=60 each; SEED=1
+	$(if $(SEED),rm -rf $(FOUND))
+	for f in $(FUZZ); do mkdir -p $(FOUND)/$$f && $(FUZZ_RUN) -max_total_time=$(SECONDS) -max_len=65536 \
+	    $(FOUND)/$$f test/corpus/$$f || exit 1; done
 # An archive, so that a target has only those parts of the host that it needs, and none of them needs the core.
 $B/fuzz/host.a: $(patsubst %,$B/fuzz/host/%.o,$(filter-out %/main,$(HOST)))
 	@rm -f $@
