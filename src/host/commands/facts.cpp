@@ -46,6 +46,15 @@ Facts &Facts::add(const char *name, const std::string &text, const std::string &
 // JSON has no bytes that are not UTF-8.
 Facts &Facts::word(const char *name, const std::string &value) { return add(name, value, quoted(printable(value))); }
 
+Facts &Facts::words(const char *name, const std::vector<std::string> &values) {
+    std::string text, json;
+    for (size_t i = 0; i < values.size(); ++i) {
+        text += (i ? ", " : "") + values[i];
+        json += (i ? ", " : "") + quoted(printable(values[i]));
+    }
+    return add(name, text, "[" + json + "]");
+}
+
 Facts &Facts::count(const char *name, uint64_t value) {
     const std::string digits = std::to_string(value);
     return add(name, digits, digits);

@@ -30,6 +30,7 @@ class Spread {
 class Facts {
   public:
     Facts &word(const char *name, const std::string &value);
+    Facts &words(const char *name, const std::vector<std::string> &values); // an array
     Facts &count(const char *name, uint64_t value);
     Facts &number(const char *name, double value);
     Facts &point(const char *name, const Double3 &value);

@@ -65,16 +65,6 @@ void add_record_of(Facts &facts, const SavedRecord &saved, const Bytes &picture)
     facts.group("record", record);
 }
 
-// The grid that is read where none is asked for, and all grids of the file.
-void add_names(Facts &facts, const Volume &volume) {
-    std::string text, json;
-    for (const std::string &name : volume.names) {
-        text += (text.empty() ? "" : ", ") + name;
-        json += (json.empty() ? "" : ", ") + quoted(printable(name));
-    }
-    facts.word("grid", volume.name).add("grids", text, "[" + json + "]");
-}
-
 double root_mean_square(const std::vector<float> &values) {
     double sum = 0;
     for (const float value : values) sum += static_cast<double>(value) * static_cast<double>(value);
@@ -130,13 +120,13 @@ void add_grid_file(Facts &facts, const std::string &path, const Bytes &bytes) {
     const Volume volume = parse_volume(path, bytes.data(), bytes.size());
     const Double3 low = double3(volume.low), high = double3(volume.high), size = high - low;
     const auto &[right, up, back] = volume.axis;
-    Spread x, y, z; // of the corners
+    Spread x, y, z; // of the corners: exactly those of the file where it is not turned
     for (int corner = 0; corner < 8; ++corner) {
         const Double3 p = right * (corner & 1 ? high.x : low.x) + up * (corner & 2 ? high.y : low.y) +
                           back * (corner & 4 ? high.z : low.z);
         x.add(p.x), y.add(p.y), z.add(p.z);
     }
-    if (!volume.names.empty()) add_names(facts, volume);
+    if (!volume.names.empty()) facts.word("grid", volume.name).words("grids", volume.names); // `grid`: the one read
     GridDescription grid = {};
     volume.describe_samples(grid);
     Spread spread;

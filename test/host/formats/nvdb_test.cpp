@@ -1,8 +1,8 @@
 // NanoVDB files that NanoVDB's own code writes: values, places, names, compressions; and damaged ones.
 #include "host/formats/volume.h"
 #include "core/smoke/grid_samples.h"
-#include "host/commands/file_facts.h"
 #include "host/base/double3_algebra.h"
+#include "host/commands/file_facts.h"
 #include "host/prepare/prepare.h"
 #include "support/refusal.h"
 #include "support/temporary_folder.h"
