@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <doctest/doctest.h>
+#include <malloc.h>
 #include <stdexcept>
 
 namespace {
@@ -62,6 +63,9 @@ std::string built(const std::string &name) { return build_folder + name; }
 } // namespace wisp
 
 int main(int count, char **words) {
+    // The arenas of thousands of small pictures are taken again from what was given back, not from the system.
+    mallopt(M_MMAP_THRESHOLD, 32 << 20);
+    mallopt(M_TRIM_THRESHOLD, 1 << 30);
     const std::string program = words[0];
     build_folder = program.substr(0, program.rfind('/') + 1); // "" where there is no '/'
     doctest::Context context(count, words);

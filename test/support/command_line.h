@@ -3,7 +3,6 @@
 #include "host/base/files.h"
 #include "support/built.h"
 #include "support/data.h"
-#include "support/data.h"
 #include "support/temporary_folder.h"
 #include <algorithm>
 #include <cstdlib>

@@ -1,18 +1,30 @@
 // The determinism lint passes on the sources, and each of its rules finds what it is for.
-#include "support/temporary_folder.h"
-#include <cstdlib>
-#include <doctest/doctest.h>
-#include <fstream>
+#include "support/command_line.h"
 #include <map>
+#include <set>
 
 namespace {
 
-int lint(const std::string &words) { return std::system(("tools/lint " + words + " > /dev/null 2>&1").c_str()); }
-
-void write(const wisp::TemporaryFolder &folder, const std::string &file, const std::string &text) {
-    std::filesystem::create_directories(std::filesystem::path(folder.file(file)).parent_path());
-    std::ofstream(folder.file(file)) << text << "\n";
-}
+// Small trees of sources, which one run of the lint looks at.
+struct Trees : wisp::CommandLineTest {
+    void write(const std::string &tree, const std::string &path, const std::string &text) {
+        folders.insert(file(tree));
+        std::filesystem::create_directories(std::filesystem::path(file(tree + "/" + path)).parent_path());
+        CommandLineTest::write(tree + "/" + path, text + "\n");
+    }
+    // The trees in which a rule is broken.
+    std::set<std::string> broken() const {
+        std::string words;
+        for (const std::string &folder : folders) words += " " + folder;
+        const wisp::Ran ran = run("tools/lint" + words);
+        std::set<std::string> found;
+        for (const std::string &folder : folders)
+            if (ran.out.find(folder + ": ") != std::string::npos) found.insert(folder.substr(folder.rfind('/') + 1));
+        CHECK(ran.status == (found.empty() ? 0 : 1));
+        return found;
+    }
+    std::set<std::string> folders;
+};
 
 } // namespace
 
@@ -42,18 +54,18 @@ TEST_CASE("the lint finds one violation of each rule, and none in a comment") {
         {"src/c_api/a.cpp", "int *p = new int;"},
         {"tools/plume/a.cpp", "double x = std::sin(y);"},
     };
-    const wisp::TemporaryFolder without;
+    Trees trees;
+    std::set<std::string> wrong;
     std::map<std::string, std::string> comments;
     for (const auto &violation : violations) {
-        const wisp::TemporaryFolder folder;
-        CAPTURE(std::string(violation.line));
-        write(folder, violation.file, violation.line);
-        CHECK(lint(folder.file("")) != 0);
+        const std::string tree = "violation" + std::to_string(wrong.size() + 1);
+        wrong.insert(tree);
+        trees.write(tree, violation.file, violation.line);
         if (violation.file != std::string("Makefile"))
             comments[violation.file] += std::string("// ") + violation.line + " in a comment\n";
     }
-    for (const auto &[file, text] : comments) write(without, file, text);
-    CHECK(lint(without.file("")) == 0);
+    for (const auto &[file, text] : comments) trees.write("comments", file, text);
+    CHECK(trees.broken() == wrong);
 }
 
 TEST_CASE("the lint finds a room that includes what it may not, and each cycle of includes") {
@@ -79,21 +91,22 @@ TEST_CASE("the lint finds a room that includes what it may not, and each cycle o
         {"include/wisp/a.h", "core/numbers/b.h", true},
         {"src/core/fog/a.h", "core/numbers/b.h", true}, // no such room
     };
+    Trees trees;
+    std::set<std::string> wrong;
     for (const auto &include : includes) {
-        const wisp::TemporaryFolder folder;
+        const std::string tree = "include" + std::to_string(trees.folders.size() + 1);
+        if (include.wrong) wrong.insert(tree);
         const bool door = std::string(include.included).rfind("wisp/", 0) == 0;
-        CAPTURE(std::string(include.file));
-        CAPTURE(std::string(include.included));
-        write(folder, std::string(door ? "include/" : "src/") + include.included, "");
-        write(folder, include.file, std::string("#include \"") + include.included + "\"");
-        CHECK((lint(folder.file("")) != 0) == include.wrong);
+        trees.write(tree, std::string(door ? "include/" : "src/") + include.included, "");
+        trees.write(tree, include.file, std::string("#include \"") + include.included + "\"");
     }
     // a.h alone includes nothing of b, but a.cpp does: a unit is both.
-    const wisp::TemporaryFolder folder;
-    write(folder, "src/core/smoke/a.h", "");
-    write(folder, "src/core/smoke/a.cpp", "#include \"core/smoke/a.h\"\n#include \"core/smoke/b.h\"");
-    write(folder, "src/core/smoke/b.h", "// #include \"core/smoke/a.h\"");
-    CHECK(lint(folder.file("")) == 0);
-    write(folder, "src/core/smoke/b.h", "#include \"core/smoke/a.h\"");
-    CHECK(lint(folder.file("")) != 0);
+    for (const std::string tree : {"line", "cycle"}) {
+        trees.write(tree, "src/core/smoke/a.h", "");
+        trees.write(tree, "src/core/smoke/a.cpp", "#include \"core/smoke/a.h\"\n#include \"core/smoke/b.h\"");
+        trees.write(tree, "src/core/smoke/b.h",
+                    tree == "line" ? "// #include \"core/smoke/a.h\"" : "#include \"core/smoke/a.h\"");
+    }
+    wrong.insert("cycle");
+    CHECK(trees.broken() == wrong);
 }
