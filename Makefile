@@ -58,8 +58,8 @@ all: $(PROGRAMS) $B/libwisp.a ## build/wisp, the library, what makes the smoke o
 demo: $B/wisp ## the demo scene's picture, build/demo.png
 	$(call say,RENDER) $B/wisp render fixtures/wake.aff --frames 2 -o $B/demo.png
 	@echo "the picture is $B/demo.png"
-test: all $B/tests $B/faults.so ## all tests; the last line counts them
-	@tools/run_tests $B/tests
+test: all $B/tests $B/faults.so ## the tests, but for those of long-test; the last line counts them
+	@tools/run_tests $B/tests -tse=long
 golden: $B/wisp ## the goldens anew, as a difference to look at; nobody runs this to make a red test green
 	tools/golden $B/wisp > $B/goldens.txt
 	-diff fixtures/goldens.txt $B/goldens.txt && echo "no golden changes"

@@ -51,6 +51,8 @@ struct DenseSmokeTest : CommandLineTest {
 
 } // namespace
 
+TEST_SUITE_BEGIN("long");
+
 TEST_CASE("dense smoke: a box sends the light that the reference says, from thin to very dense") {
     DenseSmokeTest test;
     for (double density : {2.0, 30.0, 100.0, 500.0})
@@ -551,3 +553,5 @@ TEST_CASE("density grids: smoke of an uneven phase around the eye sends it the l
     const double reference = test.mean("--spp 4 --reference --passes 0:1000");
     CHECK(std::fabs(test.mean("--spp 4 --photons 1000000") / reference - 1) < 0.02);
 }
+
+TEST_SUITE_END();

@@ -180,7 +180,8 @@ std::vector<std::string> found_in(const std::string &text, const char *pattern) 
 
 } // namespace
 
-TEST_CASE("documents: command lines run as they stand, with status 0 or the one that their comment names") {
+TEST_CASE("documents: command lines run as they stand, with status 0 or the one that their comment names" *
+          doctest::test_suite("long")) {
     std::set<std::string> not_run;
     int ran = 0;
     for (const Path &document : documents()) {

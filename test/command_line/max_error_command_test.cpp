@@ -47,6 +47,8 @@ struct MaxErrorTest : CommandLineTest {
 
 } // namespace
 
+TEST_SUITE_BEGIN("long");
+
 TEST_CASE("max-error: the picture errs by no more than is asked for, and by no less than a quarter") {
     const MaxErrorTest test;
     const std::pair<const char *, double> cases[] = {{"0", 0.1}, {"0.5", 0.06}};
@@ -172,3 +174,5 @@ TEST_CASE("max-error: without smoke it is said to do nothing") {
     CHECK(ran.status == 0);
     CHECK(ran.err.find("option 'max-error' does nothing here: there is no smoke") != std::string::npos);
 }
+
+TEST_SUITE_END();

@@ -125,7 +125,7 @@ TEST_CASE("memory: shadows are traced where --memory has no room for proofs, and
     CHECK(asked.err.find("; --shadows trace needs ") != std::string::npos);
 }
 
-TEST_CASE("memory: what fits in less fits in more, beside a picture and surfaces, too") {
+TEST_CASE("memory: what fits in less fits in more, beside a picture and surfaces, too" * doctest::test_suite("long")) {
     CommandLineTest test;
     test.write("both.aff", "v from 0 0 9 at 0 0 0 up 0 1 0 angle 40 hither 0.1 resolution 64 64\nl 0 9 9\n"
                            "s 0 0 -3 1\ns 2 0 -3 1\nsmoke puff.vtk { radius 0.3 mass 1 extinction 0.1 }\n");

@@ -62,7 +62,7 @@ TEST_CASE("warnings: an option that does nothing says why, one that does somethi
     }
 }
 
-TEST_CASE("warnings: an option that is said to do nothing changes no bit") {
+TEST_CASE("warnings: an option that is said to do nothing changes no bit" * doctest::test_suite("long")) {
     WarningCommandTest test;
     test.write("g.vol", CommandLineTest::volume(2, 2, 2, 1, 1, 1, {1, 2, 0, 1, 2, 0, 0, 1}));
     test.write("q.vtk", CommandLineTest::puff(40));
@@ -94,7 +94,8 @@ TEST_CASE("warnings: an option that is said to do nothing changes no bit") {
     CHECK(idle > 100);
 }
 
-TEST_CASE("warnings: --remap changes no bit, where paths take the place of photons neither") {
+TEST_CASE("warnings: --remap changes no bit, where paths take the place of photons neither" *
+          doctest::test_suite("long")) {
     WarningCommandTest test;
     test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 40 hither 0.01 resolution 6 6\nlp 3 4 3 40 40 40\n"
                         "smoke box -1 -1 -1 1 1 1 100 { albedo .5 .5 .5 }\n");
@@ -135,7 +136,7 @@ TEST_CASE("warnings: an option that one frame of several needs is silent") {
     CHECK(test.warned("--frames 0 --photons 2000") == empty + WarningCommandTest::idle("photons", "there is no smoke"));
 }
 
-TEST_CASE("warnings: the nearest photons' estimate, where it is far off") {
+TEST_CASE("warnings: the nearest photons' estimate, where it is far off" * doctest::test_suite("long")) {
     WarningCommandTest test;
     std::string ball = "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 500 float\n";
     uint32_t state = 4;
@@ -278,7 +279,8 @@ TEST_CASE("warnings: plan and inspect warn as render does") {
     CHECK(test.wisp("plan " + test.file("s.aff") + " --smoke direct").out.find("gather") != std::string::npos);
 }
 
-TEST_CASE("warnings: options that leave light in places of many mean free paths, or of backward phases") {
+TEST_CASE("warnings: options that leave light in places of many mean free paths, or of backward phases" *
+          doctest::test_suite("long")) {
     WarningCommandTest test;
     const auto warned = [&](const std::string &density, const std::string &phase, const std::string &options) {
         test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 30 hither 0.01 resolution 4 4\nlp 3 4 3 40 40 40\n"

@@ -163,7 +163,7 @@ bool measure(const Row &row, uint64_t number, Score &result) {
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME ": walks reproduce published transport values") {
+TEST_CASE(WISP_ARITH_NAME ": walks reproduce published transport values" * doctest::test_suite("long")) {
     const std::vector<Row> rows = transport_rows();
     TransportTable table("photons_" WISP_ARITH_NAME);
     for (const Row &row : rows) {

@@ -120,8 +120,8 @@ Double3 added(const Double3 &sum, const Color &c) { return sum + Double3{at(c.x)
 bool contains(const Box &a, const Box &b) { return min(a.low, b.low) == a.low && max(a.high, b.high) == a.high; }
 
 std::vector<float> picture(const Scene &scene, const Settings &settings, Statistics &statistics) {
-    std::vector<float> rgb(static_cast<size_t>(settings.crop.width()) *
-                           static_cast<size_t>(settings.crop.height()) * 3);
+    std::vector<float> rgb(static_cast<size_t>(settings.crop.width()) * static_cast<size_t>(settings.crop.height()) *
+                           3);
     std::vector<unsigned char> block(static_cast<size_t>(renderer.plan(scene, settings).arena_bytes));
     Arena arena(block.data(), block.size());
     REQUIRE(renderer.render({scene, settings, arena, statistics, {}, rgb.data()}) == Status::done);
@@ -366,7 +366,8 @@ TEST_CASE(WISP_ARITH_NAME ": pictures of surfaces differ from those of all light
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": pictures by cuts take fewer shadow rays, are the same by every shadow method") {
+TEST_CASE(WISP_ARITH_NAME ": pictures by cuts take fewer shadow rays, are the same by every shadow method" *
+          doctest::test_suite("long")) {
     uint64_t by_all = 0, by_cuts = 0;
     for (uint64_t seed = 40; seed < 44; ++seed) {
         RoomFrames room(seed, 16, 500, ShadowMethod::trace);

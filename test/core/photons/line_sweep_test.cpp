@@ -155,7 +155,8 @@ TEST_CASE(WISP_ARITH_NAME ": a node has the same light in every brick that holds
     CHECK(shared > 1000);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": lines err by half of what few photons do, and by less than many") {
+TEST_CASE(WISP_ARITH_NAME ": lines err by half of what few photons do, and by less than many" *
+          doctest::test_suite("long")) {
     for (const double g : {0.0, 0.5}) {
         CAPTURE(g);
         LitSmoke lit(cloud(1500, 12, 2, 1.5));

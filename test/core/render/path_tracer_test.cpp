@@ -413,7 +413,7 @@ TEST_CASE(WISP_ARITH_NAME ": passes add up to the same sums however they are div
     CHECK(!same(whole[5], whole[6]));
 }
 
-TEST_CASE(WISP_ARITH_NAME ": the reference reproduces published transport values") {
+TEST_CASE(WISP_ARITH_NAME ": the reference reproduces published transport values" * doctest::test_suite("long")) {
     const std::vector<Row> rows = transport_rows();
     TransportTable table("reference_" WISP_ARITH_NAME);
     for (const Row &row : rows) {

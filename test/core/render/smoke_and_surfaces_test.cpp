@@ -801,7 +801,7 @@ TEST_CASE(WISP_ARITH_NAME
     CHECK(culled > 300);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": what is kept serves no frame of other settings") {
+TEST_CASE(WISP_ARITH_NAME ": what is kept serves no frame of other settings" * doctest::test_suite("long")) {
     RoomFrames room(760, 16, 4, ShadowMethod::exact);
     std::vector<Particle> particles = cloud(60, 8, 2.5, 4);
     SmokeDescription smoke = smoke_of(particles);
