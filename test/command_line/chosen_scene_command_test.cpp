@@ -21,6 +21,24 @@ TEST_CASE_FIXTURE(CommandLineTest, "a file of smoke by itself is rendered, by th
     }
 }
 
+TEST_CASE_FIXTURE(CommandLineTest, "a grid's name may have blanks, also in the scene that is chosen, but no quotes") {
+    const auto render_grid = [&](const std::string &name) {
+        std::string bytes = text_of("test/corpus/volume/fog_zip.nvdb");
+        const std::string old = "ls2fog_sphere";
+        REQUIRE(name.size() == old.size());
+        for (size_t at; (at = bytes.find(old)) != std::string::npos;) bytes.replace(at, old.size(), name);
+        write("g.nvdb", bytes);
+        return wisp("render " + file("g.nvdb") + " --grid '" + name + "' --photons 500 --size 9x7 -q -o " +
+                    file("a.pfm") + " --write-scene " + file("c.aff"));
+    };
+    const Ran ran = render_grid("fog of a ball");
+    CHECK_MESSAGE(ran.status == 0, ran.err);
+    CHECK(wisp("render " + file("c.aff") + " --photons 500 --size 9x7 -q -o " + file("b.pfm")).status == 0);
+    CHECK(text_of(file("a.pfm")) == text_of(file("b.pfm")));
+    refuses(render_grid("fog of \"ball\""), 3,
+            file("g.nvdb") + ": '\"' or a line end in the name, expected none: a scene cannot name such a grid");
+}
+
 TEST_CASE_FIXTURE(CommandLineTest, "a scene written to another folder names the file from there") {
     std::filesystem::create_directory(file("below"));
     const std::string options = " --photons 500 --size 9x7 -q -o ";

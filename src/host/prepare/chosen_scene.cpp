@@ -330,7 +330,15 @@ std::string ground(const Choice &choice) {
     return text;
 }
 
-// What stands in the braces of the smoke.
+// The word for a name of `what`, a file or a grid.
+std::string word_of(const std::string &path, const std::string &name, const std::string &what) {
+    const std::optional<std::string> word = name_word(name);
+    if (!word)
+        throw InputError(path, "'\"' or a line end in the name, expected none: a scene cannot name such a " + what);
+    return *word;
+}
+
+// What stands in the braces of the smoke; `grid` is a word or empty.
 std::string smoke(const Choice &choice, const std::string &grid, const Sequence &sequence) {
     std::string text;
     if (!grid.empty()) text += "  grid " + grid + "\n";
@@ -432,16 +440,14 @@ ChosenScene::ChosenScene(const std::string &path, const Options &options) : path
     before_ = line(words(view(choice, options)), "frames all smoke") + line("b 0.03 0.04 0.06", "background") +
               line(words(lights(choice.axes).key), "key light") + line(words(lights(choice.axes).fill), "fill light");
     if (sequence.count > 1) before_ += line("a 0 1 " + std::to_string(sequence.count), "one frame for each file");
-    smoke_ = smoke(choice, options.grid, sequence);
+    smoke_ = smoke(choice, options.grid.empty() ? "" : word_of(path, options.grid, "grid"), sequence);
     left_out_ = sequence.left_out;
     if (options.ground) behind_ = ground(choice);
 }
 
 std::string ChosenScene::text(const std::string &named) const {
-    const std::optional<std::string> word = file_word(named);
-    if (!word)
-        throw InputError(path_, "'\"' or a line end in the name, expected none: a scene cannot name such a file");
-    return "# A scene about " + named + ", chosen by wisp. Change any number.\n" + before_ + "smoke " + *word + " {\n" +
+    const std::string word = word_of(path_, named, "file");
+    return "# A scene about " + named + ", chosen by wisp. Change any number.\n" + before_ + "smoke " + word + " {\n" +
            smoke_ + "}\n" + behind_;
 }
 

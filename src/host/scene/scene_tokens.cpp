@@ -19,7 +19,7 @@ bool is_frame_number(const std::string &text, size_t i) {
 
 } // namespace
 
-std::optional<std::string> file_word(const std::string &name) {
+std::optional<std::string> name_word(const std::string &name) {
     if (name.empty() || name.find_first_of("\"\n") != std::string::npos) return std::nullopt;
     for (size_t i = 0; i < name.size(); ++i)
         if (is_space(name[i]) || name[i] == '{' || name[i] == '}' || name[i] == '#' ||

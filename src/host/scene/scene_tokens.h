@@ -25,9 +25,9 @@ struct SceneLimits {
 
 using FileReader = std::function<Bytes(const std::string &path)>; // throws InputError
 
-// The name of a file as a scene has it behind `smoke`: in double quotes where it would not be one word without them.
+// The name of a file or of a grid as a scene has it: in double quotes where it would not be one word without them.
 // nullopt: it is none with them either.
-std::optional<std::string> file_word(const std::string &name);
+std::optional<std::string> name_word(const std::string &name);
 
 class SceneTokens {
   public:

@@ -67,14 +67,14 @@ TEST_CASE("scene files: a name in double quotes may hold blanks, braces and sign
 TEST_CASE("scene files: a name of a file is written so that it is read back") {
     for (const std::string name : {"a.vtk", "a_%04d.vtk", "a b.vtk", "a#b{c}.vtk", "50%.vtk", "50%_%04d.vtk", "a\tb"}) {
         CAPTURE(name);
-        const SceneFile s = parse_scene("s.aff", "smoke " + file_word(name).value() + " {}");
+        const SceneFile s = parse_scene("s.aff", "smoke " + name_word(name).value() + " {}");
         REQUIRE(s.smokes.size() == 1);
         CHECK(s.smokes[0].file == name);
     }
-    CHECK(file_word("a_%04d.vtk") == "a_%04d.vtk");
-    CHECK_FALSE(file_word("a\"b"));
-    CHECK_FALSE(file_word("a\nb"));
-    CHECK_FALSE(file_word(""));
+    CHECK(name_word("a_%04d.vtk") == "a_%04d.vtk");
+    CHECK_FALSE(name_word("a\"b"));
+    CHECK_FALSE(name_word("a\nb"));
+    CHECK_FALSE(name_word(""));
 }
 
 TEST_CASE("scene files: one is included in place, beside the file that names it, and read once") {
