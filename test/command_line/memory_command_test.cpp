@@ -144,6 +144,27 @@ TEST_CASE("memory: what fits in less fits in more, beside a picture and surfaces
     }
 }
 
+TEST_CASE("memory: what the defaults need is enough for them, in each arithmetic, and with a byte less rows say so") {
+    CommandLineTest test;
+    test.write("box.aff", CommandLineTest::lit("box -1 -1 -1 1 1 1 0.5 {\n}"));
+    for (const std::string &scene :
+         {test.file("box.aff"), std::string("fixtures/small.aff"), std::string("fixtures/grid.aff")})
+        for (const std::string arithmetic : {"f32", "f64", "fixed"}) {
+            CAPTURE(scene);
+            CAPTURE(arithmetic);
+            const std::string words = "plan " + scene + " --arith " + arithmetic + " -q", rows = test.wisp(words).out;
+            const uint64_t bytes = std::stoull(between(rows, "\narena          yes ", " bytes")) +
+                                   std::stoull(between(rows, "\npicture        yes ", " bytes"));
+            CHECK(test.wisp(words + " --memory " + std::to_string(bytes)).out == rows);
+            const Ran less = test.wisp(words + " --memory " + std::to_string(bytes - 1));
+            CHECK(less.status == 0); // small.aff and grid.aff have coarser cells
+            if (scene != test.file("box.aff")) continue;
+            CHECK(less.out.find(": there is no room for bricks within --memory\n") != std::string::npos);
+            CHECK(less.out.find("paths from rays instead: there is no room for bricks or photons within --memory\n") !=
+                  std::string::npos);
+        }
+}
+
 TEST_CASE("memory: particles are summed one by one where --memory has no room for bricks of them") {
     CommandLineTest test;
     const std::string scene = "fixtures/small.aff -q ";

@@ -12,8 +12,7 @@ using namespace parts;
 constexpr const char *no_smoke = "there is no smoke", *no_surface = "there is no triangle",
                      *no_light = "there is no light", *photons_alone = "photons are traced, no picture is made",
                      *by_paths = "the reference follows random paths instead", *no_photons = "there are no photons",
-                     *by_rays = "paths from rays instead: the smoke is too dense, its phase too uneven, or "
-                                "there is no room for bricks or photons";
+                     *by_rays = "paths from rays instead";
 
 // Whether the stage is needed: `reasons` are why not, the first that holds.
 struct WhyNot {

@@ -2,6 +2,7 @@
 #include "core/render/kept_at_nodes.h"
 #include "core/smoke/grid_samples.h"
 #include "host/base/error.h"
+#include "host/base/renderers.h"
 #include "host/commands/defaults.h"
 #include "host/results/picture_bytes.h"
 #include "wisp/settings.h"
@@ -106,11 +107,11 @@ bool own_samples_suffice(const Options &options, const Scene &scene, const Smoke
 // particles is 4 % too bright at a depth of 850, and 13 % at 2,400.
 constexpr double max_depth_in_bricks = 100;
 
-// Whether a picture fits in --memory, by rays for shadows where those are left open.
+// Whether a picture fits in --memory in its own arithmetic, by rays for shadows where those are left open.
 bool fits_in_memory(const Options &options, const Scene &scene, Settings settings) {
     if (!options.memory) return true;
     if (!options.shadows) settings.shadows = ShadowMethod::trace;
-    return needed_bytes(settings, f64::renderer.plan(scene, settings)) <= *options.memory;
+    return needed_bytes(settings, renderer_of(options.arithmetic).plan(scene, settings)) <= *options.memory;
 }
 
 // What smoke takes of a plan's arena.
@@ -124,8 +125,8 @@ uint64_t smoke_bytes(const Plan &plan) {
 constexpr uint64_t fewest_bricks = 8; // larger cells have as many: the bricks around one corner
 
 // Where bricks would be too large, those of a box become coarser, and particles are summed one by one. Where --memory
-// has no room for bricks, all densities are exact. The choice must not depend on the arithmetic: its plan is that of
-// f64.
+// has no room for bricks, all densities are exact. Without --memory the choice must not depend on the arithmetic: its
+// plan is that of f64.
 void shrink_bricks(const Options &options, const Scene &scene, const SmokeDensity &density, Settings &settings) {
     const bool samples = has_samples(scene);
     bool particles = false;
@@ -273,7 +274,7 @@ double width_of_photon_cells(const Scene &scene, const Settings &settings) {
 
 // On the smoke of fixtures/table2.aff these are the fastest steps whose pictures err by no more than the photons'
 // noise.
-void choose_defaults(const Options &options, const Scene &scene, uint32_t paths, Settings &settings) {
+const char *choose_defaults(const Options &options, const Scene &scene, uint32_t paths, Settings &settings) {
     const bool resamples = can_resample(scene), nearest = options.estimate == Estimate::knn;
     const bool maps = !options.map_in.empty() || !options.map_out.empty() || options.batches;
     settings.method = options.method.value_or((nearest || !has_smoke(scene)) && !maps ? Method::direct : Method::map);
@@ -316,13 +317,19 @@ void choose_defaults(const Options &options, const Scene &scene, uint32_t paths,
         shrink_bricks(options, scene, density, settings);
     shrink_photon_cells(options, scene, settings);
     const bool asked_for = settings.method != Method::map && (options.method || nearest);
-    if (asked_for || on_particles || maps || settings.goal != Goal::picture || settings.photons == 0) return;
-    const bool fits = fit_photon_cells(options, scene, density, paths, free, settings) &&
-                      (!is_anisotropic(scene) || error_of_flux(scene, settings, f64::renderer.plan(scene, settings)) <
-                                                     noise_of_paths(paths, settings));
-    const bool lacks_directions = needs_directions && in_bricks && settings.density_step == 0;
-    if (free && (lacks_directions || (!options.irradiance_step && (!fits || scatters_far_backward(scene)))))
-        settings.paths = paths;
+    if (asked_for || on_particles || maps || settings.goal != Goal::picture || settings.photons == 0) return nullptr;
+    const bool fits = fit_photon_cells(options, scene, density, paths, free, settings),
+               lacks_directions = needs_directions && in_bricks && settings.density_step == 0;
+    if (!free || (options.irradiance_step && !lacks_directions)) return nullptr;
+    const char *why = lacks_directions ? "photons on exact densities lack the directions that surfaces see"
+                      : scatters_far_backward(scene) ? "the phase is too far backward for photons"
+                      : !fits                        ? "the smoke is too dense for the cells of photons"
+                      : is_anisotropic(scene) && error_of_flux(scene, settings, f64::renderer.plan(scene, settings)) >=
+                                                     noise_of_paths(paths, settings)
+                          ? "the phase is too uneven for the directions that photons keep"
+                          : nullptr;
+    if (why) settings.paths = paths;
+    return why;
 }
 
 } // namespace wisp

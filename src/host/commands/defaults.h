@@ -13,9 +13,9 @@ uint32_t paths_for(uint64_t photons, uint64_t rays);
 
 // Sets the method and the spacings of grids and samples. So many random paths from each ray take the place of photons
 // where these would err by more. The goal, the photons, the samples, the crop, the layers and the shadows are set
-// already. Throws Error(exit_usage) for options that exclude
-// each other.
-void choose_defaults(const Options &options, const Scene &scene, uint32_t paths, Settings &settings);
+// already. Returns why paths are chosen; nullptr: they are not. Throws Error(exit_usage) for options that exclude each
+// other.
+const char *choose_defaults(const Options &options, const Scene &scene, uint32_t paths, Settings &settings);
 
 // The places where photons leave the light that is scattered more than once: the deepest one, as an optical depth, and
 // how deep it may be for that light to err by `largest_error` at most: 3 %, at hard faces 9 %, on particles and samples

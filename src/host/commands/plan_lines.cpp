@@ -11,15 +11,31 @@ namespace {
 class RowText {
   public:
     RowText(const Request &request, const PreparedScene &prepared, const Settings &settings, const Plan &plan)
-        : request_(request), prepared_(prepared), scene_(prepared.scene), settings_(settings), plan_(plan) {}
+        : request_(request), prepared_(prepared), scene_(prepared.scene), settings_(settings), plan_(plan) {
+        if (settings.paths == 0 && settings.density_step > 0) return;
+        Options without_limit = request.options;
+        without_limit.memory.reset();
+        const Settings more = settings_of(without_limit, prepared, &why_paths_);
+        if (settings.paths > more.paths) why_paths_ = "there is no room for bricks or photons within --memory";
+        lacks_bricks_ = settings.density_step < more.density_step;
+    }
 
+    // Of a row that is not needed.
+    std::string why_not(Stage stage) const {
+        const std::string reason = plan_[stage].reason;
+        const bool of_photons = stage == Stage::photons || stage == Stage::irradiance;
+        if (of_photons && why_paths_ && plan_[Stage::majorants].needed) return reason + ": " + why_paths_;
+        if (stage == Stage::bricks && lacks_bricks_) return reason + ": there is no room for bricks within --memory";
+        return reason;
+    }
+
+    // Of a row that is needed; empty: its reason says all.
     std::string of(Stage stage) const {
         switch (stage) {
         case Stage::triangle_trees: return triangle_trees();
-        case Stage::lights: return number(scene_.light_count) + " lights";
+        case Stage::lights: return lights();
         case Stage::shadows:
-            return std::string(shadow_method_descriptions[static_cast<int>(settings_.shadows)]) + ", " +
-                   number(scene_.light_count) + " lights" +
+            return std::string(shadow_method_descriptions[static_cast<int>(settings_.shadows)]) + ", " + lights() +
                    (!request_.options.shadows && settings_.shadows == ShadowMethod::trace
                         ? ": what proofs keep does not fit in --memory"
                         : "");
@@ -50,6 +66,8 @@ class RowText {
     static std::string step(const char *option, double value) {
         return std::string(", --") + option + " " + six_digits(value);
     }
+
+    std::string lights() const { return number(scene_.light_count) + (scene_.light_count == 1 ? " light" : " lights"); }
 
     std::string triangle_trees() const {
         uint64_t visible = 0;
@@ -84,11 +102,20 @@ class RowText {
     }
 
     std::string density() const {
-        uint64_t particles = 0, samples = 0;
+        uint64_t particles = 0, samples = 0, boxes = 0;
         for (const auto &smoke : prepared_.particles) particles += smoke.size();
-        for (const SmokeDescription &smoke : prepared_.smokes) samples += stored_samples(smoke.grid);
-        return (particles ? number(particles) + " particles" : "") + (particles && samples ? ", " : "") +
-               (samples ? number(samples) + " samples of grids" : "");
+        for (const SmokeDescription &smoke : prepared_.smokes) {
+            const uint64_t stored = stored_samples(smoke.grid);
+            (stored == 1 ? boxes : samples) += stored;
+        }
+        std::string text;
+        const auto add = [&](uint64_t count, const std::string &one, const std::string &many) {
+            if (count > 0) text += (text.empty() ? "" : ", ") + number(count) + (count == 1 ? one : many);
+        };
+        add(particles, " particle", " particles");
+        add(samples, "", " samples of grids");
+        add(boxes, " box", " boxes");
+        return text;
     }
 
     std::string photons() const {
@@ -129,6 +156,8 @@ class RowText {
     const Scene &scene_;
     const Settings &settings_;
     const Plan &plan_;
+    const char *why_paths_ = nullptr; // take the place of photons
+    bool lacks_bricks_ = false;       // because of --memory
 };
 
 } // namespace
@@ -139,8 +168,9 @@ std::vector<PlanLine> plan_lines(const Request &request, const PreparedScene &pr
     std::vector<PlanLine> lines;
     for (uint32_t i = 0; i < stage_count; ++i) {
         const PlanRow &row = plan.rows[i];
-        const std::string numbers = row.needed ? text.of(static_cast<Stage>(i)) : std::string();
-        lines.push_back({row.name, row.room, row.needed, row.bytes, numbers.empty() ? row.reason : numbers});
+        const Stage stage = static_cast<Stage>(i);
+        const std::string words = row.needed ? text.of(stage) : text.why_not(stage);
+        lines.push_back({row.name, row.room, row.needed, row.bytes, words.empty() ? row.reason : words});
     }
     return lines;
 }

@@ -121,7 +121,7 @@ std::vector<std::string> files_read(const Request &request) {
     return files;
 }
 
-Settings settings_of(const Options &options, const PreparedScene &prepared) {
+Settings settings_of(const Options &options, const PreparedScene &prepared, const char **why_paths) {
     const int width = options.width.value_or(prepared.width), height = options.height.value_or(prepared.height);
     Settings settings = {};
     settings.crop = {0, 0, width, height};
@@ -147,7 +147,8 @@ Settings settings_of(const Options &options, const PreparedScene &prepared) {
     settings.goal = options.reference ? Goal::reference : options.batches ? Goal::photons : Goal::picture;
     settings.layers = options.layers;
     const uint64_t rays = static_cast<uint64_t>(width) * static_cast<uint64_t>(height) * settings.samples;
-    choose_defaults(options, prepared.scene, paths_for(settings.photons, rays), settings);
+    const char *why = choose_defaults(options, prepared.scene, paths_for(settings.photons, rays), settings);
+    if (why_paths) *why_paths = why;
     const Options::Range passes = options.passes.value_or(Options::Range{0, 16});
     settings.first_pass = passes.first;
     settings.last_pass = passes.last;

@@ -33,8 +33,9 @@ bool several_frames(const Request &request);
 // Throws Error(exit_usage) for options of `render` that do not go together.
 void check_options(const Request &request);
 
-// Throws Error(exit_usage) for options that exclude each other, or that the picture does not have room for.
-Settings settings_of(const Options &options, const PreparedScene &prepared);
+// Throws Error(exit_usage) for options that exclude each other, or that the picture does not have room for. `why_paths`:
+// why random paths take the place of photons, or nullptr.
+Settings settings_of(const Options &options, const PreparedScene &prepared, const char **why_paths = nullptr);
 
 inline bool uses_map(const Settings &settings) {
     return settings.goal != Goal::reference && settings.method == Method::map;
