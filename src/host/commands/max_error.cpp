@@ -23,13 +23,27 @@ constexpr uint64_t fewest_photons = uint64_t{1} << 12, first_photons = uint64_t{
 constexpr uint64_t most_paths = uint64_t{1} << 14;
 constexpr uint32_t first_passes = 64, first_checking_passes = 16, most_checking_passes = 128;
 constexpr double most_passes = 0x1p30;
+// The noise of a choice is measured by so many more seeds. In so many of ten pictures it is then within the error.
+constexpr size_t more_seeds = 4;
+constexpr double small_share = 0.1;               // cells that take no more of the error are not measured again
+constexpr double deviate_of_nine_in_ten = 1.2816; // of the standard normal distribution
 // Cells are made finer up to so many times, where all stages then take no more memory.
 constexpr int finest_level = 2;
 constexpr uint64_t most_bytes = uint64_t{2} << 30;
 
-// Errors of cells go with their size to the power of 1 (hard faces) to 2 (smooth smoke). So they are 4/3 to 2 times
-// what halving the cells changes, and half the cells err by 1/3 to 1 times that.
-constexpr double error_of_coarse = 5.0 / 3, error_of_fine = 2.0 / 3;
+// Errors of cells go with their size to a power of 1 at hard faces, where they are twice what halving the cells
+// changes, and half the cells err by as much as that. In smooth smoke the power is up to 2, and they are 4/3 to 2 and
+// 1/3 to 1 times that.
+struct CellErrors {
+    double coarse, fine;
+};
+constexpr CellErrors at_hard_faces = {2, 1}, in_smooth_smoke = {5.0 / 3, 2.0 / 3};
+
+// Density grids and boxes have them.
+bool has_hard_faces(const Scene &scene) {
+    return std::any_of(scene.smokes, scene.smokes + scene.smoke_count,
+                       [](const SmokeDescription &smoke) { return smoke.is_grid(); });
+}
 
 using Values = std::vector<float>; // red, green and blue of the pixels
 
@@ -64,8 +78,77 @@ struct Pair {
     double mean() const { return (mean_of(a) + mean_of(b)) / 2; }
 };
 
-// What differs between two pairs beyond their noise, as a mean square.
-double difference(const Pair &p, const Pair &q) { return std::max(0.0, mean_product(p.a, q.a, p.b, q.b)); }
+// What differs between pictures by two cells, of the same seeds, beyond the noise of their difference, and how far that
+// may be off, if all pixels err together: mean squares.
+struct Difference {
+    double square, uncertainty;
+};
+Difference difference(const std::vector<Values> &p, const std::vector<Values> &q) {
+    double products = 0, squares = 0;
+    for (size_t i = 0; i < p.size(); ++i) {
+        squares += mean_product(p[i], q[i], p[i], q[i]);
+        for (size_t j = 0; j < i; ++j) products += mean_product(p[i], q[i], p[j], q[j]);
+    }
+    const double count = static_cast<double>(p.size()), couples = count * (count - 1) / 2,
+                 square = std::max(0.0, products / couples);
+    return {square, std::max(0.0, squares / count - square) / std::sqrt(couples)};
+}
+
+// The noise of one picture, as a mean square, and how many independent numbers it is made of: pixels that err together
+// are one.
+struct Noise {
+    double square, degrees;
+};
+
+// Independent errors, as large as those of one picture, of pictures of several seeds: one less than the pictures, whose
+// mean is not known.
+std::vector<Values> errors_of(const std::vector<Values> &pictures) {
+    std::vector<Values> errors;
+    Values sum = pictures[0];
+    for (size_t k = 1; k < pictures.size(); ++k) { // Helmert's contrasts
+        const double count = static_cast<double>(k), scale = 1 / std::sqrt(count * (count + 1));
+        Values error(sum.size());
+        for (size_t i = 0; i < sum.size(); ++i) {
+            const double value = static_cast<double>(pictures[k][i]);
+            error[i] = static_cast<float>((static_cast<double>(sum[i]) - count * value) * scale);
+            sum[i] += pictures[k][i];
+        }
+        errors.push_back(std::move(error));
+    }
+    return errors;
+}
+
+// From independent errors of the same pixels. The mean square of an error is the sum of the eigenvalues of its
+// covariance, the mean square of the product of two that of their squares.
+Noise noise_of(const std::vector<Values> &errors) {
+    double square = 0, lengths = 0, products = 0;
+    const double n = static_cast<double>(errors[0].size());
+    std::vector<double> squares;
+    for (const Values &error : errors) squares.push_back(sum_of_squares(error) / n);
+    for (size_t i = 0; i < errors.size(); ++i) {
+        square += squares[i] / static_cast<double>(errors.size());
+        for (size_t j = 0; j < i; ++j) {
+            double product = 0;
+            for (size_t k = 0; k < errors[i].size(); ++k)
+                product += static_cast<double>(errors[i][k]) * static_cast<double>(errors[j][k]) / n;
+            products += product * product;
+            lengths += squares[i] * squares[j];
+        }
+    }
+    return {square, products < lengths ? lengths / products : 1};
+}
+
+// The mean square of nine in ten errors, where their expected one was measured on `measured` errors, relative to it:
+// the quantile of the F distribution. Paulson, An approximate normalization of the analysis of variance distribution,
+// 1942.
+double largest_of_nine_in_ten(double degrees, size_t measured) {
+    const double z = deviate_of_nine_in_ten, error = 2 / (9 * degrees),
+                 error_of_measured = error / static_cast<double>(measured), b = 1 - error, a = 1 - error_of_measured;
+    // (a x - b)^2 = z^2 (error_of_measured x^2 + error), the larger root; its cube is the quantile.
+    const double square = a * a - z * z * error_of_measured,
+                 x = (a * b + z * std::sqrt(b * b * error_of_measured + error * square)) / square;
+    return x * x * x;
+}
 
 // What a picture is rendered by.
 struct Choice {
@@ -104,12 +187,25 @@ class MeasuredPixels {
         Settings settings = settings_of(tried);
         Pair pair;
         render(settings, pair.a, nullptr, pair);
-        settings.seed += 0x9e3779b97f4a7c15; // far from the seeds that people choose
+        settings.seed += seed_of_pair;
         if (is_random(settings))
             render(settings, pair.b, nullptr, pair);
         else
             pair.b = pair.a;
         return pair;
+    }
+    // Pictures of `more_seeds` seeds that no pair has.
+    std::vector<Values> pictures(const Options &options, uint64_t photons, Pair &times) const {
+        Options tried = options;
+        tried.photons = photons;
+        Settings settings = settings_of(tried);
+        settings.seed += seed_of_pair;
+        std::vector<Values> pictures(more_seeds);
+        for (Values &picture : pictures) {
+            settings.seed += seed_of_pair;
+            render(settings, picture, nullptr, times);
+        }
+        return pictures;
     }
     // Without what is scattered more than once.
     Values without_photons(const Options &options) const {
@@ -141,6 +237,8 @@ class MeasuredPixels {
     }
 
   private:
+    static constexpr uint64_t seed_of_pair = 0x9e3779b97f4a7c15; // far from the seeds that people choose
+
     void render(const Settings &settings, Values &values, PixelSums *sums, Pair &times) const {
         const int64_t frame = request_.frames.first;
         const Plan plan = checked_plan(request_, scene(), settings);
@@ -214,6 +312,7 @@ uint64_t within_photons(double wanted) {
 // How the error of a picture comes about, as mean squares.
 struct Errors {
     double noise, cells, way;
+    double uncertainty_of_cells; // if all pixels err together
 };
 
 // Where cells and the way leave less of the error, as a mean square, finer cells take less time than more photons.
@@ -232,7 +331,8 @@ class Search {
   public:
     Search(const MeasuredPixels &pixels, const Options &options)
         : pixels_(pixels), options_(options), settings_(pixels.settings_of(options)),
-          random_(pixels.is_random(settings_)) {}
+          random_(pixels.is_random(settings_)),
+          cell_errors_(has_hard_faces(pixels.scene()) ? at_hard_faces : in_smooth_smoke) {}
 
     // The first choice that errs by no more than is asked for, from coarse cells to fine ones.
     std::optional<Choice> choose() {
@@ -249,15 +349,21 @@ class Search {
         }
         Pair coarse = pixels_.pair(at_level(-1, options_, settings_, pixels_.scene()), photons_);
         for (int level = 0;; ++level) {
-            const double change = difference(coarse, pair);
+            const Difference change = difference({coarse.a, coarse.b}, {pair.a, pair.b});
             for (int of : {level - 1, level}) {
                 const Pair &of_pair = of < level ? coarse : pair;
-                const double factor = of < level ? error_of_coarse : error_of_fine;
-                const Errors errors = {of_pair.noise(), factor * factor * change, way_};
+                const double factor = of < level ? cell_errors_.coarse : cell_errors_.fine;
+                // Two seeds may show cells as too coarse that are not: those of the choice are measured again.
+                const double least = std::max(0.0, change.square - change.uncertainty);
+                const Errors errors = {of_pair.noise(), factor * factor * least, way_,
+                                       factor * factor * (change.square + change.uncertainty - least)};
                 const std::optional<uint64_t> photons = enough_photons(errors, photons_, goal_);
                 if (!photons) continue;
-                if (of == 0 && settings_for(*photons).paths > 0) return choose_paths(); // in place of so many photons
-                return choice(of, of_pair, errors, *photons);
+                const std::optional<Choice> found =
+                    measured_again(of, of < level ? level : level - 1, factor, of_pair, errors, *photons);
+                if (!found) continue;
+                // In place of so many photons?
+                return of == 0 && settings_for(found->options.photons).paths > 0 ? choose_paths() : found;
             }
             const Options finer = at_level(level + 1, options_, settings_, pixels_.scene());
             if (level == finest_level || !fits(finer)) return std::nullopt;
@@ -285,21 +391,50 @@ class Search {
         const Plan plan = pixels_.plan_of(pixels_.settings_of(options));
         return plan.arena_bytes <= most_bytes && photons_ <= plan.max_photons;
     }
-    Choice choice(int level, const Pair &pair, Errors errors, uint64_t photons) const {
+    Choice choice(int level, const Pair &pair, const Errors &errors, uint64_t photons) const {
         const double more = static_cast<double>(photons) / static_cast<double>(photons_);
-        Choice result = {at_level(level, options_, settings_, pixels_.scene()), 0,
+        Choice result = {at_level(level, options_, settings_, pixels_.scene()),
+                         std::sqrt(errors.noise / more + errors.cells + errors.way) / mean_,
                          pair.seconds + (more - 1) * pair.photon_seconds, pair.mean()};
         if (random_) result.options.photons = photons;
-        if (more > 4) { // too far from what was measured
-            const Pair measured = pixels_.pair(result.options, photons);
-            errors.noise = measured.noise();
-            result.seconds = measured.seconds;
-            result.mean = measured.mean();
-        } else {
-            errors.noise /= more;
-        }
-        result.error = std::sqrt(errors.noise + errors.cells + errors.way) / mean_;
         return result;
+    }
+    // A choice with as many photons as nine in ten pictures need. Two seeds do not tell: where an error near the eye is
+    // that of all pixels, their difference is one number. Nothing where these are too many. Cells err by `factor` times
+    // what those of `other_level` change.
+    std::optional<Choice> measured_again(int level, int other_level, double factor, const Pair &pair, Errors errors,
+                                         uint64_t photons) {
+        Choice found = choice(level, pair, errors, photons);
+        if (!random_) return found;
+        for (;; photons = std::min(4 * photons, most_photons)) {
+            Pair times, times_of_other;
+            const std::vector<Values> pictures = pixels_.pictures(found.options, photons, times);
+            std::vector<Values> all = errors_of(pictures);
+            all.push_back(errors_of({pair.a, pair.b})[0]);
+            const double scale = std::sqrt(static_cast<double>(photons_) / static_cast<double>(photons));
+            for (float &value : all.back()) value = static_cast<float>(static_cast<double>(value) * scale);
+            const Noise noise = noise_of(all);
+            const double margin = largest_of_nine_in_ten(noise.degrees, all.size()) * safe_share * safe_share,
+                         deviate = deviate_of_nine_in_ten / std::sqrt(noise.degrees);
+            if (errors.cells + deviate * errors.uncertainty_of_cells > small_share * goal_) {
+                const Options other = at_level(other_level, options_, settings_, pixels_.scene());
+                const Difference change = difference(pictures, pixels_.pictures(other, photons, times_of_other));
+                errors.cells = factor * factor * change.square;
+                errors.uncertainty_of_cells = factor * factor * change.uncertainty;
+            }
+            errors.noise = std::max(margin, 1.0) * noise.square;
+            if (!enough_photons(errors, photons, goal_)) return std::nullopt;
+            errors.cells += deviate * errors.uncertainty_of_cells;
+            const std::optional<uint64_t> enough = enough_photons(errors, photons, goal_);
+            if (!enough && photons == most_photons) return std::nullopt;
+            if (!enough) continue; // more photons tell what cells err by
+            errors.noise = noise.square;
+            photons_ = photons;
+            found = choice(level, {pictures[0], pictures[1], times.seconds, times.photon_seconds}, errors, *enough);
+            found.mean = 0;
+            for (const Values &picture : pictures) found.mean += mean_of(picture) / more_seeds;
+            return found;
+        }
     }
     // Random paths, where these take the place of photons. Nothing where so many do not suffice.
     std::optional<Choice> choose_paths() {
@@ -316,14 +451,15 @@ class Search {
             const double wanted = pair.noise() / rest * static_cast<double>(measured);
             paths = std::max(fewest, static_cast<uint64_t>(std::min(wanted, 0x1p40)) + 1);
             if (paths > most_paths) return std::nullopt;
-            if (paths <= 4 * measured + 3) return choice(0, pair, {pair.noise(), 0, way_}, paths * pixels_.rays());
+            if (paths <= 4 * measured + 3) return choice(0, pair, {pair.noise(), 0, way_, 0}, paths * pixels_.rays());
         }
     }
 
     const MeasuredPixels &pixels_;
     const Options &options_;
     const Settings settings_;
-    const bool random_;                    // there are photons, or paths in their place
+    const bool random_; // there are photons, or paths in their place
+    const CellErrors cell_errors_;
     uint64_t photons_ = 0;                 // of the pairs
     Values once_;                          // the light that is scattered once at most
     double mean_ = 0, goal_ = 0, way_ = 0; // the error asked for, and error_of_way(), as mean squares
@@ -405,19 +541,20 @@ void choose_for_error(Request &request) {
     const auto say = [&options](const std::string &text) {
         if (!options.quiet) print_note("max-error: " + text);
     };
+    const std::string of = options.crop ? ": the whole frame errs by about " : ": errs by about ";
     if (const std::optional<Choice> choice = Search(pixels, options).choose()) {
         const double found = error_by_reference(pixels, choice->mean, *options.max_error);
         if (found <= *options.max_error) {
-            say("by" + described(*choice, options) + ": errs by about " + percent(choice->error) +
-                "; a frame takes about " + two_digits(choice->seconds) + " s");
+            say("by" + described(*choice, options) + of + percent(choice->error) + "; a frame takes about " +
+                two_digits(choice->seconds) + " s");
             options = choice->options;
             return;
         }
         say("by" + described(*choice, options) + " it would err by " + percent(found) + " or more, says the reference");
     }
     const Choice choice = choose_passes(pixels, options, safe_share_of_paths * *options.max_error);
-    say("by --reference --passes 0:" + std::to_string(choice.options.passes->last) + ": errs by about " +
-        percent(choice.error) + "; a frame takes about " + two_digits(choice.seconds) + " s");
+    say("by --reference --passes 0:" + std::to_string(choice.options.passes->last) + of + percent(choice.error) +
+        "; a frame takes about " + two_digits(choice.seconds) + " s");
     options = choice.options;
 }
 
