@@ -31,12 +31,15 @@ int main(int count, char **words) try {
     std::string others;
     for (auto name = file.beginName(); name != file.endName(); ++name) {
         const openvdb::GridBase::Ptr grid = file.readGrid(name.gridName());
-        if (const auto floats = openvdb::gridPtrCast<openvdb::FloatGrid>(grid))
+        const bool linear = grid->transform().isLinear(); // not a camera's frustum
+        if (const auto floats = openvdb::gridPtrCast<openvdb::FloatGrid>(grid); floats && linear)
             grids.push_back(nanovdb::openToNanoVDB(*floats));
         else
-            others += (others.empty() ? "" : ", ") + name.gridName() + " (" + grid->valueType() + ")";
+            others += (others.empty() ? "" : ", ") + name.gridName() + " (" + grid->valueType() +
+                      (linear ? ")" : ", in a frustum)");
     }
-    if (grids.empty()) return fail("no float grid, expected one" + (others.empty() ? "" : "; it has " + others));
+    if (grids.empty())
+        return fail("no float grid of linear steps, expected one" + (others.empty() ? "" : "; it has " + others));
     // NanoVDB's writer comes back to the header, for which a stream in memory must have room from the start.
     nanovdb::io::Segment header;
     for (auto &grid : grids) header.add(grid);

@@ -19,9 +19,11 @@
 #include "host/base/byte_reader.h"
 #include "host/base/double3_algebra.h"
 #include "host/base/memory.h"
+#include "host/base/text.h"
 #include "host/formats/volume_readers.h"
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <zlib.h>
 
 namespace wisp {
@@ -303,7 +305,13 @@ Volume parse_nvdb(const std::string &name, const unsigned char *data, size_t siz
         in.fail(codec == blosc ? "compressed with blosc, expected zip or none: convert it with nanovdb_convert --zip"
                                : "an unknown compression, expected zip or none");
     std::vector<Description> grids;
-    for (uint64_t i = 0; i < count; ++i) grids.push_back(read_description(in));
+    std::map<std::string, uint32_t> of_name;
+    for (uint64_t i = 0; i < count; ++i) {
+        Description grid = read_description(in);
+        const uint32_t before = of_name[grid.name]++;
+        if (before > 0) grid.name += "[" + std::to_string(before) + "]"; // as OpenVDB tells them apart
+        grids.push_back(std::move(grid));
+    }
     const size_t chosen = choose(in, grids, wanted);
     refuse_unless_density(in, grids[chosen]);
     for (size_t i = 0; i < chosen; ++i) read_grid(in, grids[i], codec, false);
@@ -314,6 +322,11 @@ Volume parse_nvdb(const std::string &name, const unsigned char *data, size_t siz
     const pnanovdb_root_handle_t root = pnanovdb_tree_get_root(grid.buffer, grid.tree);
     if (pnanovdb_root_get_tile_count(grid.buffer, root) > grid.bytes / 32) // a tile takes 32 bytes
         in.fail("more tiles than the grid has room for, expected fewer");
+    const float background = pnanovdb_read_float(
+        grid.buffer, pnanovdb_address_offset(root.address, PNANOVDB_GRID_TYPE_GET(grid.type, root_off_background)));
+    if (background != 0)
+        in.fail("grid " + ByteReader::quoted(grids[chosen].name) + " has a background of " +
+                six_digits(static_cast<double>(background)) + ", expected 0: smoke that ends nowhere");
     Volume volume;
     volume.name = grids[chosen].name;
     for (const Description &described : grids) volume.names.push_back(described.name);

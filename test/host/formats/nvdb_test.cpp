@@ -45,8 +45,8 @@ struct Map {
 
 template <class Build = float>
 Handle grid(const std::string &name, const Map &map = {}, nanovdb::GridClass kind = nanovdb::GridClass::FogVolume,
-            float first = density_at(low[0], low[1], low[2])) {
-    nanovdb::GridBuilder<float, Build> builder(0.0f, kind);
+            float first = density_at(low[0], low[1], low[2]), float background = 0) {
+    nanovdb::GridBuilder<float, Build> builder(background, kind);
     auto voxels = builder.getAccessor();
     for (int z = 0; z < count[2]; ++z)
         for (int y = 0; y < count[1]; ++y)
@@ -133,6 +133,26 @@ TEST_CASE("nvdb: every voxel has its value and its place, with zeros around") {
         std::vector<Handle> grids;
         grids.push_back(grid("density"));
         check(parse(file_of(grids, zipped)), {}, 0);
+    }
+}
+
+TEST_CASE("nvdb: a background that is not 0 is refused") {
+    std::vector<Handle> grids;
+    grids.push_back(grid("fog", {}, nanovdb::GridClass::FogVolume, 1, 0.5f));
+    CHECK(contains(refusal(file_of(grids)), "grid 'fog' has a background of 0.5, expected 0: smoke that ends nowhere"));
+}
+
+TEST_CASE("nvdb: grids of one name are told apart by a number") {
+    std::vector<Handle> grids;
+    for (const float first : {1.0f, 2.0f, 3.0f})
+        grids.push_back(grid("density", {}, nanovdb::GridClass::FogVolume, first));
+    const std::string file = file_of(grids);
+    CHECK(parse(file).names == std::vector<std::string>{"density", "density[1]", "density[2]"});
+    for (const auto &[name, first] : {std::pair("", 1.0f), std::pair("density", 1.0f), std::pair("density[1]", 2.0f),
+                                      std::pair("density[2]", 3.0f)}) {
+        const Volume volume = parse(file, name);
+        const std::vector<float> samples = samples_of(volume);
+        CHECK(samples[(volume.ny + 1) * volume.nx + 1] == first);
     }
 }
 
