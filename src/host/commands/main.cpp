@@ -85,9 +85,9 @@ std::string help_text() {
     text += in_columns("wisp COMMAND --help", "the options of one command, and an example") +
             in_columns("wisp help | version", "all of this; compiler and flags") + "\nOptions, " + how_to_write +
             ":\n" + render_help() +
-            "\nOptions of inspect: those of render but files, --reference and --shadows paper; with --crop what is\n"
-            "before the pixel in the crop is rendered first, so that shadows are decided by what was learnt\n"
-            "there, else the pixel alone; and\n" +
+            "\nOptions of inspect: those of render but files, --reference, --max-error and --shadows paper; with\n"
+            "--crop what is before the pixel in the crop is rendered first, so that shadows are decided by what\n"
+            "was learnt there, else the pixel alone; and\n" +
             inspect_help() + "\nWhat show has, beside the options of render:\n" + show_help() +
             "\nOptions of plan, beside those of render:\n" + plan_help() + "\nOptions of info:\n" +
             info_help() + "\nOptions of compare:\n" + compare_help() +

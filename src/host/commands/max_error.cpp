@@ -33,11 +33,13 @@ constexpr uint64_t most_bytes = uint64_t{2} << 30;
 
 // Errors of cells go with their size to a power of 1 at hard faces, where they are twice what halving the cells
 // changes, and half the cells err by as much as that. In smooth smoke the power is up to 2, and they are 4/3 to 2 and
-// 1/3 to 1 times that.
+// 1/3 to 1 times that: 5/3 and 2/3 are more than most, so that the noise of this measurement is left out, which finer
+// cells would take long to lessen.
 struct CellErrors {
     double coarse, fine;
+    bool with_noise;
 };
-constexpr CellErrors at_hard_faces = {2, 1}, in_smooth_smoke = {5.0 / 3, 2.0 / 3};
+constexpr CellErrors at_hard_faces = {2, 1, true}, in_smooth_smoke = {5.0 / 3, 2.0 / 3, false};
 
 // Density grids and boxes have them.
 bool has_hard_faces(const Scene &scene) {
@@ -354,9 +356,11 @@ class Search {
                 const Pair &of_pair = of < level ? coarse : pair;
                 const double factor = of < level ? cell_errors_.coarse : cell_errors_.fine;
                 // Two seeds may show cells as too coarse that are not: those of the choice are measured again.
-                const double least = std::max(0.0, change.square - change.uncertainty);
+                const double least = cell_errors_.with_noise ? std::max(0.0, change.square - change.uncertainty)
+                                                             : change.square,
+                             most = cell_errors_.with_noise ? change.square + change.uncertainty : change.square;
                 const Errors errors = {of_pair.noise(), factor * factor * least, way_,
-                                       factor * factor * (change.square + change.uncertainty - least)};
+                                       factor * factor * (most - least)};
                 const std::optional<uint64_t> photons = enough_photons(errors, photons_, goal_);
                 if (!photons) continue;
                 const std::optional<Choice> found =
@@ -416,7 +420,8 @@ class Search {
             const Noise noise = noise_of(all);
             const double margin = largest_of_nine_in_ten(noise.degrees, all.size()) * safe_share * safe_share,
                          deviate = deviate_of_nine_in_ten / std::sqrt(noise.degrees);
-            if (errors.cells + deviate * errors.uncertainty_of_cells > small_share * goal_) {
+            const double most_of_cells = errors.cells + deviate * errors.uncertainty_of_cells;
+            if (cell_errors_.with_noise && most_of_cells > small_share * goal_) {
                 const Options other = at_level(other_level, options_, settings_, pixels_.scene());
                 const Difference change = difference(pictures, pixels_.pictures(other, photons, times_of_other));
                 errors.cells = factor * factor * change.square;

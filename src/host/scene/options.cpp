@@ -120,7 +120,8 @@ const OptionTable<Options> &scene_options() {
         {"photons", "N", "photons emitted (1000000)", to_count_in(&Options::photons, 0, INT64_MAX)},
         {"max-error", "E",
          "chooses photons and cells, or the reference where these do not suffice, for a relative RMSE of at most E: "
-         "some pixels of the first frame are measured before, for about as long as a few frames take",
+         "some pixels of the first frame are measured before, for about as long as ten or twenty frames take; of "
+         "render alone",
          [](Options &options, const std::string &value) {
              options.max_error = number_that(
                  value, [](double x) { return x >= 0.001 && x <= 1; }, "a number from 0.001 to 1");
