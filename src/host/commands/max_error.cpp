@@ -31,15 +31,9 @@ constexpr double deviate_of_nine_in_ten = 1.2816; // of the standard normal dist
 constexpr int finest_level = 2;
 constexpr uint64_t most_bytes = uint64_t{2} << 30;
 
-// Errors of cells go with their size to a power of 1 at hard faces, where they are twice what halving the cells
-// changes, and half the cells err by as much as that. In smooth smoke the power is up to 2, and they are 4/3 to 2 and
-// 1/3 to 1 times that: 5/3 and 2/3 are more than most, so that the noise of this measurement is left out, which finer
-// cells would take long to lessen.
-struct CellErrors {
-    double coarse, fine;
-    bool with_noise;
-};
-constexpr CellErrors at_hard_faces = {2, 1, true}, in_smooth_smoke = {5.0 / 3, 2.0 / 3, false};
+// Errors of cells go with their size to the power of 1 (hard faces) to 2 (smooth smoke). So they are 4/3 to 2 times
+// what halving the cells changes, and half the cells err by 1/3 to 1 times that.
+constexpr double error_of_coarse = 5.0 / 3, error_of_fine = 2.0 / 3;
 
 // Density grids and boxes have them.
 bool has_hard_faces(const Scene &scene) {
@@ -333,8 +327,7 @@ class Search {
   public:
     Search(const MeasuredPixels &pixels, const Options &options)
         : pixels_(pixels), options_(options), settings_(pixels.settings_of(options)),
-          random_(pixels.is_random(settings_)),
-          cell_errors_(has_hard_faces(pixels.scene()) ? at_hard_faces : in_smooth_smoke) {}
+          random_(pixels.is_random(settings_)), has_hard_faces_(has_hard_faces(pixels.scene())) {}
 
     // The first choice that errs by no more than is asked for, from coarse cells to fine ones.
     std::optional<Choice> choose() {
@@ -354,13 +347,12 @@ class Search {
             const Difference change = difference({coarse.a, coarse.b}, {pair.a, pair.b});
             for (int of : {level - 1, level}) {
                 const Pair &of_pair = of < level ? coarse : pair;
-                const double factor = of < level ? cell_errors_.coarse : cell_errors_.fine;
+                const double factor = of < level ? error_of_coarse : error_of_fine;
                 // Two seeds may show cells as too coarse that are not: those of the choice are measured again.
-                const double least = cell_errors_.with_noise ? std::max(0.0, change.square - change.uncertainty)
-                                                             : change.square,
-                             most = cell_errors_.with_noise ? change.square + change.uncertainty : change.square;
+                const double unsure = has_hard_faces_ ? change.uncertainty : 0,
+                             least = std::max(0.0, change.square - unsure);
                 const Errors errors = {of_pair.noise(), factor * factor * least, way_,
-                                       factor * factor * (most - least)};
+                                       factor * factor * (change.square + unsure - least)};
                 const std::optional<uint64_t> photons = enough_photons(errors, photons_, goal_);
                 if (!photons) continue;
                 const std::optional<Choice> found =
@@ -421,7 +413,7 @@ class Search {
             const double margin = largest_of_nine_in_ten(noise.degrees, all.size()) * safe_share * safe_share,
                          deviate = deviate_of_nine_in_ten / std::sqrt(noise.degrees);
             const double most_of_cells = errors.cells + deviate * errors.uncertainty_of_cells;
-            if (cell_errors_.with_noise && most_of_cells > small_share * goal_) {
+            if (has_hard_faces_ && most_of_cells > small_share * goal_) {
                 const Options other = at_level(other_level, options_, settings_, pixels_.scene());
                 const Difference change = difference(pictures, pixels_.pictures(other, photons, times_of_other));
                 errors.cells = factor * factor * change.square;
@@ -463,8 +455,8 @@ class Search {
     const MeasuredPixels &pixels_;
     const Options &options_;
     const Settings settings_;
-    const bool random_; // there are photons, or paths in their place
-    const CellErrors cell_errors_;
+    const bool random_;                    // there are photons, or paths in their place
+    const bool has_hard_faces_;            // there cells are measured again
     uint64_t photons_ = 0;                 // of the pairs
     Values once_;                          // the light that is scattered once at most
     double mean_ = 0, goal_ = 0, way_ = 0; // the error asked for, and error_of_way(), as mean squares
