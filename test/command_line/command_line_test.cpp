@@ -41,7 +41,8 @@ TEST_CASE("command line: wrong usage ends with 2, and a line that says what was 
         {scene + "-o a.png -o ./a.png", "option 'output' writes to './a.png' like 'output', expected another file"},
         {scene + "-o a_0000.png -o a_%04d.png",
          "option 'output' writes to 'a_0000.png' like 'output', expected another file"},
-        {scene + "--stats " + test.s(), "option 'stats' writes to '" + test.s() + "', which is read, expected another file"},
+        {scene + "--stats " + test.s(),
+         "option 'stats' writes to '" + test.s() + "', which is read, expected another file"},
         {scene + "--spp", "option '--spp' needs a value: N"},
         {scene + "--spp 0", "option 'spp': found '0', expected a whole number from 1 to 65536"},
         {scene + "--deposit exact --density-step 0.5",
@@ -703,9 +704,9 @@ TEST_CASE("command line: plan counts boxes, grids and the stages of --reference"
                CommandLineTest::lit("g.vol { }\nsmoke box -1 -1 -1 1 1 1 1 { }\nsmoke puff.vtk { radius 0.2 mass 1 }"));
     const auto plan = [&](const std::string &arguments) { return test.wisp("plan " + test.file(arguments)); };
     CHECK(plan("b.aff -v").out.find("\nUse the default for pictures, and --max-error E") != std::string::npos);
-    CHECK(plan("b.aff --smoke direct").out.find(" bytes  1 samples of grids\n") != std::string::npos);
+    CHECK(plan("b.aff --smoke direct").out.find(" bytes  1 box\n") != std::string::npos);
     CHECK(plan("g.aff --smoke direct").out.find(" bytes  24 samples of grids\n") != std::string::npos);
-    CHECK(plan("all.aff").out.find(" bytes  40 particles, 25 samples of grids\n") != std::string::npos);
+    CHECK(plan("all.aff").out.find(" bytes  40 particles, 24 samples of grids, 1 box\n") != std::string::npos);
     const Ran reference = plan("all.aff --reference --spp 3");
     CHECK(reference.status == 0);
     CHECK(reference.err.empty());

@@ -302,7 +302,7 @@ TEST_CASE("warnings: options that leave light in places of many mean free paths,
     CHECK(warned("1", "0", "--irradiance-step 1") == "");
 }
 
-TEST_CASE("warnings: a light at the eye, both in smoke") {
+TEST_CASE("warnings: a light at the eye, both in smoke" * doctest::test_suite("long")) {
     WarningCommandTest test;
     const auto warns = [&](const std::string &light, const std::string &options = "") {
         test.write("s.aff", "v from 0 0 0 at 0 0 1 up 0 1 0 angle 60 hither 0.01 resolution 8 8\n" + light +

@@ -13,7 +13,7 @@ wisp::Ran random_smoke(const wisp::CommandLineTest &folder, const std::string &p
 
 } // namespace
 
-TEST_CASE("random smoke passes what is right") {
+TEST_CASE("random smoke passes what is right" * doctest::test_suite("long")) {
     const wisp::CommandLineTest folder;
     std::filesystem::create_symlink(std::filesystem::absolute(wisp::built("wisp")), folder.file("wisp"));
     const wisp::Ran ran = random_smoke(folder, folder.file("wisp"));
@@ -21,7 +21,7 @@ TEST_CASE("random smoke passes what is right") {
     CHECK(ran.out.find("0 faults in 0 of 1 scenes") != std::string::npos);
 }
 
-TEST_CASE("random smoke finds light that is lost, and a crash") {
+TEST_CASE("random smoke finds light that is lost, and a crash" * doctest::test_suite("long")) {
     wisp::CommandLineTest folder;
     // Without photons nothing is scattered twice.
     folder.write("wisp", "#!/bin/sh\ncase \"$*\" in *'--arith fixed'*) exit 139; esac\nexec " +

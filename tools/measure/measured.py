@@ -12,7 +12,7 @@ from harness import MEASURED, OUT, read_csv, read_index, write_index
 
 START = "| method | error | seconds |\n| --- | --- | --- |\n"
 # What no figure says, and where it stands.
-CHOSEN = ("| `--max-error E` | E at most: wisp chooses photons and cells | as chosen, and a few frames more to choose |\n")
+CHOSEN = ("| `--max-error E` | E at most: wisp chooses photons and cells | as chosen, and ten frames or more to choose |\n")
 
 
 def number(cell):

@@ -834,7 +834,8 @@ TEST_CASE(WISP_ARITH_NAME ": what is kept serves no frame of other settings" * d
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": smoke that stays the same is built by the first frame for all") {
+TEST_CASE(WISP_ARITH_NAME ": smoke that stays the same is built by the first frame for all" *
+          doctest::test_suite("long")) {
     for (const Way way : marched) {
         CAPTURE(static_cast<int>(way));
         RoomFrames room(760, 16, 4, ShadowMethod::exact);
