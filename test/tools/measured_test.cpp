@@ -15,7 +15,7 @@ const std::string table =
     "| method | error | seconds |\n| --- | --- | --- |\n"
     "| default | 0.94 % | 9.87 |\n"
     "| direct | 10 % | 105 |\n"
-    "| `--max-error E` | E at most: wisp chooses photons and cells | as chosen, and a few frames more to "
+    "| `--max-error E` | E at most: wisp chooses photons and cells | as chosen, and ten frames or more to "
     "choose |\n"
     "| reference | no bias; noise 5.5 % | 5.91 |\n"
     "| more of it | no bias; noise 0.3 % | about 1,500 |\n";
