@@ -402,7 +402,7 @@ class Search {
                                          uint64_t photons) {
         Choice found = choice(level, pair, errors, photons);
         if (!random_) return found;
-        for (;; photons = std::min(4 * photons, most_photons)) {
+        for (int tries = 0; tries < 3; ++tries, photons = std::min(4 * photons, most_photons)) {
             Pair times, times_of_other;
             const std::vector<Values> pictures = pixels_.pictures(found.options, photons, times);
             std::vector<Values> all = errors_of(pictures);
@@ -412,8 +412,7 @@ class Search {
             const Noise noise = noise_of(all);
             const double margin = largest_of_nine_in_ten(noise.degrees, all.size()) * safe_share * safe_share,
                          deviate = deviate_of_nine_in_ten / std::sqrt(noise.degrees);
-            const double most_of_cells = errors.cells + deviate * errors.uncertainty_of_cells;
-            if (has_hard_faces_ && most_of_cells > small_share * goal_) {
+            if (has_hard_faces_ && errors.cells + deviate * errors.uncertainty_of_cells > small_share * goal_) {
                 const Options other = at_level(other_level, options_, settings_, pixels_.scene());
                 const Difference change = difference(pictures, pixels_.pictures(other, photons, times_of_other));
                 errors.cells = factor * factor * change.square;
@@ -421,17 +420,18 @@ class Search {
             }
             errors.noise = std::max(margin, 1.0) * noise.square;
             if (!enough_photons(errors, photons, goal_)) return std::nullopt;
-            errors.cells += deviate * errors.uncertainty_of_cells;
-            const std::optional<uint64_t> enough = enough_photons(errors, photons, goal_);
-            if (!enough && photons == most_photons) return std::nullopt;
+            Errors most = errors;
+            most.cells += deviate * errors.uncertainty_of_cells;
+            const std::optional<uint64_t> enough = enough_photons(most, photons, goal_);
             if (!enough) continue; // more photons tell what cells err by
-            errors.noise = noise.square;
+            most.noise = noise.square;
             photons_ = photons;
-            found = choice(level, {pictures[0], pictures[1], times.seconds, times.photon_seconds}, errors, *enough);
+            found = choice(level, {pictures[0], pictures[1], times.seconds, times.photon_seconds}, most, *enough);
             found.mean = 0;
             for (const Values &picture : pictures) found.mean += mean_of(picture) / more_seeds;
             return found;
         }
+        return std::nullopt;
     }
     // Random paths, where these take the place of photons. Nothing where so many do not suffice.
     std::optional<Choice> choose_paths() {
