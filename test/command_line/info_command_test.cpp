@@ -52,6 +52,35 @@ std::string lattice(bool attributes) {
 
 } // namespace
 
+TEST_CASE("info command: what is not JSON is found") {
+    for (const std::string text :
+         {"{}", "[]", "-0.5e-07", "\"\\u00e9 \\n \xc3\xa9\"", " { \"a\": [1, 20, null],\n \"b\": true }\n"})
+        CHECK_MESSAGE(JsonCheck(text).whole(), text);
+    for (const std::string text : {"",
+                                   "{",
+                                   "[1,]",
+                                   "{\"a\" 1}",
+                                   "{a: 1}",
+                                   "1 2",
+                                   "+1",
+                                   "01",
+                                   ".5",
+                                   "1.",
+                                   "1e",
+                                   "nan",
+                                   "inf",
+                                   "\"a",
+                                   "\"a\nb\"",
+                                   "\"\\x41\"",
+                                   "\"\\u12g4\"",
+                                   "\"\\u12\"",
+                                   "\"\\",
+                                   "\"\xff\"",
+                                   "\"\xc0\x80\"",
+                                   "\"\xed\xa0\x80\""})
+        CHECK_MESSAGE(!JsonCheck(text).whole(), text);
+}
+
 TEST_CASE("info command: optical depths of the rays that meet smoke, as it is rendered") {
     InfoTest test;
     // Rays through the middle of a box, along its edge of 1.

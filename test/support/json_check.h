@@ -1,25 +1,34 @@
 // Whether a text is JSON.
 #pragma once
-#include "host/base/text.h"
 #include <algorithm>
+#include <clocale>
+#include <cstdlib>
+#include <doctest/doctest.h>
+#include <regex>
 #include <string>
 #include <string_view>
 
 namespace wisp {
 
-// Numbers are finite and as to_number reads them.
+// By RFC 8259, but for white space: blanks and line ends alone.
 class JsonCheck {
   public:
     explicit JsonCheck(const std::string &text) : text_(text) {}
     // The text is one value and nothing else.
     bool whole() {
-        if (!value()) return false;
+        if (!is_utf8() || !value()) return false;
         space();
         return at_ == text_.size();
     }
     size_t numbers = 0;
 
   private:
+    bool is_utf8() const {
+        REQUIRE(std::setlocale(LC_CTYPE, "C.UTF-8"));
+        const bool valid = std::mbstowcs(nullptr, text_.c_str(), 0) != static_cast<size_t>(-1);
+        std::setlocale(LC_CTYPE, "C");
+        return valid;
+    }
     void space() { at_ = std::min(text_.find_first_not_of(" \n", at_), text_.size()); }
     bool take(const std::string &word) {
         space();
@@ -31,8 +40,14 @@ class JsonCheck {
         if (!take("\"")) return false;
         for (; at_ < text_.size() && text_[at_] != '"'; ++at_) {
             if (static_cast<unsigned char>(text_[at_]) < ' ') return false;
-            if (text_[at_] == '\\' && std::string_view("\"\\/bfnrtu").find(text_[++at_]) == std::string_view::npos)
+            if (text_[at_] != '\\') continue;
+            if (text_[++at_] == 'u') {
+                for (int digit = 0; digit < 4; ++digit)
+                    if (std::string_view("0123456789abcdefABCDEF").find(text_[++at_]) == std::string_view::npos)
+                        return false;
+            } else if (std::string_view("\"\\/bfnrt").find(text_[at_]) == std::string_view::npos) {
                 return false;
+            }
         }
         return take("\"");
     }
@@ -50,8 +65,9 @@ class JsonCheck {
         if (take("null") || take("true") || take("false")) return true;
         space();
         if (text_[at_] == '"') return string();
-        const size_t end = text_.find_first_of(",]} \n", at_);
-        if (end == std::string::npos || !to_number(std::string_view(text_).substr(at_, end - at_))) return false;
+        static const std::regex number("-?(0|[1-9][0-9]*)([.][0-9]+)?([eE][-+]?[0-9]+)?");
+        const size_t end = std::min(text_.find_first_of(",]} \n", at_), text_.size());
+        if (!std::regex_match(text_.substr(at_, end - at_), number)) return false;
         at_ = end;
         ++numbers;
         return true;

@@ -12,7 +12,7 @@ class RowText {
   public:
     RowText(const Request &request, const PreparedScene &prepared, const Settings &settings, const Plan &plan)
         : request_(request), prepared_(prepared), scene_(prepared.scene), settings_(settings), plan_(plan) {
-        if (settings.paths == 0 && settings.density_step > 0) return;
+        if (settings.paths == 0 && !request.options.memory) return;
         Options without_limit = request.options;
         without_limit.memory.reset();
         const Settings more = settings_of(without_limit, prepared, &why_paths_);
