@@ -87,6 +87,22 @@ TEST_CASE("max-error: of the pictures by several seeds nine in ten err by no mor
     CHECK(far_below <= 1);
 }
 
+// Photons err by what their cells show. The defaults take paths in place of very many, which bounds do not tell.
+TEST_CASE("max-error: photons stay photons where their cells suffice, however many they are") {
+    MaxErrorTest test;
+    test.write("b.vtk", CommandLineTest::puff(200));
+    test.write("s.aff", "v from 0 0 3 at 0 0 0 up 0 1 0 angle 26 hither 0.1 resolution 12 12\n"
+                        "ls 1.5 -1 2 -1.5 1 -2 30 225 200 175\nlp 0.05 0.1 0 0.5 1 2.25\n"
+                        "smoke b.vtk {\n radius 0.15\n mass 1\n extinction 0.06\n albedo .95 .9 .8\n phase 0.5\n}\n");
+    const std::string chosen = test.chosen("--max-error 0.05");
+    CAPTURE(chosen);
+    CHECK(chosen.find("--photons ") != std::string::npos);
+    CHECK(chosen.find("--density-step ") != std::string::npos);
+    test.render_truth(2000);
+    CHECK(test.error() <= 0.05);
+    CHECK(test.error() >= 0.05 / 4);
+}
+
 TEST_CASE("max-error: the choice is the same in all arithmetics") {
     const MaxErrorTest test;
     test.write_box(1, "0.3");

@@ -17,8 +17,8 @@ LIGHT = "lp 3 4 3 40 40 40\n"
 FIRST = 1 << 23  # passes that no choice takes
 
 
-def box(extinction, phase, more="", light=LIGHT):
-    return VIEW + light + f"smoke box -1 -1 -1 1 1 1 {extinction} {{\n albedo 0.9 0.9 0.9\n phase {phase}\n{more}}}\n"
+def box(extinction, phase, look=" albedo 0.9 0.9 0.9\n", light=LIGHT):
+    return VIEW + light + f"smoke box -1 -1 -1 1 1 1 {extinction} {{\n{look} phase {phase}\n}}\n"
 
 
 # Of fixtures, and boxes.

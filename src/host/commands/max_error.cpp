@@ -268,7 +268,6 @@ class MeasuredPixels {
 // The spacings of level 0, those of the defaults or of the options, halved so many times; doubled where `level` is -1.
 // What the options say stays.
 Options at_level(int level, const Options &options, const Settings &defaults, const Scene &scene) {
-    if (level == 0) return options;
     Options result = options;
     const double factor = level < 0 ? 2 : 1.0 / (1 << level);
     const auto scale = [factor](std::optional<double> &option, double length) {
@@ -340,9 +339,9 @@ class Search {
         if (random_) {
             // As much noise as is asked for: there are hundreds of pixels, so cells that matter show in spite of it.
             photons_ = within_photons(static_cast<double>(photons_) * pair.noise() / goal_);
-            pair = pixels_.pair(options_, photons_);
+            pair = pixels_.pair(options_at(0, photons_), photons_);
         }
-        Pair coarse = pixels_.pair(at_level(-1, options_, settings_, pixels_.scene()), photons_);
+        Pair coarse = pixels_.pair(options_at(-1, photons_), photons_);
         for (int level = 0;; ++level) {
             const Difference change = difference({coarse.a, coarse.b}, {pair.a, pair.b});
             for (int of : {level - 1, level}) {
@@ -357,11 +356,9 @@ class Search {
                 if (!photons) continue;
                 const std::optional<Choice> found =
                     measured_again(of, of < level ? level : level - 1, factor, of_pair, errors, *photons);
-                if (!found) continue;
-                // In place of so many photons?
-                return of == 0 && settings_for(found->options.photons).paths > 0 ? choose_paths() : found;
+                if (found) return found;
             }
-            const Options finer = at_level(level + 1, options_, settings_, pixels_.scene());
+            const Options finer = options_at(level + 1, photons_);
             if (level == finest_level || !fits(finer)) return std::nullopt;
             coarse = std::move(pair);
             pair = pixels_.pair(finer, photons_);
@@ -373,6 +370,12 @@ class Search {
         Options options = options_;
         options.photons = photons;
         return pixels_.settings_of(options);
+    }
+    // With the defaults' own spacings, if these still mean photons: where they would err by more than as many paths,
+    // the defaults take paths. What cells err by is measured here.
+    Options options_at(int level, uint64_t photons) const {
+        if (level == 0 && settings_for(photons).paths == 0) return options_;
+        return at_level(level, options_, settings_, pixels_.scene());
     }
     void set_goal(const Pair &pair, const Settings &settings) {
         mean_ = mean_of(pair.a);
@@ -387,10 +390,9 @@ class Search {
         const Plan plan = pixels_.plan_of(pixels_.settings_of(options));
         return plan.arena_bytes <= most_bytes && photons_ <= plan.max_photons;
     }
-    Choice choice(int level, const Pair &pair, const Errors &errors, uint64_t photons) const {
+    Choice choice(const Options &cells, const Pair &pair, const Errors &errors, uint64_t photons) const {
         const double more = static_cast<double>(photons) / static_cast<double>(photons_);
-        Choice result = {at_level(level, options_, settings_, pixels_.scene()),
-                         std::sqrt(errors.noise / more + errors.cells + errors.way) / mean_,
+        Choice result = {cells, std::sqrt(errors.noise / more + errors.cells + errors.way) / mean_,
                          pair.seconds + (more - 1) * pair.photon_seconds, pair.mean()};
         if (random_) result.options.photons = photons;
         return result;
@@ -400,11 +402,11 @@ class Search {
     // what those of `other_level` change.
     std::optional<Choice> measured_again(int level, int other_level, double factor, const Pair &pair, Errors errors,
                                          uint64_t photons) {
-        Choice found = choice(level, pair, errors, photons);
+        Choice found = choice(options_at(level, photons), pair, errors, photons);
         if (!random_) return found;
         for (int tries = 0; tries < 3; ++tries, photons = std::min(4 * photons, most_photons)) {
             Pair times, times_of_other;
-            const std::vector<Values> pictures = pixels_.pictures(found.options, photons, times);
+            const std::vector<Values> pictures = pixels_.pictures(options_at(level, photons), photons, times);
             std::vector<Values> all = errors_of(pictures);
             all.push_back(errors_of({pair.a, pair.b})[0]);
             const double scale = std::sqrt(static_cast<double>(photons_) / static_cast<double>(photons));
@@ -413,8 +415,8 @@ class Search {
             const double margin = largest_of_nine_in_ten(noise.degrees, all.size()) * safe_share * safe_share,
                          deviate = deviate_of_nine_in_ten / std::sqrt(noise.degrees);
             if (has_hard_faces_ && errors.cells + deviate * errors.uncertainty_of_cells > small_share * goal_) {
-                const Options other = at_level(other_level, options_, settings_, pixels_.scene());
-                const Difference change = difference(pictures, pixels_.pictures(other, photons, times_of_other));
+                const Difference change =
+                    difference(pictures, pixels_.pictures(options_at(other_level, photons), photons, times_of_other));
                 errors.cells = factor * factor * change.square;
                 errors.uncertainty_of_cells = factor * factor * change.uncertainty;
             }
@@ -426,7 +428,8 @@ class Search {
             if (!enough) continue; // more photons tell what cells err by
             most.noise = noise.square;
             photons_ = photons;
-            found = choice(level, {pictures[0], pictures[1], times.seconds, times.photon_seconds}, most, *enough);
+            found = choice(options_at(level, *enough), {pictures[0], pictures[1], times.seconds, times.photon_seconds},
+                           most, *enough);
             found.mean = 0;
             for (const Values &picture : pictures) found.mean += mean_of(picture) / more_seeds;
             return found;
@@ -448,7 +451,8 @@ class Search {
             const double wanted = pair.noise() / rest * static_cast<double>(measured);
             paths = std::max(fewest, static_cast<uint64_t>(std::min(wanted, 0x1p40)) + 1);
             if (paths > most_paths) return std::nullopt;
-            if (paths <= 4 * measured + 3) return choice(0, pair, {pair.noise(), 0, way_, 0}, paths * pixels_.rays());
+            if (paths <= 4 * measured + 3)
+                return choice(options_, pair, {pair.noise(), 0, way_, 0}, paths * pixels_.rays());
         }
     }
 
