@@ -62,6 +62,25 @@ TEST_CASE("warnings: an option that does nothing says why, one that does somethi
     }
 }
 
+TEST_CASE("warnings: without smoke the methods of smoke do nothing, and there is no map to write") {
+    WarningCommandTest test;
+    const std::string view = "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 8 8\nl 0 3 5\n";
+    for (const std::string &scene : {view + "s 0 0 0 1\n", view}) {
+        test.write("s.aff", scene);
+        const std::string digest = test.wisp("render -q --digest " + test.s()).out;
+        for (const std::string method : {"map", "direct", "volume"}) {
+            CHECK(test.warned("--smoke " + method).find(test.idle("smoke", "there is no smoke")) != std::string::npos);
+            CHECK(test.wisp("render -q --digest " + test.s() + " --smoke " + method).out == digest);
+        }
+        for (const std::string option : {"map-out", "map-in"})
+            test.refuses(test.wisp("render " + test.s() + " -o " + test.file("p.png") + " --" + option + " " +
+                                   test.file("m.map")),
+                         2,
+                         test.s() + ": option '" + option +
+                             "': found a scene without smoke, expected smoke, of whose photons a map is");
+    }
+}
+
 TEST_CASE("warnings: an option that is said to do nothing changes no bit" * doctest::test_suite("long")) {
     WarningCommandTest test;
     test.write("g.vol", CommandLineTest::volume(2, 2, 2, 1, 1, 1, {1, 2, 0, 1, 2, 0, 0, 1}));

@@ -277,7 +277,9 @@ double width_of_photon_cells(const Scene &scene, const Settings &settings) {
 const char *choose_defaults(const Options &options, const Scene &scene, uint32_t paths, Settings &settings) {
     const bool resamples = can_resample(scene), nearest = options.estimate == Estimate::knn;
     const bool maps = !options.map_in.empty() || !options.map_out.empty() || options.batches;
-    settings.method = options.method.value_or((nearest || !has_smoke(scene)) && !maps ? Method::direct : Method::map);
+    settings.method = !has_smoke(scene) && !maps
+                          ? Method::direct
+                          : options.method.value_or(nearest && !maps ? Method::direct : Method::map);
     settings.irradiance = options.irradiance.value_or(nearest ? IrradianceMap::none : IrradianceMap::uniform);
     if (settings.method == Method::map && nearest && settings.irradiance != IrradianceMap::none)
         throw Error(exit_usage, "option 'irradiance': found a map, expected none with --estimate knn of --smoke map");

@@ -166,8 +166,14 @@ Plan checked_plan(const Request &request, const Scene &scene, const Settings &se
                         "option 'estimate': found 'knn' with --smoke map for a grid or a "
                         "box, expected kernel, or particles alone");
     const Plan plan = renderer_of(request.options.arithmetic).plan(scene, settings);
-    if (plan.surfaces && !plan.smoke && uses_map(settings))
-        throw Error(exit_usage, request.name, "found options of the particle map, expected none without smoke");
+    if (!plan.smoke && uses_map(settings)) {
+        const char *option = is_given(request, "map-in")    ? "map-in"
+                             : is_given(request, "map-out") ? "map-out"
+                                                            : "batches";
+        throw Error(exit_usage, request.name,
+                    std::string("option '") + option +
+                        "': found a scene without smoke, expected smoke, of whose photons a map is");
+    }
     if (uses_map(settings) && settings.photons > plan.max_photons)
         throw Error(exit_usage, "option 'photons': found " + std::to_string(settings.photons) + ", expected at most " +
                                     std::to_string(plan.max_photons) + " that the particle map's sums can hold");
