@@ -7,6 +7,7 @@
 #include "wisp/progress.h"
 #include <cmath>
 #include <doctest/doctest.h>
+#include <map>
 #include <sstream>
 #include <unistd.h>
 
@@ -329,6 +330,57 @@ TEST_CASE("command line: help and version") {
     CHECK(version.out.find("wisp ") == 0);
     CHECK(version.out.find("f32 f64 fixed") != std::string::npos);
     CHECK(version.out.find("-ffp-contract=off") != std::string::npos);
+}
+
+TEST_CASE("command line: the help on a command lists of render's options those that it does not refuse") {
+    const CommandLineTest test;
+    const auto value_of = [&test](const std::string &name) -> std::string {
+        for (const std::string flag : {"digest", "quiet", "verbose", "layers", "reference", "remap"})
+            if (name == flag) return "";
+        const std::map<std::string, std::string> values = {{"size", "4x4"},
+                                                           {"crop", "0,0,2,2"},
+                                                           {"frames", "0"},
+                                                           {"arith", "f64"},
+                                                           {"output", test.file("o.png")},
+                                                           {"stats", "-"},
+                                                           {"progress", "never"},
+                                                           {"smoke", "map"},
+                                                           {"irradiance", "uniform"},
+                                                           {"estimate", "kernel"},
+                                                           {"deposit", "exact"},
+                                                           {"direction", "flux"},
+                                                           {"shadows", "exact"},
+                                                           {"lights", "all"},
+                                                           {"tree", "kd"},
+                                                           {"up", "y"},
+                                                           {"grid", "x"},
+                                                           {"write-scene", test.file("w.aff")},
+                                                           {"passes", "0:2 --reference"},
+                                                           {"memory", "1G"},
+                                                           {"error-out", test.file("e.pfm") + " --reference"},
+                                                           {"map-out", test.file("m.map")},
+                                                           {"map-in", test.file("none.map")},
+                                                           {"batches", "0:1 --map-out " + test.file("m.map")},
+                                                           {"max-error", "0.5"},
+                                                           {"ground", "yes"}};
+        const auto found = values.find(name);
+        return " " + (found == values.end() ? "1" : found->second);
+    };
+    for (const std::string command : {"plan ", "inspect ", "show density "}) {
+        const std::string first_word = command.substr(0, command.find(' '));
+        const std::string help = test.wisp(first_word + " --help").out;
+        for (const std::string &name : option_names(scene_options())) {
+            CAPTURE(command);
+            CAPTURE(name);
+            const bool is_listed = help.find("\n  --" + name + " ") != std::string::npos;
+            const Ran ran =
+                test.wisp(command + test.s() + (command == "inspect " ? " 1 1" : "") + " --" + name + value_of(name) +
+                          (command[0] == 's' && name != "output" && name != "batches" ? " --digest" : ""));
+            const bool is_refused = ran.err.find("does not go with " + first_word + ":") != std::string::npos ||
+                                    ran.err.find("belongs to render") != std::string::npos;
+            CHECK_MESSAGE(is_listed != is_refused, ran.err);
+        }
+    }
 }
 
 TEST_CASE("command line: degenerate pictures and smokes") { // C1, C4, E15, E17

@@ -5,6 +5,7 @@
 #include "host/commands/commands.h"
 #include "host/scene/options.h"
 #include "core/numbers/self_test.h"
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <new>
@@ -21,14 +22,20 @@ namespace {
 struct Command {
     const char *name, *usage, *what, *example;
     int (*run)(const std::vector<std::string> &arguments);
-    std::string (*help)(); // on its options
+    std::string (*help)(); // on its own options; nullptr: it has those of render alone
     // Needs this process's floating point to be IEEE's, and says itself where a signal stops it.
     bool renders;
+    const char *refused = ""; // of render's options, those that it never takes
 };
 
-std::string render_help() {
+// Whether a list of names between blanks has this one.
+bool has_name(const std::string &names, const std::string &name) {
+    return (" " + names + " ").find(" " + name + " ") != std::string::npos;
+}
+
+std::string render_help(const std::string &refused = "") {
     // By subject. A test holds that each option stands in one group.
-    const struct {
+    struct {
         const char *subject;
         std::vector<std::string> options;
     } groups[] = {{"Picture", {"size", "spp", "crop", "frames", "frame-count", "arith", "exposure"}},
@@ -42,20 +49,28 @@ std::string render_help() {
                   {"Reference", {"reference", "passes", "error-out"}},
                   {"Maps, memory", {"map-out", "map-in", "batches", "remap", "memory"}}};
     std::string text;
-    for (const auto &group : groups)
-        text += std::string(" ") + group.subject + ":\n" + help_lines(scene_options(), group.options);
+    for (auto &group : groups) {
+        std::vector<std::string> &options = group.options;
+        options.erase(std::remove_if(options.begin(), options.end(),
+                                     [&refused](const std::string &option) { return has_name(refused, option); }),
+                      options.end());
+        if (!options.empty())
+            text += std::string(" ") + group.subject + ":\n" + help_lines(scene_options(), options);
+    }
     return text;
 }
 
 constexpr Command commands[] = {
     {"render", "SCENE [options]", "pictures, one per frame; of a scene, or of a file of smoke by itself",
-     "wisp render smoke.bgeo -o smoke.png --size 800x600", render_command, render_help, true},
+     "wisp render smoke.bgeo -o smoke.png --size 800x600", render_command, nullptr, true},
     {"plan", "SCENE [options]", "the stages that this scene needs, and the bytes of each",
-     "wisp plan scene.aff --photons 4M", plan_command, plan_help, true},
+     "wisp plan scene.aff --photons 4M", plan_command, plan_help, true, "max-error"},
     {"inspect", "SCENE X Y [options]", "a pixel explained: its rays, hits, shadows, smoke and sums",
-     "wisp inspect scene.aff 120 64", inspect_command, inspect_help, true},
+     "wisp inspect scene.aff 120 64", inspect_command, inspect_help, true,
+     "output layers digest stats max-error reference passes error-out map-out batches"},
     {"show", "STAGE SCENE [options]", "a picture of what a stage makes: density, photons, trees, proofs ...",
-     "wisp show density scene.aff -o density.png", show_command, show_help, true},
+     "wisp show density scene.aff -o density.png", show_command, show_help, true,
+     "layers stats max-error reference passes error-out map-out batches"},
     {"info", "FILE [--json]", "what a file is and holds: particles, grid, scene, map, passes, picture",
      "wisp info smoke.vdb", info_command, info_help, false},
     {"compare", "A B [options]", "how two pictures differ, .pfm, .exr or .png; exit 1 when they do",
@@ -76,7 +91,7 @@ constexpr char how_to_write[] =
 
 std::string help_on(const Command &command) {
     return usage_of(command) + "\nExample: " + command.example + "\n\nOptions, " + how_to_write + ":\n" +
-           command.help() + (command.help != render_help && command.renders ? render_help() : "");
+           (command.help ? command.help() : "") + (command.renders ? render_help(command.refused) : "");
 }
 
 std::string help_text() {
@@ -85,10 +100,10 @@ std::string help_text() {
     text += in_columns("wisp COMMAND --help", "the options of one command, and an example") +
             in_columns("wisp help | version", "all of this; compiler and flags") + "\nOptions, " + how_to_write +
             ":\n" + render_help() +
-            "\nOptions of inspect: those of render but files, --reference, --max-error and --shadows paper; with\n"
-            "--crop what is before the pixel in the crop is rendered first, so that shadows are decided by what\n"
-            "was learnt there, else the pixel alone; and\n" +
-            inspect_help() + "\nWhat show has, beside the options of render:\n" + show_help() +
+            "\nOptions of inspect, beside those of render that 'wisp inspect --help' lists, but --shadows paper.\n"
+            "With --crop what is before the pixel in the crop is rendered first, so that shadows are decided by\n"
+            "what was learnt there, else the pixel alone.\n" +
+            inspect_help() + "\nWhat show has, beside those of render that 'wisp show --help' lists:\n" + show_help() +
             "\nOptions of plan, beside those of render:\n" + plan_help() + "\nOptions of info:\n" +
             info_help() + "\nOptions of compare:\n" + compare_help() +
             "\nExit: 0 done, 1 pictures differ, 2 wrong usage, 3 bad input, 4 does not fit in memory, 5 could\n"

@@ -189,7 +189,7 @@ const OptionTable<Options> &scene_options() {
         {"tree", "box|kd",
          "over triangles: of boxes, or a kd-tree as in the papers; pictures are the same, --stats counts differ (box)",
          to_word(&Options::tree, {"box", "kd"})},
-        {"depth", "N", "longest chain of reflected and refracted rays behind a camera ray (10)",
+        {"depth", "N", "longest chain of reflected and refracted rays behind a camera ray, 0 to 64 (10)",
          to_count_in(&Options::depth, 0, 64)},
         {"shadows", shadow_method_choices + 1,
          "how shadows of surfaces are found: by rays; the last occluder first; by what was met before; without rays "
