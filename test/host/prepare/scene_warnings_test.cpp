@@ -200,6 +200,23 @@ TEST_CASE("scene warnings: smoke too thin to be seen, or like a solid") {
     CHECK(test.kinds(camera + light + "smoke one.vtk { radius 0.2 mass 0.1 }\n").empty()); // is 0.8 wide
 }
 
+TEST_CASE("scene warnings: materials of which fixed point has few digits") {
+    WarningTest test;
+    const auto seen = [&test](const std::string &material) {
+        return test.kinds(camera + light + "am 0 0 0\n" + material + "\np 3 -1 -1 0 1 -1 0 0 1 0\n");
+    };
+    const std::string dark = "f 1 1 1 1e-7 0 1 0 0";
+    CHECK(seen(dark).empty());
+    test.options.arithmetic = Arithmetic::fixed;
+    CHECK(seen(dark) == "digits of materials");
+    CHECK(test.texts ==
+          "s.aff: fixed point has few digits for a material whose brightest colour is 1e-07; --arith f32 and "
+          "f64 have\n");
+    CHECK(seen("f 1 1 1 1e-5 0 1 0 0").empty());
+    CHECK(seen("f 1 1 1 0 0 1 0 0").find("digits") == std::string::npos);    // black
+    CHECK(seen("f 1 1 1 1e-7 1 1 0 0").find("digits") == std::string::npos); // beside its mirror
+}
+
 TEST_CASE("scene warnings: smoke so dense that f32 has no digits for places in it") {
     WarningTest test;
     const auto box = [&](const std::string &from) {
