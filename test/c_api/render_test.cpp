@@ -212,7 +212,7 @@ TEST_CASE("c_api: what the arithmetic cannot hold is refused, with the smoke whe
     const CFrame far_frame(far.scene);
     CHECK(picture.render(far_frame.frame) == WISP_BAD_SCENE);
     CHECK(std::string(picture.error.text) ==
-          "scene: a light is too far from the surfaces for this arithmetic, expected one that fits");
+          "scene: a light is too far from the surfaces; a parallel light has no distance, expected one that fits");
     // Fixed point has less room for smoke beside surfaces.
     CScene coarse;
     std::vector<double> radii(40, 0.2);

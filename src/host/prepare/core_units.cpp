@@ -207,13 +207,15 @@ namespace {
 const char *fault_of_surfaces(const Scene &scene, bool fixed, LightChoice lights) {
     const double farthest = fixed ? 0x1p13 : 0x1p18;
     if (!(largest_component(scene.camera.origin) <= farthest))
-        return "the camera is too far from the surfaces for this arithmetic";
+        return fixed ? "the camera is too far from the surfaces for fixed point; f32 has room for 32 times as far"
+                     : "the camera is too far from the surfaces";
     if (fixed && length(scene.camera.corner) > 0x1p15) return "the view is too wide for fixed point";
     double sum = 0;
     for (uint32_t i = 0; i < scene.light_count; ++i) {
         const LightSource &light = scene.lights[i];
         if (light.kind != LightKind::parallel && !(largest_component(light.position) <= farthest))
-            return "a light is too far from the surfaces for this arithmetic";
+            return fixed ? "a light is too far from the surfaces for fixed point; f32 has room for 32 times as far"
+                         : "a light is too far from the surfaces; a parallel light has no distance";
         if (fixed && largest(light.color) > 0x1p30) return "a light is too strong for fixed point";
         sum += largest(light.color);
     }

@@ -133,11 +133,13 @@ TEST_CASE("prepared surfaces: what does not fit is refused with the reason") {
         refused(too_far, {}, 1) ==
         "s.aff:1: something moves more than four times as far between its keys as at them, or 512 times as far as what "
         "is still reaches, expected a scene that fits");
-    CHECK(refused("lp 1e9 0 0 1 1 1\n" + floor_of_six) ==
-          "s.aff:1: a light is too far from the surfaces for this arithmetic, expected a scene that fits");
+    CHECK(
+        refused("lp 1e9 0 0 1 1 1\n" + floor_of_six) ==
+        "s.aff:1: a light is too far from the surfaces; a parallel light has no distance, expected a scene that fits");
     CHECK(refused("lp 9999 0 0 1 1 1\n" + floor_of_six) == "no error");
     CHECK(refused("lp 9999 0 0 1 1 1\n" + floor_of_six, fixed) ==
-          "s.aff:1: a light is too far from the surfaces for this arithmetic, expected a scene that fits");
+          "s.aff:1: a light is too far from the surfaces for fixed point; f32 has room for 32 times as far, expected a "
+          "scene that fits");
     CHECK(refused("lp 99 0 0 1 1 1\n" + floor_of_six, fixed) == "no error"); // in smaller units
     CHECK(refused("tt nowhere.ppm 0 0 0 0 0 1 0 0 1 0 0 1 0 0 1") ==
           "s.aff:2: nowhere.ppm: cannot be opened: No such file or directory");
