@@ -102,8 +102,9 @@ void ProgressMeter::update(Stage stage, uint64_t done, uint64_t total) {
     std::fflush(stderr);
 }
 
-std::string ProgressMeter::text(double of_stage, double time) const {
-    const double part = std::clamp(part_done(run_, stage_, of_stage), 0.0, 1.0), elapsed = time - run_.began;
+std::string ProgressMeter::text(double of_stage, double time) {
+    const double elapsed = time - run_.began,
+                 part = part_ = std::clamp(part_done(run_, stage_, of_stage), part_, 1.0); // stages may come again
     std::string line;
     if (bar_) {
         constexpr int width = 20;

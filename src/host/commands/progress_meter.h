@@ -36,7 +36,7 @@ class ProgressMeter {
   private:
     void update(Stage stage, uint64_t done, uint64_t total);
     void close(double time);
-    std::string text(double of_stage, double time) const;
+    std::string text(double of_stage, double time);
 
     int64_t frame_;
     const Plan &plan_;
@@ -44,6 +44,7 @@ class ProgressMeter {
     bool bar_, lines_, running_ = false;
     Stage stage_ = Stage::frame_cache;
     double began_ = 0, next_, seconds_[stage_count] = {};
+    double part_ = 0; // of the run, as was said last
 };
 
 } // namespace wisp
