@@ -21,13 +21,13 @@ enum class Layer : uint8_t {
     direct,
     // Of the first surface; a ray that meets none counts as 0. As denoisers and compositing want them.
     albedo, // R G B: diffuse colour, textured; 0 to 1 where the scene's are
-    normal, // X Y Z: that of shading, on the eye's side, in the scene's axes. A mean of unit vectors: its length is 1
-            // where they agree, less at edges
+    normal, // X Y Z: that of shading, on the plane's side to the eye, in the scene's axes. A mean of unit vectors: its
+            // length is 1 where they agree, less at edges
     depth,  // Z: distance along the camera's axis, in the scene's unit of length. The mean of the rays that meet a
             // surface; infinite where none does
     alpha,  // A: 1 less the transmittance of the smoke, 1 where there is a surface, of glass too
-    shadow, // 0 to 1: of the irradiance that lamps in front of the first surface would give it, the part that other
-            // surfaces and smoke keep away; with --lights cuts, of the clusters that were asked
+    shadow, // 0 to 1: of the irradiance that lamps in front of the first surface would give it (the largest channel of
+            // each), the part that other surfaces and smoke keep away; with --lights cuts, of the clusters asked
     node_visits // nodes of triangle trees that camera rays, reflected and refracted ones visited, of all samples
 };
 constexpr uint32_t layer_count = 12;
