@@ -178,30 +178,14 @@ class MeasuredPixels {
     bool is_random(const Settings &settings) const { return settings.paths > 0 || plan_of(settings).photons; }
 
     Pair pair(const Options &options, uint64_t photons) const {
-        Options tried = options;
-        tried.photons = photons;
-        Settings settings = settings_of(tried);
         Pair pair;
-        render(settings, pair.a, nullptr, pair);
-        settings.seed += seed_of_pair;
-        if (is_random(settings))
-            render(settings, pair.b, nullptr, pair);
-        else
-            pair.b = pair.a;
+        std::vector<Values> two = pictures(options, photons, 0, 2, pair);
+        pair.a = std::move(two[0]), pair.b = std::move(two[1]);
         return pair;
     }
-    // Pictures of `more_seeds` seeds that no pair has.
-    std::vector<Values> pictures(const Options &options, uint64_t photons, Pair &times) const {
-        Options tried = options;
-        tried.photons = photons;
-        Settings settings = settings_of(tried);
-        settings.seed += seed_of_pair;
-        std::vector<Values> pictures(more_seeds);
-        for (Values &picture : pictures) {
-            settings.seed += seed_of_pair;
-            render(settings, picture, nullptr, times);
-        }
-        return pictures;
+    // Pictures of seeds that no pair has.
+    std::vector<Values> more_pictures(const Options &options, uint64_t photons, Pair &times) const {
+        return pictures(options, photons, 2, more_seeds, times);
     }
     // Without what is scattered more than once.
     Values without_photons(const Options &options) const {
@@ -233,8 +217,22 @@ class MeasuredPixels {
     }
 
   private:
-    static constexpr uint64_t seed_of_pair = 0x9e3779b97f4a7c15; // far from the seeds that people choose
+    static constexpr uint64_t between_seeds = 0x9e3779b97f4a7c15; // leads far from the seeds that people choose
 
+    // Of so many seeds, from the request's own (0) on.
+    std::vector<Values> pictures(Options options, uint64_t photons, size_t first_seed, size_t count,
+                                 Pair &times) const {
+        options.photons = photons;
+        Settings settings = settings_of(options);
+        settings.seed += first_seed * between_seeds;
+        std::vector<Values> pictures(count);
+        for (size_t i = 0; i < count; ++i, settings.seed += between_seeds)
+            if (i == 0 || is_random(settings))
+                render(settings, pictures[i], nullptr, times);
+            else
+                pictures[i] = pictures[0];
+        return pictures;
+    }
     void render(const Settings &settings, Values &values, PixelSums *sums, Pair &times) const {
         const int64_t frame = request_.frames.first;
         const Plan plan = checked_plan(request_, scene(), settings);
@@ -259,10 +257,23 @@ class MeasuredPixels {
         times.photon_seconds = progress.seconds(StageGroup::photons);
         times.seconds = progress.seconds(StageGroup::trees) + times.photon_seconds +
                         progress.seconds(StageGroup::irradiance) + progress.seconds(StageGroup::render) * of_one;
+        say_once_a_minute();
+    }
+    // Many short pictures take long, of which the progress meter says nothing.
+    void say_once_a_minute() const {
+        ++pictures_;
+        const double time = now();
+        if (request_.options.quiet || request_.options.progress == Options::Progress::never || time - said_ < 60)
+            return;
+        said_ = time;
+        print_note("max-error: " + std::to_string(pictures_) + " pictures were measured in " +
+                   std::to_string(static_cast<int>(time - began_)) + " s; the choice is not known yet");
     }
 
     Request request_;
     PreparedScene prepared_;
+    mutable int pictures_ = 0;
+    mutable double began_ = now(), said_ = began_;
 };
 
 // The spacings of level 0, those of the defaults or of the options, halved so many times; doubled where `level` is -1.
@@ -406,7 +417,7 @@ class Search {
         if (!random_) return found;
         for (int tries = 0; tries < 3; ++tries, photons = std::min(4 * photons, most_photons)) {
             Pair times, times_of_other;
-            const std::vector<Values> pictures = pixels_.pictures(options_at(level, photons), photons, times);
+            const std::vector<Values> pictures = pixels_.more_pictures(options_at(level, photons), photons, times);
             std::vector<Values> all = errors_of(pictures);
             all.push_back(errors_of({pair.a, pair.b})[0]);
             const double scale = std::sqrt(static_cast<double>(photons_) / static_cast<double>(photons));
@@ -415,8 +426,8 @@ class Search {
             const double margin = largest_of_nine_in_ten(noise.degrees, all.size()) * safe_share * safe_share,
                          deviate = deviate_of_nine_in_ten / std::sqrt(noise.degrees);
             if (has_hard_faces_ && errors.cells + deviate * errors.uncertainty_of_cells > small_share * goal_) {
-                const Difference change =
-                    difference(pictures, pixels_.pictures(options_at(other_level, photons), photons, times_of_other));
+                const Difference change = difference(
+                    pictures, pixels_.more_pictures(options_at(other_level, photons), photons, times_of_other));
                 errors.cells = factor * factor * change.square;
                 errors.uncertainty_of_cells = factor * factor * change.uncertainty;
             }
