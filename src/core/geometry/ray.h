@@ -10,6 +10,11 @@ struct Box {
     Vec3 low, high;
 };
 
+// Bit 0 of `i` is set where the corner is high in x, bit 1 in y, bit 2 in z.
+inline Vec3 corner_of(const Box &box, uint32_t i) {
+    return Vec3((i & 1 ? box.high : box.low).x, (i & 2 ? box.high : box.low).y, (i & 4 ? box.high : box.low).z);
+}
+
 inline bool is_strictly_inside(const Box &box, const Vec3 &p) {
     return p.x > box.low.x && p.y > box.low.y && p.z > box.low.z && p.x < box.high.x && p.y < box.high.y &&
            p.z < box.high.z;

@@ -89,8 +89,7 @@ struct CellMarker {
             return;
         }
         for (uint32_t corner = 0; corner < 8; ++corner) {
-            const Vec3 x((corner & 1 ? box.high : box.low).x, (corner & 2 ? box.high : box.low).y,
-                         (corner & 4 ? box.high : box.low).z);
+            const Vec3 x = corner_of(box, corner);
             const uint32_t brick = brick_at(bricks, cell_at(bricks.lattice, x));
             if (brick == no_brick) continue;
             edges[cut.first(brick) + find_cell(position_in(bricks, brick, x), cut.spacing).node] |= 8;

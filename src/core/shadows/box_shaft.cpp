@@ -27,9 +27,6 @@ int sign_beyond(detail::Wide w, detail::Wide slack) {
     if (detail::high_word(rest) < 0 || detail::is_zero(rest)) return 0;
     return negative ? -1 : 1;
 }
-LatticePoint corner_of(const LatticeBounds &box, int i) {
-    return {{(i & 1 ? box.high : box.low).x[0], (i & 2 ? box.high : box.low).x[1], (i & 4 ? box.high : box.low).x[2]}};
-}
 LatticeBounds widened(LatticeBounds box, int64_t by) {
     for (int a = 0; a < 3; ++a) {
         box.low.x[a] -= by;

@@ -36,6 +36,10 @@ struct LatticePoint {
 struct LatticeBounds {
     LatticePoint low, high;
 };
+// Bit 0 of `i` is set where the corner is high in x, bit 1 in y, bit 2 in z.
+inline LatticePoint corner_of(const LatticeBounds &box, int i) {
+    return {{(i & 1 ? box.high : box.low).x[0], (i & 2 ? box.high : box.low).x[1], (i & 4 ? box.high : box.low).x[2]}};
+}
 
 // The lattice of a light's shafts. Steps are 2^exponent long.
 struct ShaftLattice {

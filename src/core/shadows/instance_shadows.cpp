@@ -71,12 +71,11 @@ void place_in_plane(const Vec3 &direction, const Axes &axes, const Vec3 &p, Real
 }
 Rectangle rectangle_in_plane(const Light &light, const Box &box) {
     const Axes axes = axes_from(largest_axis(light.direction));
-    const Vec3 low = box.low - Vec3(box_margin), high = box.high + Vec3(box_margin);
+    const Box wider = {box.low - Vec3(box_margin), box.high + Vec3(box_margin)};
     Rectangle all = {};
-    for (int i = 0; i < 8; ++i) {
-        const Vec3 corner(i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z);
+    for (uint32_t i = 0; i < 8; ++i) {
         Rectangle here;
-        place_in_plane(light.direction, axes, corner, here.low);
+        place_in_plane(light.direction, axes, corner_of(wider, i), here.low);
         std::copy(here.low, here.low + 2, here.high);
         if (i == 0) all = here;
         all.add(here);

@@ -19,6 +19,11 @@ inline double length(const Double3 &a) { return std::sqrt(dot(a, a)); }
 inline double largest(const Double3 &a) { return std::max({a.x, a.y, a.z}); }
 inline double largest_component(const Double3 &a) { return std::max({std::fabs(a.x), std::fabs(a.y), std::fabs(a.z)}); }
 
+// Of a box: bit 0 of `i` is set where the corner is high in x, bit 1 in y, bit 2 in z.
+inline Double3 corner_of_box(const Double3 &low, const Double3 &high, int i) {
+    return {i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z};
+}
+
 // a / |a| for any a but 0: its largest component is made 1 first, so that no square underflows.
 inline Double3 unit(const Double3 &a) {
     const double size = largest_component(a);

@@ -20,7 +20,11 @@
 namespace wisp {
 namespace {
 
-std::string reason() { return std::strerror(errno); }
+// Of errno. A lack of memory is one, whatever lacks it.
+std::string reason() {
+    if (errno == ENOMEM) throw std::bad_alloc();
+    return std::strerror(errno);
+}
 
 [[noreturn]] void fail_output(const std::string &path) {
     throw Error(exit_output, path, "could not be written: " + reason());

@@ -121,9 +121,8 @@ void add_grid_file(Facts &facts, const std::string &path, const Bytes &bytes) {
     const Double3 low = double3(volume.low), high = double3(volume.high), size = high - low;
     const auto &[right, up, back] = volume.axis;
     Spread x, y, z; // of the corners: exactly those of the file where it is not turned
-    for (int corner = 0; corner < 8; ++corner) {
-        const Double3 p = right * (corner & 1 ? high.x : low.x) + up * (corner & 2 ? high.y : low.y) +
-                          back * (corner & 4 ? high.z : low.z);
+    for (int i = 0; i < 8; ++i) {
+        const Double3 corner = corner_of_box(low, high, i), p = right * corner.x + up * corner.y + back * corner.z;
         x.add(p.x), y.add(p.y), z.add(p.z);
     }
     if (!volume.names.empty()) facts.word("grid", volume.name).words("grids", volume.names); // `grid`: the one read

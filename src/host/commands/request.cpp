@@ -47,6 +47,7 @@ void write_scene(const std::string &path, const std::string &smoke, const Chosen
     const fs::path folder = fs::absolute(path, fault).parent_path();
     const fs::path whole = fault ? fs::path() : fs::absolute(smoke, fault);
     const fs::path named = fault ? fs::path() : fs::proximate(whole, folder, fault);
+    if (fault == std::errc::not_enough_memory) throw std::bad_alloc();
     if (fault) throw Error(exit_output, path, "cannot name " + smoke + " from its folder: " + fault.message());
     write_file(path, chosen.text(named.string()));
 }

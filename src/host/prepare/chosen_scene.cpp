@@ -382,8 +382,7 @@ Cloud cloud_of(const SceneFile::SmokeVolume &smoke) {
     if (!smoke.box) return read_cloud(smoke.path(0), smoke.grid);
     const Double3 &low = smoke.box->low, &high = smoke.box->high;
     Cloud cloud;
-    for (int i = 0; i < 8; ++i)
-        cloud.points.push_back({i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z});
+    for (int i = 0; i < 8; ++i) cloud.points.push_back(corner_of_box(low, high, i));
     cloud.reach = 1e-3 * length(high - low);
     return cloud;
 }

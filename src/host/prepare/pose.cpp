@@ -163,9 +163,7 @@ Extent extent_at_keys(const SceneGraph &graph, const Shapes &shapes, double star
         for (size_t i = 0; i < own.size(); ++i) {
             const Pose &pose = poses[index_of(shapes.instance_nodes[i])];
             for (int corner = 0; pose.visible && corner < 8; ++corner)
-                all.add(transform_point(pose.matrix, {corner & 1 ? own[i].low.x : own[i].high.x,
-                                                      corner & 2 ? own[i].low.y : own[i].high.y,
-                                                      corner & 4 ? own[i].low.z : own[i].high.z}));
+                all.add(transform_point(pose.matrix, corner_of_box(own[i].low, own[i].high, corner)));
         }
         for (const DeformingTriangle &deforming : graph.deforming) {
             const Pose &pose = poses[index_of(deforming.node)];

@@ -141,10 +141,6 @@ struct Face {
 };
 uint32_t faces_of(const BufferView &view) { return view.cube ? 6 : 1; }
 
-LatticePoint corner_of(const LatticeBounds &box, int i) {
-    return {{(i & 1 ? box.high : box.low).x[0], (i & 2 ? box.high : box.low).x[1], (i & 4 ? box.high : box.low).x[2]}};
-}
-
 // False: roundings are too large for cells.
 bool make_view(BufferView &view, const Light &light, const ShaftLattice &lattice, const TriangleTree &tree,
                uint32_t edge) {
