@@ -190,6 +190,15 @@ TEST_CASE("warnings: the nearest photons' estimate, where it is far off" * docte
     CHECK(!warns("100", "0.9", "--smoke direct --photons 150000 --gather 50"));
     CHECK(!warns("30", "0.2", "--smoke direct --photons 20000"));
     CHECK(!warns("3", "0.9", "--photons 20000"));
+    // Against --reference the first lacks all that is scattered more than once.
+    for (const auto &[radius, few] : {std::pair("0.001", true), {"0.1", true}, {"1", false}}) {
+        CAPTURE(radius);
+        const std::string options =
+            std::string(" --smoke direct --gather 50 --photons 20000 --gather-radius ") + radius;
+        const std::string err = test.wisp("render " + test.s() + " --digest" + options).err;
+        CHECK((err.find("within --gather-radius there are about ") != std::string::npos) == few);
+        CHECK(err.empty() != few);
+    }
 }
 
 TEST_CASE("warnings: shapes that are not there, or not whole") {

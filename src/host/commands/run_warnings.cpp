@@ -124,17 +124,19 @@ double ball_radius(double volume, double widest) {
 }
 
 // What the nearest photons' estimate depends on, in smoothing lengths of the finest smoke: the mean radius of their
-// ball, if photons were spread evenly over all smoke, and the mean free path in the densest.
+// ball, if photons were spread evenly over all smoke, and the mean free path in the densest; and how many photons the
+// largest ball would hold.
 struct Gather {
-    double radius, free_path;
+    double radius, free_path, most;
 };
 Gather gather_of(const Scene &scene, const Settings &settings, uint64_t photons) {
     const SmokeDensity density = density_of(scene);
     double widest = 0;
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
         if (!scene.smokes[i].empty()) widest = std::max(widest, settings.gather_radius * scene.smokes[i].largest_h);
-    const double of_ball = density.volume * settings.gather / static_cast<double>(std::max<uint64_t>(photons, 1));
-    return {ball_radius(of_ball, widest) / density.length, 1 / density.mean_depth};
+    const double of_photon = density.volume / static_cast<double>(std::max<uint64_t>(photons, 1));
+    return {ball_radius(of_photon * settings.gather, widest) / density.length, 1 / density.mean_depth,
+            4.18879 * widest * widest * widest / of_photon};
 }
 
 // The largest factor between two particles' smoothing lengths in one smoke.
@@ -249,6 +251,12 @@ void RunWarnings::of_photons(const Scene &scene, const Settings &settings, const
                           two_digits(unlike) +
                           ", and the nearest photons are those in the smallest; --smoke map errs by less"});
     const Gather gather = gather_of(scene, settings, statistics.photons.stored);
+    if (is_given(request_, "gather-radius") && gather.most < 10)
+        return print(
+            {"few nearest photons", "",
+             "light that is scattered more than once is noise or missing here: within --gather-radius there are "
+             "about " +
+                 two_digits(gather.most) + " photons; more --photons or a larger --gather-radius find more"});
     if (!(gather.radius > 0.3 && gather.radius > 0.55 * gather.free_path)) return;
     print({"nearest photons", "",
            method + " is likely 10 % wrong here, or more: the nearest " + std::to_string(settings.gather) +
