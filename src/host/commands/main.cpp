@@ -5,7 +5,6 @@
 #include "host/commands/commands.h"
 #include "host/scene/options.h"
 #include "core/numbers/self_test.h"
-#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <new>
@@ -35,7 +34,7 @@ bool has_name(const std::string &names, const std::string &name) {
 
 std::string render_help(const std::string &refused = "") {
     // By subject. A test holds that each option stands in one group.
-    struct {
+    const struct {
         const char *subject;
         std::vector<std::string> options;
     } groups[] = {{"Picture", {"size", "spp", "crop", "frames", "frame-count", "arith", "exposure"}},
@@ -49,11 +48,10 @@ std::string render_help(const std::string &refused = "") {
                   {"Reference", {"reference", "passes", "error-out"}},
                   {"Maps, memory", {"map-out", "map-in", "batches", "remap", "memory"}}};
     std::string text;
-    for (auto &group : groups) {
-        std::vector<std::string> &options = group.options;
-        options.erase(std::remove_if(options.begin(), options.end(),
-                                     [&refused](const std::string &option) { return has_name(refused, option); }),
-                      options.end());
+    for (const auto &group : groups) {
+        std::vector<std::string> options;
+        for (const std::string &option : group.options)
+            if (!has_name(refused, option)) options.push_back(option);
         if (!options.empty())
             text += std::string(" ") + group.subject + ":\n" + help_lines(scene_options(), options);
     }

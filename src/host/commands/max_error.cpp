@@ -413,8 +413,7 @@ class Search {
     // what those of `other_level` change.
     std::optional<Choice> measured_again(int level, int other_level, double factor, const Pair &pair, Errors errors,
                                          uint64_t photons) {
-        Choice found = choice(options_at(level, photons), pair, errors, photons);
-        if (!random_) return found;
+        if (!random_) return choice(options_at(level, photons), pair, errors, photons);
         for (int tries = 0; tries < 3; ++tries, photons = std::min(4 * photons, most_photons)) {
             Pair times, times_of_other;
             const std::vector<Values> pictures = pixels_.more_pictures(options_at(level, photons), photons, times);
@@ -439,8 +438,8 @@ class Search {
             if (!enough) continue; // more photons tell what cells err by
             most.noise = noise.square;
             photons_ = photons;
-            found = choice(options_at(level, *enough), {pictures[0], pictures[1], times.seconds, times.photon_seconds},
-                           most, *enough);
+            Choice found = choice(options_at(level, *enough),
+                                  {pictures[0], pictures[1], times.seconds, times.photon_seconds}, most, *enough);
             found.mean = 0;
             for (const Values &picture : pictures) found.mean += mean_of(picture) / more_seeds;
             return found;

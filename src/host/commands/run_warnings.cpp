@@ -113,12 +113,14 @@ std::vector<Warning> idle_options(const Request &request, const PreparedScene &p
     return warnings;
 }
 
+constexpr double volume_of_unit_ball = 4.18879; // 4 / 3 pi
+
 // Of a ball of that volume; at most `widest`.
 double ball_radius(double volume, double widest) {
     double low = 0, high = widest;
     for (int i = 0; i < 50; ++i) {
         const double middle = 0.5 * (low + high);
-        (4.18879 * middle * middle * middle < volume ? low : high) = middle; // 4 / 3 pi
+        (volume_of_unit_ball * middle * middle * middle < volume ? low : high) = middle;
     }
     return high;
 }
@@ -136,7 +138,7 @@ Gather gather_of(const Scene &scene, const Settings &settings, uint64_t photons)
         if (!scene.smokes[i].empty()) widest = std::max(widest, settings.gather_radius * scene.smokes[i].largest_h);
     const double of_photon = density.volume / static_cast<double>(std::max<uint64_t>(photons, 1));
     return {ball_radius(of_photon * settings.gather, widest) / density.length, 1 / density.mean_depth,
-            4.18879 * widest * widest * widest / of_photon};
+            volume_of_unit_ball * widest * widest * widest / of_photon};
 }
 
 // The largest factor between two particles' smoothing lengths in one smoke.
