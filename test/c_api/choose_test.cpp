@@ -3,6 +3,7 @@
 #include "support/c_scene.h"
 #include <cmath>
 #include <doctest/doctest.h>
+#include <vector>
 
 using namespace wisp;
 
@@ -35,7 +36,9 @@ TEST_CASE("c_api: open settings are chosen by the smoke, and rendered") {
     CHECK(std::string(error.text) == "");
     CHECK(of_thin.method == WISP_METHOD_MAP);
     CHECK(of_thin.irradiance == WISP_IRRADIANCE_UNIFORM);
-    CHECK(of_thin.density_step == 0.55);
+    CHECK(of_thin.density_step < 0.3); // the cells of 40 particles
+    CHECK(of_thin.irradiance_step == 0.55);
+    CHECK(of_thin.step == 0.55);
     CHECK(of_dense.density_step == 0.55 * 0.4);
     CHECK(of_dense.step == 2 * of_dense.density_step);
     CHECK(of_thin.photons == 1000000);
@@ -43,6 +46,29 @@ TEST_CASE("c_api: open settings are chosen by the smoke, and rendered") {
     picture.settings = of_thin;
     picture.settings.photons = 2000;
     CHECK_MESSAGE(picture.render(thin_frame.frame) == WISP_DONE, picture.error.text);
+}
+
+TEST_CASE("c_api: few particles are resampled to finer cells, and one to the finest") {
+    std::vector<float> positions;
+    for (int z = 0; z < 20; ++z)
+        for (int y = 0; y < 20; ++y)
+            for (int x = 0; x < 20; ++x)
+                for (int k : {x, y, z}) positions.push_back(static_cast<float>(k) * 0.25f);
+    CScene from;
+    from.smokes[0].positions.data = positions.data();
+    from.smokes[0].extinction = 1e-4;
+    double before = 0;
+    for (const uint64_t count : {1, 20, 400, 8000}) {
+        CAPTURE(count);
+        from.smokes[0].count = count;
+        const CFrame frame(from.scene);
+        wisp_settings settings = open_settings();
+        REQUIRE(wisp_choose_settings(frame.frame, &settings, nullptr) == WISP_DONE);
+        CHECK(settings.density_step > before);
+        before = settings.density_step;
+        if (count == 1) CHECK(settings.density_step == 0.1);
+    }
+    CHECK(before == 0.55);
 }
 
 TEST_CASE("c_api: settings that are given stay, or are refused with the program's line") {

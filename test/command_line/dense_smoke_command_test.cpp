@@ -166,6 +166,33 @@ TEST_CASE("dense smoke: a light among particles, nearer to a ray than a step is 
     }
 }
 
+TEST_CASE("few particles: the middle of each is as bright as sums of their kernels say") {
+    // Spline kernels have a cusp there: a lamp next to it shows what cells lose.
+    DenseSmokeTest test;
+    struct Limits {
+        const char *light;
+        double most, in_wide_cells; // of the relative RMSE: at most, and more than that in cells for many
+    };
+    const std::array<double, 5> first = {0, 0, 0, 1, 1}, second = {0.7, 0.3, -0.2, 1, 0.5},
+                                third = {-0.4, 0.6, 0.9, 1, 2};
+    for (const auto &particles : {std::vector{first}, std::vector{first, second, third}})
+        for (const Limits &limits :
+             {Limits{"ld 0.3 0.2 1 1 1 1", 0.02, 0.05}, Limits{"lp 0.01 0.02 0.01 1 1 1", 0.1, 0.3}}) {
+            CAPTURE(particles.size());
+            CAPTURE(limits.light);
+            test.write("s.ply", test.ply(particles));
+            test.write("s.aff", "v from 0 0 9 at 0 0 0 up 0 1 0 angle 6 hither 0.01 resolution 16 16\n" +
+                                    std::string(limits.light) +
+                                    "\nsmoke s.ply { kernel spline extinction 0.02 albedo .9 .9 .9 }\n");
+            const Picture fine = test.picture("--photons 0 --smoke map --density-step 0 --step 0.05");
+            const auto error = [&](const std::string &options) {
+                return compare(test.picture("--photons 0 " + options), fine).relative_rmse;
+            };
+            CHECK(error("") < limits.most);
+            CHECK(error("--density-step 0.55") > limits.in_wide_cells);
+        }
+}
+
 TEST_CASE("dense smoke: light enters particles like solids in a thin rim") {
     DenseSmokeTest test;
     test.write("s.ply", test.ply({{0, 0, 0, 0.3, 1}, {0.1, 0, -0.05, 0.25, 1}, {-0.13, -0.04, 0.07, 0.3, 1}}));

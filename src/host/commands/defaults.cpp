@@ -67,17 +67,36 @@ bool has_samples(const Scene &scene) {
     return false;
 }
 
+// Few particles, whose smoke is of so many cells or fewer, are resampled to finer ones: that costs little, and the
+// errors of few particles do not even out. Thin smoke of 1, 3, 10, 30 and 100 of them at random places errs by 20,
+// 11, 8, 6 and 4 % in cells of 0.55 smoothing lengths, and in these by 2 % of one, and of more by less than 1 %.
+constexpr double few_cells = 16000;
+constexpr double finest_cell = 0.1; // of one particle these are 64,000
+
+// The cells of the scene's smoke, where those of many particles are of `lengths` smoothing lengths.
+double cell_for(const Scene &scene, const SmokeDensity &density, double lengths) {
+    const auto is_few = [&](double cell) {
+        const double edge = cell * density.length;
+        return few_cells * edge * edge * edge >= density.volume;
+    };
+    double cell = lengths;
+    while (!aligned_grid(scene) && cell > finest_cell && is_few(cell)) cell = std::max(0.9 * cell, finest_cell);
+    return cell;
+}
+
 // The spacings of fields over bricks of these cells, or of `finest` where densities are exact; and the steps. Samples
 // of grids differ more from one to the next than sums of particles: in steps of one sample single scattering of the
 // density grid of the benchmarks errs by 0.39 % where there is smoke, in steps of half a sample by 0.07 %, for 8 % of
-// its time. Photons that leave their light two samples apart err by 2.7 % there, one sample apart by 1.3 %.
+// its time. Photons that leave their light two samples apart err by 2.7 % there, one sample apart by 1.3 %. The finer
+// cells of few particles leave steps, and the places of light, as they are for many, or make them half as long.
 void choose_spacings(const Options &options, const Scene &scene, double finest, Settings &settings) {
     const bool kept = is_resampled(scene, settings), samples = kept && keeps_samples(scene);
     const double cell = kept ? settings.density_step : finest;
     settings.light_step = options.light_step.value_or(kept ? cell : 0);
-    const double step = samples ? std::min(cell, finest) : 2 * cell;
+    const double twice = kept && !options.density_step ? std::max(2 * cell, finest) : 2 * cell;
+    const double step = samples ? std::min(cell, finest) : twice;
     settings.step = options.step.value_or(kept && settings.method == Method::map ? step : 0.5);
-    settings.irradiance_step = options.irradiance_step.value_or(samples ? std::max(cell, 1.0) : 2 * cell);
+    settings.irradiance_step = options.irradiance_step.value_or(samples ? std::max(cell, 1.0) : twice);
 }
 
 // Whether the eye is in a density grid that keeps its samples and whose phase is not even. Light that is scattered to
@@ -308,7 +327,8 @@ const char *choose_defaults(const Options &options, const Scene &scene, uint32_t
     const SmokeDensity density = density_of(scene);
     const double finest = resamples ? 0.55 * std::clamp(0.14 / density.mean_depth, 0.4, 1.0) : 0.55;
     const std::optional<double> asked_step = resamples ? options.density_step : std::nullopt;
-    settings.density_step = asked_step.value_or(settings.method == Method::direct || on_particles ? 0 : finest);
+    const double cell = resamples ? cell_for(scene, density, finest) : finest;
+    settings.density_step = asked_step.value_or(settings.method == Method::direct || on_particles ? 0 : cell);
     if (!asked_step && own_samples_suffice(options, scene, density, settings)) settings.density_step = 1;
     choose_spacings(options, scene, finest, settings);
     settings.direction = options.direction;

@@ -102,10 +102,10 @@ const OptionTable<Options> &scene_options() {
          "multiple scattering at points of bricks, as many in each or as needed (uniform)",
          to_word(&Options::irradiance, {"none", "uniform", "adaptive"})},
         {"irradiance-step", "S",
-         "distance of those points at most, in smoothing lengths (two cells, of density grids one)",
+         "distance of those points at most, in smoothing lengths (two cells or more, of density grids one)",
          to_spacing(&Options::irradiance_step, false)},
         {"density-step", "S",
-         "cells of resampled smoke, in smoothing lengths; 0: exact (0.22 to 0.55, of density grids 1 or half a sample, "
+         "cells of resampled smoke, in smoothing lengths; 0: exact (0.1 to 0.55, of density grids 1 or half a sample, "
          "direct 0)",
          to_spacing(&Options::density_step, true)},
         {"estimate", "knn|kernel",
@@ -131,8 +131,8 @@ const OptionTable<Options> &scene_options() {
         {"gather-radius", "R", "largest radius of an estimate, in smoothing lengths (2)",
          [](Options &options, const std::string &value) { options.gather_radius = positive(value); }},
         {"step", "S",
-         "marching step, in smoothing lengths (0.5; map of resampled smoke two cells, of density grids half a sample "
-         "at most)",
+         "marching step, in smoothing lengths (0.5; map of resampled smoke two cells or more, of density grids "
+         "half a sample at most)",
          [](Options &options, const std::string &value) {
              options.step = positive(value);
              if (*options.step < 1e-4) throw OptionError{"a number of at least 0.0001"};
