@@ -316,6 +316,7 @@ TEST_CASE("command line: help and version") {
               (command == "render" || command == "plan" || command == "inspect"));
         CHECK(widest(ran.out) <= 100);
         CHECK(test.wisp(command + " -h").out == ran.out);
+        CHECK(test.wisp("help " + command).out == ran.out);
     }
     // Every option stands under one subject.
     const std::string render = test.wisp("render --help").out;
@@ -326,6 +327,10 @@ TEST_CASE("command line: help and version") {
         CHECK(render.find("\n  --" + name + " ", found + 1) == std::string::npos);
         CHECK(found > render.find("\n Picture:\n"));
     }
+    const Ran wrong = test.wisp("help rendr");
+    CHECK(wrong.status == 2);
+    CHECK(wrong.err.find("there is no command 'rendr', expected render, ") != std::string::npos);
+    CHECK(wrong.err.find("did you mean 'render'?") != std::string::npos);
     const Ran version = test.wisp("version");
     CHECK(version.out.find("wisp ") == 0);
     CHECK(version.out.find("f32 f64 fixed") != std::string::npos);

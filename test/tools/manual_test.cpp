@@ -64,6 +64,7 @@ TEST_CASE_FIXTURE(ManualTest, "manual: bash completes every command and option, 
     }
     CHECK(completed("wisp v") == " version \n");
     CHECK(completed("wisp show d") == " density depth \n");
+    CHECK(completed("wisp help in") == " inspect info \n");
     CHECK(completed("wisp render a.aff --arith f") == " f32 f64 fixed \n");
     CHECK(completed("wisp render a.aff --arith = fi") == " fixed \n"); // as bash has --arith=fi
     CHECK(completed("wisp render a.aff --arith =") == " f32 f64 fixed \n");

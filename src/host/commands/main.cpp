@@ -95,7 +95,7 @@ std::string help_on(const Command &command) {
 std::string help_text() {
     std::string text;
     for (const Command &command : commands) text += usage_of(command);
-    text += in_columns("wisp COMMAND --help", "the options of one command, and an example") +
+    text += in_columns("wisp COMMAND --help", "the options of one command, and an example; as wisp help COMMAND") +
             in_columns("wisp help | version", "all of this; compiler and flags") + "\nOptions, " + how_to_write +
             ":\n" + render_help() +
             "\nOptions of inspect, beside those of render that 'wisp inspect --help' lists, but --shadows paper.\n"
@@ -110,43 +110,50 @@ std::string help_text() {
     return text;
 }
 
+std::string names_of_commands() {
+    std::string names;
+    for (const Command &command : commands) names += command.name + std::string(", ");
+    return names + "help or version";
+}
+
+const Command &command_named(const std::string &name) {
+    std::vector<std::string> names = {"help", "version"};
+    for (const Command &command : commands) {
+        if (name == command.name) return command;
+        names.push_back(command.name);
+    }
+    throw Error(exit_usage,
+                "there is no command '" + name + "', expected " + names_of_commands() + did_you_mean(name, names));
+}
+
 int run(const std::vector<std::string> &words) {
-    std::vector<std::string> names;
-    for (const Command &command : commands) names.push_back(command.name);
-    std::string expected = ", expected ";
-    for (const std::string &name : names) expected += name + ", ";
-    expected += "help or version";
-    if (words.empty()) throw Error(exit_usage, "found no command" + expected);
+    if (words.empty()) throw Error(exit_usage, "found no command, expected " + names_of_commands());
     const std::string &name = words[0];
     if (name == "help" || name == "--help" || name == "-h") {
-        std::fputs(help_text().c_str(), stdout);
+        std::fputs((words.size() > 1 ? help_on(command_named(words[1])) : help_text()).c_str(), stdout);
         return exit_done;
     }
     if (name == "version" || name == "--version") {
         std::printf("wisp %s\ncompiler %s\nflags %s\narithmetics f32 f64 fixed\n", version, __VERSION__, WISP_FLAGS);
         return exit_done;
     }
-    for (const Command &command : commands) {
-        if (name != command.name) continue;
-        if (words.size() > 1 && (words[1] == "--help" || words[1] == "-h")) {
-            std::fputs(help_on(command).c_str(), stdout);
-            return exit_done;
-        }
-        std::optional<EndAtOnce> at_once;
-        if (!command.renders) {
-            install_signal_handlers();
-            at_once.emplace("wisp: error: " + name + ": stopped by ", "");
-        }
-        const char *fault = command.renders ? arithmetic_fault() : nullptr;
-        if (!fault) return command.run(std::vector<std::string>(words.begin() + 1, words.end()));
-        throw Error(exit_usage,
-                    std::string("this process does not compute as wisp needs it: ") + fault +
-                        "; either a library in it, as any that is built for 'fast math', has switched the processor's "
-                        "mode: run without it (LD_PRELOAD, plugins); or wisp was built with other flags than the "
-                        "Makefile's: 'wisp version' prints them");
+    const Command &command = command_named(name);
+    if (words.size() > 1 && (words[1] == "--help" || words[1] == "-h")) {
+        std::fputs(help_on(command).c_str(), stdout);
+        return exit_done;
     }
-    names.insert(names.end(), {"help", "version"});
-    throw Error(exit_usage, "there is no command '" + name + "'" + expected + did_you_mean(name, names));
+    std::optional<EndAtOnce> at_once;
+    if (!command.renders) {
+        install_signal_handlers();
+        at_once.emplace("wisp: error: " + name + ": stopped by ", "");
+    }
+    const char *fault = command.renders ? arithmetic_fault() : nullptr;
+    if (!fault) return command.run(std::vector<std::string>(words.begin() + 1, words.end()));
+    throw Error(exit_usage,
+                std::string("this process does not compute as wisp needs it: ") + fault +
+                    "; either a library in it, as any that is built for 'fast math', has switched the processor's "
+                    "mode: run without it (LD_PRELOAD, plugins); or wisp was built with other flags than the "
+                    "Makefile's: 'wisp version' prints them");
 }
 
 } // namespace
