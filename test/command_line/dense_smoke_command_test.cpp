@@ -193,6 +193,40 @@ TEST_CASE("few particles: the middle of each is as bright as sums of their kerne
         }
 }
 
+TEST_CASE("few particles: a small one among many that are wide and faint is as bright as their kernels say") {
+    DenseSmokeTest test;
+    std::vector<std::array<double, 5>> particles = {{0, 0, 0, 0.15, 0.02}};
+    for (int i = 0; i < 40; ++i)
+        particles.push_back({0.1 * (i % 7 - 3), 0.1 * (i % 5 - 2), 0.1 * (i % 3 - 1), 0.6, 0.0002});
+    test.write("s.ply", test.ply(particles));
+    test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 16 hither 0.1 resolution 24 24\nld -1 -1 -1 3 2 1\n"
+                        "smoke s.ply { extinction 1 }\n");
+    const Picture fine = test.picture("--photons 0 --smoke map --density-step 0 --step 0.05");
+    const auto error = [&](const std::string &options) {
+        return compare(test.picture("--photons 0 " + options), fine).relative_rmse;
+    };
+    CHECK(error("") < 0.05);
+    CHECK(error("--density-step 0.55") > 0.15);
+}
+
+TEST_CASE("few particles: where --memory has no room for their cells, these become coarser and photons stay") {
+    DenseSmokeTest test;
+    test.write("s.ply", test.ply({{0, 0, 0, 1, 1}, {0.7, 0.3, -0.2, 1, 0.5}, {-0.4, 0.6, 0.9, 1, 2}}));
+    test.write("s.aff", "v from 0 0 9 at 0 0 0 up 0 1 0 angle 30 hither 0.01 resolution 16 16\nld 0.3 0.2 1 1 1 1\n"
+                        "smoke s.ply { extinction 0.02 albedo .9 .9 .9 }\n");
+    const auto cell = [&](const std::string &options) {
+        const std::string plan = test.wisp("plan " + test.s() + " -q " + options).out, name = "--density-step ";
+        CHECK(plan.find("photons        yes") != std::string::npos);
+        const size_t at = plan.find(name);
+        REQUIRE(at != std::string::npos);
+        return std::stod(plan.substr(at + name.size()));
+    };
+    const double wide = cell("--memory 600k");
+    CHECK(cell("") < 0.25);
+    CHECK(wide > 0.25);
+    CHECK(wide <= 0.55);
+}
+
 TEST_CASE("dense smoke: light enters particles like solids in a thin rim") {
     DenseSmokeTest test;
     test.write("s.ply", test.ply({{0, 0, 0, 0.3, 1}, {0.1, 0, -0.05, 0.25, 1}, {-0.13, -0.04, 0.07, 0.3, 1}}));

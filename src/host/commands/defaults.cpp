@@ -71,13 +71,17 @@ bool has_samples(const Scene &scene) {
 // errors of few particles do not even out. Thin smoke of 1, 3, 10, 30 and 100 of them at random places errs by 20,
 // 11, 8, 6 and 4 % in cells of 0.55 smoothing lengths, and in these by 2 % of one, and of more by less than 1 %.
 constexpr double few_cells = 16000;
+// The same where few of many take most of the light, as one small particle among wide faint ones: all smoke may be of
+// so many cells.
+constexpr double few_cells_of_all = 256000;
 constexpr double finest_cell = 0.1; // of one particle these are 64,000
+constexpr double widest_cell = 0.55;
 
 // The cells of the scene's smoke, where those of many particles are of `lengths` smoothing lengths.
 double cell_for(const Scene &scene, const SmokeDensity &density, double lengths) {
     const auto is_few = [&](double cell) {
-        const double edge = cell * density.length;
-        return few_cells * edge * edge * edge >= density.volume;
+        const double edge = cell * density.length, volume = edge * edge * edge;
+        return few_cells * volume >= density.even_volume && few_cells_of_all * volume >= density.volume;
     };
     double cell = lengths;
     while (!aligned_grid(scene) && cell > finest_cell && is_few(cell)) cell = std::max(0.9 * cell, finest_cell);
@@ -144,9 +148,11 @@ uint64_t smoke_bytes(const Plan &plan) {
 constexpr uint64_t fewest_bricks = 8; // larger cells have as many: the bricks around one corner
 
 // Where bricks would be too large, those of a box become coarser, and particles are summed one by one. Where --memory
-// has no room for bricks, all densities are exact. Without --memory the choice must not depend on the arithmetic: its
-// plan is that of f64.
-void shrink_bricks(const Options &options, const Scene &scene, const SmokeDensity &density, Settings &settings) {
+// has no room for bricks, those of particles become as coarse as those of many may be; then all densities are exact.
+// Without --memory the choice must not depend on the arithmetic: its plan is that of f64. `finest`: as of
+// choose_spacings().
+void shrink_bricks(const Options &options, const Scene &scene, const SmokeDensity &density, double finest,
+                   Settings &settings) {
     const bool samples = has_samples(scene);
     bool particles = false;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) particles |= scene.smokes[i].count > 0;
@@ -157,7 +163,9 @@ void shrink_bricks(const Options &options, const Scene &scene, const SmokeDensit
         const Plan plan = f64::renderer.plan(scene, settings);
         if (!solid && fits && (smoke_bytes(plan) <= most || plan.bricks <= fewest_bricks)) return;
         const bool as_coarse_as_samples = samples && settings.density_step >= 1;
-        if (particles || solid || (!fits && (!samples || as_coarse_as_samples))) {
+        if (particles && !solid && !fits && settings.density_step < widest_cell) {
+            settings.density_step = std::min(1.125 * settings.density_step, widest_cell);
+        } else if (particles || solid || (!fits && (!samples || as_coarse_as_samples))) {
             settings.density_step = 0;
             settings.irradiance = IrradianceMap::none;
         } else if (as_coarse_as_samples) {
@@ -165,7 +173,7 @@ void shrink_bricks(const Options &options, const Scene &scene, const SmokeDensit
         } else {
             settings.density_step = samples ? 1 : 1.125 * settings.density_step;
         }
-        choose_spacings(options, scene, 1, settings);
+        choose_spacings(options, scene, settings.density_step > 0 ? finest : 1, settings);
     }
 }
 
@@ -325,7 +333,7 @@ const char *choose_defaults(const Options &options, const Scene &scene, uint32_t
                     "0");
     // Cells of 0.55 smoothing lengths, and smaller ones in smoke that is deep within them.
     const SmokeDensity density = density_of(scene);
-    const double finest = resamples ? 0.55 * std::clamp(0.14 / density.mean_depth, 0.4, 1.0) : 0.55;
+    const double finest = resamples ? widest_cell * std::clamp(0.14 / density.mean_depth, 0.4, 1.0) : widest_cell;
     const std::optional<double> asked_step = resamples ? options.density_step : std::nullopt;
     const double cell = resamples ? cell_for(scene, density, finest) : finest;
     settings.density_step = asked_step.value_or(settings.method == Method::direct || on_particles ? 0 : cell);
@@ -336,7 +344,7 @@ const char *choose_defaults(const Options &options, const Scene &scene, uint32_t
     const bool free = !asked_step && !options.irradiance; // to choose other bricks, or none
     const bool in_bricks = settings.density_step > 0;
     if (free && settings.method == Method::map && !(needs_directions && maps))
-        shrink_bricks(options, scene, density, settings);
+        shrink_bricks(options, scene, density, finest, settings);
     shrink_photon_cells(options, scene, settings);
     const bool asked_for = settings.method != Method::map && (options.method || nearest);
     if (asked_for || on_particles || maps || settings.goal != Goal::picture || settings.photons == 0) return nullptr;

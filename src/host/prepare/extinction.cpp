@@ -221,6 +221,7 @@ double extinction_at_lights(const Scene &scene, const SmokeDescription &smoke) {
 
 SmokeDensity density_of(const Scene &scene) {
     SmokeDensity density = {};
+    double area = 0, squares = 0; // of all particles; the squares per volume of a cell of their size
     for (uint32_t i = 0; i < scene.smoke_count; ++i)
         if (!scene.smokes[i].empty())
             density.length =
@@ -230,6 +231,11 @@ SmokeDensity density_of(const Scene &scene) {
         if (smoke.empty()) continue;
         const Extinction extinction = extinction_of(smoke);
         density.volume += extinction.volume;
+        for (uint32_t k = 0; k < smoke.count; ++k) {
+            const Particle &particle = smoke.particles[k];
+            area += particle.area;
+            squares += particle.area * particle.area / cube(2 * particle.h);
+        }
         density.mean_depth = std::max(density.mean_depth, smoke.total_area / extinction.volume * density.length);
         const double length = smoke.grid.density ? longest_element(smoke) : density.length; // cells are of samples
         density.greatest_depth = std::max(density.greatest_depth, extinction.greatest * length);
@@ -237,6 +243,7 @@ SmokeDensity density_of(const Scene &scene) {
         density.depth_at_lights = std::max(density.depth_at_lights, extinction_at_lights(scene, smoke) * length);
         if (smoke.grid.density) density.depth_where_lit = std::max(density.depth_where_lit, lit_depth(smoke.grid));
     }
+    density.even_volume = squares > 0 ? std::min(density.volume, area * area / squares) : density.volume;
     return density;
 }
 

@@ -13,6 +13,7 @@ std::vector<double> areas_in_cells(const SmokeDescription &smoke, double edge, i
 struct SmokeDensity {
     double length;     // the smallest smoothing length
     double volume;     // of all smokes together: of particles that of the cells, of a support's size, that have some
+    double even_volume; // of so many particles alike as take as much light as evenly as these; at most `volume`
     double mean_depth; // of one such length in the densest smoke, over its volume
     double greatest_depth;  // about: of one such length where a smoke is densest; of a density grid, of a sample's edge
     double deepest_element; // about: the depth of a smoothing length of its own, or of a sample's longest edge
