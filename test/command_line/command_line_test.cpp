@@ -573,12 +573,12 @@ TEST_CASE("command line: merge refuses what does not belong together, and writes
         const std::string other = sums("other.passes", "--passes 2:3 " + options);
         CAPTURE(options);
         refuses(a + " " + other, 3,
-                other + ": passes of another scene, size, seed, arithmetic or version, expected all of the same");
+                other + ": passes of another scene, size, crop, seed, arithmetic or version, expected all of the same");
     }
     test.write("r.aff", CommandLineTest::lit("box -1 -1 -1 1 1 1 1.5 { phase 0.31 emission 0.2 0.1 0 }"));
     const std::string other = sums("other.passes", "--passes 2:3");
     refuses(a + " " + other, 3,
-            other + ": passes of another scene, size, seed, arithmetic or version, expected all of the same");
+            other + ": passes of another scene, size, crop, seed, arithmetic or version, expected all of the same");
     // What samples do not depend on does not part them.
     test.write("r.aff", "# again\n" + CommandLineTest::lit("box -1 -1 -1 1 1 1 1.5 { emission 0.2 0.1 0 phase 0.3 }",
                                                            "render step 0.25\nrender exposure 1"));

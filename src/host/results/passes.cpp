@@ -45,7 +45,8 @@ Picture error_picture(const Passes &passes) {
 void add_passes(Passes &passes, const Passes &more, const std::string &name) {
     if (more.scene != passes.scene || more.width != passes.width || more.height != passes.height ||
         more.samples != passes.samples || more.exponent != passes.exponent)
-        throw InputError(name, "passes of another scene, size, seed, arithmetic or version, expected all of the same");
+        throw InputError(name,
+                         "passes of another scene, size, crop, seed, arithmetic or version, expected all of the same");
     add_ranges(passes.ranges, more.ranges, "passes", name);
     for (size_t i = 0; i < passes.pixels.size(); ++i)
         for (int c = 0; c < 3; ++c) {

@@ -189,7 +189,7 @@ TEST_CASE("passes: what is there already, or of another scene, is refused and ch
     Passes other = passes_of({{4, 6}});
     other.scene[63] = 'b';
     CHECK(refusal_of([&] { add_passes(passes, other, "b.passes"); }) ==
-          "b.passes: passes of another scene, size, seed, arithmetic or version, expected all of the same");
+          "b.passes: passes of another scene, size, crop, seed, arithmetic or version, expected all of the same");
     CHECK(passes_bytes(passes) == before);
     CHECK(refusal_of([&] { add_passes(passes, passes_of({{4, 6}}), "b.passes"); }) == "no error");
     CHECK(passes.ranges == Ranges{{2, 8}});
