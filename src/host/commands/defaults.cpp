@@ -69,7 +69,7 @@ bool has_samples(const Scene &scene) {
 
 // Few particles, whose smoke is of so many cells or fewer, are resampled to finer ones: that costs little, and the
 // errors of few particles do not even out. Thin smoke of 1, 3, 10, 30 and 100 of them at random places errs by 20,
-// 11, 8, 6 and 4 % in cells of 0.55 smoothing lengths, and in these by 2 % of one, and of more by less than 1 %.
+// 11, 8, 6 and 4 % in cells of 0.55 smoothing lengths, and in these by 2 % of one, and of more by 1 % or less.
 constexpr double few_cells = 16000;
 // The same where few of many take most of the light, as one small particle among wide faint ones: all smoke may be of
 // so many cells.
