@@ -31,6 +31,12 @@ struct DenseSmokeTest : CommandLineTest {
         return sum / static_cast<double>(picture.rgb.size());
     }
     double mean(const std::string &options) const { return mean_of(picture(options)); }
+    // Of light that is scattered once: its picture by sums of the particles' kernels in short steps, and what a picture
+    // with these options differs from it.
+    Picture fine_single() const { return picture("--photons 0 --smoke map --density-step 0 --step 0.05"); }
+    double error_of_single(const std::string &options, const Picture &fine) const {
+        return compare(picture("--photons 0 " + options), fine).relative_rmse;
+    }
     // A file of particles: x, y, z, h and mass of each.
     static std::string ply(const std::vector<std::array<double, 5>> &particles) {
         std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(particles.size()) +
@@ -184,12 +190,9 @@ TEST_CASE("few particles: the middle of each is as bright as sums of their kerne
             test.write("s.aff", "v from 0 0 9 at 0 0 0 up 0 1 0 angle 6 hither 0.01 resolution 16 16\n" +
                                     std::string(limits.light) +
                                     "\nsmoke s.ply { kernel spline extinction 0.02 albedo .9 .9 .9 }\n");
-            const Picture fine = test.picture("--photons 0 --smoke map --density-step 0 --step 0.05");
-            const auto error = [&](const std::string &options) {
-                return compare(test.picture("--photons 0 " + options), fine).relative_rmse;
-            };
-            CHECK(error("") < limits.most);
-            CHECK(error("--density-step 0.55") > limits.in_wide_cells);
+            const Picture fine = test.fine_single();
+            CHECK(test.error_of_single("", fine) < limits.most);
+            CHECK(test.error_of_single("--density-step 0.55", fine) > limits.in_wide_cells);
         }
 }
 
@@ -201,12 +204,9 @@ TEST_CASE("few particles: a small one among many that are wide and faint is as b
     test.write("s.ply", test.ply(particles));
     test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 16 hither 0.1 resolution 24 24\nld -1 -1 -1 3 2 1\n"
                         "smoke s.ply { extinction 1 }\n");
-    const Picture fine = test.picture("--photons 0 --smoke map --density-step 0 --step 0.05");
-    const auto error = [&](const std::string &options) {
-        return compare(test.picture("--photons 0 " + options), fine).relative_rmse;
-    };
-    CHECK(error("") < 0.05);
-    CHECK(error("--density-step 0.55") > 0.15);
+    const Picture fine = test.fine_single();
+    CHECK(test.error_of_single("", fine) < 0.05);
+    CHECK(test.error_of_single("--density-step 0.55", fine) > 0.15);
 }
 
 TEST_CASE("few particles: where --memory has no room for their cells, these become coarser and photons stay") {

@@ -83,22 +83,23 @@ double cell_for(const Scene &scene, const SmokeDensity &density, double lengths)
         const double edge = cell * density.length, volume = edge * edge * edge;
         return few_cells * volume >= density.even_volume && few_cells_of_all * volume >= density.volume;
     };
+    if (aligned_grid(scene)) return lengths;
     double cell = lengths;
-    while (!aligned_grid(scene) && cell > finest_cell && is_few(cell)) cell = std::max(0.9 * cell, finest_cell);
+    while (cell > finest_cell && is_few(cell)) cell = std::max(0.9 * cell, finest_cell);
     return cell;
 }
 
-// The spacings of fields over bricks of these cells, or of `finest` where densities are exact; and the steps. Samples
+// The spacings of fields over bricks of these cells, or of `usual` where densities are exact; and the steps. Samples
 // of grids differ more from one to the next than sums of particles: in steps of one sample single scattering of the
 // density grid of the benchmarks errs by 0.39 % where there is smoke, in steps of half a sample by 0.07 %, for 8 % of
 // its time. Photons that leave their light two samples apart err by 2.7 % there, one sample apart by 1.3 %. The finer
 // cells of few particles leave steps, and the places of light, as they are for many, or make them half as long.
-void choose_spacings(const Options &options, const Scene &scene, double finest, Settings &settings) {
+void choose_spacings(const Options &options, const Scene &scene, double usual, Settings &settings) {
     const bool kept = is_resampled(scene, settings), samples = kept && keeps_samples(scene);
-    const double cell = kept ? settings.density_step : finest;
+    const double cell = kept ? settings.density_step : usual;
     settings.light_step = options.light_step.value_or(kept ? cell : 0);
-    const double twice = kept && !options.density_step ? std::max(2 * cell, finest) : 2 * cell;
-    const double step = samples ? std::min(cell, finest) : twice;
+    const double twice = kept && !options.density_step ? std::max(2 * cell, usual) : 2 * cell;
+    const double step = samples ? std::min(cell, usual) : twice;
     settings.step = options.step.value_or(kept && settings.method == Method::map ? step : 0.5);
     settings.irradiance_step = options.irradiance_step.value_or(samples ? std::max(cell, 1.0) : twice);
 }
@@ -149,9 +150,9 @@ constexpr uint64_t fewest_bricks = 8; // larger cells have as many: the bricks a
 
 // Where bricks would be too large, those of a box become coarser, and particles are summed one by one. Where --memory
 // has no room for bricks, those of particles become as coarse as those of many may be; then all densities are exact.
-// Without --memory the choice must not depend on the arithmetic: its plan is that of f64. `finest`: as of
+// Without --memory the choice must not depend on the arithmetic: its plan is that of f64. `usual`: as of
 // choose_spacings().
-void shrink_bricks(const Options &options, const Scene &scene, const SmokeDensity &density, double finest,
+void shrink_bricks(const Options &options, const Scene &scene, const SmokeDensity &density, double usual,
                    Settings &settings) {
     const bool samples = has_samples(scene);
     bool particles = false;
@@ -173,7 +174,7 @@ void shrink_bricks(const Options &options, const Scene &scene, const SmokeDensit
         } else {
             settings.density_step = samples ? 1 : 1.125 * settings.density_step;
         }
-        choose_spacings(options, scene, settings.density_step > 0 ? finest : 1, settings);
+        choose_spacings(options, scene, settings.density_step > 0 ? usual : 1, settings);
     }
 }
 
@@ -331,20 +332,20 @@ const char *choose_defaults(const Options &options, const Scene &scene, uint32_t
         throw Error(exit_usage,
                     "option 'irradiance': found none, expected a map beside surfaces where the phase is not "
                     "0");
-    // Cells of 0.55 smoothing lengths, and smaller ones in smoke that is deep within them.
+    // The usual cells are of 0.55 smoothing lengths, and smaller in smoke that is deep within them.
     const SmokeDensity density = density_of(scene);
-    const double finest = resamples ? widest_cell * std::clamp(0.14 / density.mean_depth, 0.4, 1.0) : widest_cell;
+    const double usual = resamples ? widest_cell * std::clamp(0.14 / density.mean_depth, 0.4, 1.0) : widest_cell;
     const std::optional<double> asked_step = resamples ? options.density_step : std::nullopt;
-    const double cell = resamples ? cell_for(scene, density, finest) : finest;
+    const double cell = resamples ? cell_for(scene, density, usual) : usual;
     settings.density_step = asked_step.value_or(settings.method == Method::direct || on_particles ? 0 : cell);
     if (!asked_step && own_samples_suffice(options, scene, density, settings)) settings.density_step = 1;
-    choose_spacings(options, scene, finest, settings);
+    choose_spacings(options, scene, usual, settings);
     settings.direction = options.direction;
     settings.estimate = options.estimate.value_or(Estimate::kernel);
     const bool free = !asked_step && !options.irradiance; // to choose other bricks, or none
     const bool in_bricks = settings.density_step > 0;
     if (free && settings.method == Method::map && !(needs_directions && maps))
-        shrink_bricks(options, scene, density, finest, settings);
+        shrink_bricks(options, scene, density, usual, settings);
     shrink_photon_cells(options, scene, settings);
     const bool asked_for = settings.method != Method::map && (options.method || nearest);
     if (asked_for || on_particles || maps || settings.goal != Goal::picture || settings.photons == 0) return nullptr;

@@ -110,10 +110,10 @@ std::string help_text() {
     return text;
 }
 
-std::string names_of_commands() {
-    std::string names;
-    for (const Command &command : commands) names += command.name + std::string(", ");
-    return names + "help or version";
+std::string expected_commands() {
+    std::string expected = ", expected ";
+    for (const Command &command : commands) expected += command.name + std::string(", ");
+    return expected + "help or version";
 }
 
 const Command &command_named(const std::string &name) {
@@ -122,12 +122,11 @@ const Command &command_named(const std::string &name) {
         if (name == command.name) return command;
         names.push_back(command.name);
     }
-    throw Error(exit_usage,
-                "there is no command '" + name + "', expected " + names_of_commands() + did_you_mean(name, names));
+    throw Error(exit_usage, "there is no command '" + name + "'" + expected_commands() + did_you_mean(name, names));
 }
 
 int run(const std::vector<std::string> &words) {
-    if (words.empty()) throw Error(exit_usage, "found no command, expected " + names_of_commands());
+    if (words.empty()) throw Error(exit_usage, "found no command" + expected_commands());
     const std::string &name = words[0];
     if (name == "help" || name == "--help" || name == "-h") {
         std::fputs((words.size() > 1 ? help_on(command_named(words[1])) : help_text()).c_str(), stdout);

@@ -113,8 +113,6 @@ std::vector<Warning> idle_options(const Request &request, const PreparedScene &p
     return warnings;
 }
 
-constexpr double volume_of_unit_ball = 4.18879; // 4 / 3 pi
-
 // Of a ball of that volume; at most `widest`.
 double ball_radius(double volume, double widest) {
     double low = 0, high = widest;

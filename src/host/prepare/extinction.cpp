@@ -176,7 +176,7 @@ double extinction_around(const SmokeDescription &smoke, const Double3 &x) {
             const Particle &particle = smoke.particles[i];
             const Double3 d = x - particle.position;
             const double reach = 2 * particle.h;
-            if (dot(d, d) < reach * reach) sum += particle.area / (4.18879 * cube(reach)); // 4 / 3 pi
+            if (dot(d, d) < reach * reach) sum += particle.area / (volume_of_unit_ball * cube(reach));
         }
         return sum;
     }
