@@ -347,7 +347,8 @@ Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, const 
     if (fluence.harmonics && !pack_harmonics(fluence, arena, watch, map)) return map;
     const LineSweep sweep = {&medium,    gather.depths, fluence.spacing, fluence.sigma_shift, common_phase(medium),
                              gather.eye, gather.turns};
-    if (has(parts::photons) && gather.depths && suits_lines(sweep)) {
+    if (has(parts::photons) && gather.depths &&
+        suits_lines(number_of(fluence.bricks->lattice.count), fluence.bricks->count)) {
         if (!fill_all_unknown(points, map.cut)) return map;
         const LightOfPhotons light = {points.known, points.radiance, points.flux, map.harmonics, map.harmonic_spacing};
         if (!sweep_lines(sweep, light, arena, watch)) return map;

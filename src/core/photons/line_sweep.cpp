@@ -64,10 +64,9 @@ template <class R> struct Sweeper : LineSweep {
     Arrived<R> *arrived;
     Sample<R> *samples; // of one line
     Watch watch;
-    Real weight = Real(1); // of the axis that is followed
+    Real gap = largest(bricks.cell) * Real(2 * spacing); // between neighbouring lines
+    Real weight = Real(1);                               // of the axis that is followed
 };
-
-Real distance_of_lines(const Vec3 &cell, int32_t spacing) { return largest(cell) * Real(2 * spacing); }
 
 // A line's direction, and two more that span the plane across it.
 struct Frame {
@@ -182,33 +181,47 @@ bool turn_to_eye(const LineSweep &sweep, const LightOfPhotons &light, Watch watc
     return true;
 }
 
-// What a light sends to each step, without smoke in between.
+// What a light sends to each step, without smoke in between: the mean along the step. Next to a light also the mean
+// across the smoke that a line stands for, a square as wide as lines are apart: one line in many meets the light.
 template <class R>
-WISP_INLINE void illuminate_steps(const Light &light, const Ray &ray, const Group &group, LaneRadiance<R> &irradiance) {
+WISP_INLINE void illuminate_steps(const Sweeper<R> &in, const Light &light, const Ray &ray, const Group &group,
+                                  LaneRadiance<R> &irradiance) {
+    constexpr int32_t most_across = 4;
+    Frame line = {ray.direction, {}, {}};
+    make_frame(line.along, line.across, line.up);
     for (uint32_t l = 0; l < lanes; ++l) {
-        const auto at = [&](Real t) { return ray.origin + ray.direction * t; };
         const Real middle = group.middle[l], half = group.length[l] * Real(0.5);
-        const Color here = illuminate(light, at(middle), at(middle - half), at(middle + half)).irradiance;
-        for (int32_t c = 0; c < channels_of<R>; ++c) irradiance.channel[c][l] = here[c];
+        const bool is_near =
+            has_falloff(light.kind) && length(ray.origin + line.along * middle - light.position) < in.gap * Real(2);
+        const int32_t across = is_near ? most_across : 1;
+        const Real part = Real(1) / Real(across), width = in.gap * part;
+        Color mean(Real(0));
+        for (int32_t i = 0; i < across * across; ++i) {
+            const Vec3 from = ray.origin + line.across * (width * (Real(i % across) - Real(across - 1) * Real(0.5))) +
+                              line.up * (width * (Real(i / across) - Real(across - 1) * Real(0.5)));
+            const auto at = [&](Real t) { return from + line.along * t; };
+            mean += illuminate(light, at(middle), at(middle - half), at(middle + half)).irradiance * (part * part);
+        }
+        for (int32_t c = 0; c < channels_of<R>; ++c) irradiance.channel[c][l] = mean[c];
     }
 }
 
-// The same of a point light. Where it is 16 steps away, its inverse square distance from the middle is taken for the
-// mean over the step; the relative error is below 1e-3.
+// The same of a point light. Where it is 16 steps and two distances of lines away, its inverse square distance from
+// the middle is taken for the mean; the relative error is below 1e-3.
 template <class R>
-WISP_INLINE void illuminate_from_point(const Light &light, const Ray &ray, const Group &group,
+WISP_INLINE void illuminate_from_point(const Sweeper<R> &in, const Light &light, const Ray &ray, const Group &group,
                                        LaneRadiance<R> &irradiance) {
     const Vec3 from = ray.origin - light.position;
     bool is_near = false;
     for (uint32_t l = 0; l < lanes; ++l) {
         const Real x = from.x + ray.direction.x * group.middle[l], y = from.y + ray.direction.y * group.middle[l],
                    z = from.z + ray.direction.z * group.middle[l];
-        const Real distance = sqrt(x * x + y * y + z * z), near = Real(16) * group.length[l];
+        const Real distance = sqrt(x * x + y * y + z * z), near = max(Real(16) * group.length[l], in.gap * Real(2));
         const Real inverse = Real(1) / max(max(distance, near), Real(0x1p-10));
         is_near |= distance < near;
         for (int32_t c = 0; c < channels_of<R>; ++c) irradiance.channel[c][l] = light.color[c] * inverse * inverse;
     }
-    if (is_near) illuminate_steps(light, ray, group, irradiance);
+    if (is_near) illuminate_steps(in, light, ray, group, irradiance);
 }
 
 // The phase function from a light to each way of a line, in each step, or 1 / (4 pi).
@@ -257,9 +270,9 @@ WISP_INLINE uint32_t make_samples(const Sweeper<R> &in, const Ray &ray, const Gr
         Lanes tau;
         interpolate(at, depths.depth, tau);
         if (depths.lights[light].kind == LightKind::point)
-            illuminate_from_point(depths.lights[light], ray, group, irradiance);
+            illuminate_from_point(in, depths.lights[light], ray, group, irradiance);
         else
-            illuminate_steps(depths.lights[light], ray, group, irradiance);
+            illuminate_steps(in, depths.lights[light], ray, group, irradiance);
         Lanes p[both_ways];
         find_phases(in, depths.lights[light], ray, group, p);
         for (uint32_t l = 0; l < lanes; ++l) tau[l] = exp(-max(tau[l], Real(0)));
@@ -435,18 +448,19 @@ template <class R> bool sweep_axis(const Sweeper<R> &in, const Frame &frame, Pcg
     const Box &box = in.bricks.bounds;
     const Vec3 middle = (box.low + box.high) * Real(0.5), half = (box.high - box.low) * Real(0.5);
     const auto reach = [&half](const Vec3 &d) { return abs(d.x) * half.x + abs(d.y) * half.y + abs(d.z) * half.z; };
-    const Real gap = distance_of_lines(in.bricks.cell, in.spacing), wide = reach(frame.across), high = reach(frame.up);
-    const Real x0 = -wide + gap * unit_open<Real>(generator());
-    const Real y0 = -high + gap * unit_open<Real>(generator());
+    const Real wide = reach(frame.across), high = reach(frame.up);
+    const Real x0 = -wide + in.gap * unit_open<Real>(generator());
+    const Real y0 = -high + in.gap * unit_open<Real>(generator());
     const Vec3 back = middle - frame.along * reach(frame.along);
     // Tiles of lines as wide as a brick: what one line reads is near for the next.
     const int32_t tile = max(brick_cells / (2 * in.spacing), 1);
-    const int32_t columns = floor_to_int((wide - x0) / gap) + 1, rows = floor_to_int((high - y0) / gap) + 1;
+    const int32_t columns = floor_to_int((wide - x0) / in.gap) + 1, rows = floor_to_int((high - y0) / in.gap) + 1;
     for (int32_t column = 0; column < columns; column += tile)
         for (int32_t row = 0; row < rows; row += tile)
             for (int32_t i = column; i < min(column + tile, columns); ++i)
                 for (int32_t j = row; j < min(row + tile, rows); ++j) {
-                    const Vec3 from = back + frame.across * (x0 + Real(i) * gap) + frame.up * (y0 + Real(j) * gap);
+                    const Vec3 from =
+                        back + frame.across * (x0 + Real(i) * in.gap) + frame.up * (y0 + Real(j) * in.gap);
                     if (!follow(in, {from, frame.along})) return false;
                 }
     return true;
@@ -613,16 +627,6 @@ void mix_ways(const LineSweep &sweep, const Ways<R> &ways, const Disagreement *d
     }
 }
 
-// See suits_lines(). `light_of(i)` is light i of so many.
-template <class LightOf>
-bool have_room(uint64_t places, uint64_t bricks, const Box &bounds, const Vec3 &cell, int32_t spacing, uint32_t lights,
-               LightOf &&light_of) {
-    if (places > places_of_brick * bricks) return false;
-    for (uint32_t l = 0; l < lights; ++l)
-        if (stands_near(light_of(l), bounds, distance_of_lines(cell, spacing) * Real(4))) return false;
-    return true;
-}
-
 // A line crosses a brick once at most, on a way of at most sqrt(3) brick_cells.
 uint64_t samples_of_line(uint64_t bricks, int32_t spacing) {
     return bricks * static_cast<uint64_t>(most_parts * most_steps(spacing));
@@ -769,16 +773,7 @@ template <class R> bool sweep_all(const LineSweep &sweep, const LightOfPhotons &
 
 } // namespace
 
-bool suits_lines(const LineSweep &sweep) {
-    const SparseGrid &bricks = *sweep.depths->bricks;
-    return have_room(number_of(bricks.lattice.count), bricks.count, bricks.bounds, bricks.cell, sweep.spacing,
-                     sweep.depths->light_count, [&](uint32_t l) { return sweep.depths->lights[l]; });
-}
-
-bool may_suit_lines(const Scene &scene, const SparseGridPlan &bricks, int32_t spacing) {
-    return have_room(bricks.places, bricks.count, bricks.bounds, bricks.cell, spacing, scene.light_count,
-                     [&](uint32_t l) { return make_light(scene.lights[l]); });
-}
+bool suits_lines(uint64_t places, uint64_t bricks) { return places <= places_of_brick * bricks; }
 
 uint64_t line_sweep_bytes(uint64_t bricks, uint64_t of_line, int32_t spacing, bool isotropic) {
     const uint64_t points = bricks * nodes_of(spacing);

@@ -46,10 +46,7 @@ bool sweep_lines(const LineSweep &sweep, const LightOfPhotons &light, Arena &are
 // `of_line`: how many bricks a line crosses at most.
 uint64_t line_sweep_bytes(uint64_t bricks, uint64_t of_line, int32_t spacing, bool isotropic);
 
-// Whether lines help. They cross all places of the lattice, and do not pay where few of these hold bricks. They miss
-// the light of a point next to it, so no point light or spot may stand in the smoke, or near it.
-bool suits_lines(const LineSweep &sweep);
-// The same before the bricks are made: false only where the above would be.
-bool may_suit_lines(const Scene &scene, const SparseGridPlan &bricks, int32_t spacing);
+// Whether lines pay: they cross all places of the lattice of bricks, and do not where few of these hold bricks.
+bool suits_lines(uint64_t places, uint64_t bricks);
 
 } // namespace wisp::WISP_ARITH

@@ -129,12 +129,12 @@ Need need_irradiance(const Scene &, const Settings &settings, const Decisions &d
                         {d.scatters && settings.paths > 0, by_rays},
                         {d.photons == PhotonStore::none, "nothing scatters twice"},
                         {!d.irradiance, "--irradiance none: estimated at every step"}},
-                       d.sweeps ? "kept at points around the smoke, and gathered along lines if no light stands in it"
+                       d.sweeps ? "kept at points around the smoke, and gathered along lines unless it is sparse"
                                 : "estimates are kept at points around the smoke");
 }
 uint64_t irradiance_map_bytes(const Scene &scene, const Settings &, const Decisions &d, const Sizes &sizes) {
     const bool of_fluence = d.photons == PhotonStore::fluence_grid;
-    const bool lines = d.sweeps && may_suit_lines(scene, sizes.grid, d.spacing.irradiance);
+    const bool lines = d.sweeps && suits_lines(sizes.grid.places, sizes.grid.count);
     return irradiance_bytes(scene, sizes.grid.count, d.spacing.irradiance, d.photon_needs.directions, of_fluence,
                             of_fluence && d.photon_needs.harmonics, lines ? sizes.grid.of_line : 0);
 }
