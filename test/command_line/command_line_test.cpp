@@ -23,6 +23,8 @@ TEST_CASE("command line: wrong usage ends with 2, and a line that says what was 
         {"", "found no command, " + commands},
         {"paint", "there is no command 'paint', " + commands},
         {"render", "found 0 scene files, expected one; see 'wisp help'"},
+        {"version 2", "found '2' behind 'version', expected nothing"},
+        {"help render plan", "found 'plan' behind 'render', expected one command"},
         {scene + test.s(), "found 2 scene files, expected one; see 'wisp help'"},
         {scene + "--bogus", "there is no option '--bogus'; 'wisp help' lists them"},
         {scene + "--photon 5", "there is no option '--photon'; 'wisp help' lists them; did you mean '--photons'?"},
@@ -89,6 +91,9 @@ TEST_CASE("command line: bad input ends with 3 and a line that names the file") 
     test.write("broken.aff", CommandLineTest::scene("broken.vtk", ""));
     test.write("empty.vtk", "");
     test.write("picture.pfm", "PF\n1 1\n-1.0\n............");
+    test.write("picture.ppm", "P3\n1 1\n255\n0 0 0\n");
+    test.write("mesh.OBJ", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    test.write("x.map", "wisp map 1\n");
     test.write("twice.aff", "v from 0 0 5 at 0 0 0 up 0 1 0 angle 40 hither 1 resolution 8 8\n"
                             "smoke puff.vtk { mass 1 radius 0.2 mass 2 }\n");
     test.write("textured.aff", "v from 0 0 5 at 0 0 0 up 0 1 0 angle 40 hither 1 resolution 8 8\n"
@@ -103,6 +108,11 @@ TEST_CASE("command line: bad input ends with 3 and a line that names the file") 
                            ":5: 40 points, expected at most 38: the file ends 230 bytes further on"},
         {"empty.vtk", "empty.vtk: found an empty file, expected a scene, particles or a density grid"},
         {"picture.pfm", "picture.pfm: found a picture, expected a scene, particles or a density grid"},
+        {"picture.ppm", "picture.ppm: found a picture, expected a scene, particles or a density grid"},
+        {"mesh.OBJ",
+         "mesh.OBJ: found a mesh, whose format wisp does not read, expected a scene, particles or a density "
+         "grid"},
+        {"x.map", "x.map: found 'wisp map 1', expected a scene, particles or a density grid"},
         {"twice.aff", "twice.aff:2: found 'mass' again, expected it once in a smoke"},
         {"textured.aff", "textured.aff:2: " + test.file("none.ppm") + ": cannot be opened: No such file or directory"},
         {"option.aff", "option.aff:11: option 'spp': found 'zero', expected a whole number from 1 to 65536"}};

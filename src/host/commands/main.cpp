@@ -1,6 +1,7 @@
 // wisp: the command line.
 #include "host/base/interrupt.h"
 #include "host/base/messages.h"
+#include "host/base/text.h"
 #include "host/base/version.h"
 #include "host/commands/commands.h"
 #include "host/scene/options.h"
@@ -125,14 +126,22 @@ const Command &command_named(const std::string &name) {
     throw Error(exit_usage, "there is no command '" + name + "'" + expected_commands() + did_you_mean(name, names));
 }
 
+void refuse_more_words(const std::vector<std::string> &words, size_t most, const char *expected) {
+    if (words.size() > most)
+        throw Error(exit_usage,
+                    "found '" + printable(words[most]) + "' behind '" + words[most - 1] + "', expected " + expected);
+}
+
 int run(const std::vector<std::string> &words) {
     if (words.empty()) throw Error(exit_usage, "found no command" + expected_commands());
     const std::string &name = words[0];
     if (name == "help" || name == "--help" || name == "-h") {
+        refuse_more_words(words, 2, "one command");
         std::fputs((words.size() > 1 ? help_on(command_named(words[1])) : help_text()).c_str(), stdout);
         return exit_done;
     }
     if (name == "version" || name == "--version") {
+        refuse_more_words(words, 1, "nothing");
         std::printf("wisp %s\ncompiler %s\nflags %s\narithmetics f32 f64 fixed\n", version, __VERSION__, WISP_FLAGS);
         return exit_done;
     }

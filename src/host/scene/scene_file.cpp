@@ -6,6 +6,7 @@
 #include "host/images/texture_readers.h"
 #include "host/scene/scene_file.h"
 #include "host/scene/shape_parser.h"
+#include <algorithm>
 #include <set>
 
 namespace wisp {
@@ -367,11 +368,26 @@ SceneFile parse_scene(const std::string &path, const std::string &text, const Fi
     return SceneParser(path, text, read, limits).parse();
 }
 
+namespace {
+
+// What a file is that users take for a scene, or "".
+std::string other_than_scene(const std::string &path, const Bytes &bytes) {
+    const std::string name = lower_case(path);
+    if (is_pfm(bytes) || is_exr(bytes) || is_png(bytes) || ends_in(name, ".ppm")) return "a picture";
+    for (const char *ending : {".obj", ".stl", ".off", ".gltf", ".glb"})
+        if (ends_in(name, ending)) return "a mesh, whose format wisp does not read";
+    const std::string line(bytes.begin(), std::find(bytes.begin(), bytes.end(), '\n'));
+    return line.rfind("wisp ", 0) == 0 ? "'" + printable(line.substr(0, 32)) + "'" : ""; // a map, passes or a record
+}
+
+} // namespace
+
 SceneFile read_scene(const std::string &path) {
     const Bytes bytes = read_file(path);
     const std::string expected = ", expected a scene, particles or a density grid";
     if (bytes.empty()) throw InputError(path, "found an empty file" + expected);
-    if (is_pfm(bytes) || is_exr(bytes) || is_png(bytes)) throw InputError(path, "found a picture" + expected);
+    const std::string other = other_than_scene(path, bytes);
+    if (!other.empty()) throw InputError(path, "found " + other + expected);
     std::vector<std::string> included;
     const auto read = [&included](const std::string &file) {
         included.push_back(file);
