@@ -355,6 +355,34 @@ TEST_CASE("warnings: a light at the eye, both in smoke" * doctest::test_suite("l
     CHECK(!warns("lp 0 0.03 0", "--reference --passes 0:2"));
 }
 
+TEST_CASE("warnings: a light in the eye, whose light scattered back has no limit") {
+    WarningCommandTest test;
+    const auto warned = [&](const std::string &light, const std::string &albedo, const std::string &options) {
+        test.write("s.aff", "v from 0 0 0 at 0 0 1 up 0 1 0 angle 60 hither 0.01 resolution 4 4\n" + light +
+                                " 9 9 9\nsmoke box -1 -1 -1 1 1 1 1 { albedo " + albedo + " }\n");
+        return test.warned(options);
+    };
+    const std::string no_limit = "no picture of this is right: a light in the smoke stands in the eye";
+    for (const char *options : {"--photons 0", "--photons 1000", "--reference --passes 0:2"}) {
+        CAPTURE(options);
+        CHECK(warned("lp 0 0 0", ".9 .9 .9", options).find(no_limit) != std::string::npos);
+        CHECK(warned("lp 0 0 0", ".9 .9 .9", options).find("up to 20 % too dark") == std::string::npos);
+        CHECK(warned("lp 0 0 0.01", ".9 .9 .9", options).find(no_limit) == std::string::npos);
+    }
+    CHECK(warned("lp 0 0 0", "0 0 0", "--photons 0") == "");
+    CHECK(warned("lp 0 0 2", ".9 .9 .9", "--photons 0") == "");
+}
+
+TEST_CASE("warnings: what --max-error says does not hold for pixels that look at a light in the smoke") {
+    WarningCommandTest test;
+    for (const bool inside : {false, true}) {
+        test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 30 hither 0.01 resolution 8 8\nlp 0 0 " +
+                                std::string(inside ? "0.5" : "5") +
+                                " 9 9 9\nsmoke box -1 -1 -1 1 1 1 1 { albedo .9 .9 .9 }\n");
+        CHECK((test.warned("--max-error 0.2").find("which --max-error does not see") != std::string::npos) == inside);
+    }
+}
+
 TEST_CASE("warnings: a light that is seen through smoke of a narrow peak") {
     WarningCommandTest test;
     const auto warns = [&](const std::string &light, const std::string &phase, const std::string &beside = "",
@@ -409,6 +437,9 @@ TEST_CASE("warnings: photons that fly past smoke that lies far apart") {
             warned.find(" met the smoke, as they fly into the ball around all of it; --smoke map without --deposit") !=
             std::string::npos);
     }
+    CHECK(test.warned("--photons 100000") == "");
+    // No light at all is not noise: here it shines on the other side of a wall.
+    test.write("s.aff", view + smoke + " }\nf 1 1 1 1 0 0 0 0\np 3\n-500 9 -500\n500 9 -500\n0 9 900\n");
     CHECK(test.warned("--photons 100000") == "");
     // Thin smoke is met by few, too, and scatters hardly any light twice.
     test.write("s.aff", view + "smoke s.ply { radius 0.3 mass 0.0001 extinction 1 albedo .9 .9 .9 }\n");

@@ -149,11 +149,16 @@ double unlike_lengths(const Scene &scene) {
     return most;
 }
 
-bool scatters_much(const Scene &scene) {
-    return std::any_of(scene.smokes, scene.smokes + scene.smoke_count, [](const SmokeDescription &smoke) {
-        return !smoke.empty() && std::max({smoke.albedo.x, smoke.albedo.y, smoke.albedo.z}) >= 0.5;
-    });
+double greatest_albedo(const Scene &scene) {
+    double most = 0;
+    for (uint32_t i = 0; i < scene.smoke_count; ++i) {
+        const SmokeDescription &smoke = scene.smokes[i];
+        if (!smoke.empty()) most = std::max({most, smoke.albedo.x, smoke.albedo.y, smoke.albedo.z});
+    }
+    return most;
 }
+
+bool scatters_much(const Scene &scene) { return greatest_albedo(scene) >= 0.5; }
 
 // Of the options that were given, those that keep wisp from choosing finer cells, or paths in place of photons.
 std::string options_of_cells(const Request &request, const Scene &scene) {
@@ -173,8 +178,21 @@ std::string options_of_cells(const Request &request, const Scene &scene) {
 // The limits hold for the random smokes of tools/measure/random_smoke.py.
 void RunWarnings::of_light(const PreparedScene &prepared, const Settings &settings, const Plan &plan) {
     const Scene &scene = prepared.scene;
+    // What returns along a ray from a lamp at its start, as 1 / distance^2, has no limit. Distances to lights count as
+    // 2^-10 at least.
+    const bool at_eye = greatest_albedo(scene) > 0 && holds_light_at_eye(scene, 0x1p-10);
+    if (at_eye)
+        print({"light at the eye", "",
+               "no picture of this is right: a light in the smoke stands in the eye, and what is scattered back from "
+               "next to it has no limit; a little way off it has"});
     if (!plan.photons || !scatters_much(scene)) return;
-    if (request_.options.max_error) return;          // the error is estimated, and was said
+    if (request_.options.max_error) { // the error is estimated, and was said
+        if (density_of(scene).depth_at_lights > 0)
+            print({"light in smoke", "",
+                   "pixels that look at a light in the smoke may err by a tenth, which --max-error does not see: the "
+                   "peak of the light around it is narrower than all cells; --reference is right there"});
+        return;
+    }
     const bool map = settings.method == Method::map; // of_photons() warns of the others' light
     const PhotonCells cells = map ? photon_cells(scene, density_of(scene), settings) : PhotonCells{0, 1, 0};
     const double error_of_cells = cells.fit() ? 0 : cells.error();
@@ -193,7 +211,7 @@ void RunWarnings::of_light(const PreparedScene &prepared, const Settings &settin
                    (options.empty() ? "; --reference stops it there" : "; without " + options + " it stops there")});
     // Light of a lamp at the eye is spread over cells that lie behind it. A box was 4 to 19 % too dark, a ball of
     // particles 7 to 9 %, a box between walls 10 %.
-    if (holds_light_at_eye(scene, width_of_photon_cells(scene, settings)))
+    if (!at_eye && holds_light_at_eye(scene, width_of_photon_cells(scene, settings)))
         print({"light at the eye", "",
                "light that is scattered more than once is likely up to 20 % too dark here: a light in the smoke is as "
                "near to the eye as photons tell places apart; --reference is right there"});
@@ -233,7 +251,10 @@ void RunWarnings::of_photons(const Scene &scene, const Settings &settings, const
     // The noise of what is scattered more than once, relative to all light. Thin smoke has little of that.
     const double noise = std::sqrt(static_cast<double>(photons.stored) + 1) /
                          static_cast<double>(std::max<uint64_t>(photons.collisions, 1));
-    if (noise > 0.02 && photons.collisions < photons.emitted / 100 && density_of(scene).mean_depth > 0.02)
+    // Photons that start in the smoke miss it only where surfaces keep all light off.
+    const bool start_in_smoke = is_resampled(scene, settings) && keeps_light_at_nodes(scene, settings);
+    if (!start_in_smoke && noise > 0.02 && photons.collisions < photons.emitted / 100 &&
+        density_of(scene).mean_depth > 0.02)
         print({"few photons", "",
                "light that is scattered more than once is noise here: of " + std::to_string(photons.emitted) +
                    " photons " + std::to_string(photons.collisions) +
