@@ -89,4 +89,10 @@ TEST_CASE_FIXTURE(ManualTest, "manual: zsh and fish complete every command and o
     write("wisp.fish", fish);
     for (const std::string shell : {"zsh", "fish"})
         if (run("command -v " + shell).status == 0) CHECK(run(shell + " -n " + file("wisp." + shell)).status == 0);
+    if (run("command -v fish").status != 0) return;
+    const auto offered = [&](const std::string &line) {
+        return run("fish -c 'source " + file("wisp.fish") + "; complete -C \"" + line + "\"'").out;
+    };
+    CHECK(offered("wisp show d") == "density\ndepth\n"); // no files
+    CHECK(!holds(offered("wisp show density d"), "depth"));
 }
