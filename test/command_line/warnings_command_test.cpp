@@ -373,16 +373,6 @@ TEST_CASE("warnings: a light in the eye, whose light scattered back has no limit
     CHECK(warned("lp 0 0 2", ".9 .9 .9", "--photons 0") == "");
 }
 
-TEST_CASE("warnings: what --max-error says does not hold for pixels that look at a light in the smoke") {
-    WarningCommandTest test;
-    for (const bool inside : {false, true}) {
-        test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 30 hither 0.01 resolution 8 8\nlp 0 0 " +
-                                std::string(inside ? "0.5" : "5") +
-                                " 9 9 9\nsmoke box -1 -1 -1 1 1 1 1 { albedo .9 .9 .9 }\n");
-        CHECK((test.warned("--max-error 0.2").find("which --max-error does not see") != std::string::npos) == inside);
-    }
-}
-
 TEST_CASE("warnings: a light that is seen through smoke of a narrow peak") {
     WarningCommandTest test;
     const auto warns = [&](const std::string &light, const std::string &phase, const std::string &beside = "",
