@@ -20,7 +20,8 @@ struct Window {
 };
 
 template <class K>
-void gather_particles(const ParticleField &field, const Color *source, const Ray &ray, const Window &window) {
+void gather_particles(const K &kernel, const ParticleField &field, const Color *source, const Ray &ray,
+                      const Window &window) {
     const Real first_middle = window.middle[0], last_middle = window.middle[window.count - 1];
     for_each_leaf_on_segment(field, ray, first_middle, last_middle, [&](uint32_t leaf) {
         const uint32_t first = leaf * leaf_points;
@@ -31,13 +32,13 @@ void gather_particles(const ParticleField &field, const Color *source, const Ray
             along[l] = passed.along;
         }
         for (uint32_t l = 0; l < leaf_points; ++l) {
-            if (!(b_squared[l] < K::support_squared)) continue;
+            if (!(b_squared[l] < kernel.support_squared)) continue;
             const uint32_t i = first + l;
             const Real h = field.inverse_h[i], scale = field.scale[i] * h;
             if (scale == Real(0)) continue;
             // The steps whose middles lie on the ray's chord through the support, and one more at each end for
             // rounding.
-            const Real half = sqrt(K::support_squared - b_squared[l]) / h, middle = along[l];
+            const Real half = sqrt(kernel.support_squared - b_squared[l]) / h, middle = along[l];
             const int32_t low = max(floor_to_int((middle - half - window.start) * window.inverse_step), 0);
             const int32_t high =
                 min(floor_to_int((middle + half - window.start) * window.inverse_step) + 1, window.count - 1);
@@ -46,7 +47,7 @@ void gather_particles(const ParticleField &field, const Color *source, const Ray
                 const size_t at = static_cast<size_t>(step);
                 for (size_t lane = 0; lane < lanes; ++lane) {
                     const Real t = (window.middle[at + lane] - middle) * h;
-                    const Real w = scale * K::value(b_squared[l] + t * t);
+                    const Real w = scale * kernel.value(b_squared[l] + t * t);
                     window.sigma[at + lane] += w;
                     window.red[at + lane] += w * color.x;
                     window.green[at + lane] += w * color.y;
@@ -59,10 +60,7 @@ void gather_particles(const ParticleField &field, const Color *source, const Ray
 
 WISP_MULTIVERSIONED void gather(const ParticleField &field, const Color *source, const Ray &ray, const Window &window) {
     if (field.tree.count == 0) return;
-    if (field.kernel == Kernel::spline)
-        gather_particles<Spline>(field, source, ray, window);
-    else
-        gather_particles<Poly6>(field, source, ray, window);
+    with_kernel(field.kernel, [&](const auto &kernel) { gather_particles(kernel, field, source, ray, window); });
 }
 
 void gather(const GridField &field, const Color *source, const Ray &ray, const Window &window) {

@@ -93,10 +93,10 @@ Photon emit_from_smoke(const SmokeVolume &smoke, const Color &photon_color, Even
         return {{point_of_sample(smoke.field.grid, low, xi), direction}, photon_color, true};
     }
     const Particle &particle = smoke.source->particles[low];
-    const bool spline = smoke.source->kernel == Kernel::spline;
     const Real xi = unit_open<Real>(draw(event, dimension_radius));
-    const Real radius =
-        (spline ? Spline::radius_of_fraction(xi) : Real(2) * Poly6::radius_of_fraction(xi)) * to_real<Real>(particle.h);
+    const Real radius = with_kernel(smoke.source->kernel, [&](const auto &kernel) { // the h of poly6 is 2 H
+        return (Real(2) / kernel.support) * kernel.radius_of_fraction(xi) * to_real<Real>(particle.h);
+    });
     const Vec3 outward = deflect(up, uniform.sample(unit_open<Real>(draw(event, dimension_position_2))),
                                  unit_half_open<Real>(draw(event, dimension_azimuth)));
     return {{vec_of(particle.position) + outward * radius, direction}, photon_color, true};

@@ -5,7 +5,7 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-template <class K> DensityStatistics statistics_of(const ParticleField &field, uint32_t slot) {
+template <class K> DensityStatistics statistics_of(const K &kernel, const ParticleField &field, uint32_t slot) {
     const PointTree &tree = field.tree;
     const Vec3 x(tree.x[slot], tree.y[slot], tree.z[slot]);
     Real sum[lanes] = {};
@@ -17,8 +17,8 @@ template <class K> DensityStatistics statistics_of(const ParticleField &field, u
                 const Real dx = tree.x[i] - x.x, dy = tree.y[i] - x.y, dz = tree.z[i] - x.z;
                 const Real h = field.inverse_h[i], q_squared = sum_of_products(dx, dx, dy, dy, dz, dz) * (h * h);
                 // Empty slots have an inverse_h of 0.
-                const bool other = i != slot && h > Real(0) && q_squared < K::support_squared;
-                sum[l] += other ? (field.scale[i] * h) * K::value(q_squared) : Real(0); // S3
+                const bool other = i != slot && h > Real(0) && q_squared < kernel.support_squared;
+                sum[l] += other ? (field.scale[i] * h) * kernel.value(q_squared) : Real(0); // S3
                 count[l] += other ? 1u : 0u;
             }
     });
@@ -28,7 +28,7 @@ template <class K> DensityStatistics statistics_of(const ParticleField &field, u
 }
 
 WISP_MULTIVERSIONED DensityStatistics statistics_at(const ParticleField &field, uint32_t slot) {
-    return field.kernel == Kernel::spline ? statistics_of<Spline>(field, slot) : statistics_of<Poly6>(field, slot);
+    return with_kernel(field.kernel, [&](const auto &kernel) { return statistics_of(kernel, field, slot); });
 }
 
 } // namespace

@@ -6,6 +6,7 @@
 // point of closest approach. Both are in units of h.
 #pragma once
 #include "core/numbers/increasing_root.h"
+#include "wisp/scene.h"
 #include <type_traits>
 
 namespace wisp::WISP_ARITH {
@@ -15,8 +16,9 @@ struct Spline {
     static constexpr Real constant = Real(15 / (64 * 3.14159265358979323846)); // 15 / (pi (4h)^3) = C h^-3
     static constexpr Real support = Real(2);
     static constexpr Real support_squared = Real(4);
-    static constexpr Real line_maximum = Real(8); // chord(0): the line through the centre
-    static constexpr double variance = 2.0 / 7;   // the integral of x^2 W, x along one axis, in h^2
+    static constexpr Real line_maximum = Real(8);              // chord(0): the line through the centre
+    static constexpr double variance = 2.0 / 7;                // the integral of x^2 W, x along one axis, in h^2
+    static constexpr Real widening = Real(1 / (6 * variance)); // (h / h')^2 = 1 - widening (cell / h)^2 (S4-1)
 
     // (2 - q)^3 where q < 2, else 0; never negative. Rounding may give q = 2 for q^2 < 4, and the value is then 0 (hard
     // case C7).
@@ -68,6 +70,7 @@ struct Poly6 {
     static constexpr Real support_squared = Real(1);
     static constexpr Real line_maximum = Real(32.0 / 35);
     static constexpr double variance = 1.0 / 11;
+    static constexpr Real widening = Real(1 / (6 * variance));
 
     // (1 - q^2)^3 where q < 1, else 0.
     static Real value(Real q_squared) {
@@ -99,11 +102,39 @@ struct Poly6 {
     }
 };
 
-// An upper bound of Kernel::chord(b^2) without root or logarithm: line_maximum (1 - b^2 / support^2)^3.
-template <class Kernel> Real chord_bound(Real b_squared) {
-    constexpr Real inverse = Kernel::support == Real(1) ? Real(1) : Real(0.25);
+// An upper bound of chord(b^2) without root or logarithm: line_maximum (1 - b^2 / support^2)^3.
+template <class K> Real chord_bound(const K &kernel, Real b_squared) {
+    const Real inverse = kernel.support == Real(1) ? Real(1) : Real(0.25);
     const Real u = max(Real(0), Real(1) - b_squared * inverse);
-    return Kernel::line_maximum * (u * u * u);
+    return kernel.line_maximum * (u * u * u);
+}
+
+// Either kernel, which is asked at every use. Where code is to be small, it is compiled for this one only.
+struct AnyKernel {
+    bool is_spline;
+    Real constant = is_spline ? Spline::constant : Poly6::constant;
+    Real support = is_spline ? Spline::support : Poly6::support;
+    Real support_squared = is_spline ? Spline::support_squared : Poly6::support_squared;
+    Real line_maximum = is_spline ? Spline::line_maximum : Poly6::line_maximum;
+    Real widening = is_spline ? Spline::widening : Poly6::widening;
+
+    Real value(Real q_squared) const { return is_spline ? Spline::value(q_squared) : Poly6::value(q_squared); }
+    Real line(Real b_squared, Real t) const {
+        return is_spline ? Spline::line(b_squared, t) : Poly6::line(b_squared, t);
+    }
+    Real chord(Real b_squared) const { return is_spline ? Spline::chord(b_squared) : Poly6::chord(b_squared); }
+    Real radius_of_fraction(Real xi) const {
+        return is_spline ? Spline::radius_of_fraction(xi) : Poly6::radius_of_fraction(xi);
+    }
+};
+
+// What use(the kernel) returns.
+template <class Use> WISP_INLINE auto with_kernel(Kernel kernel, Use &&use) {
+#ifdef __OPTIMIZE_SIZE__
+    return use(AnyKernel{kernel == Kernel::spline});
+#else
+    return kernel == Kernel::spline ? use(Spline()) : use(Poly6());
+#endif
 }
 
 } // namespace wisp::WISP_ARITH

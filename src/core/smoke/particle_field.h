@@ -91,19 +91,19 @@ Collision first_collision(const ParticleField &field, const Ray &ray, Real end, 
 bool enter(const ParticleField &field, Ray &ray, Real &entry, Real &end);
 
 template <class K, class Visit>
-void for_each_depth_of(const ParticleField &field, const Ray &ray, Real end, Visit &&visit) {
+void for_each_depth_of(const K &kernel, const ParticleField &field, const Ray &ray, Real end, Visit &&visit) {
     for_each_leaf_on_segment(field, ray, Real(0), end, [&](uint32_t leaf) {
         Passage passed[leaf_points];
         for (uint32_t l = 0; l < leaf_points; ++l) passed[l] = passage(field, leaf * leaf_points + l, ray);
         for (uint32_t l = 0; l < leaf_points; ++l) {
             const Real b_squared = passed[l].b_squared, along = passed[l].along;
-            if (!(b_squared < K::support_squared)) continue;
+            if (!(b_squared < kernel.support_squared)) continue;
             const uint32_t slot = leaf * leaf_points + l;
-            const Real h = field.inverse_h[slot], half = sqrt(K::support_squared - b_squared);
+            const Real h = field.inverse_h[slot], half = sqrt(kernel.support_squared - b_squared);
             const Real from = max(-half, -along * h), to = min(half, (end - along) * h);
             if (!(from < to)) continue;
-            const Real line =
-                from == -half && to == half ? K::chord(b_squared) : K::line(b_squared, to) - K::line(b_squared, from);
+            const Real line = from == -half && to == half ? kernel.chord(b_squared)
+                                                          : kernel.line(b_squared, to) - kernel.line(b_squared, from);
             if (line > Real(0)) visit(slot, field.scale[slot] * line);
         }
     });
@@ -113,20 +113,18 @@ template <class Visit> void for_each_depth(const ParticleField &field, const Ray
     Ray near = ray;
     Real entry;
     if (!enter(field, near, entry, end)) return;
-    if (field.kernel == Kernel::spline)
-        for_each_depth_of<Spline>(field, near, end, visit);
-    else
-        for_each_depth_of<Poly6>(field, near, end, visit);
+    with_kernel(field.kernel, [&](const auto &kernel) { for_each_depth_of(kernel, field, near, end, visit); });
 }
 
-template <class K, class Visit> void for_each_extinction_of(const ParticleField &field, const Vec3 &x, Visit &&visit) {
+template <class K, class Visit>
+void for_each_extinction_of(const K &kernel, const ParticleField &field, const Vec3 &x, Visit &&visit) {
     const PointTree &tree = field.tree;
     for_each_leaf_near(field, x, Real(0), [&](uint32_t leaf) {
         for (uint32_t slot = leaf * leaf_points; slot < (leaf + 1) * leaf_points; ++slot) {
             const Real dx = tree.x[slot] - x.x, dy = tree.y[slot] - x.y, dz = tree.z[slot] - x.z;
             const Real h = field.inverse_h[slot];
             const Real sigma =
-                (field.scale[slot] * h) * K::value(sum_of_products(dx, dx, dy, dy, dz, dz) * (h * h)); // S3
+                (field.scale[slot] * h) * kernel.value(sum_of_products(dx, dx, dy, dy, dz, dz) * (h * h)); // S3
             if (sigma > Real(0)) visit(slot, sigma);
         }
     });
@@ -134,10 +132,7 @@ template <class K, class Visit> void for_each_extinction_of(const ParticleField 
 
 template <class Visit> void for_each_extinction(const ParticleField &field, const Vec3 &x, Visit &&visit) {
     if (field.tree.count == 0) return;
-    if (field.kernel == Kernel::spline)
-        for_each_extinction_of<Spline>(field, x, visit);
-    else
-        for_each_extinction_of<Poly6>(field, x, visit);
+    with_kernel(field.kernel, [&](const auto &kernel) { for_each_extinction_of(kernel, field, x, visit); });
 }
 
 } // namespace wisp::WISP_ARITH

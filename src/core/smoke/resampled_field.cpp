@@ -16,25 +16,25 @@ static_assert(static_cast<uint32_t>(along) <= row, "a row of a brick fits");
 // a node's sum has the same order in every brick that holds the node.
 //
 // Trilinear interpolation widens the field: it adds cell^2 / 6 to the variance along each axis. A kernel's own variance
-// is K::variance h^2. The kernels are narrowed to h'^2 = h^2 - cell^2 / (6 K::variance), so that the interpolated field
-// has the particles' variance. This divides the error of column depths by about six (S4-1).
+// is kernel.variance h^2. The kernels are narrowed to h'^2 = h^2 - cell^2 / (6 variance), so that the interpolated
+// field has the particles' variance. This divides the error of column depths by about six (S4-1).
 template <class K>
-void sum_particles(const ParticleField &field, const SparseGrid &bricks, uint32_t brick, Real *sums) {
+void sum_particles(const K &kernel, const ParticleField &field, const SparseGrid &bricks, uint32_t brick, Real *sums) {
     const PointTree &tree = field.tree;
     const Vec3 low = low_of(bricks, brick), half = bricks.lattice.edge * Real(0.5);
-    const Real widening = bricks.cell.x * bricks.cell.x * Real(1 / (6 * K::variance));
+    const Real widening = bricks.cell.x * bricks.cell.x * kernel.widening;
     Real x[row];
     for (uint32_t l = 0; l < row; ++l) x[l] = node_of(bricks, brick, {static_cast<int32_t>(l), 0, 0}).x;
     for_each_leaf_near(field, low + half, length(half), [&](uint32_t leaf) {
         for (uint32_t i = leaf * leaf_points; i < (leaf + 1) * leaf_points; ++i) {
             const Real inverse_h = field.inverse_h[i];
             if (field.scale[i] == Real(0)) continue;
-            // (h / h')^2 = 1 / (1 - cell^2 / (6 K::variance h^2)), limited to 4. From here on `h` is 1 / h'.
+            // (h / h')^2 = 1 / (1 - cell^2 / (6 variance h^2)), limited to 4. From here on `h` is 1 / h'.
             const Real squared = Real(1) / max(Real(1) - widening * (inverse_h * inverse_h), Real(0.25));
             const Real ratio = sqrt(squared), h = inverse_h * ratio;
             const Real scale = field.scale[i] * inverse_h * (squared * ratio);
             // The rows that the support may touch, and one more on either side for rounding.
-            const Real reach = K::support / h;
+            const Real reach = kernel.support / h;
             const Vec3 p = (Vec3(tree.x[i], tree.y[i], tree.z[i]) - low) * bricks.inverse_cell;
             const Vec3 r = bricks.inverse_cell * reach;
             if (p.x + r.x < Real(-1) || p.x - r.x > Real(along)) continue;
@@ -46,11 +46,11 @@ void sum_particles(const ParticleField &field, const SparseGrid &bricks, uint32_
                 for (int32_t y = first_y; y <= last_y; ++y) {
                     const Vec3 node = node_of(bricks, brick, {0, y, z});
                     const Real dy = node.y - tree.y[i], dz = node.z - tree.z[i], across = dy * dy + dz * dz;
-                    if (!(across * (h * h) < K::support_squared)) continue;
+                    if (!(across * (h * h) < kernel.support_squared)) continue;
                     Real *sum = sums + static_cast<uint32_t>(z * along + y) * row;
                     for (uint32_t l = 0; l < row; ++l) {
                         const Real dx = x[l] - tree.x[i];
-                        sum[l] += scale * K::value((dx * dx + across) * (h * h)); // S3
+                        sum[l] += scale * kernel.value((dx * dx + across) * (h * h)); // S3
                     }
                 }
         }
@@ -61,10 +61,7 @@ void sum_particles(const ParticleField &field, const SparseGrid &bricks, uint32_
 WISP_MULTIVERSIONED void resample_brick(const ParticleField &field, const SparseGrid &bricks, uint32_t brick,
                                         Real *sums, Real *nodes) {
     for (uint32_t i = 0; i < rows * row; ++i) sums[i] = Real(0);
-    if (field.kernel == Kernel::spline)
-        sum_particles<Spline>(field, bricks, brick, sums);
-    else
-        sum_particles<Poly6>(field, bricks, brick, sums);
+    with_kernel(field.kernel, [&](const auto &kernel) { sum_particles(kernel, field, bricks, brick, sums); });
     for (uint32_t r = 0; r < rows; ++r)
         for (uint32_t l = 0; l < static_cast<uint32_t>(along); ++l) *nodes++ = sums[r * row + l];
 }

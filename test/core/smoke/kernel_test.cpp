@@ -72,8 +72,8 @@ TEST_CASE(WISP_ARITH_NAME ": whole chords have the published values") {
 TEST_CASE(WISP_ARITH_NAME ": chords are below their bound") {
     for (int i = 0; i <= 5000; ++i) {
         const Real spline_b2 = real(i * 0.001), poly6_b2 = real(i * 0.00025);
-        CHECK(at(Spline::chord(spline_b2)) <= at(chord_bound<Spline>(spline_b2)) + 2 * error);
-        CHECK(at(Poly6::chord(poly6_b2)) <= at(chord_bound<Poly6>(poly6_b2)) + 2 * error);
+        CHECK(at(Spline::chord(spline_b2)) <= at(chord_bound(Spline(), spline_b2)) + 2 * error);
+        CHECK(at(Poly6::chord(poly6_b2)) <= at(chord_bound(Poly6(), poly6_b2)) + 2 * error);
     }
 }
 
@@ -140,4 +140,26 @@ TEST_CASE(WISP_ARITH_NAME ": increasing_root brackets, and gives the nearer end 
         return x * x * x - real(1e-3);
     };
     CHECK(at(increasing_root(Real(-1), Real(1), cube)) == doctest::Approx(0.1).epsilon(1e-5));
+}
+
+TEST_CASE(WISP_ARITH_NAME ": a kernel that is asked at every use has the bits of its own type") {
+    const auto compare = [](const auto &kernel, const AnyKernel &any) {
+        CHECK(any.constant == kernel.constant);
+        CHECK(any.support == kernel.support);
+        CHECK(any.support_squared == kernel.support_squared);
+        CHECK(any.line_maximum == kernel.line_maximum);
+        CHECK(any.widening == kernel.widening);
+        for (const double part : {0.0, 0.25, 0.5, 0.75, 0.99}) {
+            const Real b = kernel.support_squared * real(part);
+            const Real t = kernel.support * real(0.75 * std::sqrt(1 - part));
+            CHECK(any.value(b) == kernel.value(b));
+            CHECK(any.chord(b) == kernel.chord(b));
+            CHECK(any.line(b, t) == kernel.line(b, t));
+            CHECK(any.radius_of_fraction(real(part)) == kernel.radius_of_fraction(real(part)));
+        }
+    };
+    compare(Spline(), AnyKernel{true});
+    compare(Poly6(), AnyKernel{false});
+    CHECK(with_kernel(Kernel::spline, [](const auto &kernel) { return kernel.support; }) == Real(2));
+    CHECK(with_kernel(Kernel::poly6, [](const auto &kernel) { return kernel.support; }) == Real(1));
 }
