@@ -24,17 +24,24 @@ ForwardPeak forward_peak(const Medium &medium, const Light *lights, uint32_t cou
     const Real least = min(Real(0.0038053), Real(0.5) * width * width); // 1 - cos 5 degrees, 1 - cos(width) about
     const Vec3 &middle = medium.sphere.center;
     const Vec3 to_eye = direction_between(middle, eye);
-    const auto light_there = [&](uint32_t i) { return illuminate(lights[i], middle, middle, middle); };
+    const auto is_inside = [&](const Light &light) { // some of its light flies to the eye from any place around it
+        return light.kind != LightKind::parallel && length(light.position - middle) < medium.sphere.radius;
+    };
+    const auto light_there = [&](const Light &light) { // of a spot inside, on its axis
+        const bool on_axis = light.kind == LightKind::spot && is_inside(light);
+        const Vec3 x = on_axis ? light.position + light.direction * length(light.position - middle) : middle;
+        return illuminate(light, x, x, x);
+    };
     Real all = Real(0), away = most;
-    for (uint32_t i = 0; i < count; ++i) all += largest(light_there(i).irradiance);
+    for (uint32_t i = 0; i < count; ++i) all += largest(light_there(lights[i]).irradiance);
     for (uint32_t i = 0; i < count; ++i) {
-        const bool inside =
-            lights[i].kind != LightKind::parallel &&
-            length(lights[i].position - middle) < medium.sphere.radius; // its light comes from all sides
-        const Illumination from = light_there(i);
-        if (inside || !(largest(from.irradiance) * Real(8) > all)) continue;
-        const Vec3 chord = from.direction - to_eye; // |chord|^2 = 2 (1 - cosine); a third of the chord is about A's
-        away = min(away, dot(chord, chord) * Real(1.0 / 18));
+        const Light &light = lights[i];
+        const Illumination from = light_there(light);
+        if (!(largest(from.irradiance) * Real(8) > all)) continue;
+        // Chords of angles: |chord|^2 = 2 (1 - cosine). A third of the chord is about A's.
+        const Real cone = light.kind == LightKind::spot ? sqrt(Real(2) * light.one_minus_cosine) : Real(2);
+        const Real chord = max(Real(0), length(from.direction - to_eye) - (is_inside(light) ? cone : Real(0)));
+        away = min(away, chord * chord * Real(1.0 / 18));
     }
     return ForwardPeak(phase, max(away, least));
 }

@@ -58,10 +58,27 @@ bool clip_to_cone(const Light &spot, const Vec3 &a, const Vec3 &b, Real &from, R
     return from < to;
 }
 
-// How far apart two unit vectors may be for the phase function to be sampled once between them: its peak has a
-// half-width of about 1 - |g| (N-E1).
-bool turns_little(const Phase &phase, const Vec3 &from, const Vec3 &to) {
-    const Real widest = Real(1) - abs(phase.asymmetry());
+// Whether the segment from a to b, both relative to a light, may leave its cone. Wider cones count as a whole.
+bool has_cone(const Light &light, const Vec3 &a, const Vec3 &b) {
+    return light.kind == LightKind::spot && dot(b - a, b - a) > Real(0) && light.one_minus_cosine < Real(1);
+}
+
+// Cuts off what lies outside of the cone. Returns which part of the length is left.
+Real cut_to_cone(const Light &spot, Vec3 &a, Vec3 &b) {
+    Real from, to;
+    if (!clip_to_cone(spot, a, b, from, to)) return Real(0);
+    if (to - from < Real(1)) {
+        const Vec3 way = b - a;
+        b = a + way * to;
+        a += way * from;
+    }
+    return to - from;
+}
+
+// Whether two unit vectors are nearer to each other than `parts` of the half-width of the phase function's peak, which
+// is about 1 - |g| (N-E1).
+bool turns_little(const Phase &phase, const Vec3 &from, const Vec3 &to, Real parts) {
+    const Real widest = (Real(1) - abs(phase.asymmetry())) * parts;
     return dot(to - from, to - from) <= widest * widest;
 }
 
@@ -74,7 +91,7 @@ Real mean_phase_between(const Light &light, const Phase &phase, const Vec3 &a, c
     const bool constant = light.kind == LightKind::constant;
     const Real of_b = far_a / (far_a + far_b);
     const Vec3 bisected = a + (b - a) * of_b, from = a / far_a, to = b / far_b;
-    if (halvings == 0 || turns_little(phase, from, to)) {
+    if (halvings == 0 || turns_little(phase, from, to, Real(1))) {
         const Vec3 middle = constant ? (a + b) * Real(0.5) : bisected;
         const Real distance = length(middle);
         const Vec3 between = distance > Real(0) ? middle / distance : from;
@@ -107,27 +124,22 @@ Illumination illuminate(const Light &light, const Vec3 &x, const Vec3 &a, const 
     if (light.kind == LightKind::constant) return {direction, distance, light.color};
     Vec3 begin = a - light.position, end = b - light.position;
     if (light.kind != LightKind::spot) return {direction, distance, mean_irradiance(light.color, begin, end)};
-    const Vec3 way = end - begin;
-    Real from = Real(0), to = Real(1);
-    if (dot(way, way) > Real(0) && light.one_minus_cosine < Real(1)) {
-        if (!clip_to_cone(light, begin, end, from, to)) return {direction, distance, Color(Real(0))};
-        if (to - from < Real(1)) {
-            end = begin + way * to;
-            begin = begin + way * from;
-        }
-    } else if (!in_cone(direction, light.direction, light.one_minus_cosine)) {
-        return {direction, distance, Color(Real(0))};
-    }
-    return {direction, distance, mean_irradiance(light.color, begin, end) * (to - from)};
+    const Real part = has_cone(light, begin, end)                                   ? cut_to_cone(light, begin, end)
+                      : in_cone(direction, light.direction, light.one_minus_cosine) ? Real(1)
+                                                                                    : Real(0);
+    if (!(part > Real(0))) return {direction, distance, Color(Real(0))};
+    return {direction, distance, mean_irradiance(light.color, begin, end) * part};
 }
 
 Real mean_phase(const Light &light, const Phase &phase, const Vec3 &in, const Vec3 &a, const Vec3 &b, const Vec3 &out) {
     constexpr int32_t halvings = 8; // of an angle of at most half a turn
     if (phase.isotropic()) return inv_four_pi<Real>;
     if (light.kind == LightKind::parallel) return phase(in, out);
-    const Vec3 from = a - light.position, to = b - light.position;
+    Vec3 from = a - light.position, to = b - light.position;
+    const Real part = has_cone(light, from, to) ? cut_to_cone(light, from, to) : Real(1);
+    if (!(part > Real(0))) return phase(in, out); // of no light
     const Real near = max(length(from), min_distance), far = max(length(to), min_distance);
-    if (turns_little(phase, from / near, to / far)) return phase(in, out);
+    if (part == Real(1) && turns_little(phase, from / near, to / far, Real(1.0 / 8))) return phase(in, out);
     return mean_phase_between(light, phase, from, to, out, halvings);
 }
 

@@ -82,13 +82,36 @@ WISP_INLINE void find_phases(const Light &light, const Phase &phase, const Ray &
     }
 }
 
-// Takes off the scattered radiance of a light in each step the part that lies in the shadow of surfaces.
+// What a point light near each step adds to multiple scattering beside what the nodes tell: near it light that was
+// scattered once grows as 1 / distance, and nodes blur that (README, Around a point light). `sigma` is that of all smoke.
+// Returns whether there may be any.
+WISP_INLINE bool find_peaks(const GridMarcher &marcher, const Light &light, const Phase &phase, const Ray &ray,
+                            const Group &group, const Lanes &sigma, const LaneLight &lit, const Lanes &tau,
+                            Lanes &peak) {
+    for (uint32_t l = 0; l < lanes; ++l) peak[l] = Real(0);
+    if (!marcher.irradiance || !lit.is_near || light.kind != LightKind::point) return false;
+    const Real g = phase.asymmetry(), cell = largest(marcher.depths->bricks->cell) * Real(1.41421356);
+    const Real turns = Real(1) + Real(1.46740110) * (Real(1) - g) / (Real(1) + g);
+    const Phase wide(g / turns);
+    for (uint32_t l = 0; l < lanes; ++l) {
+        if (!(sigma[l] > Real(0) && lit.irradiance[l] > Real(0))) continue;
+        const Real distance = sqrt(largest(light.color) / lit.irradiance[l]),
+                   reach = cell * Real(marcher.irradiance->spacing[group.points.brick[l]]),
+                   blurred = Real(1) - distance / reach;
+        if (blurred > Real(0))
+            peak[l] = sigma[l] * turns * distance * blurred * blurred * lit.irradiance[l] * exp(-max(Real(0), tau[l])) *
+                      wide(Vec3(lit.x[l], lit.y[l], lit.z[l]), -ray.direction);
+    }
+    return true;
+}
+
+// Takes off the scattered radiance of a light in each step, and its peak, the part that lies in the shadow of surfaces.
 void shade(const GridMarcher &marcher, uint32_t light, const Ray &ray, const Group &group, Lanes &scattered,
-           PixelRecorder *recorder) {
+           Lanes &peak, PixelRecorder *recorder) {
     Lanes length, lit;
     for (uint32_t l = 0; l < lanes; ++l) length[l] = scattered[l] > Real(0) ? group.dx[l] : Real(0);
     record_lit_parts(*marcher.shadows, light, ray, lanes, group.t, length, lit, recorder);
-    for (uint32_t l = 0; l < lanes; ++l) scattered[l] *= lit[l];
+    for (uint32_t l = 0; l < lanes; ++l) scattered[l] *= lit[l], peak[l] *= lit[l];
 }
 
 // The depth from the point at distance t of the ray to the light, by a ray.
@@ -210,10 +233,11 @@ WISP_INLINE void vary_in_steep_cells(const GridMarcher &marcher, const Light &li
 
 // Adds the single scattering of one smoke in each step: irradiance of each light, attenuated by all smoke between light
 // and step, times the phase function. Albedo and extinction are left to the caller. `sigma` is the extinction of all
-// smoke; that of this one, `extinction`, is recorded only.
+// smoke; that of this one, `extinction`, is recorded only. What lights add to multiple scattering goes there.
 WISP_INLINE void gather_lights(const GridMarcher &marcher, const SmokeVolume &smoke, const Ray &ray,
                                const GridRay &in_bricks, const Group &group, const Lanes &sigma, uint32_t bends,
-                               const Lanes &extinction, LaneColor &scattered, PixelRecorder *recorder) {
+                               const Lanes &extinction, LaneColor &scattered, LaneColor &multiple,
+                               PixelRecorder *recorder) {
     const OpticalDepthGrid &depths = *marcher.depths;
     if (depths.light_count == 0) return;
     LaneCells at;
@@ -237,8 +261,11 @@ WISP_INLINE void gather_lights(const GridMarcher &marcher, const SmokeVolume &sm
             vary_in_steps(at, depths, in_bricks, group, sigma, p);
             vary_in_steep_cells(marcher, from, ray, at, group, sigma, unattenuated, tau, p);
         }
-        if (has(parts::surfaces) && marcher.shadows) shade(marcher, light, ray, group, p, recorder);
+        Lanes peak;
+        const bool has_peaks = find_peaks(marcher, from, smoke.phase, ray, group, sigma, lit, tau, peak);
+        if (has(parts::surfaces) && marcher.shadows) shade(marcher, light, ray, group, p, peak, recorder);
         if (brightest > Real(0)) add(scattered, p, from.color / brightest);
+        if (has_peaks && brightest > Real(0)) add(multiple, peak, from.color / brightest * smoke.albedo);
         if (is_recording(recorder) && brightest > Real(0)) {
             LaneLightRecord record;
             record.light = light;
@@ -466,7 +493,7 @@ WISP_MULTIVERSIONED bool march_group(const GridMarcher &marcher, const Ray &ray,
         set(single, Color(Real(0)));
         set(multiple, Color(Real(0)));
         if (is_near) find_points(bricks, in_bricks, group.t, group.points);
-        gather_lights(marcher, smoke, ray, in_bricks, group, sigma, bends, here, single, recorder);
+        gather_lights(marcher, smoke, ray, in_bricks, group, sigma, bends, here, single, multiple, recorder);
         if (is_near) find_points(bricks, in_bricks, read, group.points);
         gather_scattered(marcher, smoke, ray, group, cut, multiple);
         if (is_recording(recorder)) {

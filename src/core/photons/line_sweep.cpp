@@ -65,6 +65,7 @@ template <class R> struct Sweeper : LineSweep {
     Sample<R> *samples; // of one line
     Watch watch;
     Real gap = largest(bricks.cell) * Real(2 * spacing); // between neighbouring lines
+    Real near = gap * Real(2);                           // to a light: the smoke that a line stands for is lit unevenly
     Real weight = Real(1);                               // of the axis that is followed
 };
 
@@ -192,9 +193,9 @@ WISP_INLINE void illuminate_steps(const Sweeper<R> &in, const Light &light, cons
     for (uint32_t l = 0; l < lanes; ++l) {
         const Real middle = group.middle[l], half = group.length[l] * Real(0.5);
         const bool is_near =
-            has_falloff(light.kind) && length(ray.origin + line.along * middle - light.position) < in.gap * Real(2);
+            has_falloff(light.kind) && length(ray.origin + line.along * middle - light.position) < in.near;
         const int32_t across = is_near ? most_across : 1;
-        const Real part = Real(1) / Real(across), width = in.gap * part;
+        const Real part = is_near ? Real(1.0 / most_across) : Real(1), width = in.gap * part;
         Color mean(Real(0));
         for (int32_t i = 0; i < across * across; ++i) {
             const Vec3 from = ray.origin + line.across * (width * (Real(i % across) - Real(across - 1) * Real(0.5))) +
@@ -216,9 +217,9 @@ WISP_INLINE void illuminate_from_point(const Sweeper<R> &in, const Light &light,
     for (uint32_t l = 0; l < lanes; ++l) {
         const Real x = from.x + ray.direction.x * group.middle[l], y = from.y + ray.direction.y * group.middle[l],
                    z = from.z + ray.direction.z * group.middle[l];
-        const Real distance = sqrt(x * x + y * y + z * z), near = max(Real(16) * group.length[l], in.gap * Real(2));
-        const Real inverse = Real(1) / max(max(distance, near), Real(0x1p-10));
-        is_near |= distance < near;
+        const Real distance = sqrt(x * x + y * y + z * z), far = max(Real(16) * group.length[l], in.near);
+        const Real inverse = Real(1) / max(max(distance, far), Real(0x1p-10));
+        is_near |= distance < far;
         for (int32_t c = 0; c < channels_of<R>; ++c) irradiance.channel[c][l] = light.color[c] * inverse * inverse;
     }
     if (is_near) illuminate_steps(in, light, ray, group, irradiance);

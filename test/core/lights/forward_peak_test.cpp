@@ -26,8 +26,13 @@ struct LitBox {
     static Light parallel(double degrees, double color = 1) {
         return {LightKind::parallel, vec(0, 0, 0), at_angle(degrees), Real(0), Color(real(color))};
     }
-    static Light point(double z) {
-        return {LightKind::point, vec(3, -2, 1 + z), vec(0, 0, 1), Real(0), Color(Real(1))};
+    static Light point(double z, double color = 1) {
+        return {LightKind::point, vec(3, -2, 1 + z), vec(0, 0, 1), Real(0), Color(real(color))};
+    }
+    // Its axis is at that angle to the direction of the eye.
+    static Light spot(double degrees, double cone) {
+        return {LightKind::spot, vec(3, -1.5, 1), at_angle(degrees), real(1 - std::cos(cone * pi_ / 180)),
+                Color(Real(1))};
     }
     double narrow(const std::vector<Light> &lights) const {
         return to_double(
@@ -84,7 +89,14 @@ TEST_CASE(WISP_ARITH_NAME ": what counts as straight on is a third of the way to
     CHECK(box.narrow({box.parallel(180), box.parallel(24, 0.2)}) == like(8));
     CHECK(box.narrow({box.parallel(180), box.parallel(24, 0.1)}) == like(30));
     CHECK(box.narrow({box.parallel(24, 0), box.parallel(60)}) == like(20));
-    // A point light behind the smoke, and one in it.
+    // A point light behind the smoke, and one in it, whose light flies to the eye from any place around it.
     CHECK(box.narrow({box.point(-5)}) == like(5));
-    CHECK(box.narrow({box.point(-0.5)}) == like(30));
+    CHECK(box.narrow({box.point(-0.5)}) == like(5));
+    CHECK(box.narrow({box.point(0.5)}) == like(5));
+    CHECK(box.narrow({box.parallel(180), box.point(0.5, 0.01)}) == like(30)); // it hardly matters
+    // A spot in the smoke: the edge of its cone counts, wherever the middle of the smoke is.
+    CHECK(box.narrow({box.spot(90, 12)}) == like(24.3)); // chords of 1.414 - 0.209
+    CHECK(box.narrow({box.spot(60, 20)}) == like(12.4));
+    CHECK(box.narrow({box.spot(10, 20)}) == like(5));
+    CHECK(box.narrow({box.spot(180, 20)}) == like(30));
 }
