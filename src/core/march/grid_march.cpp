@@ -82,25 +82,21 @@ WISP_INLINE void find_phases(const Light &light, const Phase &phase, const Ray &
     }
 }
 
-// What a point light near each step adds to multiple scattering beside what the nodes tell: near it light that was
-// scattered once grows as 1 / distance, and nodes blur that (README, Around a point light). `sigma` is that of all smoke.
-// Returns whether there may be any.
+// What a point light near each step adds to multiple scattering (LightPeak). Returns whether there may be any. `sigma`
+// is that of all smoke.
 WISP_INLINE bool find_peaks(const GridMarcher &marcher, const Light &light, const Phase &phase, const Ray &ray,
                             const Group &group, const Lanes &sigma, const LaneLight &lit, const Lanes &tau,
                             Lanes &peak) {
     for (uint32_t l = 0; l < lanes; ++l) peak[l] = Real(0);
     if (!marcher.irradiance || !lit.is_near || light.kind != LightKind::point) return false;
-    const Real g = phase.asymmetry(), cell = largest(marcher.depths->bricks->cell) * Real(1.41421356);
-    const Real turns = Real(1) + Real(1.46740110) * (Real(1) - g) / (Real(1) + g);
-    const Phase wide(g / turns);
+    const LightPeak peak_of(phase);
     for (uint32_t l = 0; l < lanes; ++l) {
-        if (!(sigma[l] > Real(0) && lit.irradiance[l] > Real(0))) continue;
-        const Real distance = sqrt(largest(light.color) / lit.irradiance[l]),
-                   reach = cell * Real(marcher.irradiance->spacing[group.points.brick[l]]),
-                   blurred = Real(1) - distance / reach;
-        if (blurred > Real(0))
-            peak[l] = sigma[l] * turns * distance * blurred * blurred * lit.irradiance[l] * exp(-max(Real(0), tau[l])) *
-                      wide(Vec3(lit.x[l], lit.y[l], lit.z[l]), -ray.direction);
+        if (!(sigma[l] > Real(0))) continue;
+        const Real cell =
+            largest(marcher.depths->bricks->cell) * Real(marcher.irradiance->spacing[group.points.brick[l]]);
+        const Real here =
+            peak_of(largest(light.color), lit.irradiance[l], cell, Vec3(lit.x[l], lit.y[l], lit.z[l]), -ray.direction);
+        if (here > Real(0)) peak[l] = sigma[l] * here * exp(-max(Real(0), tau[l]));
     }
     return true;
 }

@@ -149,7 +149,8 @@ void add_step(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretch, 
                                            *marcher.statistics, recorder);
     Color source = sent + single, multiple(Real(0));
     if (marcher.irradiance) {
-        multiple = scattered_light(*marcher.irradiance, medium, step.middle, -ray.direction, marcher.extinctions);
+        multiple = scattered_by_map(medium, marcher.lights, *marcher.irradiance, step, -ray.direction,
+                                    marcher.extinctions, *marcher.statistics);
         source += multiple;
     }
     const Real s = sigma * dx;

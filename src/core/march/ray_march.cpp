@@ -5,11 +5,46 @@ namespace wisp::WISP_ARITH {
 
 namespace {
 
-// Radiance per unit of length along `out` at x that was scattered more than once. The ball of a photon estimate reaches
-// beyond the smoke: where a smoke's extinction is 0 it scatters nothing, whatever photons are near.
-Color multiple_scattering(Marcher &marcher, const Vec3 &x, const Vec3 &out, const Real *extinctions) {
+// What point lights near the step add to what an irradiance map tells (LightPeak), per unit of length.
+Color peaks_of_lights(const Medium &medium, const SingleScatterer &lights, const Irradiance &map, const Step &step,
+                      const Vec3 &out, const Real *extinctions, Statistics &statistics) {
     Color sum(Real(0));
-    if (marcher.irradiance) return scattered_light(*marcher.irradiance, *marcher.medium, x, out, extinctions);
+    const uint32_t brick = brick_at(*map.bricks, cell_at(map.bricks->lattice, step.middle));
+    if (brick == no_brick) return sum;
+    const Real cell = largest(map.bricks->cell) * Real(map.spacing[brick]);
+    for (uint32_t l = 0; l < lights.light_count; ++l) {
+        const Light &light = lights.lights[l];
+        if (light.kind != LightKind::point || length(step.middle - light.position) > cell * Real(2)) continue;
+        const Illumination from = illuminate(light, step.middle, step.begin, step.end);
+        Color sigma_s(Real(0)), towards_out(Real(0));
+        for (uint32_t i = 0; i < medium.count; ++i) {
+            const SmokeVolume &smoke = medium.smokes[i];
+            const LightPeak peak_of(smoke.phase);
+            sigma_s += smoke.albedo * extinctions[i];
+            towards_out += smoke.albedo * (extinctions[i] * peak_of(largest(light.color), largest(from.irradiance),
+                                                                    cell, from.direction, out));
+        }
+        if (!(largest(towards_out) > Real(0))) continue;
+        Real lit = Real(1);
+        const Real middle = Real(0.5) * step.length;
+        if (has(parts::surfaces) && lights.shadows)
+            find_lit_parts(*lights.shadows, l, {step.begin, -out}, 1, &middle, &step.length, &lit);
+        ++statistics.rays.shadow;
+        const Real arriving = exp(-optical_depth(medium, {step.middle, -from.direction}, from.distance)) * lit;
+        sum += sigma_s * towards_out * light.color * (arriving / largest(light.color));
+    }
+    return sum;
+}
+
+// Radiance per unit of length along `out` in the middle of the step that was scattered more than once. The ball of a
+// photon estimate reaches beyond the smoke: where a smoke's extinction is 0 it scatters nothing, whatever photons are
+// near.
+Color multiple_scattering(Marcher &marcher, const Step &step, const Vec3 &out, const Real *extinctions) {
+    const Vec3 &x = step.middle;
+    Color sum(Real(0));
+    if (marcher.irradiance)
+        return scattered_by_map(*marcher.medium, marcher.lights, *marcher.irradiance, step, out, extinctions,
+                                *marcher.statistics);
     if (!marcher.photon_maps) return sum;
     for (uint32_t i = 0; i < marcher.medium->count; ++i) {
         if (!(extinctions[i] > Real(0))) continue;
@@ -80,6 +115,12 @@ Color single_scattering(const Medium &medium, const SingleScatterer &lights, con
             recorder->light(*recorder, {step.number, l, true, light, depth, transmittance, contribution});
     }
     return sum;
+}
+
+Color scattered_by_map(const Medium &medium, const SingleScatterer &lights, const Irradiance &map, const Step &step,
+                       const Vec3 &out, const Real *extinctions, Statistics &statistics) {
+    return scattered_light(map, medium, step.middle, out, extinctions) +
+           peaks_of_lights(medium, lights, map, step, out, extinctions, statistics);
 }
 
 Real max_exact_step_depth(const Medium &medium) {
@@ -212,7 +253,7 @@ void add_step(Marcher &marcher, const Ray &ray, Real begin, Real from, Real dx, 
     if (sigma > Real(0))
         source += single =
             single_scattering(medium, marcher.lights, step, out, extinctions, *marcher.statistics, recorder);
-    const Color multiple = multiple_scattering(marcher, step.middle, out, extinctions);
+    const Color multiple = multiple_scattering(marcher, step, out, extinctions);
     source += multiple;
 
     const Color arriving = source * (exp(-so_far.depth.value) * mean_transmittance(s) * dx);

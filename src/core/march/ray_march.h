@@ -153,6 +153,26 @@ Color emitted_radiance(const Medium &medium, const Real *extinctions);
 // extinctions: the sum over all lights. The inverse square of the distance to a light is its mean over the step.
 Color single_scattering(const Medium &medium, const SingleScatterer &lights, const Step &step, const Vec3 &out,
                         const Real *extinctions, Statistics &statistics, PixelRecorder *recorder);
+// The same of light that was scattered more than once: what the map tells, and peaks around point lights.
+Color scattered_by_map(const Medium &medium, const SingleScatterer &lights, const Irradiance &map, const Step &step,
+                       const Vec3 &out, const Real *extinctions, Statistics &statistics);
+
+// Light around a point light that was scattered twice, as far as nodes blur it (README, Around a point light).
+struct LightPeak {
+    Real turns; // C of the README
+    Phase wide;
+
+    explicit LightPeak(const Phase &phase)
+        : turns(Real(1) + Real(1.46740110) * (Real(1) - phase.asymmetry()) / (Real(1) + phase.asymmetry())),
+          wide(phase.asymmetry() / turns) {}
+    // What is scattered along `out` per unit of length, relative to sigma_s^2, where a light of that intensity gives
+    // that irradiance and travels along `in`. `cell`: the distance between nodes.
+    Real operator()(Real intensity, Real irradiance, Real cell, const Vec3 &in, const Vec3 &out) const {
+        if (!(irradiance > Real(0))) return Real(0);
+        const Real distance = sqrt(intensity / irradiance), blurred = Real(1) - distance / (cell * Real(1.41421356));
+        return blurred > Real(0) ? irradiance * (turns * distance * blurred * blurred * wide(in, out)) : Real(0);
+    }
+};
 
 // What arrives along the ray from distances 0 to `end`: emission, single scattering from every light, multiple
 // scattering from the photon maps or the irradiance map. Extinction and light are sampled in the middle of each step
