@@ -4,6 +4,7 @@
 #include "host/images/picture.h"
 #include <array>
 #include <cmath>
+#include <fstream>
 #include <utility>
 #include <vector>
 
@@ -58,6 +59,31 @@ struct DenseSmokeTest : CommandLineTest {
 } // namespace
 
 TEST_SUITE_BEGIN("long");
+
+TEST_CASE("dense smoke: where smoke is grey, the hue of a light changes nothing but the hue") {
+    const DenseSmokeTest test;
+    const std::array<double, 3> blue = {0.1, 0.25, 1};
+    // Beside a surface directions are kept as a flux and harmonics, and lines are left out. A turned box is not
+    // resampled.
+    const std::string surface = "am 0 0 0\nf 0 0 0 1 0 0 0 1\np 3 0 0 -3 0.01 0 -3 0 0.01 -3\n",
+                      turned = "transform 1 1 1  0 1 1 25  0 0 0\n";
+    const auto of_light = [&](const std::string &color, const std::string &before, const std::string &more) {
+        std::ofstream(test.s(), std::ios::binary)
+            << (before + "v from 0 0 6 at 0 0 0 up 0 1 0 angle 30 hither 0.1 resolution 12 12\nlp 0.1 0.2 0.1 " +
+                color + "\nsmoke box -1 -1 -1 1 1 1 2 {\n albedo 0.9 0.9 0.9\n" + more + "}\n");
+        return test.picture("--photons 20000 --seed 3");
+    };
+    for (const char *before : {"", surface.c_str()})
+        for (const char *more : {"phase 0.25\n", "phase -0.3\n", "phase 0.8\n", turned.c_str()}) {
+            CAPTURE(before);
+            CAPTURE(more);
+            const Picture white = of_light("2 2 2", before, more);
+            Picture colored = of_light("0.2 0.5 2", before, more);
+            for (size_t i = 0; i < colored.rgb.size(); ++i) colored.rgb[i] /= static_cast<float>(blue[i % 3]);
+            CHECK(DenseSmokeTest::mean_of(white) > 0.01);
+            CHECK(compare(colored, white).relative_rmse < 0.005);
+        }
+}
 
 TEST_CASE("dense smoke: a box sends the light that the reference says, from thin to very dense") {
     DenseSmokeTest test;

@@ -67,7 +67,8 @@ Status trace_exact_fluence(const PhotonTracing &tracing, const SparseGrid &brick
         ++(brick == no_brick ? counts.lost : counts.stored); // by rounding, at the border of the smoke
         if (brick == no_brick) return;
         const Color kept = tracing.needs.towards_eye ? power * eye(at.smoke, ray) : power;
-        deposit(fluence, brick, position_in(bricks, brick, ray.origin), kept, ray.direction, {});
+        deposit(fluence, brick, position_in(bricks, brick, ray.origin),
+                fluence.channels == 1 ? Color(largest(kept)) : kept, ray.direction, {});
     };
     const Status status = for_each_batch(tracing, [&](Mt19937 &generator, uint64_t, uint64_t photons) {
         return for_each_photon(tracing, generator, photons, [&](uint64_t key) {

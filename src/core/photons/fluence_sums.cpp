@@ -277,7 +277,8 @@ bool light_at_node(const FluenceSums &fluence, uint32_t brick, const Cell &node,
         return false;
     const Color sum = fluence.channels == 1 ? fluence.photon_color * photons_of(power[0])
                                             : Color(photons_of(power[0]), photons_of(power[1]), photons_of(power[2]));
-    const Real all = sum.x + sum.y + sum.z;
+    const Real all = photons_of(power[0]) + (fluence.channels == 1 ? photons_of(power[0]) * Real(2)
+                                                                   : photons_of(power[1]) + photons_of(power[2]));
     if (fluence.flux && all > Real(0))
         light.flux = Vec3(photons_of(flux[0]), photons_of(flux[1]), photons_of(flux[2])) / all;
     // sum / integral * unit * 2^exponent; half of the scaling comes before the division.
