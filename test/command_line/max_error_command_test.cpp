@@ -16,13 +16,12 @@ struct MaxErrorTest : CommandLineTest {
                    std::to_string(extinction) + " {\n phase " + phase + "\n" +
                    (more.empty() ? " albedo 0.9 0.9 0.9\n" : more) + "}\n";
     }
-    // What is said of the choice, without the seconds. `warns`: and that it does not hold for pixels of a lamp.
-    std::string chosen(const std::string &options, bool warns = false) const {
+    // What is said of the choice, without the seconds.
+    std::string chosen(const std::string &options) const {
         const Ran ran = wisp("render " + s() + " --progress never -o " + file("p.pfm") + " " + options);
         CAPTURE(ran.err);
         REQUIRE(ran.status == 0);
-        REQUIRE(lines(ran.err) == (warns ? 2 : 1));
-        CHECK((ran.err.find("which --max-error does not see") != std::string::npos) == warns);
+        REQUIRE(lines(ran.err) == 1);
         CHECK(ran.err.rfind("max-error: by ", 0) == 0);
         CHECK(ran.err.find("a frame takes about ") != std::string::npos);
         return ran.err.substr(0, ran.err.find(';'));
@@ -95,7 +94,7 @@ TEST_CASE("max-error: photons stay photons where their cells suffice, however ma
     test.write("s.aff", "v from 0 0 3 at 0 0 0 up 0 1 0 angle 26 hither 0.1 resolution 12 12\n"
                         "ls 1.5 -1 2 -1.5 1 -2 30 225 200 175\nlp 0.05 0.1 0 0.5 1 2.25\n"
                         "smoke b.vtk {\n radius 0.15\n mass 1\n extinction 0.06\n albedo .95 .9 .8\n phase 0.5\n}\n");
-    const std::string chosen = test.chosen("--max-error 0.05", true);
+    const std::string chosen = test.chosen("--max-error 0.05");
     CAPTURE(chosen);
     CHECK(chosen.find("--photons ") != std::string::npos);
     CHECK(chosen.find("--density-step ") != std::string::npos);

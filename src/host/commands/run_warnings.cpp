@@ -186,15 +186,7 @@ void RunWarnings::of_light(const PreparedScene &prepared, const Settings &settin
                "no picture of this is right: a light in the smoke stands in the eye, and what is scattered back from "
                "next to it has no limit; a little way off it has"});
     if (!plan.photons || !scatters_much(scene)) return;
-    if (request_.options.max_error) { // the error is estimated, and was said
-        // Two lamps among particles are 8 and 10 % too dark in their own pixels where a cell of light is 0.23 deep. A
-        // box of cells 0.06 to 0.11 deep errs by as little as is said.
-        if (density_of(scene).depth_at_lights * settings.irradiance_step > 0.15)
-            print({"light in smoke", "",
-                   "pixels that look at a light in the smoke may err by a tenth, which --max-error does not see: the "
-                   "peak of the light around it is narrower than all cells; --reference is right there"});
-        return;
-    }
+    if (request_.options.max_error) return; // the error is estimated, and was said
     const bool map = settings.method == Method::map; // of_photons() warns of the others' light
     const PhotonCells cells = map ? photon_cells(scene, density_of(scene), settings) : PhotonCells{0, 1, 0};
     const double error_of_cells = cells.fit() ? 0 : cells.error();
@@ -257,12 +249,15 @@ void RunWarnings::of_photons(const Scene &scene, const Settings &settings, const
     const bool start_in_smoke = is_resampled(scene, settings) && keeps_light_at_nodes(scene, settings);
     if (!start_in_smoke && noise > 0.02 && photons.collisions < photons.emitted / 100 &&
         density_of(scene).mean_depth > 0.02)
+{
+        const bool asks_otherwise = settings.method != Method::map || is_given(request_, "deposit");
         print({"few photons", "",
                "light that is scattered more than once is noise here: of " + std::to_string(photons.emitted) +
                    " photons " + std::to_string(photons.collisions) +
                    " met the smoke, as they fly into the ball around all of it; " +
-                   (can_resample(scene) ? "--smoke map without --deposit starts them in the smoke"
-                                        : "--reference has no such photons")});
+                   (can_resample(scene) && asks_otherwise ? "--smoke map without --deposit starts them in the smoke"
+                                                          : "--reference has no such photons")});
+    }
     if (!plan[Stage::gather].needed || settings.method == Method::map) return;
     const std::string method = std::string("--smoke ") + (settings.method == Method::direct ? "direct" : "volume");
     // 300 particles in a ball, 200,000 photons: 14 % too bright where all radii are alike, 18, 34, 70 and 100 % where

@@ -393,10 +393,12 @@ std::string complete(SceneFile::SmokeVolume &smoke, const Cloud &cloud, const Ax
     std::string chosen;
     if (!smoke.radius) {
         smoke.radius = radius_for(cloud);
+        smoke.chosen_radius = smoke.radius.has_value();
         if (smoke.radius) chosen += " radius " + number(*smoke.radius);
     }
     if (smoke.mass || cloud.has_mass) return chosen;
     smoke.mass = 1;
+    smoke.chosen_mass = true;
     chosen += " mass 1";
     if (smoke.extinction) return chosen;
     smoke.extinction = extinction_for(cloud, axes, reach_of(cloud, smoke.radius));

@@ -54,7 +54,8 @@ void set_frames(Options &options, const std::string &value) {
     const auto parts = split(value, ':');
     if (parts.size() > 3) throw OptionError{"A, A:B or A:B:STEP"};
     const int64_t first = integer_in(parts[0], 0, 1000000000);
-    const int64_t last = parts.size() > 1 ? integer_in(parts[1], first, 1000000000) : first;
+    const int64_t last = parts.size() > 1 ? integer_in(parts[1], 0, 1000000000) : first;
+    if (last < first) throw OptionError{"A:B, B not below A"};
     const int64_t step = parts.size() > 2 ? integer_in(parts[2], 1, 1000000000) : 1;
     options.frames = Options::Frames{first, last, step};
 }

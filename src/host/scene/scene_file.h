@@ -41,6 +41,7 @@ struct SceneFile {
         } of_particles;             // the last line that only particles can have
         Kernel kernel = Kernel::spline;
         std::optional<double> radius, mass;
+        bool chosen_radius = false, chosen_mass = false; // for what the file of the first frame leaves out
         std::optional<double> extinction; // 1, where the mass is known
         Double3 albedo = {0.9, 0.9, 0.9};
         double phase = 0;
