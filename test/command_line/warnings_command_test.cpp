@@ -334,8 +334,8 @@ TEST_CASE("warnings: a light at the eye, both in smoke" * doctest::test_suite("l
     WarningCommandTest test;
     const auto warns = [&](const std::string &light, const std::string &options = "") {
         test.write("s.aff", "v from 0 0 0 at 0 0 1 up 0 1 0 angle 60 hither 0.01 resolution 8 8\n" + light +
-                                " 9 9 9\nsmoke box -1 -1 -1 1 1 1 1 { extinction 1.5 }\n");
-        return test.warned(options).find("up to 20 % too dark here: a light in the smoke") != std::string::npos;
+                                " 9 9 9\nsmoke box -1 -1 -1 1 1 1 1 { extinction 3 phase 0.5 }\n");
+        return test.warned(options).find("up to 10 % too dark here: a light in the smoke") != std::string::npos;
     };
     CHECK(warns("lp 0 0.03 0"));
     // The warning is true.
@@ -366,7 +366,7 @@ TEST_CASE("warnings: a light in the eye, whose light scattered back has no limit
     for (const char *options : {"--photons 0", "--photons 1000", "--reference --passes 0:2"}) {
         CAPTURE(options);
         CHECK(warned("lp 0 0 0", ".9 .9 .9", options).find(no_limit) != std::string::npos);
-        CHECK(warned("lp 0 0 0", ".9 .9 .9", options).find("up to 20 % too dark") == std::string::npos);
+        CHECK(warned("lp 0 0 0", ".9 .9 .9", options).find("up to 10 % too dark") == std::string::npos);
         CHECK(warned("lp 0 0 0.01", ".9 .9 .9", options).find(no_limit) == std::string::npos);
     }
     CHECK(warned("lp 0 0 0", "0 0 0", "--photons 0") == "");
