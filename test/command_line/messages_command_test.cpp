@@ -87,12 +87,14 @@ TEST_CASE("messages: a wrong word of a scene is answered with the one that was m
 TEST_CASE("messages: what is chosen for the first file of a sequence does not stand for what later files say") {
     CommandLineTest test;
     const auto write = [&](const char *name, const std::string &more, const char *end) {
-        std::string text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n" +
+        std::string text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                           "property float z\n" +
                            more + "end_header\n";
         for (const char *place : {"0 0 0", "0.5 0 0", "0 0.5 0"}) text += place + std::string(end) + "\n";
         test.write(name, text);
     };
-    const std::string render = "render " + test.s() + " --size 4x4 --photons 0 --frames 0:1 -o " + test.file("f_%04d.pfm");
+    const std::string render =
+        "render " + test.s() + " --size 4x4 --photons 0 --frames 0:1 -o " + test.file("f_%04d.pfm");
     test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 30 hither 0.1 resolution 8 8\nld 0 0 -1 1 1 1\na 0 1 2\n"
                         "smoke s_%04d.ply { frames 0 1 }\n");
     write("s_0000.ply", "", "");
@@ -103,7 +105,8 @@ TEST_CASE("messages: what is chosen for the first file of a sequence does not st
         const Ran ran = test.wisp(render);
         CAPTURE(ran.err);
         CHECK(ran.status == 3);
-        CHECK(ran.err.find("s_0001.ply has what the file of the first frame leaves out, expected files alike, or a line '" +
+        CHECK(ran.err.find("s_0001.ply has what the file of the first frame leaves out, expected files alike, or a "
+                           "line '" +
                            std::string(line) + "' for all of them") != std::string::npos);
     }
     test.refuses(test.wisp("render " + test.s() + " --frames 1:0 -o " + test.file("f_%04d.pfm")), 2,

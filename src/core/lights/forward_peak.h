@@ -23,7 +23,8 @@ struct ForwardPeak {
 
 // The forward peak of all resampled smoke, which has one phase function. A is about a third of the angle by which a
 // light must be scattered to reach the eye from the middle of the smoke: the least of all lights that give that at
-// least 1/8 of the light there; at least 5 degrees or the peak's width, 1 - g, and at most 30 degrees.
+// least 1/8 of the light there; at least 5 degrees or the peak's width, 1 - g, and at most 30 degrees. Of a light in
+// the smoke the angle is 0, as it shines from all sides, and of a spot there that of its cone's nearest edge.
 ForwardPeak forward_peak(const Medium &medium, const Light *lights, uint32_t count, const Vec3 &eye);
 
 } // namespace wisp::WISP_ARITH

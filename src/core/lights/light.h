@@ -42,8 +42,8 @@ struct Illumination {
 Illumination illuminate(const Light &light, const Vec3 &x, const Vec3 &a, const Vec3 &b);
 
 // The mean of the phase function towards `out` over the light that reaches the segment of a ray from `a` to `b`,
-// through the same integral as `illuminate` (README, Mean phase). `in` is the light's direction in the middle of the
-// segment: where that turns by less than the phase function's peak is wide, the mean is the value for `in`.
+// through the same integral as `illuminate` (README, Mean phase); of a spot, the part in its cone. `in` is the light's
+// direction in the middle of the segment: the mean where that turns by less than 1/8 of the phase function's peak.
 Real mean_phase(const Light &light, const Phase &phase, const Vec3 &in, const Vec3 &a, const Vec3 &b, const Vec3 &out);
 
 // Whether the unit vector `direction` lies in the cone about the unit vector `axis`: |direction - axis|^2 is

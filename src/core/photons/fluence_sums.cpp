@@ -275,10 +275,11 @@ bool light_at_node(const FluenceSums &fluence, uint32_t brick, const Cell &node,
     light = {Color(Real(0)), Vec3(Real(0))};
     if (!(integral > scale_pow2(densest, fluence.sigma_shift) * (least * Real(spacing * spacing * spacing))))
         return false;
-    const Color sum = fluence.channels == 1 ? fluence.photon_color * photons_of(power[0])
-                                            : Color(photons_of(power[0]), photons_of(power[1]), photons_of(power[2]));
-    const Real all = photons_of(power[0]) + (fluence.channels == 1 ? photons_of(power[0]) * Real(2)
-                                                                   : photons_of(power[1]) + photons_of(power[2]));
+    const bool one_channel = fluence.channels == 1;
+    const Color deposited = one_channel ? Color(photons_of(power[0]))
+                                        : Color(photons_of(power[0]), photons_of(power[1]), photons_of(power[2]));
+    const Color sum = one_channel ? fluence.photon_color * deposited : deposited;
+    const Real all = deposited.x + deposited.y + deposited.z;
     if (fluence.flux && all > Real(0))
         light.flux = Vec3(photons_of(flux[0]), photons_of(flux[1]), photons_of(flux[2])) / all;
     // sum / integral * unit * 2^exponent; half of the scaling comes before the division.

@@ -64,7 +64,8 @@ uint64_t sums_of_fluence(const PhotonNeeds &needs, uint64_t bricks, int32_t spac
 // (1 + m) / 2 for each harmonic m of a direction: not below 0.
 SphericalHarmonics halves_of(const Vec3 &direction);
 // Deposits a photon that flies along `direction` at p, in cells from the beginning of a brick. `halves` of the
-// direction count where there are harmonics. Where there is one channel, photons have `photon_color`, and `power` is grey.
+// direction count where there are harmonics. Where there is one channel, photons have `photon_color`, and `power` is
+// grey.
 void deposit(const FluenceSums &fluence, uint32_t brick, const Vec3 &p, const Color &power, const Vec3 &direction,
              const SphericalHarmonics &halves);
 

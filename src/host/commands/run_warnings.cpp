@@ -247,17 +247,15 @@ void RunWarnings::of_photons(const Scene &scene, const Settings &settings, const
                          static_cast<double>(std::max<uint64_t>(photons.collisions, 1));
     // Photons that start in the smoke miss it only where surfaces keep all light off.
     const bool start_in_smoke = is_resampled(scene, settings) && keeps_light_at_nodes(scene, settings);
+    const bool asks_otherwise = settings.method != Method::map || is_given(request_, "deposit");
     if (!start_in_smoke && noise > 0.02 && photons.collisions < photons.emitted / 100 &&
         density_of(scene).mean_depth > 0.02)
-{
-        const bool asks_otherwise = settings.method != Method::map || is_given(request_, "deposit");
         print({"few photons", "",
                "light that is scattered more than once is noise here: of " + std::to_string(photons.emitted) +
                    " photons " + std::to_string(photons.collisions) +
                    " met the smoke, as they fly into the ball around all of it; " +
                    (can_resample(scene) && asks_otherwise ? "--smoke map without --deposit starts them in the smoke"
                                                           : "--reference has no such photons")});
-    }
     if (!plan[Stage::gather].needed || settings.method == Method::map) return;
     const std::string method = std::string("--smoke ") + (settings.method == Method::direct ? "direct" : "volume");
     // 300 particles in a ball, 200,000 photons: 14 % too bright where all radii are alike, 18, 34, 70 and 100 % where

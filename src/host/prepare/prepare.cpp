@@ -34,12 +34,11 @@ std::vector<Particle> load_particles(const std::vector<Node> &nodes, const Scene
     if (!smoke.mass && table.mass.empty() && !table.position.empty())
         throw InputError(smoke.where, "no mass, expected a line 'mass M' or an attribute 'mass' in " + path);
 
-    if ((smoke.chosen_radius && !table.smoothing_length.empty()) || (smoke.chosen_mass && !table.mass.empty())) {
-        const std::string what = smoke.chosen_radius && !table.smoothing_length.empty() ? "radius H" : "mass M";
+    const bool overrides_radius = smoke.chosen_radius && !table.smoothing_length.empty();
+    if (overrides_radius || (smoke.chosen_mass && !table.mass.empty()))
         throw InputError(smoke.where,
                          path + " has what the file of the first frame leaves out, expected files alike, or a line '" +
-                             what + "' for all of them");
-    }
+                             (overrides_radius ? "radius H" : "mass M") + "' for all of them");
 
     const double scale = scale_in_world(nodes, smoke.node);
     require_memory(smoke.where, "the smoke", table.position.size() * sizeof(Particle));
