@@ -45,7 +45,7 @@ struct Settings {
     bool check_shadows; // counts the pixels that the paper's method gets wrong
     uint64_t photons;   // to emit
     uint32_t paths;     // random paths from each ray, in place of photons; 0: photons
-    uint64_t seed;
+    uint64_t seed;      // of photons, of the lines through smoke and of paths
     uint32_t gather;      // K, most photons in an estimate, or particles
     double gather_radius; // the largest radius of an estimate, in units of H
     double step;          // of the march, in units of H

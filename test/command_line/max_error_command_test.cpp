@@ -26,6 +26,13 @@ struct MaxErrorTest : CommandLineTest {
         CHECK(ran.err.find("a frame takes about ") != std::string::npos);
         return ran.err.substr(0, ran.err.find(';'));
     }
+    // The number that `chosen` gives an option.
+    static double value(const std::string &chosen, const std::string &option) {
+        const std::string name = " --" + option + " ";
+        const size_t at = chosen.find(name);
+        REQUIRE(at != std::string::npos);
+        return std::stod(chosen.substr(at + name.size()));
+    }
     // The estimated error of `chosen`.
     static double estimate(const std::string &chosen) {
         const std::string about = "errs by about ";
@@ -101,6 +108,34 @@ TEST_CASE("max-error: photons stay photons where their cells suffice, however ma
     test.render_truth(2000);
     CHECK(test.error() <= 0.05);
     CHECK(test.error() >= 0.05 / 4);
+}
+
+// Few lines meet a lamp. Cells as fine as any err by that, too, and take a hundred times as long.
+TEST_CASE("max-error: what lines miss of a lamp in the smoke is no error of cells") {
+    MaxErrorTest test;
+    test.write("s.aff", "v from 0.3 -6 0.9 at 0 0 0 up 0 0 1 angle 26 hither 0.1 resolution 36 30\n"
+                        "lp 0.35 -0.2 0.3 0.4 0.7 1\n"
+                        "smoke box -1 -0.9 -0.8 1 0.9 0.8 1 { extinction 1 albedo .95 .95 .95 phase 0.2 }\n");
+    const std::string chosen = test.chosen("--max-error 0.05");
+    CAPTURE(chosen);
+    CHECK((chosen.find("--density-step ") == std::string::npos || test.value(chosen, "density-step") > 0.5));
+    test.render_truth(4000);
+    CHECK(test.error() <= 0.05);
+}
+
+// Cells of 0.2923 and 0.5846 smoothing lengths, doubled and rounded for people, are 0.585 and 1.169 if each is by
+// itself: then photons leave their light in every cell, not in every second, which takes eight times as long.
+TEST_CASE("max-error: cells of photons stay whole multiples of those of bricks") {
+    MaxErrorTest test;
+    std::string points;
+    for (int i = 0; i < 216; ++i)
+        for (int coordinate : {i % 6, i / 6 % 6, i / 36}) points += std::to_string(-1 + 0.4 * coordinate) + " ";
+    test.write("b.vtk", "# vtk DataFile Version 3.0\np\nASCII\nDATASET POLYDATA\nPOINTS 216 float\n" + points);
+    test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 26 hither 0.1 resolution 12 12\nlp 3 4 3 40 40 40\n"
+                        "smoke b.vtk { radius 0.3 mass 1 extinction 0.0015 albedo .9 .9 .9 }\n");
+    const std::string chosen = test.chosen("--max-error 0.05");
+    CAPTURE(chosen);
+    CHECK(test.value(chosen, "irradiance-step") == 2 * test.value(chosen, "density-step"));
 }
 
 TEST_CASE("max-error: the choice is the same in all arithmetics") {

@@ -346,7 +346,7 @@ Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, const 
     if (!read) return map;
     if (fluence.harmonics && !pack_harmonics(fluence, arena, watch, map)) return map;
     const LineSweep sweep = {&medium,    gather.depths, fluence.spacing, fluence.sigma_shift, common_phase(medium),
-                             gather.eye, gather.turns};
+                             gather.eye, gather.turns,  gather.seed};
     if (has(parts::photons) && gather.depths &&
         suits_lines(number_of(fluence.bricks->lattice.count), fluence.bricks->count)) {
         if (!fill_all_unknown(points, map.cut)) return map;

@@ -54,6 +54,7 @@ struct LineGather {
     const OpticalDepthGrid *depths; // to the lights; nullptr: there is no gather
     Vec3 eye;
     int32_t turns; // LineSweep::turns
+    uint64_t seed; // of where lines lie
 };
 
 // The map of the fluence at the nodes, gathered again along lines. With `tolerance` > 0 the map is adaptive: each

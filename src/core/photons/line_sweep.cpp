@@ -94,6 +94,7 @@ constexpr struct {
              {{{9, 6, 2}, {-6, 7, 6}, {2, -6, 9}}, 11},
              {{{12, 4, 3}, {-3, 12, -4}, {-4, 3, 12}}, 13},
              {{{14, 5, 2}, {-5, 10, 10}, {2, -10, 11}}, 15}};
+constexpr uint64_t turn_count = sizeof turns / sizeof *turns;
 
 // A set of lines: along the axes of the rule, turned by turns[first_turn], turns[first_turn + 2], ...
 struct LineSet {
@@ -444,7 +445,7 @@ template <class R> bool follow(const Sweeper<R> &in, const Ray &ray) {
     return in.watch.done((count + 1) * units_of_sample);
 }
 
-// Lines along one axis, from a place that differs from axis to axis.
+// Lines along one axis, from a place that differs from axis to axis and from seed to seed.
 template <class R> bool sweep_axis(const Sweeper<R> &in, const Frame &frame, Pcg32 &generator) {
     const Box &box = in.bricks.bounds;
     const Vec3 middle = (box.low + box.high) * Real(0.5), half = (box.high - box.low) * Real(0.5);
@@ -504,7 +505,8 @@ template <class R> bool average(const Sweeper<R> &in) {
 template <class R> bool sweep_set(Sweeper<R> in, const LineSet &set) {
     const uint64_t count = uint64_t{in.bricks.count} * nodes_of(in.spacing);
     if (!fill(in.arrived, count, Arrived<R>{R(Real(0)), Real(0)}, in.watch)) return false;
-    Pcg32 generator(static_cast<uint64_t>(set.first_turn));
+    Pcg32 generator((in.seed - 1) * turn_count +
+                    static_cast<uint64_t>(set.first_turn)); // each set of each seed differs
     for (int32_t turn = 0; turn < set.count; ++turn)
         for (int32_t k = 0; k < axis_count; ++k) {
             const Frame frame = axis_of_set(set, turn, k);

@@ -26,6 +26,7 @@ struct LineSweep {
     Phase phase;                    // of all smokes
     Vec3 eye;                       // of all camera rays
     int32_t turns;                  // of the axes, in each of both sets: 1 or 2
+    uint64_t seed;                  // of where lines lie
 };
 
 // The light of photons in a field of nodes_of(spacing) values a brick, brick after brick, that was scattered at least

@@ -166,7 +166,8 @@ Status make_irradiance(Frame &frame) {
     if (frame.decisions.photons == PhotonStore::fluence_grid) {
         // Four times as many photons have half the noise. Twice as many lines are needed to err as little.
         const LineGather lines = {frame.decisions.sweeps ? &frame.state.smoke.depths : nullptr,
-                                  vec_of(frame.scene.camera.origin), frame.settings.photons < 1000000 ? 1 : 2};
+                                  vec_of(frame.scene.camera.origin), frame.settings.photons < 1000000 ? 1 : 2,
+                                  frame.settings.seed};
         frame.irradiance = WISP_ARITH::make_irradiance(frame.medium(), frame.fluence, lines,
                                                        irradiance_tolerance(frame.settings), frame.arena, frame.watch);
     } else if (has(parts::exact_photons) && frame.decisions.photons == PhotonStore::photon_map) {

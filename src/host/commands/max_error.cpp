@@ -280,10 +280,16 @@ class MeasuredPixels {
 // What the options say stays.
 Options at_level(int level, const Options &options, const Settings &defaults, const Scene &scene) {
     Options result = options;
-    const double factor = level < 0 ? 2 : 1.0 / (1 << level);
-    const auto scale = [factor](std::optional<double> &option, double length) {
-        // In thousandths, for people: the lengths are said.
-        if (!option && length > 0) option = std::max(1, static_cast<int>(length * factor * 1000 + 0.5)) / 1000.0;
+    const double factor = level < 0 ? 2 : 1.0 / (1 << level), cell = defaults.density_step;
+    // For people: the lengths are said.
+    const auto in_thousandths = [](double length) {
+        return std::max(1, static_cast<int>(length * 1000 + 0.5)) / 1000.0;
+    };
+    const auto scale = [&](std::optional<double> &option, double length) {
+        if (option || !(length > 0)) return;
+        // A little less than a multiple of a cell counts as half of it.
+        const bool is_multiple = cell > 0 && length / cell == std::floor(length / cell);
+        option = is_multiple ? length / cell * in_thousandths(cell * factor) : in_thousandths(length * factor);
     };
     scale(result.density_step, defaults.density_step);
     if (!options.density_step && result.density_step) result.density_step = cell_of_bricks(scene, *result.density_step);

@@ -94,7 +94,7 @@ const OptionTable<Options> &scene_options() {
         {"arith", "f32|f64|fixed", "number system (f32)", to_word(&Options::arithmetic, {"f32", "f64", "fixed"})},
         {"size", "WxH", "pixels (the scene's resolution)", set_size},
         {"spp", "N", "rays a pixel (4)", to_count_in(&Options::samples, 1, 65536)},
-        {"seed", "N", "of the photons (1)", to_count_in(&Options::seed, 0, INT64_MAX)},
+        {"seed", "N", "of photons, of lines through smoke and of paths (1)", to_count_in(&Options::seed, 0, INT64_MAX)},
         {"smoke", "direct|map|volume",
          "photon map, whose estimate from the nearest photons is the paper's and up to 1.4 times too bright in small "
          "dense smoke; particle map; photon map of resampled smoke (map)",
