@@ -44,9 +44,14 @@ struct FluenceSums {
 constexpr int32_t harmonic_spacing(int32_t spacing) { return min(2 * spacing, brick_cells / 2); }
 constexpr uint32_t harmonic_numbers = 1 + harmonic_count;
 
-// Light varies over the extent of the smoke: `near` is at most a part of that.
+// Within `near` the light of all directions varies, too: measured there. It is at most a part of the extent of the
+// smoke.
 inline TowardsOneEye one_eye(const FluenceSums &fluence, const Vec3 &eye) {
-    return {eye, min(largest(fluence.bricks->cell) * Real(2 * fluence.spacing),
+    Real uneven = Real(0);
+    for (uint32_t s = 0; s < fluence.medium->count; ++s)
+        uneven = max(uneven, abs(fluence.medium->smokes[s].phase.asymmetry()));
+    const Real cells = min(Real(0.5) + Real(2.5) * uneven, Real(2));
+    return {eye, min(largest(fluence.bricks->cell) * (Real(fluence.spacing) * cells),
                      fluence.medium->sphere.radius * Real(1.0 / 6))};
 }
 

@@ -488,6 +488,28 @@ TEST_CASE(WISP_ARITH_NAME ": an eye in smoke that scatters forward sees in each 
     }
 }
 
+TEST_CASE(WISP_ARITH_NAME ": an eye in smoke that scatters hardly forward sees as much light as there is") {
+    // It looks away from the light, which falls along the way: read two cells ahead, the smoke is darker.
+    Place place;
+    place.smokes = {fog(0.75, 16)};
+    place.smokes[0].asymmetry = 0.12;
+    place.light(LightKind::point, {4, 6, 6}, {90, 30, 30});
+    place.light(LightKind::parallel, {0, 0, 0}, {0.1, 0.1, 0.3});
+    double truth = 0, seen = 0, once = 0, variance = 0;
+    for (const Double3 &along : {Double3{-0.6, -0.48, -0.64}, {-0.48, -0.64, -0.6}, {-0.36, -0.48, -0.8}}) {
+        Place widely = place; // its majorants
+        const Seen expected = look(widely, Way::reference, {0, 0, 0}, along, 60000);
+        truth += expected.red;
+        variance += expected.error * expected.error;
+        seen += look(place, Way::bricks, {0, 0, 0}, along, 0, with_photons({Way::bricks, Deposit::nodes}, 500000)).red;
+        once += look(place, Way::bricks, {0, 0, 0}, along).red;
+    }
+    CAPTURE(seen / truth);
+    CAPTURE(once / truth);
+    CHECK(std::sqrt(variance) < 0.01 * truth);
+    CHECK(std::fabs(seen / truth - 1) < 0.03);
+}
+
 TEST_CASE(WISP_ARITH_NAME ": an eye in smoke sees no light from behind a wall that stands closer than nodes do") {
     for (const auto &[way, g] : {std::pair{Way::bricks, 0.8}, {Way::nodes, 0.57}}) {
         CAPTURE(static_cast<int>(way));
