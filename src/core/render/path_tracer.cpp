@@ -13,6 +13,18 @@ inline uint64_t most_majorants_of(uint64_t elements) {
 Cell majorants_in(const Vec3 &size, Real edge) {
     return {floor_to_int(size.x / edge) + 1, floor_to_int(size.y / edge) + 1, floor_to_int(size.z / edge) + 1};
 }
+constexpr Cell cube_of(int32_t edge) { return {edge, edge, edge}; }
+// The least edge from `edge` on of so many cells or fewer.
+Real edge_for(const Vec3 &size, Real edge, uint64_t most) {
+    while (number_of(majorants_in(size, edge)) > most) edge = edge * Real(1.25);
+    return edge;
+}
+// Of all majorants, those of cells that may be divided: this part of them at most. Dividing pays where cells become
+// that much smaller.
+constexpr uint64_t cells_to_divide = 16;
+constexpr int32_t most_parts = 1 << 7;
+constexpr Real paying_division = Real(1.5);
+
 // Edge of a cell of majorants: six samples of density grids, a smoothing length of particles, whose bounds loosen
 // sooner in larger cells (README).
 Real majorant_edge(const Scene &scene) {
@@ -229,43 +241,114 @@ Color scattered_again(const PathTracer &tracer, Ray ray, WeightedCollision colli
 
 } // namespace
 
-// Each bound holds in a slightly larger box than its cell, because rounding may move a point of a flight out of the
-// cell.
-Majorants make_majorants(const Medium &medium, Real edge, Arena &arena, Watch watch) {
-    Majorants majorants = {};
-    const Vec3 size = medium.bounds.high - medium.bounds.low;
-    uint64_t elements = 0;
-    for (uint32_t i = 0; i < medium.count; ++i) elements += elements_of(*medium.smokes[i].source);
-    while (number_of(majorants_in(size, edge)) > most_majorants_of(elements)) edge = edge * Real(1.25);
-    const Cell count = majorants_in(size, edge);
-    majorants.lattice = make_lattice(medium.bounds.low, Vec3(edge), count);
-    Real *sigma = arena.make<Real>(number_of(count));
-    if (!sigma) return majorants;
+namespace {
 
-    const Vec3 margin = Vec3(edge * Real(0x1p-7));
-    Real *next = sigma;
-    watch.expect(number_of(count) * units_of_majorant);
+// Finds the bounds of all cells of a lattice. Each holds in a slightly larger box than its cell, because rounding may
+// move a point of a flight out of the cell. False: the work is stopped.
+bool find_bounds(const Medium &medium, const Lattice &lattice, Real margin, Watch watch, Real *sigma) {
+    const Cell &count = lattice.count;
     for (int32_t z = 0; z < count.z; ++z)
         for (int32_t y = 0; y < count.y; ++y)
             for (int32_t x = 0; x < count.x; ++x) {
-                if (x % 64 == 0 && !watch.done(min(count.x - x, 64) * units_of_majorant)) return majorants;
-                const Vec3 low = majorants.lattice.low + Vec3(Real(x), Real(y), Real(z)) * edge;
-                *next++ = majorant(medium, {low - margin, low + Vec3(edge) + margin}) * Real(1 + 0x1p-10);
+                if (x % 64 == 0 && !watch.done(min(count.x - x, 64) * units_of_majorant)) return false;
+                const Vec3 low = lattice.low + Vec3(Real(x), Real(y), Real(z)) * lattice.edge;
+                *sigma++ =
+                    majorant(medium, {low - Vec3(margin), low + lattice.edge + Vec3(margin)}) * Real(1 + 0x1p-10);
             }
+    return true;
+}
+
+// Makes cells of this edge. False: the arena was too small, or the work is stopped.
+bool make_cells(const Medium &medium, Real edge, Arena &arena, Watch watch, Majorants &majorants) {
+    const Cell count = majorants_in(medium.bounds.high - medium.bounds.low, edge);
+    majorants.lattice = make_lattice(medium.bounds.low, Vec3(edge), count);
+    Real *sigma = arena.make<Real>(number_of(count));
+    if (!sigma) return false;
+    watch.expect(number_of(count) * units_of_majorant);
+    if (!find_bounds(medium, majorants.lattice, edge * Real(0x1p-7), watch, sigma)) return false;
     majorants.sigma = sigma;
-    return majorants;
+    return true;
+}
+
+Lattice parts_of(const Majorants &majorants, const Cell &cell) {
+    const Vec3 &edge = majorants.lattice.edge;
+    return make_lattice(majorants.lattice.low + Vec3(Real(cell.x), Real(cell.y), Real(cell.z)) * edge,
+                        edge / Real(majorants.parts), cube_of(majorants.parts));
+}
+
+// The parts along each edge of cells that hold smoke: so many that the smallest are `edge` long, but at most `most` in
+// all.
+int32_t parts_that_fit(const Majorants &majorants, Real edge, uint64_t most) {
+    const Lattice &lattice = majorants.lattice;
+    uint64_t occupied = 0;
+    for (uint64_t i = 0; i < number_of(lattice.count); ++i) occupied += majorants.sigma[i] > Real(0) ? 1 : 0;
+    const int32_t wanted = floor_to_int(min(lattice.edge.x / edge, Real(most_parts - 1))) + 1;
+    int32_t parts = 1;
+    while (parts < wanted && occupied * number_of(cube_of(parts + 1)) <= most) ++parts;
+    return parts;
+}
+
+// Divides the cells that hold smoke. False: the arena was too small, or the work is stopped.
+bool divide_cells(const Medium &medium, int32_t parts, Arena &arena, Watch watch, Majorants &majorants) {
+    const Lattice &lattice = majorants.lattice;
+    const uint64_t cells = number_of(lattice.count), of_each = number_of(cube_of(parts));
+    uint32_t *first = arena.make<uint32_t>(cells);
+    if (!first) return false;
+    uint64_t count = 0;
+    for (uint64_t i = 0; i < cells; ++i) {
+        first[i] = static_cast<uint32_t>(count);
+        if (majorants.sigma[i] > Real(0)) count += of_each;
+    }
+    Real *sigma = arena.make<Real>(count);
+    if (!sigma) return false;
+    majorants.parts = parts;
+    majorants.first_part = first;
+    majorants.sigma_of_part = sigma;
+    // Rounding goes with the extent of the lattice.
+    const Real margin = lattice.edge.x * max(Real(0x1p-7) / Real(parts), Real(0x1p-12));
+    watch.expect(count * units_of_majorant);
+    for (int32_t z = 0; z < lattice.count.z; ++z)
+        for (int32_t y = 0; y < lattice.count.y; ++y)
+            for (int32_t x = 0; x < lattice.count.x; ++x) {
+                const int64_t i = index_of(lattice.count, {x, y, z});
+                if (majorants.sigma[i] > Real(0) &&
+                    !find_bounds(medium, parts_of(majorants, {x, y, z}), margin, watch, sigma + first[i]))
+                    return false;
+            }
+    return true;
+}
+
+} // namespace
+
+Majorants make_majorants(const Medium &medium, Real edge, Arena &arena, Watch watch) {
+    const Vec3 size = medium.bounds.high - medium.bounds.low;
+    uint64_t elements = 0;
+    for (uint32_t i = 0; i < medium.count; ++i) elements += elements_of(*medium.smokes[i].source);
+    const uint64_t most = most_majorants_of(elements);
+    const Real even = edge_for(size, edge, most);
+    Majorants majorants = {};
+    if (edge < even) {
+        const size_t mark = arena.mark();
+        if (!make_cells(medium, edge_for(size, even, most / cells_to_divide), arena, watch, majorants)) return {};
+        const int32_t parts = parts_that_fit(majorants, edge, most - most / cells_to_divide * 2);
+        if (majorants.lattice.edge.x * paying_division < even * Real(parts))
+            return divide_cells(medium, parts, arena, watch, majorants) ? majorants : Majorants{};
+        arena.rewind(mark);
+    }
+    return make_cells(medium, even, arena, watch, majorants) ? majorants : Majorants{};
 }
 
 WeightedCollision sample_collision(const PathTracer &tracer, const Ray &ray, Real end, Pcg32 &generator) {
     const Medium &medium = *tracer.medium;
-    const Lattice &lattice = tracer.majorants.lattice;
+    const Majorants &majorants = tracer.majorants;
+    const Lattice &lattice = majorants.lattice;
     WeightedCollision collision = {Real(0), end, 0};
     const Real more = least_tentative / max(end, Real(0x1p-20));
     Real rest = exponential(generator); // tentative collisions to expect from here to the next one
     Real left = Real(1);                // of a unit of light: what has not collided yet
     uint32_t tentative = 0;
-    for_each_cell(lattice, ray, Real(0), end, [&](const Cell &cell, Real from, Real to) {
-        const Real majorant = tracer.majorants.sigma[index_of(lattice.count, cell)];
+    // Whether the light flies on where sigma_t is at most `majorant`.
+    const auto fly = [&](Real majorant, Real from, Real to) {
         if (!(majorant > Real(0))) return true;
         const Real rate = majorant + more;
         for (Real t = from;;) {
@@ -302,6 +385,17 @@ WeightedCollision sample_collision(const PathTracer &tracer, const Ray &ray, Rea
             }
             rest = exponential(generator);
         }
+    };
+    for_each_cell(lattice, ray, Real(0), end, [&](const Cell &cell, Real from, Real to) {
+        const int64_t i = index_of(lattice.count, cell);
+        const Real majorant = majorants.sigma[i];
+        if (!majorants.first_part || !(majorant > Real(0))) return fly(majorant, from, to);
+        const Real *of_part = majorants.sigma_of_part + majorants.first_part[i];
+        bool goes_on = true;
+        for_each_cell(parts_of(majorants, cell), ray, from, to, [&](const Cell &part, Real enter, Real leave) {
+            return goes_on = fly(of_part[index_of(cube_of(majorants.parts), part)], enter, leave);
+        });
+        return goes_on;
     });
     return collision;
 }
@@ -328,7 +422,8 @@ uint64_t majorant_bytes(const Scene &scene) {
     const Box around = box_around_smoke(scene);
     const Real edge = majorant_edge(scene);
     const Vec3 size = (around.high - around.low) * Real(1 + 0x1p-10) + Vec3(edge * Real(0x1p-4));
-    return Arena::bytes<Real>(min(number_of(majorants_in(size, edge)), most_majorants_of(elements)));
+    const uint64_t cells = number_of(majorants_in(size, edge)), most = most_majorants_of(elements);
+    return cells <= most ? Arena::bytes<Real>(cells) : Arena::bytes<Real>(most) + 2 * Arena::bytes<Real>(1);
 }
 
 bool make_path_tracer(const Scene &scene, const Medium &medium, const Light *lights, const Surfaces *surfaces,

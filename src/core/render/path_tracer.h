@@ -19,9 +19,13 @@ namespace wisp::WISP_ARITH {
 // Upper bounds of the medium's sigma_t, one a cell.
 struct Majorants {
     Lattice lattice;
-    const Real *sigma; // of each cell, x fastest; nullptr: the arena was too small
+    const Real *sigma;          // of each cell, x fastest; nullptr: the arena was too small
+    int32_t parts;              // of a divided cell, along each edge
+    const uint32_t *first_part; // by cell: where its parts begin in sigma_of_part; nullptr: no cell is divided
+    const Real *sigma_of_part;  // of the cells that hold smoke
 };
-// Cells of about the length `edge`, larger where there would be too many.
+// Cells of about the length `edge`, larger where there would be too many. Where smoke fills little of its bounds,
+// larger cells are divided that hold smoke.
 Majorants make_majorants(const Medium &medium, Real edge, Arena &arena, Watch watch = {});
 
 // The scene, as paths need it.

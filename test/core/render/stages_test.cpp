@@ -181,11 +181,15 @@ TEST_CASE(WISP_ARITH_NAME ": majorants of any box are planned, and hardly more")
     settings.goal = Goal::reference;
     settings.last_pass = 1;
     Sequence next{7};
-    const auto rendered = [&settings](Scene &scene) {
+    int divided = 0;
+    const auto rendered = [&settings, &divided](Scene &scene) {
         scene.camera = look_at_origin(120, 8, 1);
         const Run paths = run(scene, settings);
         check_rows(paths);
-        CHECK(paths.plan[Stage::majorants].bytes < paths.used(Stage::majorants) * 2 + 256);
+        // How many cells hold smoke, of those that are divided, is known in the run alone.
+        const uint64_t bytes = paths.plan[Stage::majorants].bytes, most = sizeof(Real) << 19;
+        CHECK((bytes < paths.used(Stage::majorants) * 2 + 256 || (bytes >= most && bytes < most + 1024)));
+        divided += bytes >= most ? 1 : 0;
     };
     for (int i = 0; i < 60; ++i) {
         CAPTURE(i);
@@ -207,6 +211,7 @@ TEST_CASE(WISP_ARITH_NAME ": majorants of any box are planned, and hardly more")
         Scene scene = scene_of(grid, lights);
         rendered(scene);
     }
+    CHECK(divided < 10);
 }
 
 TEST_CASE(WISP_ARITH_NAME ": density grids and boxes are smoke as particles are") {
