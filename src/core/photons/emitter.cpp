@@ -24,11 +24,76 @@ const Emitter &choose(const Emitters &emitters, Event event) {
     return emitters.list[i];
 }
 
+// Smokes far from each other are targets of their own: in the sphere around all of them photons would meet none. Each
+// is a search for every photon, so they are few.
+constexpr uint32_t most_targets = 8;
+
+struct Targets {
+    Sphere list[most_targets];
+    uint32_t count;
+};
+
+// Around the supports of one smoke.
+Sphere sphere_around(const SmokeVolume &smoke) {
+    const Box &bounds = smoke.field.bounds();
+    Sphere sphere = {(bounds.low + bounds.high) * Real(0.5), length(bounds.high - bounds.low) * Real(0.5)};
+    if (smoke.source->is_grid()) return sphere;
+    Real farthest = Real(0);
+    for (uint32_t i = 0; i < smoke.source->count; ++i)
+        farthest = max(farthest, length(vec_of(smoke.source->particles[i].position) - sphere.center));
+    sphere.radius = min(sphere.radius, farthest + Real(2) * to_real<Real>(smoke.source->largest_h));
+    return sphere;
+}
+
+Sphere sphere_around(const Sphere &a, const Sphere &b) {
+    const Vec3 way = b.center - a.center;
+    const Real distance = length(way);
+    if (distance + b.radius <= a.radius) return a;
+    if (distance + a.radius <= b.radius) return b;
+    const Real radius = (distance + a.radius + b.radius) * Real(0.5);
+    return {a.center + way * ((radius - a.radius) / distance), radius};
+}
+
+Real area_of(const Sphere &sphere) { return sphere.radius * sphere.radius; }
+
+// Spheres that hold all smoke, apart where that makes their areas smaller by half.
+Targets find_targets(const Medium &medium) {
+    Targets targets = {{}, 0};
+    Real area = Real(0);
+    for (uint32_t i = 0; i < medium.count && targets.count < most_targets; ++i) {
+        if (medium.smokes[i].source->empty()) continue;
+        Sphere sphere = sphere_around(medium.smokes[i]);
+        for (uint32_t k = 0; k < targets.count;) { // those that are better one
+            const Sphere both = sphere_around(targets.list[k], sphere);
+            if (area_of(both) > area_of(targets.list[k]) + area_of(sphere)) {
+                ++k;
+                continue;
+            }
+            sphere = both;
+            targets.list[k] = targets.list[--targets.count];
+            k = 0;
+        }
+        targets.list[targets.count++] = sphere;
+    }
+    for (uint32_t k = 0; k < targets.count; ++k) area += area_of(targets.list[k]);
+    const bool apart = medium.count <= most_targets && area * Real(2) < area_of(medium.sphere);
+    return apart ? targets : Targets{{medium.sphere}, 1};
+}
+
+// Whether an emitter of the same light could have sent the photon, too.
+bool sends(const Emitter &emitter, const Ray &ray) {
+    if (emitter.light->kind != LightKind::parallel)
+        return in_cone(ray.direction, emitter.axis, emitter.one_minus_cosine);
+    const Vec3 away = cross(ray.direction, emitter.target.center - ray.origin);
+    return dot(away, away) < area_of(emitter.target);
+}
+
 } // namespace
 
-Emitter make_emitter(const Light &light, const Sphere &smoke) {
+Emitter make_emitter(const Light &light, const Sphere &smoke, const Sphere &all) {
     Emitter emitter = {};
     emitter.light = &light;
+    emitter.target = smoke;
     const Real brightest = largest(light.color);
     if (!(brightest > Real(0)) || !(smoke.radius > Real(0))) return emitter;
     emitter.photon_color = light.color / brightest;
@@ -54,20 +119,22 @@ Emitter make_emitter(const Light &light, const Sphere &smoke) {
     const Real solid_angle = two_pi<Real> * emitter.one_minus_cosine;
     emitter.power = light.color * solid_angle;
     if (light.kind == LightKind::constant) { // a photon carries E d^2 of its first collision: here of the largest d
-        const Real farthest = distance + smoke.radius;
+        const Real farthest = length(all.center - light.position) + all.radius;
         emitter.reach_squared = farthest * farthest;
         emitter.power = emitter.power * emitter.reach_squared;
     }
     return emitter;
 }
 
-Photon emit(const Emitter &emitter, const Sphere &smoke, Event event) {
+Photon emit(const Emitter &emitter, const Sphere &all, Event event) {
     const Light &light = *emitter.light;
     if (light.kind == LightKind::parallel) {
-        const Real radius = smoke.radius * sqrt(unit_open<Real>(draw(event, dimension_position_1)));
+        const Sphere &target = emitter.target;
+        const Real radius = target.radius * sqrt(unit_open<Real>(draw(event, dimension_position_1)));
         const Vec3 across =
             deflect(light.direction, {Real(0), Real(1)}, unit_half_open<Real>(draw(event, dimension_position_2)));
-        const Vec3 start = smoke.center + across * radius - light.direction * smoke.radius;
+        const Real back = all.radius - dot(all.center - target.center, light.direction);
+        const Vec3 start = target.center + across * radius - light.direction * back;
         return {{start, light.direction}, emitter.photon_color, true};
     }
     const Vec3 direction = direction_in_cone(emitter.axis, emitter.one_minus_cosine, event);
@@ -103,14 +170,20 @@ Photon emit_from_smoke(const SmokeVolume &smoke, const Color &photon_color, Even
 }
 
 Emitters find_emitters(const Medium &medium, const Light *lights, uint32_t light_count, Arena &arena) {
-    Emitters emitters = {arena.make<Emitter>(light_count + medium.count), 0, Real(0)};
+    const Targets targets = find_targets(medium);
+    Emitters emitters = {arena.make<Emitter>(light_count * targets.count + medium.count), 0, Real(0)};
     if (!emitters.list) return emitters;
     const auto add = [&](const Emitter &emitter) {
         if (!(largest(emitter.power) > Real(0))) return;
         emitters.list[emitters.count++] = emitter;
         emitters.power += largest(emitter.power);
     };
-    for (uint32_t i = 0; i < light_count; ++i) add(make_emitter(lights[i], medium.sphere));
+    for (uint32_t i = 0; i < light_count; ++i)
+        for (uint32_t k = 0; k < targets.count; ++k) {
+            Emitter emitter = make_emitter(lights[i], targets.list[k], medium.sphere);
+            emitter.earlier = k;
+            add(emitter);
+        }
     for (uint32_t i = 0; i < medium.count; ++i) {
         const Color power = medium.smokes[i].emitted_power;
         if (!(largest(power) > Real(0))) continue;
@@ -126,9 +199,16 @@ Emitters find_emitters(const Medium &medium, const Light *lights, uint32_t light
 Emission emit_photon(const Medium &medium, const Emitters &emitters, uint64_t key) {
     const Event event = photon_event(key, 0);
     const Emitter &emitter = choose(emitters, event);
-    const Photon photon = emitter.light ? emit(emitter, medium.sphere, event)
-                                        : emit_from_smoke(medium.smokes[emitter.smoke], emitter.photon_color, event);
+    if (!emitter.light) return {emit_from_smoke(medium.smokes[emitter.smoke], emitter.photon_color, event), &emitter};
+    Photon photon = emit(emitter, medium.sphere, event);
+    for (uint32_t k = 1; k <= emitter.earlier; ++k)
+        photon.emitted &= !sends((&emitter)[-static_cast<int32_t>(k)], photon.ray);
     return {photon, &emitter};
+}
+
+uint64_t emitter_bytes(const Scene &scene) {
+    return Arena::bytes<Emitter>(uint64_t{scene.light_count} * min(max(scene.smoke_count, 1u), most_targets) +
+                                 scene.smoke_count);
 }
 
 } // namespace wisp::WISP_ARITH

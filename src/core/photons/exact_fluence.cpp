@@ -39,8 +39,7 @@ struct TowardsEye {
 } // namespace
 
 uint64_t exact_fluence_bytes(const Scene &scene, const PhotonNeeds &needs, uint64_t bricks, int32_t spacing) {
-    return Arena::bytes<int64_t>(sums_of_fluence(needs, bricks, spacing)) +
-           Arena::bytes<Emitter>(scene.light_count + scene.smoke_count) + batch_bytes;
+    return Arena::bytes<int64_t>(sums_of_fluence(needs, bricks, spacing)) + emitter_bytes(scene) + batch_bytes;
 }
 
 Status trace_exact_fluence(const PhotonTracing &tracing, const SparseGrid &bricks, int32_t spacing, const Light *lights,

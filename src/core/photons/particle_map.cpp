@@ -88,8 +88,7 @@ bool deposit_by_kernel(const Deposits &deposits, const DensityField &field, cons
 ParticleMapPlan plan_particle_map(const Scene &scene, const Settings &settings) {
     ParticleMapPlan plan = {photon_needs(scene, settings), 0, 0};
     if (!plan.needs.traced) return plan;
-    plan.bytes = Arena::bytes<Deposits>(scene.smoke_count) +
-                 Arena::bytes<Emitter>(uint64_t{scene.light_count} + scene.smoke_count) + batch_bytes;
+    plan.bytes = Arena::bytes<Deposits>(scene.smoke_count) + emitter_bytes(scene) + batch_bytes;
     for (uint32_t i = 0; i < scene.smoke_count; ++i) {
         const uint64_t count = elements_of(scene.smokes[i]);
         plan.sums += count * ((plan.needs.powers ? 3 : 1) + (total_order_key(scene.smokes[i].asymmetry) != 0 ? 3 : 0));

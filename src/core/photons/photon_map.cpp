@@ -124,9 +124,8 @@ PhotonPlan plan_photons(const Scene &scene, const Settings &settings) {
     constexpr uint64_t per_photon = 4, per_photon_of_one_batch = 64, max_capacity = 0x7fffffff;
     const uint64_t of_one_batch = per_photon_of_one_batch * min(settings.photons, uint64_t{batch_photons});
     plan.capacity = max(per_photon * min(settings.photons, max_capacity / per_photon), of_one_batch);
-    const uint64_t emitters = scene.light_count + scene.smoke_count;
-    plan.bytes = Arena::bytes<Emitter>(emitters) + Arena::bytes<PhotonMap>(scene.smoke_count) +
-                 Arena::bytes<Vec3>(plan.capacity) + Arena::bytes<uint8_t>(plan.capacity) + batch_bytes;
+    plan.bytes = emitter_bytes(scene) + Arena::bytes<PhotonMap>(scene.smoke_count) + Arena::bytes<Vec3>(plan.capacity) +
+                 Arena::bytes<uint8_t>(plan.capacity) + batch_bytes;
     const uint64_t arrays = (plan.directions ? 1 : 0) + (plan.powers ? 1 : 0);
     // The maps of all smokes have as many slots as the capacity, and less than a leaf more each.
     const uint64_t slots = plan.capacity + scene.smoke_count * leaf_points;
