@@ -416,18 +416,22 @@ TEST_CASE("warnings: photons that fly past smoke that lies far apart") {
     WarningCommandTest test;
     const std::string view = "v from 0 0 6 at 0 0 0 up 0 1 0 angle 30 hither 0.01 resolution 4 4\nld 0 -1 -0.5 3 2 1\n",
                       smoke = "smoke s.ply { radius 0.3 mass 0.02 extinction 1 albedo .9 .9 .9";
-    test.write("s.ply", "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
-                        "property float z\nend_header\n0 0 0\n0.1 0 0\n0 0.1 0\n0 0 0.1\n");
-    test.write("s.aff", view + smoke + " }\n" + smoke + " transform 1 1 1 0 1 0 0 900 0 0 }\n");
+    const std::string header = "ply\nformat ascii 1.0\nelement vertex ", ball = "0 0 0\n0.1 0 0\n0 0.1 0\n0 0 0.1\n",
+                      more = "\nproperty float x\nproperty float y\nproperty float z\nend_header\n" + ball;
+    test.write("s.ply", header + "5" + more + "900 0 0\n");
+    test.write("s.aff", view + smoke + " }\n");
     const std::string said = "wisp: warning: light that is scattered more than once is noise here: of 100000 photons ";
     for (const char *method : {"--smoke direct", "--smoke volume", "--smoke map --deposit exact"}) {
         const std::string warned = test.warned("--photons 100000 " + std::string(method));
         CHECK(warned.rfind(said, 0) == 0);
-        CHECK(
-            warned.find(" met the smoke, as they fly into the ball around all of it; --smoke map without --deposit") !=
-            std::string::npos);
+        CHECK(warned.find(" met the smoke, as they fly into the ball around each smoke; --smoke map without "
+                          "--deposit") != std::string::npos);
     }
     CHECK(test.warned("--photons 100000") == "");
+    // Of two smokes each has photons of its own.
+    test.write("s.ply", header + "4" + more);
+    test.write("s.aff", view + smoke + " }\n" + smoke + " transform 1 1 1 0 1 0 0 900 0 0 }\n");
+    CHECK(test.warned("--smoke direct --photons 100000") == "");
     // No light at all is not noise: here it shines on the other side of a wall.
     test.write("s.aff", view + smoke + " }\nf 1 1 1 1 0 0 0 0\np 3\n-500 9 -500\n500 9 -500\n0 9 900\n");
     CHECK(test.warned("--photons 100000") == "");

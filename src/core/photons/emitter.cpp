@@ -80,6 +80,13 @@ Targets find_targets(const Medium &medium) {
     return apart ? targets : Targets{{medium.sphere}, 1};
 }
 
+// Whether all photons of a light start in the cone to one target, as where it stands in that.
+bool sends_all(const Emitter &emitter) {
+    const Light &light = *emitter.light;
+    return light.kind != LightKind::parallel &&
+           !(emitter.one_minus_cosine < (light.kind == LightKind::spot ? light.one_minus_cosine : Real(2)));
+}
+
 // Whether an emitter of the same light could have sent the photon, too.
 bool sends(const Emitter &emitter, const Ray &ray) {
     if (emitter.light->kind != LightKind::parallel)
@@ -178,12 +185,21 @@ Emitters find_emitters(const Medium &medium, const Light *lights, uint32_t light
         emitters.list[emitters.count++] = emitter;
         emitters.power += largest(emitter.power);
     };
-    for (uint32_t i = 0; i < light_count; ++i)
+    for (uint32_t i = 0; i < light_count; ++i) {
+        const uint32_t first = emitters.count;
+        const Real before = emitters.power;
         for (uint32_t k = 0; k < targets.count; ++k) {
             Emitter emitter = make_emitter(lights[i], targets.list[k], medium.sphere);
+            if (sends_all(emitter)) { // and the light to the other targets, too
+                emitters.count = first;
+                emitters.power = before;
+                add(emitter);
+                break;
+            }
             emitter.earlier = k;
             add(emitter);
         }
+    }
     for (uint32_t i = 0; i < medium.count; ++i) {
         const Color power = medium.smokes[i].emitted_power;
         if (!(largest(power) > Real(0))) continue;

@@ -288,7 +288,7 @@ Options at_level(int level, const Options &options, const Settings &defaults, co
     const auto scale = [&](std::optional<double> &option, double length) {
         if (option || !(length > 0)) return;
         // A little less than a multiple of a cell counts as half of it.
-        const bool is_multiple = cell > 0 && length / cell == std::floor(length / cell);
+        const bool is_multiple = cell > 0 && length / cell == static_cast<int>(length / cell);
         option = is_multiple ? length / cell * in_thousandths(cell * factor) : in_thousandths(length * factor);
     };
     scale(result.density_step, defaults.density_step);

@@ -253,7 +253,7 @@ void RunWarnings::of_photons(const Scene &scene, const Settings &settings, const
         print({"few photons", "",
                "light that is scattered more than once is noise here: of " + std::to_string(photons.emitted) +
                    " photons " + std::to_string(photons.collisions) +
-                   " met the smoke, as they fly into the ball around all of it; " +
+                   " met the smoke, as they fly into the ball around each smoke; " +
                    (can_resample(scene) && asks_otherwise ? "--smoke map without --deposit starts them in the smoke"
                                                           : "--reference has no such photons")});
     if (!plan[Stage::gather].needed || settings.method == Method::map) return;
