@@ -196,7 +196,7 @@ Emitters find_emitters(const Medium &medium, const Light *lights, uint32_t light
                 add(emitter);
                 break;
             }
-            emitter.earlier = k;
+            emitter.earlier = emitters.count - first;
             add(emitter);
         }
     }

@@ -44,8 +44,8 @@ struct FluenceSums {
 constexpr int32_t harmonic_spacing(int32_t spacing) { return min(2 * spacing, brick_cells / 2); }
 constexpr uint32_t harmonic_numbers = 1 + harmonic_count;
 
-// Within `near` the light of all directions varies, too: measured there. It is at most a part of the extent of the
-// smoke.
+// Within `near` the light of all directions varies, too. So `near` goes with how uneven the phase is, as measured
+// there, and is at most a part of the extent of the smoke.
 inline TowardsOneEye one_eye(const FluenceSums &fluence, const Vec3 &eye) {
     Real uneven = Real(0);
     for (uint32_t s = 0; s < fluence.medium->count; ++s)

@@ -505,8 +505,8 @@ template <class R> bool average(const Sweeper<R> &in) {
 template <class R> bool sweep_set(Sweeper<R> in, const LineSet &set) {
     const uint64_t count = uint64_t{in.bricks.count} * nodes_of(in.spacing);
     if (!fill(in.arrived, count, Arrived<R>{R(Real(0)), Real(0)}, in.watch)) return false;
-    Pcg32 generator((in.seed - 1) * turn_count +
-                    static_cast<uint64_t>(set.first_turn)); // each set of each seed differs
+    // No set of any seed has the numbers of another.
+    Pcg32 generator((in.seed - 1) * turn_count + static_cast<uint64_t>(set.first_turn));
     for (int32_t turn = 0; turn < set.count; ++turn)
         for (int32_t k = 0; k < axis_count; ++k) {
             const Frame frame = axis_of_set(set, turn, k);
