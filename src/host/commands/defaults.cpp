@@ -262,16 +262,15 @@ bool takes_peaks_off(const Scene &scene, const Settings &settings, const Plan &p
 
 // Measured on a box, particles and samples, lit from behind, from the side and from the front: 20, 31, 43, 60 and 100 %
 // at most for g = 0.6, 0.7, 0.8, 0.9 and 0.95. With harmonics, a box and a ball err by 2, 4.3 and 7 % for g = 0.4, 0.5
-// and 0.57; a box that red light meets in front and blue light behind by 5, 16 and 21 % for g = 0.3, 0.5 and 0.57, as
-// flux and harmonics are those of all channels together. By the flux alone that box errs by 11, 20, 33, 48 and 59 % for
-// g = 0.2, 0.3, 0.4, 0.5 and 0.57.
+// and 0.57. Flux and harmonics are those of all channels together: a box between a red and a blue light errs by 6, 11,
+// 25, 45 and 57 % for g = 0.12, 0.2, 0.35, 0.5 and 0.57, by the flux alone or with harmonics.
 double error_of_flux(const Scene &scene, const Settings &settings, const Plan &plan) {
     const bool flux =
         plan.photon_directions == Plan::Directions::flux || plan.photon_directions == Plan::Directions::harmonics;
     const bool every_step = settings.method != Method::map && settings.irradiance == IrradianceMap::none;
     if (!plan.photons || !flux || every_step) return 0; // photons have all their directions there
     const double most = greatest_asymmetry(scene), forward = most_forward(scene), square = forward * forward,
-                 of_hues = plan.photon_directions == Plan::Directions::flux ? 2 * square : 0.64 * square,
+                 of_hues = 2 * square,
                  of_phase = most > max_asymmetry_of_harmonics ? 0.1 / (1 - most) : 0.9 * square * square,
                  error = plan.photon_powers ? std::max(of_hues, of_phase) : of_phase;
     return error > least_error_of_flux ? std::min(error, 1.0) : 0;
