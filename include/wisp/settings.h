@@ -12,7 +12,8 @@ enum class Method : uint8_t { direct, map, volume };
 enum class IrradianceMap : uint8_t { none, uniform, adaptive }; // S4-4
 
 // Where photons of a map leave their power: on the particle that they collide with; on every particle of a flight, the
-// expected collisions; on all particles around, by their shares in the density; at the nodes around (resampled: always).
+// expected collisions; on all particles around, by their shares in the density; at the nodes around (resampled:
+// always).
 enum class Deposit : uint8_t { exact, path, kernel, nodes };
 
 // What the map keeps of where light goes: the flux, or the mean of the photons' directions whatever they carry.
@@ -42,10 +43,10 @@ struct Settings {
     uint32_t samples; // rays a pixel
     uint32_t depth;   // of the longest chain of rays behind a camera ray: reflected, refracted
     ShadowMethod shadows;
-    bool check_shadows; // counts the pixels that the paper's method gets wrong
-    uint64_t photons;   // to emit
-    uint32_t paths;     // random paths from each ray, in place of photons; 0: photons
-    uint64_t seed;      // of photons, of the lines through smoke and of paths
+    bool check_shadows;   // counts the pixels that the paper's method gets wrong
+    uint64_t photons;     // to emit
+    uint32_t paths;       // random paths from each ray, in place of photons; 0: photons
+    uint64_t seed;        // of photons, of the lines through smoke and of paths
     uint32_t gather;      // K, most photons in an estimate, or particles
     double gather_radius; // the largest radius of an estimate, in units of H
     double step;          // of the march, in units of H

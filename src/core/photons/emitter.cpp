@@ -38,10 +38,9 @@ Sphere sphere_around(const SmokeVolume &smoke) {
     const Box &bounds = smoke.field.bounds();
     Sphere sphere = {(bounds.low + bounds.high) * Real(0.5), length(bounds.high - bounds.low) * Real(0.5)};
     if (smoke.source->is_grid()) return sphere;
-    Real farthest = Real(0);
-    for (uint32_t i = 0; i < smoke.source->count; ++i)
-        farthest = max(farthest, length(vec_of(smoke.source->particles[i].position) - sphere.center));
-    sphere.radius = min(sphere.radius, farthest + Real(2) * to_real<Real>(smoke.source->largest_h));
+    Real squared = Real(0);
+    find_reach(*smoke.source, sphere.center, {}, squared);
+    sphere.radius = min(sphere.radius, sqrt(squared) + Real(2) * to_real<Real>(smoke.source->largest_h));
     return sphere;
 }
 
@@ -58,9 +57,10 @@ Real area_of(const Sphere &sphere) { return sphere.radius * sphere.radius; }
 
 // Spheres that hold all smoke, apart where that makes their areas smaller by half.
 Targets find_targets(const Medium &medium) {
+    const Targets one = {{medium.sphere}, 1};
+    if (medium.count < 2 || medium.count > most_targets) return one;
     Targets targets = {{}, 0};
-    Real area = Real(0);
-    for (uint32_t i = 0; i < medium.count && targets.count < most_targets; ++i) {
+    for (uint32_t i = 0; i < medium.count; ++i) {
         if (medium.smokes[i].source->empty()) continue;
         Sphere sphere = sphere_around(medium.smokes[i]);
         for (uint32_t k = 0; k < targets.count;) { // those that are better one
@@ -75,9 +75,9 @@ Targets find_targets(const Medium &medium) {
         }
         targets.list[targets.count++] = sphere;
     }
+    Real area = Real(0);
     for (uint32_t k = 0; k < targets.count; ++k) area += area_of(targets.list[k]);
-    const bool apart = medium.count <= most_targets && area * Real(2) < area_of(medium.sphere);
-    return apart ? targets : Targets{{medium.sphere}, 1};
+    return area * Real(2) < area_of(medium.sphere) ? targets : one;
 }
 
 // Whether all photons of a light start in the cone to one target, as where it stands in that.

@@ -105,11 +105,7 @@ Medium make_medium(const Scene &scene, double density_step, Arena &arena, Watch 
         Real radius_squared = Real(0), support = Real(0);
         for (uint32_t i = 0; i < medium.count; ++i) {
             const SmokeDescription &source = scene.smokes[i];
-            for (uint32_t k = 0; k < source.count; ++k) {
-                if (!watch.done_round(k, 32)) return medium;
-                const Vec3 d = vec_of(source.particles[k].position) - medium.sphere.center;
-                radius_squared = max(radius_squared, dot(d, d));
-            }
+            if (!find_reach(source, medium.sphere.center, watch, radius_squared)) return medium;
             if (source.count > 0) support = max(support, Real(2) * to_real<Real>(source.largest_h));
         }
         medium.sphere.radius = sqrt(radius_squared) + support;
@@ -122,6 +118,15 @@ Medium make_medium(const Scene &scene, double density_step, Arena &arena, Watch 
     }
     medium.ready = true;
     return medium;
+}
+
+bool find_reach(const SmokeDescription &smoke, const Vec3 &from, Watch watch, Real &squared) {
+    for (uint32_t i = 0; i < smoke.count; ++i) {
+        if (!watch.done_round(i, 32)) return false;
+        const Vec3 d = vec_of(smoke.particles[i].position) - from;
+        squared = max(squared, dot(d, d));
+    }
+    return true;
 }
 
 Real optical_depth(const Medium &medium, const Ray &ray, Real end) {

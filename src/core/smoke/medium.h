@@ -36,6 +36,9 @@ struct Medium {
 Medium make_medium(const Scene &scene, double density_step, Arena &arena, Watch watch = {});
 uint64_t medium_bytes(const Scene &scene, double density_step);
 
+// Raises `squared` to the largest squared distance of a smoke's particles from a point. False: the work is stopped.
+bool find_reach(const SmokeDescription &smoke, const Vec3 &from, Watch watch, Real &squared);
+
 // The integral of sigma_t of all smokes over the ray's distances 0 to `end`.
 Real optical_depth(const Medium &medium, const Ray &ray, Real end);
 

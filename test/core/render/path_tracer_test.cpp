@@ -170,6 +170,18 @@ bool measure_glow(const Row &row, const std::vector<Row> &rows, uint64_t seed, d
     return false;
 }
 
+// The bound of the cell, or of its part, that holds x.
+Real bound_at(const Majorants &majorants, const Vec3 &x) {
+    const Lattice &lattice = majorants.lattice;
+    const Cell cell = cell_at(lattice, x);
+    const int64_t i = index_of(lattice.count, cell);
+    if (!majorants.first_part || !(majorants.sigma[i] > Real(0))) return majorants.sigma[i];
+    const Cell count = {majorants.parts, majorants.parts, majorants.parts};
+    const Lattice parts =
+        make_lattice(lattice.low + lattice.edge * vec(cell.x, cell.y, cell.z), lattice.edge / Real(count.x), count);
+    return majorants.sigma_of_part[majorants.first_part[i] + index_of(count, cell_at(parts, x))];
+}
+
 } // namespace
 
 TEST_CASE(WISP_ARITH_NAME ": light collides as much, and as far, as the closed optical depth says") {
@@ -251,18 +263,6 @@ TEST_CASE(WISP_ARITH_NAME ": light collides with each of two smokes in proportio
         });
         CHECK(std::fabs(part.mean - all * (smoke ? 0.75 : 0.25)) < 4 * part.error);
     }
-}
-
-// The bound of the cell, or of its part, that holds x.
-Real bound_at(const Majorants &majorants, const Vec3 &x) {
-    const Lattice &lattice = majorants.lattice;
-    const Cell cell = cell_at(lattice, x);
-    const int64_t i = index_of(lattice.count, cell);
-    if (!majorants.first_part || !(majorants.sigma[i] > Real(0))) return majorants.sigma[i];
-    const Cell count = {majorants.parts, majorants.parts, majorants.parts};
-    const Lattice parts =
-        make_lattice(lattice.low + lattice.edge * vec(cell.x, cell.y, cell.z), lattice.edge / Real(count.x), count);
-    return majorants.sigma_of_part[majorants.first_part[i] + index_of(count, cell_at(parts, x))];
 }
 
 TEST_CASE(WISP_ARITH_NAME ": no density lies above the majorant of its cell") {
