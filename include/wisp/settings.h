@@ -12,8 +12,7 @@ enum class Method : uint8_t { direct, map, volume };
 enum class IrradianceMap : uint8_t { none, uniform, adaptive }; // S4-4
 
 // Where photons of a map leave their power: on the particle that they collide with; on every particle of a flight, the
-// expected collisions; on all particles around, by their shares in the density; at the nodes around (resampled:
-// always).
+// expected collisions; on all particles around, by their shares in the density; at the nodes around (resampled: always).
 enum class Deposit : uint8_t { exact, path, kernel, nodes };
 
 // What the map keeps of where light goes: the flux, or the mean of the photons' directions whatever they carry.
