@@ -104,6 +104,13 @@ Real mean_phase_between(const Light &light, const Phase &phase, const Vec3 &a, c
 
 } // namespace
 
+bool clip_to_light(const Light &light, const Vec3 &a, const Vec3 &b, Real &from, Real &to) {
+    if (has_cone(light, a, b)) return clip_to_cone(light, a, b, from, to);
+    from = Real(0);
+    to = Real(1);
+    return true;
+}
+
 Light make_light(const LightSource &source) {
     return {source.kind, vec_of(source.position), vec_of(source.direction), to_real<Real>(source.one_minus_cosine),
             vec_of(source.color)};

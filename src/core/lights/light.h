@@ -41,6 +41,10 @@ struct Illumination {
 // part is of the segment. a = b = x gives the plain 1/r^2. Distances to the light are limited to at least 2^-10.
 Illumination illuminate(const Light &light, const Vec3 &x, const Vec3 &a, const Vec3 &b);
 
+// What a light shines on of a ray's segment from a to b, both relative to it: from a fraction `from` to a fraction `to`
+// of its length. False: nothing. Of spots with a cone of less than half of all directions it is the part in the cone.
+bool clip_to_light(const Light &light, const Vec3 &a, const Vec3 &b, Real &from, Real &to);
+
 // The mean of the phase function towards `out` over the light that reaches the segment of a ray from `a` to `b`,
 // through the same integral as `illuminate` (README, Mean phase); of a spot, the part in its cone. `in` is the light's
 // direction in the middle of the segment: the mean where that turns by less than 1/8 of the phase function's peak.

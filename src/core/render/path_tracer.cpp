@@ -1,5 +1,6 @@
 // Unbiased volumetric path tracing (S1).
 #include "core/render/path_tracer.h"
+#include "core/lights/equi_angular.h"
 #include "wisp/settings.h"
 
 namespace wisp::WISP_ARITH {
@@ -76,49 +77,50 @@ Source scattered_once(const PathTracer &tracer, uint32_t number, const Ray &ray,
     return source;
 }
 
-// Distances along the ray up to `end` drawn in proportion to 1 / r^2 from a light.
-struct EquiAngular {
-    EquiAngular(const Light &light, const Ray &ray, Real end_) : end(end_) {
-        const Vec3 to_light = light.position - ray.origin;
-        middle = dot(to_light, ray.direction);
-        distance = max(length(cross(to_light, ray.direction)), Real(0x1p-10));
-        low = angle(-middle);
-        spread = angle(end - middle) - low;
-    }
-    Real density(Real t) const {
-        const Real u = t - middle;
-        return distance / (spread * (distance * distance + u * u));
-    }
-    Real sample(Real xi) const {
-        Real sine, cosine;
-        sincos_turns((low + xi * spread) * inv_two_pi<Real>, sine, cosine);
-        return min(max(Real(0), middle + bounded_quotient(distance * sine, cosine)), end);
-    }
-    Real angle(Real t) const { return t < Real(0) ? -angle_between(-t, distance) : angle_between(t, distance); }
-
-    Real end, middle, distance, low, spread;
-};
-
 // At a path's collisions such a light would have an infinite variance: they do not come in proportion to 1 / r^2.
 bool stands_in_smoke(const PathTracer &tracer, const Light &light) {
     return stands_near(light, tracer.medium->bounds, Real(0));
 }
 
+// Whether few of a ray's collisions find most of a light's, of which that part of the ray is lit: those in the cone of
+// a spot, or next to a light.
+bool shines_unevenly(const PathTracer &tracer, const Light &light, Real lit) {
+    const Vec3 size = tracer.medium->bounds.high - tracer.medium->bounds.low;
+    return lit < Real(0.5) || stands_near(light, tracer.medium->bounds, max(max(size.x, size.y), size.z) * Real(0.25));
+}
+
 // Next-event estimation: an estimate of what a light sends towards the ray's origin after one scattering on the ray's
-// distances 0 to `end`, at the ray's `collision`. For a light in the smoke the place is drawn as the light falls off.
+// distances 0 to `end`, at the ray's `collision`. For a light in the smoke the place is drawn as the light falls off;
+// for one that shines unevenly both estimates are weighted by the balance heuristic.
 Color single_scattering(const PathTracer &tracer, uint32_t number, const Ray &ray, Real end,
                         const WeightedCollision &collision, Pcg32 &generator) {
     const Light &light = tracer.lights[number];
-    if (!stands_in_smoke(tracer, light)) {
+    const Vec3 from_light = ray.origin - light.position;
+    Real from, to;
+    if (!clip_to_light(light, from_light, from_light + ray.direction * end, from, to)) return Color(Real(0));
+    const bool inside = stands_in_smoke(tracer, light);
+    if (!inside && !shines_unevenly(tracer, light, to - from)) {
         if (!(collision.weight > Real(0))) return Color(Real(0));
         const Source source = scattered_once(tracer, number, ray, collision.distance);
         return source.sigma > Real(0) ? source.radiance * (collision.weight / source.sigma) : Color(Real(0));
     }
-    const EquiAngular angular(light, ray, end);
-    const Real t = angular.sample(uniform(generator));
-    const Source source = scattered_once(tracer, number, ray, t);
-    if (!(largest(source.radiance) > Real(0))) return Color(Real(0));
-    return source.radiance * (exp(-optical_depth(*tracer.medium, ray, t)) / angular.density(t));
+    Real least = Real(1), greatest = Real(-1);
+    for (uint32_t i = 0; i < tracer.medium->count; ++i) {
+        least = min(least, tracer.medium->smokes[i].phase.asymmetry());
+        greatest = max(greatest, tracer.medium->smokes[i].phase.asymmetry());
+    }
+    const EquiAngular places(light.position, ray, from * end, to * end, least, greatest);
+    const auto estimate = [&](Real t) {
+        const Source source = scattered_once(tracer, number, ray, t);
+        if (!(largest(source.radiance) > Real(0))) return Color(Real(0));
+        const Real arriving = exp(-optical_depth(*tracer.medium, ray, t)),
+                   colliding = inside ? Real(0) : source.sigma * arriving;
+        return source.radiance * (arriving / (places.density(t) + colliding));
+    };
+    const Color drawn = estimate(places.sample(generator));
+    const Real t = collision.distance;
+    if (inside || !(collision.weight > Real(0)) || t < from * end || t > to * end) return drawn;
+    return drawn + estimate(t) * collision.weight;
 }
 
 // Moves the ray to where it enters the medium's bounds. False: it does not before `end`.
@@ -132,13 +134,13 @@ bool enter(const Medium &medium, Ray &ray, Real &end) {
 
 // Where a path is scattered. Its next single scattering is estimated twice for some lights: along the path's own new
 // direction, and along one that is drawn from a lobe about the light, in which its light is likely to be scattered
-// back. The lobe is the phase function, as the light is scattered by it; about a light in the smoke it is uniform in
-// the angle, as a ray that passes the light at the distance h scatters light in proportion to 1 / h. Each estimate is
-// weighted as by the balance heuristic.
+// back. The lobe is the phase function, as the light is scattered by it. About a light in the smoke it is Poisson's
+// kernel over the sine of the angle, as a ray that passes the light at the distance h scatters light in proportion to
+// 1 / h. Each estimate is weighted as by the balance heuristic.
 class Turn {
   public:
     Turn(const PathTracer &tracer, const SmokeVolume &smoke, const Vec3 &x, const Vec3 &before)
-        : tracer_(tracer), phase_(smoke.phase), x_(x), before_(before) {
+        : tracer_(tracer), phase_(smoke.phase), lobe_(max(smoke.phase.asymmetry(), Real(0))), x_(x), before_(before) {
         for (uint32_t l = 0; l < tracer.light_count; ++l) lobes_ += has_lobe(l) ? 1 : 0;
     }
 
@@ -152,11 +154,9 @@ class Turn {
         if (lobes_ == 0) return false;
         uint32_t before = static_cast<uint32_t>(uint64_t{generator()} * lobes_ >> 32);
         for (light = 0; !has_lobe(light) || before-- > 0;) ++light;
-        Phase::Cosine angle;
-        if (stands_in_smoke(tracer_, tracer_.lights[light]))
-            sincos_turns(uniform(generator) * Real(0.5), angle.sine, angle.cosine);
-        else
-            angle = phase_.sample(unit_open<Real>(generator()));
+        const Phase::Cosine angle = stands_in_smoke(tracer_, tracer_.lights[light])
+                                        ? lobe_.inverse(uniform(generator) * half_pi).doubled()
+                                        : phase_.sample(unit_open<Real>(generator()));
         ray = {x_, deflect(towards(light), angle, uniform(generator))};
         return true;
     }
@@ -167,14 +167,15 @@ class Turn {
         if (!has_lobe(light)) return Real(1);
         const Vec3 to_light = towards(light);
         const Real density = phase_(before_, direction);
+        const HalfAngle half = {length(direction - to_light), length(direction + to_light)};
         const Real lobe = stands_in_smoke(tracer_, tracer_.lights[light])
-                              ? per_turn / max(length(cross(to_light, direction)), Real(0x1p-14))
+                              ? lobe_(half) * (per_turn / max(length(cross(to_light, direction)), Real(0x1p-14)))
                               : phase_(to_light, direction);
         return density / (density + lobe / Real(static_cast<int32_t>(lobes_)));
     }
 
   private:
-    static constexpr Real per_turn = Real(0.0506605918212); // 1 / (2 pi^2)
+    static constexpr Real per_turn = Real(0.0506605918212), half_pi = Real(1.57079632679); // per_turn: 1 / (2 pi^2)
 
     // Of a distant light and an even phase function, the lobe would be as that is.
     bool has_lobe(uint32_t light) const {
@@ -184,6 +185,7 @@ class Turn {
 
     const PathTracer &tracer_;
     const Phase &phase_;
+    const PoissonKernel lobe_;
     const Vec3 x_, before_;
     uint32_t lobes_ = 0;
 };
