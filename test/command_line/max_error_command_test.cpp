@@ -147,7 +147,7 @@ TEST_CASE("max-error: the choice is the same in all arithmetics") {
     CHECK(test.chosen("--max-error 0.1 --arith fixed") == chosen);
 }
 
-TEST_CASE("max-error: cells of a density grid are said as they are, 1 or 0.5 samples") {
+TEST_CASE("max-error: cells of a density grid are said as they are, whole samples or parts of them") {
     MaxErrorTest test;
     test.write("g.vol", CommandLineTest::volume(3, 3, 3, 1, 1, 1, std::vector<float>(27, 1)));
     test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 40 hither 0.01 resolution 8 8\nlp 3 4 3 40 40 40\n"
@@ -159,7 +159,7 @@ TEST_CASE("max-error: cells of a density grid are said as they are, 1 or 0.5 sam
         if (at == std::string::npos) continue;
         ++said;
         const double cell = std::stod(chosen.substr(at + name.size()));
-        CHECK((cell == 1 || cell == 0.5));
+        CHECK((cell == 1 || cell == 0.5 || cell == 0.25 || cell == 0.125));
     }
     CHECK(said > 0);
 }

@@ -134,12 +134,14 @@ TEST_CASE("warnings: cells that a density grid does not have are taken for those
                         "smoke g.vol { extinction 2 albedo .9 .9 .9 }\n");
     const auto taken = [](const std::string &found, const std::string &cell) {
         return "wisp: warning: option 'density-step': found " + found + ", taken for " + cell +
-               ": the cells of a density grid are 1 or 0.5 samples\n";
+               ": the cells of a density grid are 1, 0.5, 0.25 or 0.125 samples\n";
     };
-    CHECK(test.warned("--photons 0 --density-step 0.25") == taken("0.25", "0.5"));
+    CHECK(test.warned("--photons 0 --density-step 0.2") == taken("0.2", "0.25"));
+    CHECK(test.warned("--photons 0 --density-step 0.01") == taken("0.01", "0.125"));
     CHECK(test.warned("--photons 0 --density-step 3") == taken("3", "1"));
-    CHECK(test.warned("--photons 0 --density-step 0.5") == "");
-    CHECK(test.wisp("plan " + test.s() + " -q --photons 0 --density-step 0.25").out.find(", --density-step 0.5\n") !=
+    for (const char *cell : {"0.5", "0.25", "0.125"})
+        CHECK(test.warned(std::string("--photons 0 --density-step ") + cell) == "");
+    CHECK(test.wisp("plan " + test.s() + " -q --photons 0 --density-step 0.2").out.find(", --density-step 0.25\n") !=
           std::string::npos);
 }
 

@@ -25,21 +25,29 @@ inline const SmokeDescription *aligned_grid(const Scene &scene) {
     return aligned ? only : nullptr;
 }
 
-// Whether the cells of the sparse grid are the samples of a density grid, or halves of them.
+// Whether the cells of the sparse grid are the samples of a density grid, or parts of them.
 inline bool keeps_samples(const Scene &scene) {
     const SmokeDescription *smoke = aligned_grid(scene);
     return smoke && smoke->grid.density;
 }
 
-// Cells between two samples of such a grid, where cells of `lengths` samples are asked for. A trilinear field that is
-// resampled at whole fractions of its own cells loses nothing.
-inline int32_t subdivision_for(double lengths) { return total_order_key(lengths) > total_order_key(0.75) ? 1 : 2; }
+// Cells between two samples of such a grid, where cells of `lengths` samples are asked for: 1, 2, 4 or 8. A trilinear
+// field that is resampled at whole fractions of its own cells loses nothing, and at even ones has nodes on the grid's
+// faces, half a sample beyond the outermost.
+inline int32_t subdivision_for(double lengths) {
+    int32_t parts = 1;
+    for (double cell = 0.75; parts < 8 && total_order_key(lengths) <= total_order_key(cell);
+         cell = rounded_product(cell, 0.5))
+        parts *= 2;
+    return parts;
+}
 
-// The edge of the sparse grid's cells, in smoothing lengths or edges of samples, where `lengths` are asked for: those
-// of a density grid are whole or half samples.
+// The edge of the sparse grid's cells, in smoothing lengths or edges of samples, where `lengths` are asked for.
 inline double cell_of_bricks(const Scene &scene, double lengths) {
     if (!keeps_samples(scene)) return lengths;
-    return subdivision_for(lengths) == 1 ? 1 : 0.5;
+    double cell = 1;
+    for (int32_t parts = subdivision_for(lengths); parts > 1; parts /= 2) cell = rounded_product(cell, 0.5);
+    return cell;
 }
 
 // Whether the scene's smoke can be resampled: it consists of particles, or it is an aligned grid.

@@ -46,7 +46,7 @@ Real smallest_smoothing_length(const Scene &scene);
 
 // The bricks around the smoke of `scene`. The edge of a cell is `lengths` times the smallest smoothing length. There
 // are two exceptions. If all smoke is one density grid that is not rotated, the cells are those between its samples, or
-// halves of them. If it is one box of constant density, the cells are shrunk until a whole number fits the box.
+// parts of them. If it is one box of constant density, the cells are shrunk until a whole number fits the box.
 SparseGrid make_sparse_grid(const Scene &scene, double lengths, Arena &arena, Watch watch = {});
 
 struct SparseGridPlan {

@@ -292,7 +292,11 @@ Options at_level(int level, const Options &options, const Settings &defaults, co
         option = is_multiple ? length / cell * in_thousandths(cell * factor) : in_thousandths(length * factor);
     };
     scale(result.density_step, defaults.density_step);
-    if (!options.density_step && result.density_step) result.density_step = cell_of_bricks(scene, *result.density_step);
+    if (!options.density_step && result.density_step) {
+        result.density_step = cell_of_bricks(scene, *result.density_step);
+        if (keeps_samples(scene)) // quarters of many samples take 64 times their memory
+            result.density_step = std::max(*result.density_step, std::min(cell, 0.5));
+    }
     scale(result.light_step, defaults.light_step);
     scale(result.irradiance_step, defaults.irradiance_step);
     scale(result.step, defaults.step);

@@ -109,7 +109,7 @@ std::vector<Warning> idle_options(const Request &request, const PreparedScene &p
     if (is_given(request, "density-step") && plan.bricks > 0 && cell != asked)
         warnings.push_back({"option density-step", "",
                             "option 'density-step': found " + six_digits(asked) + ", taken for " + six_digits(cell) +
-                                ": the cells of a density grid are 1 or 0.5 samples"});
+                                ": the cells of a density grid are 1, 0.5, 0.25 or 0.125 samples"});
     return warnings;
 }
 
