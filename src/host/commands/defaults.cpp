@@ -77,17 +77,20 @@ constexpr double few_cells_of_all = 256000;
 constexpr double finest_cell = 0.1; // of one particle these are 64,000
 constexpr double widest_cell = 0.55;
 
-// The same of few samples: light is kept at the nodes of so many cells or fewer. A cube of 4 x 4 x 4 even samples
-// around a lamp, 2 deep, errs by 8 % where light is kept a sample apart, by 50 % at its rim; in halves, quarters and
-// eighths by 1.6, 0.5 and 0.2 %, and by 10, 3 and 2 %. Of 8 x 8 x 8 own samples and halves err by 2.2 and 0.3 %. More
-// cells than a quarter of the photons have more noise than that.
-constexpr double few_cells_of_samples = 64000, photons_of_cell = 4;
+// Light is kept at the nodes of as fine cells as so many photons each have little noise in. A cube of 4 x 4 x 4 even
+// samples around a lamp, 2 deep, errs by 8 % where light is kept a sample apart, by 50 % at its rim; in halves,
+// quarters and eighths by 1.6, 0.5 and 0.2 %, and by 10, 3 and 2 %. Of 8 x 8 x 8 own samples and halves err by 2.2 and
+// 0.3 %. Two balls of 400 particles between two lamps err by 2.7 % where light is kept two cells apart, and by 0.7 % at
+// each node.
+constexpr double photons_of_cell = 12;
 
-bool has_few_cells_of_samples(const Scene &scene, const Settings &settings, double cell) {
-    if (!keeps_samples(scene)) return false;
-    const double most = std::min(few_cells_of_samples, static_cast<double>(settings.photons) / photons_of_cell);
-    return settings.method == Method::map &&
-           static_cast<double>(stored_samples(aligned_grid(scene)->grid)) <= most * cell * cell * cell;
+bool has_few_cells(const Scene &scene, const SmokeDensity &density, const Settings &settings, double cell) {
+    if (settings.method != Method::map) return false;
+    const double edge = cell * density.length,
+                 cells = keeps_samples(scene)
+                             ? static_cast<double>(stored_samples(aligned_grid(scene)->grid)) / (cell * cell * cell)
+                             : density.volume / (edge * edge * edge);
+    return photons_of_cell * cells <= static_cast<double>(settings.photons);
 }
 
 // The cells of the scene's smoke, where those of many particles are of `lengths` smoothing lengths.
@@ -98,7 +101,7 @@ double cell_for(const Scene &scene, const SmokeDensity &density, double lengths,
     };
     if (keeps_samples(scene)) {
         double part = 0.5;
-        while (part > 0.125 && has_few_cells_of_samples(scene, settings, 0.5 * part)) part *= 0.5;
+        while (part > 0.125 && has_few_cells(scene, density, settings, 0.5 * part)) part *= 0.5;
         return part < 0.5 ? part : std::max(lengths, part);
     }
     if (aligned_grid(scene)) return lengths;
@@ -111,16 +114,19 @@ double cell_for(const Scene &scene, const SmokeDensity &density, double lengths,
 // of grids differ more from one to the next than sums of particles: in steps of one sample single scattering of the
 // density grid of the benchmarks errs by 0.39 % where there is smoke, in steps of half a sample by 0.07 %, for 8 % of
 // its time. Photons that leave their light two samples apart err by 2.7 % there, one sample apart by 1.3 %. The finer
-// cells of few particles leave steps, and the places of light, as they are for many, or make them half as long.
-void choose_spacings(const Options &options, const Scene &scene, double usual, Settings &settings) {
+// cells of few particles leave steps as they are for many, or make them half as long.
+void choose_spacings(const Options &options, const Scene &scene, const SmokeDensity &density, double usual,
+                     Settings &settings) {
     const bool kept = is_resampled(scene, settings), samples = kept && keeps_samples(scene);
     const double cell = kept ? settings.density_step : usual;
     settings.light_step = options.light_step.value_or(kept ? cell : 0);
     const double twice = kept && !options.density_step ? std::max(2 * cell, usual) : 2 * cell;
     const double step = samples ? std::min(cell, usual) : twice;
     settings.step = options.step.value_or(kept && settings.method == Method::map ? step : 0.5);
-    const double of_samples = has_few_cells_of_samples(scene, settings, cell) ? cell : std::max(cell, 1.0);
-    settings.irradiance_step = options.irradiance_step.value_or(samples ? of_samples : twice);
+    double places = samples ? std::max(cell, 1.0) : twice;
+    if (kept && has_few_cells(scene, density, settings, cell)) places = cell;
+    while (!kept && places > 0.125 && has_few_cells(scene, density, settings, 0.5 * places)) places *= 0.5;
+    settings.irradiance_step = options.irradiance_step.value_or(places);
 }
 
 // Whether the eye is in a density grid that keeps its samples and whose phase is not even. Light that is scattered to
@@ -142,7 +148,7 @@ bool own_samples_suffice(const Options &options, const Scene &scene, const Smoke
     const bool finer = options.irradiance_step.value_or(1) < 1 || options.light_step.value_or(1) < 1;
     if (!keeps_samples(scene) || finer) return false;
     if (settings.method != Method::map || settings.density_step <= 0 || settings.photons == 0) return false;
-    if (has_few_cells_of_samples(scene, settings, 0.5)) return false;
+    if (has_few_cells(scene, density, settings, 0.5)) return false;
     return density.depth_where_lit <= max_depth_of_lit_photon_cell && !is_seen_from_within(scene);
 }
 
@@ -194,7 +200,7 @@ void shrink_bricks(const Options &options, const Scene &scene, const SmokeDensit
         } else {
             settings.density_step = samples ? 1 : 1.125 * settings.density_step;
         }
-        choose_spacings(options, scene, settings.density_step > 0 ? usual : 1, settings);
+        choose_spacings(options, scene, density, settings.density_step > 0 ? usual : 1, settings);
     }
 }
 
@@ -358,7 +364,7 @@ const char *choose_defaults(const Options &options, const Scene &scene, uint32_t
     const double cell = resamples ? cell_for(scene, density, usual, settings) : usual;
     settings.density_step = asked_step.value_or(settings.method == Method::direct || on_particles ? 0 : cell);
     if (!asked_step && own_samples_suffice(options, scene, density, settings)) settings.density_step = 1;
-    choose_spacings(options, scene, usual, settings);
+    choose_spacings(options, scene, density, usual, settings);
     settings.direction = options.direction;
     settings.estimate = options.estimate.value_or(Estimate::kernel);
     const bool free = !asked_step && !options.irradiance; // to choose other bricks, or none
