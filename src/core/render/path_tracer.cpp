@@ -167,9 +167,9 @@ class Turn {
         if (!has_lobe(light)) return Real(1);
         const Vec3 to_light = towards(light);
         const Real density = phase_(before_, direction);
-        const HalfAngle half = {length(direction - to_light), length(direction + to_light)};
         const Real lobe = stands_in_smoke(tracer_, tracer_.lights[light])
-                              ? lobe_(half) * (per_turn / max(length(cross(to_light, direction)), Real(0x1p-14)))
+                              ? lobe_({length(direction - to_light), length(direction + to_light)}) *
+                                    (per_turn / max(length(cross(to_light, direction)), Real(0x1p-14)))
                               : phase_(to_light, direction);
         return density / (density + lobe / Real(static_cast<int32_t>(lobes_)));
     }
