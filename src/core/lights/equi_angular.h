@@ -1,8 +1,9 @@
 // Distances along a ray at which a light beside it is likely to be scattered back along the ray (README, Equi-angular
 // samples).
 #pragma once
-#include "core/lights/light.h"
+#include "core/geometry/ray.h"
 #include "core/numbers/random.h"
+#include "core/smoke/phase.h"
 
 namespace wisp::WISP_ARITH {
 

@@ -63,10 +63,10 @@ bool has_cone(const Light &light, const Vec3 &a, const Vec3 &b) {
     return light.kind == LightKind::spot && dot(b - a, b - a) > Real(0) && light.one_minus_cosine < Real(1);
 }
 
-// Cuts off what lies outside of the cone. Returns which part of the length is left.
-Real cut_to_cone(const Light &spot, Vec3 &a, Vec3 &b) {
+// Cuts off what a light does not shine on. Returns which part of the length is left.
+Real cut_to_light(const Light &light, Vec3 &a, Vec3 &b) {
     Real from, to;
-    if (!clip_to_cone(spot, a, b, from, to)) return Real(0);
+    if (!clip_to_light(light, a, b, from, to)) return Real(0);
     if (to - from < Real(1)) {
         const Vec3 way = b - a;
         b = a + way * to;
@@ -131,7 +131,7 @@ Illumination illuminate(const Light &light, const Vec3 &x, const Vec3 &a, const 
     if (light.kind == LightKind::constant) return {direction, distance, light.color};
     Vec3 begin = a - light.position, end = b - light.position;
     if (light.kind != LightKind::spot) return {direction, distance, mean_irradiance(light.color, begin, end)};
-    const Real part = has_cone(light, begin, end)                                   ? cut_to_cone(light, begin, end)
+    const Real part = has_cone(light, begin, end)                                   ? cut_to_light(light, begin, end)
                       : in_cone(direction, light.direction, light.one_minus_cosine) ? Real(1)
                                                                                     : Real(0);
     if (!(part > Real(0))) return {direction, distance, Color(Real(0))};
@@ -143,7 +143,7 @@ Real mean_phase(const Light &light, const Phase &phase, const Vec3 &in, const Ve
     if (phase.isotropic()) return inv_four_pi<Real>;
     if (light.kind == LightKind::parallel) return phase(in, out);
     Vec3 from = a - light.position, to = b - light.position;
-    const Real part = has_cone(light, from, to) ? cut_to_cone(light, from, to) : Real(1);
+    const Real part = cut_to_light(light, from, to);
     if (!(part > Real(0))) return phase(in, out); // of no light
     const Real near = max(length(from), min_distance), far = max(length(to), min_distance);
     if (part == Real(1) && turns_little(phase, from / near, to / far, Real(1.0 / 8))) return phase(in, out);

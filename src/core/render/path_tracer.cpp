@@ -155,7 +155,7 @@ class Turn {
         uint32_t before = static_cast<uint32_t>(uint64_t{generator()} * lobes_ >> 32);
         for (light = 0; !has_lobe(light) || before-- > 0;) ++light;
         const Phase::Cosine angle = stands_in_smoke(tracer_, tracer_.lights[light])
-                                        ? lobe_.inverse(uniform(generator) * half_pi).doubled()
+                                        ? lobe_.inverse(uniform(generator) * half_pi<Real>).doubled()
                                         : phase_.sample(unit_open<Real>(generator()));
         ray = {x_, deflect(towards(light), angle, uniform(generator))};
         return true;
@@ -175,7 +175,7 @@ class Turn {
     }
 
   private:
-    static constexpr Real per_turn = Real(0.0506605918212), half_pi = Real(1.57079632679); // per_turn: 1 / (2 pi^2)
+    static constexpr Real per_turn = Real(0.0506605918212); // 1 / (2 pi^2)
 
     // Of a distant light and an even phase function, the lobe would be as that is.
     bool has_lobe(uint32_t light) const {

@@ -93,6 +93,12 @@ bool has_few_cells(const Scene &scene, const SmokeDensity &density, const Settin
     return photons_of_cell * cells <= static_cast<double>(settings.photons);
 }
 
+// Halves cells, down to eighths, as long as there are few.
+double halved_to_few(const Scene &scene, const SmokeDensity &density, const Settings &settings, double cell) {
+    while (cell > 0.125 && has_few_cells(scene, density, settings, 0.5 * cell)) cell *= 0.5;
+    return cell;
+}
+
 // The cells of the scene's smoke, where those of many particles are of `lengths` smoothing lengths.
 double cell_for(const Scene &scene, const SmokeDensity &density, double lengths, const Settings &settings) {
     const auto is_few = [&](double cell) {
@@ -100,8 +106,7 @@ double cell_for(const Scene &scene, const SmokeDensity &density, double lengths,
         return few_cells * volume >= density.even_volume && few_cells_of_all * volume >= density.volume;
     };
     if (keeps_samples(scene)) {
-        double part = 0.5;
-        while (part > 0.125 && has_few_cells(scene, density, settings, 0.5 * part)) part *= 0.5;
+        const double part = halved_to_few(scene, density, settings, 0.5);
         return part < 0.5 ? part : std::max(lengths, part);
     }
     if (aligned_grid(scene)) return lengths;
@@ -124,8 +129,8 @@ void choose_spacings(const Options &options, const Scene &scene, const SmokeDens
     const double step = samples ? std::min(cell, usual) : twice;
     settings.step = options.step.value_or(kept && settings.method == Method::map ? step : 0.5);
     double places = samples ? std::max(cell, 1.0) : twice;
+    if (!kept) places = halved_to_few(scene, density, settings, places);
     if (kept && has_few_cells(scene, density, settings, cell)) places = cell;
-    while (!kept && places > 0.125 && has_few_cells(scene, density, settings, 0.5 * places)) places *= 0.5;
     settings.irradiance_step = options.irradiance_step.value_or(places);
 }
 
