@@ -75,8 +75,8 @@ int main(int count, char **words) {
     settings.seed = 1;
     settings.method = wisp::Method::map;
     settings.irradiance = wisp::IrradianceMap::uniform;
-    settings.density_step = settings.light_step = 0.5; // smoothing lengths
-    settings.step = settings.irradiance_step = 1;
+    settings.density_step = settings.light_step = settings.irradiance_step = 0.5; // smoothing lengths
+    settings.step = 1;
 
     const wisp::Renderer &renderer = wisp::f32::renderer; // or f64, fixed
     wisp::Plan plan = renderer.plan(scene, settings);
