@@ -165,7 +165,8 @@ TEST_CASE("memory: what the defaults need is enough for them, in each arithmetic
         }
 }
 
-TEST_CASE("memory: particles are summed one by one where --memory has no room for bricks of them") {
+TEST_CASE("memory: particles are summed one by one where --memory has no room for bricks of them" *
+          doctest::test_suite("long")) {
     CommandLineTest test;
     const std::string scene = "fixtures/small.aff -q ";
     CHECK(test.wisp("plan " + scene).out.find("\nbricks         yes ") != std::string::npos);

@@ -155,8 +155,8 @@ TEST_CASE("command line: smoke may be far larger and coarser than the surfaces b
             }
 }
 
-TEST_CASE(
-    "command line: without photons the arithmetics make one picture of thin smoke between mirrors, and of a box") {
+TEST_CASE("command line: without photons the arithmetics make one picture of thin smoke between mirrors, and of a box" *
+          doctest::test_suite("long")) {
     CommandLineTest test;
     const auto differs = [&](const std::string &options, const std::string &arithmetic) {
         for (const std::string &one : {arithmetic, std::string("f64")})

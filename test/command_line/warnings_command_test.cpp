@@ -473,7 +473,7 @@ TEST_CASE("warnings: light of photons that passes through surfaces, which it doe
     CHECK(!warns(wall + turned, "--smoke direct --photons 0"));
 }
 
-TEST_CASE("warnings: the nearest photons among particles of unlike radii") {
+TEST_CASE("warnings: the nearest photons among particles of unlike radii" * doctest::test_suite("long")) {
     WarningCommandTest test;
     const auto warned = [&](const std::string &h, const std::string &extinction, const std::string &method) {
         std::string particles;

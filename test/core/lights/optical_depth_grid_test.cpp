@@ -11,7 +11,8 @@
 using namespace wisp;
 using namespace wisp::WISP_ARITH;
 
-TEST_CASE(WISP_ARITH_NAME ": interpolated depths err with the square of the spacing, and without bias") {
+TEST_CASE(WISP_ARITH_NAME ": interpolated depths err with the square of the spacing, and without bias" *
+          doctest::test_suite("long")) {
     const Mixture mixture;
     const BuiltMedium built(mixture.smokes);
     std::vector<Light> lights;

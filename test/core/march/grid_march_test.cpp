@@ -138,7 +138,8 @@ TEST_CASE(WISP_ARITH_NAME ": a wall that is thinner than a step is as deep as it
     check_thin_wall([&](Real end) { return march(marcher, wall.ray, end, nullptr); });
 }
 
-TEST_CASE(WISP_ARITH_NAME ": around a light the march adds what nodes blur of the light that was scattered twice") {
+TEST_CASE(WISP_ARITH_NAME ": around a light the march adds what nodes blur of the light that was scattered twice" *
+          doctest::test_suite("long")) {
     for (const double g : {0.0, 0.3, 0.5, -0.5})
         for (const int32_t spacing : {1, 2}) {
             LampInBox box(g, spacing);

@@ -59,7 +59,8 @@ const LightSource slanted = {LightKind::parallel, {}, {0, -0.6, -0.8}, 2, {3, 3,
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME ": photons at nodes of exact smoke are as bright as the reference") {
+TEST_CASE(WISP_ARITH_NAME ": photons at nodes of exact smoke are as bright as the reference" *
+          doctest::test_suite("long")) {
     const Smokes of;
     const auto grey = [](double a) { return Double3{a, a, a}; };
     struct {

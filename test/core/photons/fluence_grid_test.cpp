@@ -207,7 +207,8 @@ TEST_CASE(WISP_ARITH_NAME ": fluxes are sums of direction times power, and never
     CHECK(std::fabs(flux[1]) < 0.05 * all);
 }
 
-TEST_CASE(WISP_ARITH_NAME ": harmonics are those of the direction of flight, at the place of the flight") {
+TEST_CASE(WISP_ARITH_NAME ": harmonics are those of the direction of flight, at the place of the flight" *
+          doctest::test_suite("long")) {
     // For a photon with one flight, the flux is the direction, and the centre of the power is the place.
     SmokeDescription box = box_smoke({1, 1, 1}, 3, 16);
     box.albedo = {0.5, 0.5, 0.5};
@@ -475,7 +476,8 @@ TEST_CASE(WISP_ARITH_NAME ": the fluence grid is as bright as the reference") {
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": light from opposite sides, which has no flux, scatters in the right directions") {
+TEST_CASE(WISP_ARITH_NAME ": light from opposite sides, which has no flux, scatters in the right directions" *
+          doctest::test_suite("long")) {
     for (double g : {0.5, -0.5})
         for (const Double3 &way : {Double3{0, 0, 1}, Double3{0.6, 0.8, 0}}) { // to the eye, and across
             const std::vector<LightSource> lights = {{LightKind::parallel, {}, way, 2, {3, 3, 3}},

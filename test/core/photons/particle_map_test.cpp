@@ -47,7 +47,7 @@ TEST_CASE(WISP_ARITH_NAME ": a camera in the smoke sees the same through the par
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": the particle map is as bright as the reference") {
+TEST_CASE(WISP_ARITH_NAME ": the particle map is as bright as the reference" * doctest::test_suite("long")) {
     // The sum of a picture, of all orders of scattering. What kernels blur goes with the square of the depth of a
     // smoothing length, here 0.35: 1.5 %. With g = 0.5 the flux stands for all directions: 2 % more.
     struct {

@@ -71,7 +71,7 @@ size_t render_frames(std::vector<Frame> &frames, GuardedBlock &block, size_t siz
 }
 
 // Whole in exactly the bytes that are planned; then with less and less, and whole again after each, in f64 and fixed
-// after every fourth. The result is how many times an allocation has failed.
+// after every 16th. The result is how many times an allocation has failed.
 size_t check(std::vector<Frame> frames) {
     size_t planned = 0;
     for (Frame &frame : frames) planned = std::max<size_t>(planned, frame.job.plan().arena_bytes);
@@ -91,7 +91,7 @@ size_t check(std::vector<Frame> frames) {
         peak = render_frames(frames, block, peak - 1, failed);
         CHECK(failed > 0);
         all += failed;
-        if (!std::is_same_v<Real, float> && shortage % 4 != 0) continue;
+        if (!std::is_same_v<Real, float> && shortage % 16 != 0) continue;
         failed = 0;
         render_frames(frames, block, planned, failed);
         CHECK(failed == 0);

@@ -184,7 +184,8 @@ Real bound_at(const Majorants &majorants, const Vec3 &x) {
 
 } // namespace
 
-TEST_CASE(WISP_ARITH_NAME ": light collides as much, and as far, as the closed optical depth says") {
+TEST_CASE(WISP_ARITH_NAME ": light collides as much, and as far, as the closed optical depth says" *
+          doctest::test_suite("long")) {
     // Particles of both kernels with unlike sizes, and a turned grid: two ways that share nothing but the density.
     std::vector<Particle> particles = cloud(300, 3, 1, 1.2);
     for (size_t i = 0; i < particles.size(); i += 3) particles[i].h = 1.75;
@@ -379,7 +380,8 @@ TEST_CASE(WISP_ARITH_NAME ": lights in and beside the smoke are seen as they sho
         std::string name;
         LightSource light;
         double g;
-        // Of a sample, in units of its mean. Collisions, or places that are even in the angle, leave 2.6, 1.0, 1.8, 1.9.
+        // Of a sample, in units of its mean. Collisions, or places that are even in the angle,
+        // leave 2.6, 1.0, 1.8, 1.9.
         double most_deviation;
     } rows[] = {
         {"a lamp", {LightKind::point, {0, 0, 0.1}, {0, 0, 1}, 2, {1, 1, 1}}, 0.8, 0.6},

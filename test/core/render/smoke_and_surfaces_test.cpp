@@ -484,7 +484,8 @@ TEST_CASE(WISP_ARITH_NAME ": behind a wall in the smoke photons leave nothing, w
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": an eye in smoke that scatters forward sees in each direction what is scattered that way") {
+TEST_CASE(WISP_ARITH_NAME ": an eye in smoke that scatters forward sees in each direction what is scattered that way" *
+          doctest::test_suite("long")) {
     // It looks away from the light. Around it, what nodes keep towards it goes into all directions.
     for (const auto &[way, g] : {std::pair{Way::bricks, 0.8}, {Way::nodes, 0.57}}) {
         CAPTURE(static_cast<int>(way));
@@ -498,7 +499,8 @@ TEST_CASE(WISP_ARITH_NAME ": an eye in smoke that scatters forward sees in each 
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": an eye in smoke that scatters hardly forward sees as much light as there is") {
+TEST_CASE(WISP_ARITH_NAME ": an eye in smoke that scatters hardly forward sees as much light as there is" *
+          doctest::test_suite("long")) {
     // It looks away from the light, which falls along the way: read two cells ahead, the smoke is darker.
     Place place;
     place.smokes = {fog(0.75, 16)};

@@ -45,7 +45,7 @@ class Stoppable : public RepeatedJob {
     std::vector<unsigned char> memory_;
 };
 
-// Whole, and stopped at every call, in f64 and fixed at every fifth. `working`: stages with more than trivial work.
+// Whole, and stopped at every call, in f64 and fixed at every 25th. `working`: stages with more than trivial work.
 void check(const Scene &scene, const Settings &settings, std::initializer_list<Stage> working) {
     Stoppable render(scene, settings);
     Log whole, log;
@@ -63,7 +63,7 @@ void check(const Scene &scene, const Settings &settings, std::initializer_list<S
         CHECK(growths[stage] >= 10);
     }
     std::map<Stage, size_t> stopped;
-    for (size_t k = 1; k <= whole.calls.size(); k += std::is_same_v<Real, float> ? 1 : 5) {
+    for (size_t k = 1; k <= whole.calls.size(); k += std::is_same_v<Real, float> ? 1 : 25) {
         cache = {};
         CAPTURE(k);
         const Stage stage = whole.calls[k - 1].stage;

@@ -365,7 +365,7 @@ TEST_CASE(WISP_ARITH_NAME ": with bricks a crop has the pixels of the whole pict
     }
 }
 
-TEST_CASE(WISP_ARITH_NAME ": the plan of a box has its cells, however fine or coarse") {
+TEST_CASE(WISP_ARITH_NAME ": the plan of a box has its cells, however fine or coarse" * doctest::test_suite("long")) {
     Lit lit;
     std::vector<SmokeDescription> box = {box_smoke({2, 3, 1.5}, 0.75, 10)};
     lit.scene.smokes = box.data();
