@@ -382,9 +382,12 @@ TEST_CASE("warnings: a light that is seen through smoke of a narrow peak") {
         test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 30 hither 0.01 resolution 4 4\n" + light +
                                 " 40 40 40\n" + beside + "smoke box -1 -1 -1 1 1 1 0.5 { phase " + phase + " }\n");
         const std::string warned = test.warned("--photons 2000 " + options);
-        return warned.find("warning: pixels around a light that is seen through the smoke") != std::string::npos;
+        return warned.find("warning: pixels around a light that is seen through the smoke are likely 10 % wrong or "
+                           "more: a phase of " +
+                           phase + " scatters") != std::string::npos;
     };
     CHECK(warns("lp 0.5 0.5 -6", "0.95"));
+    CHECK(warns("lp 0.5 0.5 -6", "0.999"));
     CHECK(warns("lp 0.5 0.5 0.5", "0.95")); // in it
     CHECK(warns("ld 0.1 0 1", "0.95"));
     CHECK(!warns("lp 0.5 0.5 -6", "0.9"));

@@ -187,7 +187,7 @@ std::string in_columns(const std::string &left, const std::string &right) {
 
 std::string digits_of(double number, int digits) {
     char text[32];
-    std::snprintf(text, sizeof text, "%.*g", digits, number);
+    std::snprintf(text, sizeof text, "%.*g", digits, number + 0.0); // -0 is 0
     return text;
 }
 std::string two_digits(double number) { return digits_of(number, 2); }

@@ -215,7 +215,7 @@ void RunWarnings::of_light(const PreparedScene &prepared, const Settings &settin
     if (takes_peaks_off(scene, settings, plan) && phase > 0.93 && shows_light_through_smoke(prepared))
         print({"narrow peak", "",
                "pixels around a light that is seen through the smoke are likely 10 % wrong or more: a phase of " +
-                   two_digits(phase) + " scatters light by less than photons tell; --reference is right there"});
+                   six_digits(phase) + " scatters light by less than photons tell; --reference is right there"});
     if (map && scatters_far_backward(scene))
         print({"backward", "",
                "light that is scattered more than once is likely 50 % wrong here, or more: where the phase is below "

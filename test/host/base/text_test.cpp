@@ -95,4 +95,5 @@ TEST_CASE("text: what was meant by a wrong word") {
 TEST_CASE("text: two digits") {
     CHECK(two_digits(1.25) == "1.2");
     CHECK(two_digits(0.000341) == "0.00034");
+    CHECK(two_digits(-0.0) == "0");
 }
