@@ -18,8 +18,8 @@ uint32_t paths_for(uint64_t photons, uint64_t rays);
 const char *choose_defaults(const Options &options, const Scene &scene, uint32_t paths, Settings &settings);
 
 // The places where photons leave the light that is scattered more than once: the deepest one, as an optical depth, and
-// how deep it may be for that light to err by `largest_error` at most: 3 %, at hard faces 9 %, on particles and samples
-// that keep their power 10 %.
+// how deep it may be for that light to err by `largest_error` at most: 3 %, at hard faces 9 % (4.5 % where photons are
+// kept towards the eye), on particles and samples that keep their power 10 %.
 struct PhotonCells {
     double depth, most, largest_error;
     bool fit() const { return depth <= most; }
