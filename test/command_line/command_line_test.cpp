@@ -93,6 +93,7 @@ TEST_CASE("command line: bad input ends with 3 and a line that names the file") 
     test.write("picture.pfm", "PF\n1 1\n-1.0\n............");
     test.write("picture.ppm", "P3\n1 1\n255\n0 0 0\n");
     test.write("mesh.OBJ", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    test.write("includes.aff", "v from 0 0 5 at 0 0 0 up 0 1 0 angle 40 hither 1 resolution 8 8\ni 0 mesh.OBJ\n");
     test.write("x.map", "wisp map 1\n");
     test.write("twice.aff", "v from 0 0 5 at 0 0 0 up 0 1 0 angle 40 hither 1 resolution 8 8\n"
                             "smoke puff.vtk { mass 1 radius 0.2 mass 2 }\n");
@@ -112,6 +113,7 @@ TEST_CASE("command line: bad input ends with 3 and a line that names the file") 
         {"mesh.OBJ",
          "mesh.OBJ: found a mesh, whose format wisp does not read, expected a scene, particles or a density "
          "grid"},
+        {"includes.aff", "mesh.OBJ: found a mesh, whose format wisp does not read, expected statements of a scene"},
         {"x.map", "x.map: found 'wisp map 1', expected a scene, particles or a density grid"},
         {"twice.aff", "twice.aff:2: found 'mass' again, expected it once in a smoke"},
         {"textured.aff", "textured.aff:2: " + test.file("none.ppm") + ": cannot be opened: No such file or directory"},

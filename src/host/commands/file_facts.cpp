@@ -113,6 +113,7 @@ void add_particle_file(Facts &facts, const std::string &path, const Bytes &bytes
     else if (count > 0)
         facts.none("mass", "the file has none");
     if (!table.density.empty()) facts.spread("density", spread_of(table.density));
+    if (table.has_faces) facts.add("faces", "not used: its vertices are taken for particles", "true");
     if (table.has_particle_radius) facts.add("particle_radius", "not used: it is no smoothing length", "true");
 }
 

@@ -25,6 +25,8 @@ class ParticleBuilder {
     // Fails if the value is not allowed there.
     void store(Column column, size_t particle, double value);
 
+    void set_has_faces() { particles_.has_faces = true; }
+
     Particles take() { return std::move(particles_); }
 
   private:

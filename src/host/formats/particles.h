@@ -17,6 +17,7 @@ struct Particles {
     std::vector<double> mass;             // >= 0
     std::vector<double> smoothing_length; // > 0: h; the kernels reach 2 h
     bool has_particle_radius = false;     // there is a `radius` or `pscale`: a particle's radius, which is not used
+    bool has_faces = false;               // of a mesh, whose vertices are the particles; PLY and VTK say so
 };
 
 // Reads legacy VTK (1.0 to 5.1, UNSTRUCTURED_GRID or POLYDATA, ASCII or BINARY), BGEO version 5 and PLY (ascii or

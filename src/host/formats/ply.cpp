@@ -89,6 +89,7 @@ class PlyReader {
             has_vertex_ = true;
         }
         elements_.push_back({name, in_.count("the number of rows"), {}});
+        if (name == "face" && elements_.back().rows > 0) table_.set_has_faces();
     }
 
     Scalar to_type(std::string_view word) const {

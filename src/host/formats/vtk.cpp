@@ -54,7 +54,11 @@ class VtkReader {
         if (keyword == "metadata") return skip_metadata();
         if (keyword == "cell_types") return skip_array(1, in_.count("the number of cells"), Scalar::i32);
         for (const char *topology : {"cells", "vertices", "lines", "polygons", "triangle_strips"})
-            if (keyword == topology) return skip_topology();
+            if (keyword == topology) {
+                const bool are_faces = keyword == "polygons" || keyword == "triangle_strips";
+                if (skip_topology() > 0 && are_faces) table_.set_has_faces();
+                return;
+            }
         if (owner_ != Owner::dataset && keyword == "scalars") return read_scalars();
         if (owner_ == Owner::dataset || !skip_attribute(keyword))
             in_.fail(ByteReader::quoted(word) + ", expected a keyword such as POINTS, CELLS or POINT_DATA");
@@ -144,13 +148,18 @@ class VtkReader {
     }
 
     // CELLS n size and then size integers; from version 5.0 on, CELLS a b and then perhaps two blocks with own types.
-    void skip_topology() {
+    // Returns the size, b.
+    uint64_t skip_topology() {
         const uint64_t first = in_.count("a number of cells or offsets");
         const uint64_t second = in_.count("a number of integers");
-        if (major_version_ < 5) return skip_array(1, second, Scalar::i32);
-        in_.end_line();
-        skip_block("offsets", first);
-        skip_block("connectivity", second);
+        if (major_version_ < 5) {
+            skip_array(1, second, Scalar::i32);
+        } else {
+            in_.end_line();
+            skip_block("offsets", first);
+            skip_block("connectivity", second);
+        }
+        return second;
     }
 
     void skip_block(std::string_view keyword, uint64_t count) {

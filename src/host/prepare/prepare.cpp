@@ -29,6 +29,10 @@ std::vector<Particle> load_particles(const std::vector<Node> &nodes, const Scene
     const Particles table = named_at(smoke.where, [&] { return parse_particles(path, bytes.data(), bytes.size()); });
     if (table.has_particle_radius)
         notes.push_back(path + ": its particle radii are not smoothing lengths and are not used");
+    if (table.has_faces)
+        notes.push_back(path +
+                        ": its vertices are taken for particles of smoke, and its faces are left out; meshes stand "
+                        "in scenes, as statements 'm'");
     if (!smoke.radius && table.smoothing_length.empty() && !table.position.empty())
         throw InputError(smoke.where, "no smoothing length, expected a line 'radius H' or an attribute 'h' in " + path);
     if (!smoke.mass && table.mass.empty() && !table.position.empty())

@@ -380,18 +380,24 @@ std::string other_than_scene(const std::string &path, const Bytes &bytes) {
     return line.rfind("wisp ", 0) == 0 ? "'" + printable(line.substr(0, 32)) + "'" : ""; // a map, passes or a record
 }
 
+void require_scene(const std::string &path, const Bytes &bytes, const std::string &expected) {
+    const std::string other = other_than_scene(path, bytes);
+    if (!other.empty()) throw InputError(path, "found " + other + expected);
+}
+
 } // namespace
 
 SceneFile read_scene(const std::string &path) {
     const Bytes bytes = read_file(path);
     const std::string expected = ", expected a scene, particles or a density grid";
     if (bytes.empty()) throw InputError(path, "found an empty file" + expected);
-    const std::string other = other_than_scene(path, bytes);
-    if (!other.empty()) throw InputError(path, "found " + other + expected);
+    require_scene(path, bytes, expected);
     std::vector<std::string> included;
     const auto read = [&included](const std::string &file) {
         included.push_back(file);
-        return read_plain_file(file);
+        Bytes text = read_plain_file(file);
+        require_scene(file, text, ", expected statements of a scene");
+        return text;
     };
     SceneFile scene = parse_scene(path, std::string(bytes.begin(), bytes.end()), read);
     scene.included = std::move(included);

@@ -611,6 +611,22 @@ TEST_CASE("particles: integer coordinates and both names of h") {
     CHECK(particles.has_particle_radius);
 }
 
+TEST_CASE("particles: of a mesh it is known that it has faces") {
+    const auto ply_with = [](const std::string &faces) {
+        return "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nelement "
+               "face " +
+               faces + "\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n3 0 0 0\n";
+    };
+    CHECK(parse(ply_with("1")).has_faces);
+    CHECK(!parse(ply_with("0")).has_faces);
+    CHECK(!parse(ply_of("1 2 3")).has_faces);
+    const std::string point = "POINTS 1 float\n1 2 3\n";
+    CHECK(parse(vtk_of(point + "POLYGONS 1 4\n3 0 0 0\n")).has_faces);
+    CHECK(parse(vtk_of(point + "TRIANGLE_STRIPS 1 4\n3 0 0 0\n")).has_faces);
+    CHECK(!parse(vtk_of(point + "POLYGONS 0 0\n")).has_faces);
+    CHECK(!parse(vtk_of(point + "VERTICES 1 2\n1 0\n")).has_faces);
+}
+
 TEST_CASE("particles: a text may end with its last digit") {
     CHECK(parse(ply_of("1 2 3")).position[0] == Point{1, 2, 3});
     CHECK(parse(vtk_of("POINTS 1 float\n1 2 3\nPOINT_DATA 1\nSCALARS mass float\n4")).mass == std::vector<double>{4});
