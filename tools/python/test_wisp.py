@@ -213,6 +213,7 @@ def with_nan():
 @pytest.mark.parametrize("line, wrong", [
     (r"scene: found ndarray, expected Particles, Grid, Box or Mesh", lambda: small(BALL)),
     (r"there is no setting 'photon'", lambda: small(photon=3)),
+    (r"there is no setting 'spp'; --spp is 'samples'", lambda: small(spp=3)),
     (r"there is no setting 'version'", lambda: small(version=3)),
     (r"lights: found Mesh, expected Point", lambda: small(lights=[GROUND])),
     (r"lights: found Parallel, expected a list of lights", lambda: small(lights=wisp.Parallel((0, -1, 0), 1))),

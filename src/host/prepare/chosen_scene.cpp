@@ -347,7 +347,7 @@ std::string smoke(const Choice &choice, const std::string &grid, const Sequence 
                      number(lengths_of_spacing) + " times the cube root of the volume for each particle");
     if (!choice.is_grid && !choice.has_mass) text += "  mass 1\n";
     text += line("  extinction " + number(choice.extinction),
-                 "for a mean optical depth of " + number(mean_depth) + " where a ray meets smoke");
+                 "for a mean optical depth of about " + number(mean_depth) + " where a ray meets smoke");
     text += "  albedo 0.9 0.9 0.9\n  phase 0\n";
     if (sequence.count > 1 || sequence.first != 0)
         text += line("  frames " + std::to_string(sequence.first) + " " + std::to_string(sequence.step),

@@ -47,6 +47,7 @@ WORDS: Words = {  # of settings, in the order of the values
     "light_choice": ("all", "cuts"),
     "tree": ("box", "kd"),
 }
+OPTIONS = {"spp": "samples", "smoke": "method"}  # of the command line, and their settings here
 
 
 # ---- What a scene consists of
@@ -334,7 +335,7 @@ def _settings(given: Mapping[str, Any]) -> Any:
         elif name == "crop":
             settings.crop[:] = [_whole(name, n, 65536) for n in value]
         elif name not in kinds or name in ("version", "paths", "lights"):
-            raise TypeError(f"there is no setting {name!r}")
+            raise TypeError(f"there is no setting {name!r}" + (f"; --{name} is {OPTIONS[name]!r}" if name in OPTIONS else ""))
         elif kinds[name] is ctypes.c_double:
             number = _number(value, name)
             if not number >= 0:
