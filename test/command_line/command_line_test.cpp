@@ -113,7 +113,8 @@ TEST_CASE("command line: bad input ends with 3 and a line that names the file") 
         {"mesh.OBJ",
          "mesh.OBJ: found a mesh, whose format wisp does not read, expected a scene, particles or a density "
          "grid"},
-        {"includes.aff", "mesh.OBJ: found a mesh, whose format wisp does not read, expected statements of a scene"},
+        {"includes.aff", "includes.aff:2: include of " + test.file("mesh.OBJ") +
+                             ": found a mesh, whose format wisp does not read, expected statements of a scene"},
         {"x.map", "x.map: found 'wisp map 1', expected a scene, particles or a density grid"},
         {"twice.aff", "twice.aff:2: found 'mass' again, expected it once in a smoke"},
         {"textured.aff", "textured.aff:2: " + test.file("none.ppm") + ": cannot be opened: No such file or directory"},
