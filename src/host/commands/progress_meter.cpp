@@ -13,7 +13,7 @@ namespace {
 
 constexpr int columns = 100;
 constexpr double seconds_between_bars = 0.2, seconds_between_lines = 60;
-// The remaining time is said when so much of the run is done, in so many seconds.
+// The remaining time is said when so much of the run is done, of the first frame's stage at hand, in so many seconds.
 constexpr double least_part = 0.05, least_seconds = 1;
 
 std::string minutes(double seconds) {
@@ -49,6 +49,19 @@ double part_done(const RunProgress &run, Stage stage, double of_stage) {
     }
     done += of_stage * run.shares[static_cast<uint32_t>(stage)];
     return (static_cast<double>(run.done) + (all > 0 ? done / all : 0)) / static_cast<double>(run.frames);
+}
+
+double seconds_left(const RunProgress &run, Stage stage, double of_stage, const double (&seconds)[stage_count]) {
+    const auto at = static_cast<uint32_t>(stage);
+    double spent = 0, shares_so_far = 0, shares = 0;
+    for (uint32_t i = 0; i < stage_count; ++i) {
+        shares += run.shares[i];
+        if (i > at) continue;
+        shares_so_far += run.shares[i];
+        spent += seconds[i];
+    }
+    const double so_far = spent + seconds[at] * (1 / of_stage - 1); // once this stage is done
+    return so_far * (shares_so_far > 0 ? shares / shares_so_far : 1) * static_cast<double>(run.frames) - spent;
 }
 
 ProgressMeter::ProgressMeter(const Options &options, int64_t frame, const Plan &plan, RunProgress &run)
@@ -114,8 +127,13 @@ std::string ProgressMeter::text(double of_stage, double time) {
     line += std::to_string(static_cast<int>(100 * part)) + " %, frame " + std::to_string(frame_);
     if (run_.frames > 1) line += " (" + std::to_string(run_.done + 1) + " of " + std::to_string(run_.frames) + ")";
     line += std::string(": ") + plan_[stage_].name + ", " + minutes(elapsed);
-    if (part >= least_part && elapsed >= least_seconds)
-        line += ", about " + minutes(elapsed * (1 - part) / part) + " left";
+    if ((run_.measured ? part : of_stage) >= least_part && elapsed >= least_seconds) {
+        double so_far[stage_count];
+        std::copy(seconds_, seconds_ + stage_count, so_far);
+        so_far[static_cast<uint32_t>(stage_)] += time - began_;
+        const double left = run_.measured ? elapsed * (1 - part) / part : seconds_left(run_, stage_, of_stage, so_far);
+        line += ", about " + minutes(left) + " left";
+    }
     return line;
 }
 

@@ -24,6 +24,10 @@ struct RunProgress {
 // (0 to 1) of that.
 double part_done(const RunProgress &run, Stage stage, double of_stage);
 
+// Seconds that the run still takes while its first frame is rendered: `seconds` is what its stages took so far. The
+// stage at hand, of which `of_stage` (0 to 1, not 0) is done, goes on as fast; those after it take their shares.
+double seconds_left(const RunProgress &run, Stage stage, double of_stage, const double (&seconds)[stage_count]);
+
 // An observer of the core for one frame: measures the seconds of stages. Where it is wanted it shows on standard error
 // how much of the run is done: as a bar on a terminal, as a line each minute elsewhere.
 class ProgressMeter {

@@ -20,6 +20,19 @@ TEST_CASE("progress: the part that is done grows from 0 to 1 over stages and fra
     CHECK(part_done(run, Stage::camera_rays, 1) == doctest::Approx(1));
 }
 
+TEST_CASE("progress: the time that is left goes by the stage at hand, however much longer than the others it takes") {
+    RunProgress run(2);
+    run.shares[static_cast<int>(Stage::photons)] = 1;
+    run.shares[static_cast<int>(Stage::camera_rays)] = 3;
+    double seconds[stage_count] = {};
+    seconds[static_cast<int>(Stage::photons)] = 2;
+    CHECK(seconds_left(run, Stage::photons, 0.5, seconds) == doctest::Approx(2 * (4 + 12) - 2));
+    seconds[static_cast<int>(Stage::camera_rays)] = 60;
+    CHECK(seconds_left(run, Stage::camera_rays, 0.1, seconds) == doctest::Approx(2 * (2 + 600) - 62));
+    run.frames = 1;
+    CHECK(seconds_left(run, Stage::camera_rays, 1, seconds) == doctest::Approx(0));
+}
+
 TEST_CASE("progress: a frame's shares are those that were measured in the frame before") {
     RunProgress run(2);
     Plan plan = {};
