@@ -121,6 +121,8 @@ TEST_CASE("dense smoke: photons that are kept towards the eye tell what enters h
     double sum = 0;
     for (int seed = 1; seed <= 4; ++seed) sum += test.mean("--spp 4 --seed " + std::to_string(seed));
     CHECK(std::fabs(sum / 4 / reference - 1) < 0.018); // 0.011; 0.025 in cells 0.66 deep
+    // These stay where pixels are many: finer ones and paths would be noisier.
+    CHECK(test.wisp("plan " + test.s() + " --size 200x200").err.find("likely up to 8 % wrong") != std::string::npos);
 }
 
 TEST_CASE("dense smoke: light that is scattered once is found in steps that are not too deep") {
