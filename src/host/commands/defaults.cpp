@@ -37,7 +37,7 @@ uint64_t most_brick_bytes(const Scene &scene) {
 constexpr double max_depth_of_photon_cell = 0.7, max_error_at_faces = 0.09;
 // The same in resampled smoke of photons that are kept as scattered to the eye, which no lines gather again. A box of
 // g = 0.57 and albedo 0.7 is 3 to 4 % too dark in cells 0.66 deep, 7 % in a sixteenth; in cells 0.33 deep 1 and 4 %.
-constexpr double max_depth_of_photon_cell_to_eye = 0.5 * max_depth_of_photon_cell, max_error_to_eye = 0.04;
+constexpr double max_depth_of_photon_cell_to_eye = 0.4, max_error_to_eye = 0.045;
 // The same where diffuse light enters the samples of a density grid, which may be thin there and deep inside. Grids of
 // a hundred samples across err by 1 to 1.5 %, of ten by 2 % (even phase) to 3 % (g = 0.5).
 constexpr double max_depth_of_lit_photon_cell = 0.35;
