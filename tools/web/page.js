@@ -179,7 +179,10 @@ function progress(stage, percent) {
 let pass = '';      // what is being made, in words
 let turn = 0;       // counts what was asked for
 let pixel;          // [x, y] of the picture that is explained
-let firstPicture;   // milliseconds from the beginning of the page, coarse and whole
+// The picture that the page opens on: the build stored it, and what wisp renders of the same words has the same bits.
+const stored = { ...at('picture').dataset, png: at('picture').src };
+const isStored = () => tab() === 'picture' && arith() === 'f32' && edited() === scene.text && words(false).join(' ') === stored.words;
+let opened;         // milliseconds from the beginning of the page until wisp has rendered a picture
 
 // Does `job`, after ending what is running. Its error is shown.
 async function work(job) {
@@ -206,7 +209,8 @@ async function work(job) {
 }
 
 async function show(coarse) {
-    pass = golden() ? 'The golden\'s settings' : coarse ? 'Coarse picture' : 'Fine picture';
+    if (isStored()) at('picture').src = stored.png;
+    pass = golden() ? 'The golden\'s settings' : isStored() ? 'This picture came with the page. Rendered here' : coarse ? 'Coarse picture' : 'Fine picture';
     say('state', `${pass} ...`);
     const picture = tab() === 'picture';
     const list = [...words(coarse), '--arith', arith()];
@@ -221,8 +225,7 @@ async function show(coarse) {
     at('command').textContent = `wisp ${command.join(' ')} -o picture.png`;
     say('state', `${size().map((side) => coarse && !golden() ? Math.round(side / 2) : side).join(' x ')} pixels in ${((performance.now() - begin) / 1000).toFixed(2)} s`);
     say('notes', picture && !coarse ? complaints : '');
-    firstPicture ??= { coarse: performance.now() };
-    if (!coarse) firstPicture.fine ??= performance.now();
+    opened ??= performance.now();
     if (picture) judge(said.slice(0, 64));
     else say('caption', complaints); // the legend is a note
 }
@@ -233,13 +236,14 @@ function paint(png) {
     at('png').download = `${scene.file.replace(/\.\w+$/, '')}-${tab()}.png`;
     at('stage').style.aspectRatio = size().join(' / ');
 }
-// Only what has a golden is judged.
+// Only what has a golden, or is stored, is judged.
 function judge(digest) {
     say('caption', `SHA-256 of the floats: ${digest}`);
-    const expected = goldens.get(`${arith()}  ${words(false).join(' ')}`);
-    if (!golden() || !expected) say('verdict');
-    else if (expected === digest) say('verdict', 'The SHA-256 is the golden\'s: the picture has the same bits.', 'good');
-    else say('verdict', 'The SHA-256 DIFFERS from the golden\'s.', 'bad');
+    const expected = isStored() ? stored.digest : golden() && goldens.get(`${arith()}  ${words(false).join(' ')}`);
+    const whose = isStored() ? 'that of the picture that the page came with' : 'the golden\'s';
+    if (!expected) say('verdict');
+    else if (expected === digest) say('verdict', `The SHA-256 is ${whose}: the picture has the same bits.`, 'good');
+    else say('verdict', `The SHA-256 DIFFERS from ${whose}.`, 'bad');
 }
 
 // The three arithmetics beside each other, and their differences.
@@ -291,7 +295,7 @@ function refresh() {
     for (const id of ['verdict', 'caption', 'notes']) say(id);
     return work(async () => {
         if (several) return showArithmetics();
-        if (!golden()) await show(true);
+        if (!golden() && !isStored()) await show(true);
         await show(false);
         if (tab() === 'picture' && pixel) await explain();
     });
@@ -592,6 +596,7 @@ async function drop(list) {
 }
 
 (async () => {
+    if (location.hash) at('picture').removeAttribute('src'); // the link's own is to come
     build();
     start(); // reads its source meanwhile
     const compiled = WebAssembly.compileStreaming(unpacked(bytesOf(at('wasm').textContent), 'application/wasm'));
