@@ -1,7 +1,10 @@
 // Warnings as a user meets them: once in a run, and none where all is in order.
 #include "support/command_line.h"
 #include "host/images/picture.h"
+#include <cmath>
+#include <fstream>
 #include <numeric>
+#include <vector>
 
 using namespace wisp;
 
@@ -400,6 +403,61 @@ TEST_CASE("warnings: a light that is seen through smoke of a narrow peak") {
     CHECK(!warns("lp 0.5 0.5 -6", "0.95", wall));
     CHECK(warns("lp 0.5 0.5 -6", "0.95", step));
     CHECK(!warns("lp 0.5 0.5 -6", "0.95", "", "--photons 0")); // light that is scattered once has the whole phase
+}
+
+TEST_CASE("warnings: an eye in smoke, near which few photons fly" * doctest::test_suite("long")) {
+    const WarningCommandTest test;
+    const auto scene = [&](const std::string &eye, const std::string &more) {
+        std::ofstream(test.s()) << "v from " + eye +
+                                       " at 5 0.1 0.3 up 0 1 0 angle 60 hither 0.1 resolution 8 8\n"
+                                       "ld 1 -1 -1 3 2 1\nlp 2 0.5 2 4 5 8\nsmoke box -1 -1 -1 1 1 1 " +
+                                       more + " }\n";
+    };
+    const std::string eye = "0.1 0.05 0.2", dense = "6 { albedo 0.9 0.9 0.9 phase 0.5",
+                      said = "wrong here, by noise: the eye is in the smoke";
+    const auto warns = [&](const std::string &options) {
+        const Ran ran = test.wisp("plan " + test.s() + " " + options);
+        CHECK(ran.status == 0);
+        const size_t at = ran.err.find(said);
+        if (at == std::string::npos) return 0;
+        const size_t number = ran.err.rfind("up to ", at) + 6;
+        return std::stoi(ran.err.substr(number));
+    };
+    scene(eye, dense);
+    const int percent = warns("--photons 500k");
+    CHECK(percent > 5);
+    CHECK(warns("--photons 8M") == 0);
+    // Between seeds pixels differ by nearly as much as is said, and by less.
+    constexpr int seeds = 8;
+    std::vector<Picture> pictures;
+    for (int seed = 1; seed <= seeds; ++seed) {
+        REQUIRE(test.wisp("render " + test.s() + " -q --spp 4 --photons 500k -o " + test.file("p.pfm") + " --seed " +
+                          std::to_string(seed))
+                    .status == 0);
+        pictures.push_back(read_pfm(test.file("p.pfm")));
+    }
+    double mean = 0, variance = 0;
+    const size_t values = pictures[0].rgb.size();
+    for (size_t i = 0; i < values; ++i) {
+        double sum = 0, squares = 0;
+        for (const Picture &picture : pictures) {
+            const double value = static_cast<double>(picture.rgb[i]);
+            sum += value, squares += value * value;
+        }
+        mean += sum / seeds;
+        variance += (squares - sum * sum / seeds) / (seeds - 1);
+    }
+    const double noise = std::sqrt(variance * static_cast<double>(values)) / mean;
+    CAPTURE(noise);
+    CHECK(noise < 0.01 * percent);
+    CHECK(noise > 0.003 * percent);
+    // From outside, with an even phase and in thin smoke photons' noise is as anywhere.
+    scene("6 0 0", dense);
+    CHECK(warns("--photons 500k") == 0);
+    scene(eye, "6 { albedo 0.9 0.9 0.9 phase 0");
+    CHECK(warns("--photons 500k") == 0);
+    scene(eye, "0.5 { albedo 0.9 0.9 0.9 phase 0.5");
+    CHECK(warns("--photons 500k") == 0);
 }
 
 TEST_CASE("warnings: cells of density that are wider than the particles' kernels") {

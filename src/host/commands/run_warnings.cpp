@@ -188,7 +188,8 @@ void RunWarnings::of_light(const PreparedScene &prepared, const Settings &settin
     if (!plan.photons || !scatters_much(scene)) return;
     if (request_.options.max_error) return; // the error is estimated, and was said
     const bool map = settings.method == Method::map; // of_photons() warns of the others' light
-    const PhotonCells cells = map ? photon_cells(scene, density_of(scene), settings) : PhotonCells{0, 1, 0};
+    const SmokeDensity density = density_of(scene);
+    const PhotonCells cells = map ? photon_cells(scene, density, settings) : PhotonCells{0, 1, 0};
     const double error_of_cells = cells.fit() ? 0 : cells.error();
     const std::string options = options_of_cells(request_, scene);
     const double of_flux = error_of_flux(scene, settings, plan);
@@ -211,6 +212,12 @@ void RunWarnings::of_light(const PreparedScene &prepared, const Settings &settin
                "near to the eye as photons tell places apart; --reference is right there"});
     // A ball of particles before a point light: the root mean square is 3 to 4 % of the mean at 0.9, 7 to 10 at 0.95,
     // 80 at 0.98.
+    const double noise = map ? noise_at_eye(scene, density, settings) : 0;
+    if (noise > 0.05)
+        print({"eye in smoke", "",
+               "the picture is likely up to " + percent(noise) +
+                   " wrong here, by noise: the eye is in the smoke, and few photons fly near it; four times the "
+                   "--photons halve that"});
     const double phase = most_forward(scene);
     if (takes_peaks_off(scene, settings, plan) && phase > 0.93 && shows_light_through_smoke(prepared))
         print({"narrow peak", "",

@@ -201,18 +201,23 @@ double extinction_around(const SmokeDescription &smoke, const Double3 &x) {
     return densest * grid.extinction;
 }
 
-// The greatest extinction around a point light or spot. Most lights stand outside of the smoke.
-double extinction_at_lights(const Scene &scene, const SmokeDescription &smoke) {
-    const SmokeExtent extent = extent_of(smoke.particles, smoke.count, smoke);
+// The same of a place that may be anywhere: most lights, and most eyes, are outside of the smoke.
+double extinction_at(const SmokeDescription &smoke, const SmokeExtent &extent, const Double3 &x) {
     const double reach = 2 * extent.largest_h;
-    const auto reaches = [reach](double x, double low, double high) { return x > low - reach && x < high + reach; };
+    const auto reaches = [reach](double v, double low, double high) { return v > low - reach && v < high + reach; };
+    return reaches(x.x, extent.low.x, extent.high.x) && reaches(x.y, extent.low.y, extent.high.y) &&
+                   reaches(x.z, extent.low.z, extent.high.z)
+               ? extinction_around(smoke, x)
+               : 0;
+}
+
+// The greatest extinction around a point light or spot.
+double extinction_at_lights(const Scene &scene, const SmokeDescription &smoke, const SmokeExtent &extent) {
     double greatest = 0;
     for (uint32_t l = 0; l < scene.light_count; ++l) {
-        const Double3 &x = scene.lights[l].position;
-        const bool falls_off = scene.lights[l].kind == LightKind::point || scene.lights[l].kind == LightKind::spot;
-        if (falls_off && reaches(x.x, extent.low.x, extent.high.x) && reaches(x.y, extent.low.y, extent.high.y) &&
-            reaches(x.z, extent.low.z, extent.high.z))
-            greatest = std::max(greatest, extinction_around(smoke, x));
+        const LightSource &light = scene.lights[l];
+        if (light.kind == LightKind::point || light.kind == LightKind::spot)
+            greatest = std::max(greatest, extinction_at(smoke, extent, light.position));
     }
     return greatest;
 }
@@ -240,7 +245,10 @@ SmokeDensity density_of(const Scene &scene) {
         const double length = smoke.grid.density ? longest_element(smoke) : density.length; // cells are of samples
         density.greatest_depth = std::max(density.greatest_depth, extinction.greatest * length);
         density.deepest_element = std::max(density.deepest_element, extinction.greatest * longest_element(smoke));
-        density.depth_at_lights = std::max(density.depth_at_lights, extinction_at_lights(scene, smoke) * length);
+        const SmokeExtent extent = extent_of(smoke.particles, smoke.count, smoke);
+        density.depth_at_lights =
+            std::max(density.depth_at_lights, extinction_at_lights(scene, smoke, extent) * length);
+        density.extinction_at_eye += extinction_at(smoke, extent, scene.camera.origin);
         if (smoke.grid.density) density.depth_where_lit = std::max(density.depth_where_lit, lit_depth(smoke.grid));
     }
     density.even_volume = squares > 0 ? std::min(density.volume, area * area / squares) : density.volume;
