@@ -629,7 +629,7 @@ TEST_CASE("command line: a grid of equal samples is the box that it fills") {
         test.write("b.aff", CommandLineTest::lit("box -1 -1 -1.5 1 1 1.5 0.75 { extinction 2 phase 0.3 " + more + "}"));
         CAPTURE(more);
         CAPTURE(options);
-        const Ran grid = test.wisp("render " + test.file("g.aff") + options + " -o " + test.file("g.pfm"));
+        const Ran grid = test.wisp("render -q " + test.file("g.aff") + options + " -o " + test.file("g.pfm"));
         CHECK(grid.status == 0);
         CHECK(grid.err.empty());
         CHECK(test.wisp("render " + test.file("b.aff") + options + " -o " + test.file("b.pfm")).status == 0);

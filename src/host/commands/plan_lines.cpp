@@ -51,7 +51,7 @@ class RowText {
         case Stage::gather:
             if (settings_.method == Method::map) return "up to " + number(settings_.gather) + " nearest particles";
             return "up to " + number(settings_.gather) +
-                   " nearest photons, the paper's estimate: up to 1.4 times too bright where they are far";
+                   " nearest photons, the paper's estimate: too bright where they are far";
         case Stage::irradiance:
             return "at most, and what making it takes; bricks around smoke" +
                    step("irradiance-step", settings_.irradiance_step);

@@ -96,8 +96,8 @@ const OptionTable<Options> &scene_options() {
         {"spp", "N", "rays a pixel (4)", to_count_in(&Options::samples, 1, 65536)},
         {"seed", "N", "of photons, of lines through smoke and of paths (1)", to_count_in(&Options::seed, 0, INT64_MAX)},
         {"smoke", "direct|map|volume",
-         "photon map, whose estimate from the nearest photons is the paper's and up to 1.4 times too bright in small "
-         "dense smoke; particle map; photon map of resampled smoke (map)",
+         "photon map, whose estimate from the nearest photons is the paper's, and too bright where they are far; "
+         "particle map; photon map of resampled smoke (map)",
          to_word(&Options::method, {"direct", "map", "volume"})},
         {"irradiance", "none|uniform|adaptive",
          "multiple scattering at points of bricks, as many in each or as needed (uniform)",
