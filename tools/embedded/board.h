@@ -23,7 +23,7 @@ class File {
 
 [[noreturn]] void leave(int status);
 
-// Since the program began. Of the Cortex-M it runs over after 40 * 2^32.
+// Since the program began. Of the Cortex-M it is asked at least once in 40 * 2^32 of them.
 uint64_t instructions();
 
 // Bytes of the stack that have been in use at most since begin_stack_peak(); and all that there are.

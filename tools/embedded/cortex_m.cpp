@@ -35,8 +35,12 @@ void begin() {
 } // namespace processor
 
 // qemu counts 40 to a tick of the board's clock of 25 MHz, which it advances by one nanosecond an instruction (-icount
-// shift=0).
-uint64_t board::instructions() { return uint64_t{40} * (UINT32_MAX - timer().value); }
+// shift=0). The timer runs over after 40 * 2^32, so it is read before.
+uint64_t board::instructions() {
+    static uint64_t ticks = 0;
+    ticks += static_cast<uint32_t>(UINT32_MAX - static_cast<uint32_t>(ticks) - timer().value);
+    return 40 * ticks;
+}
 
 // What a Cortex-M looks at when it is switched on: where the stack begins, and what to call.
 using Handler = void (*)();
