@@ -569,7 +569,8 @@ TEST_CASE("warnings: the nearest photons among particles of unlike radii" * doct
     CHECK(warned("0.05", "1", "direct").find("--smoke direct" + text) != std::string::npos);
     CHECK(warned("0.05", "1", "volume").find("--smoke volume" + text) != std::string::npos);
     CHECK(warned("0.05", "1", "map") == "");
-    CHECK(warned("0.1", "1", "direct") == "");
+    // Where they differ by less, by how far the nearest reach: 40 % wrong with 20,000 photons, 34 % with 100,000.
+    CHECK(warned("0.1", "1", "direct").find(" wrong here: the nearest 500 photons reach ") != std::string::npos);
     CHECK(warned("0.05", "0.001", "direct") == ""); // hardly any light is scattered twice
 }
 
