@@ -1,8 +1,6 @@
-#include "core/numbers/elementary.h"
 #include "core/photons/direction_limits.h"
 #include "core/render/kept_at_nodes.h"
 #include "core/smoke/grid_samples.h"
-#include "host/base/double3_algebra.h"
 #include "host/base/error.h"
 #include "host/base/renderers.h"
 #include "host/commands/defaults.h"
@@ -190,9 +188,7 @@ constexpr uint64_t fewest_bricks = 8; // larger cells have as many: the bricks a
 // choose_spacings().
 void shrink_bricks(const Options &options, const Scene &scene, const SmokeDensity &density, double usual,
                    Settings &settings) {
-    const bool samples = has_samples(scene);
-    bool particles = false;
-    for (uint32_t i = 0; i < scene.smoke_count; ++i) particles |= scene.smokes[i].count > 0;
+    const bool samples = has_samples(scene), particles = has_particles(scene);
     const bool solid = (particles || samples) && density.greatest_depth > max_depth_in_bricks;
     const uint64_t most = most_brick_bytes(scene);
     while (settings.density_step > 0) {
@@ -348,27 +344,6 @@ double width_of_photon_cells(const Scene &scene, const Settings &settings) {
     for (const SmokeDescription *smoke = scene.smokes; smoke != scene.smokes + scene.smoke_count; ++smoke)
         if (!smoke->empty()) least = least > 0 ? std::min(least, smoke->smallest_h) : smoke->smallest_h;
     return least * photon_step(scene, settings);
-}
-
-// In a view of the solid angle omega, collisions at the distance r from the eye share an area of omega r^2 or, where
-// the view is narrower than their cell, of the w^2 of a cell. So of n collisions by the volume the relative variance is
-//     sigma^2 / n int exp(-2 sigma r) / max(omega r^2, w^2) dr
-// from half a cell on, as the light comes from as far as 1 / sigma. The integral of the far part is bounded by that of
-// 1 / (omega r^2). n is one collision of each photon. Standard deviations of pixels between seeds were 4.3, 2.4, 5.3,
-// 12, 3 and 1.9 % where this is 6, 3, 9, 12, 3.5 and 1.2 %: of particles, with four times the photons, in a view of 20
-// degrees, 2.5 times as dense; and of boxes 6 and 2 deep; g = 0.4 to 0.6. Of g = 0.75 and 0.85 they are 0.8 and 0.6
-// times as large.
-double noise_at_eye(const Scene &scene, const SmokeDensity &density, const Settings &settings) {
-    const double sigma = density.extinction_at_eye;
-    if (!is_anisotropic(scene) || !(sigma > 0)) return 0;
-    if (f64::renderer.plan(scene, settings).photon_directions != Plan::Directions::to_eye) return 0;
-    const Double3 &corner = scene.camera.corner; // of a picture at the distance 1
-    const double omega = 2 * (dot(corner, corner) - 1), w = width_of_photon_cells(scene, settings);
-    const double n = static_cast<double>(settings.photons) / density.volume,
-                 wide = std::max(w / std::sqrt(omega), 0.5 * w);
-    const double near = (exp(-sigma * w) - exp(-2 * sigma * wide)) / (2 * sigma * w * w),
-                 far = exp(-2 * sigma * wide) / (omega * wide);
-    return sigma * std::sqrt((near + far) / n);
 }
 
 // On the smoke of fixtures/table2.aff these are the fastest steps whose pictures err by no more than the photons'

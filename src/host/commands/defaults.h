@@ -31,10 +31,6 @@ PhotonCells photon_cells(const Scene &scene, const SmokeDensity &density, const 
 // The edge of these cells, of smoke in the scene.
 double width_of_photon_cells(const Scene &scene, const Settings &settings);
 
-// About the noise of a pixel, relative to it, by photons that are kept as scattered to an eye in smoke. 0: they are not,
-// or the eye is outside.
-double noise_at_eye(const Scene &scene, const SmokeDensity &density, const Settings &settings);
-
 // The largest g of all smoke, or 0.
 double most_forward(const Scene &scene);
 

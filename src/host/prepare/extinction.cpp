@@ -154,6 +154,11 @@ double lit_depth(const GridDescription &grid) {
     return std::sqrt(greatest);
 }
 
+bool has_particles(const Scene &scene) {
+    return std::any_of(scene.smokes, scene.smokes + scene.smoke_count,
+                       [](const SmokeDescription &smoke) { return smoke.count > 0; });
+}
+
 std::vector<double> areas_in_cells(const SmokeDescription &smoke, double edge, int along) {
     std::vector<CellArea> particles;
     particles.reserve(smoke.count);

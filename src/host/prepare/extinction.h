@@ -7,6 +7,8 @@ namespace wisp {
 
 constexpr double volume_of_unit_ball = 4.18879; // 4 / 3 pi
 
+bool has_particles(const Scene &scene); // not grids alone
+
 // The cross-sections of a smoke's particles, summed in cells of the given edge: of each cell that has particles. Of
 // columns along an axis (0, 1, 2) instead of cells, if there is one.
 std::vector<double> areas_in_cells(const SmokeDescription &smoke, double edge, int along = -1);
