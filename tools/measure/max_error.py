@@ -82,7 +82,7 @@ def main():
         else:
             more += error > options.error
             less += error < options.error / 3
-        print(f"{name}: {error:.2%} beyond noise of {noise:.2%}, {seconds:.1f} s; {said[0]}", flush=True)
+        print(f"{name}: {error:.2%} beyond noise of {noise:.2%}, {seconds:.1f} s; {said[-1]}", flush=True)
     print(f"\n{len(SCENES)} scenes, asked for {options.error:.1%}: {more} err by more, {less} by less than a third, "
           f"{unknown} are not known: the reference is noisier")
     return 0 if more <= 1 else 1

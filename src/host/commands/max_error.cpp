@@ -23,8 +23,11 @@ constexpr uint64_t fewest_photons = uint64_t{1} << 12, first_photons = uint64_t{
 constexpr uint64_t most_paths = uint64_t{1} << 14;
 constexpr uint32_t first_passes = 64, first_checking_passes = 16, most_checking_passes = 128;
 constexpr double most_passes = 0x1p30;
-// The noise of a choice is measured by so many more seeds. In so many of ten pictures it is then within the error.
-constexpr size_t more_seeds = 4;
+// The noise of a choice is measured by so many more seeds: by few where it is that of many independent numbers.
+constexpr size_t most_seeds = 4, few_seeds = 2;
+constexpr double many_numbers = 16;
+// Of more photons than so many a quarter is measured: noise goes with their number.
+constexpr uint64_t all_photons = uint64_t{1} << 20;
 constexpr double small_share = 0.1;               // cells that take no more of the error are not measured again
 constexpr double deviate_of_nine_in_ten = 1.2816; // of the standard normal distribution
 // Cells are made finer up to so many times, where all stages then take no more memory.
@@ -34,12 +37,6 @@ constexpr uint64_t most_bytes = uint64_t{2} << 30;
 // Errors of cells go with their size to the power of 1 (hard faces) to 2 (smooth smoke). So they are 4/3 to 2 times
 // what halving the cells changes, and half the cells err by 1/3 to 1 times that.
 constexpr double error_of_coarse = 5.0 / 3, error_of_fine = 2.0 / 3;
-
-// Density grids and boxes have them.
-bool has_hard_faces(const Scene &scene) {
-    return std::any_of(scene.smokes, scene.smokes + scene.smoke_count,
-                       [](const SmokeDescription &smoke) { return smoke.is_grid(); });
-}
 
 using Values = std::vector<float>; // red, green and blue of the pixels
 
@@ -183,9 +180,19 @@ class MeasuredPixels {
         pair.a = std::move(two[0]), pair.b = std::move(two[1]);
         return pair;
     }
-    // Pictures of seeds that no pair has.
-    std::vector<Values> more_pictures(const Options &options, uint64_t photons, Pair &times) const {
-        return pictures(options, photons, 2, more_seeds, times);
+    // Of so many seeds, from the request's own (0) on.
+    std::vector<Values> pictures(Options options, uint64_t photons, size_t first_seed, size_t count,
+                                 Pair &times) const {
+        options.photons = photons;
+        Settings settings = settings_of(options);
+        settings.seed += first_seed * between_seeds;
+        std::vector<Values> pictures(count);
+        for (size_t i = 0; i < count; ++i, settings.seed += between_seeds)
+            if (i == 0 || is_random(settings))
+                render(settings, pictures[i], nullptr, times);
+            else
+                pictures[i] = pictures[0];
+        return pictures;
     }
     // Without what is scattered more than once.
     Values without_photons(const Options &options) const {
@@ -219,20 +226,6 @@ class MeasuredPixels {
   private:
     static constexpr uint64_t between_seeds = 0x9e3779b97f4a7c15; // leads far from the seeds that people choose
 
-    // Of so many seeds, from the request's own (0) on.
-    std::vector<Values> pictures(Options options, uint64_t photons, size_t first_seed, size_t count,
-                                 Pair &times) const {
-        options.photons = photons;
-        Settings settings = settings_of(options);
-        settings.seed += first_seed * between_seeds;
-        std::vector<Values> pictures(count);
-        for (size_t i = 0; i < count; ++i, settings.seed += between_seeds)
-            if (i == 0 || is_random(settings))
-                render(settings, pictures[i], nullptr, times);
-            else
-                pictures[i] = pictures[0];
-        return pictures;
-    }
     void render(const Settings &settings, Values &values, PixelSums *sums, Pair &times) const {
         const int64_t frame = request_.frames.first;
         const Plan plan = checked_plan(request_, scene(), settings);
@@ -325,10 +318,12 @@ uint64_t within_photons(double wanted) {
         std::clamp(wanted, static_cast<double>(fewest_photons), static_cast<double>(most_photons)));
 }
 
+uint64_t measured_of(uint64_t photons) { return std::max(std::min(photons, all_photons), photons / 4); }
+
 // How the error of a picture comes about, as mean squares.
 struct Errors {
     double noise, cells, way;
-    double uncertainty_of_cells; // if all pixels err together
+    double uncertainty_of_cells; // cells err by more than so much more in one of ten
 };
 
 // Where cells and the way leave less of the error, as a mean square, finer cells take less time than more photons.
@@ -347,30 +342,33 @@ class Search {
   public:
     Search(const MeasuredPixels &pixels, const Options &options)
         : pixels_(pixels), options_(options), settings_(pixels.settings_of(options)),
-          random_(pixels.is_random(settings_)), has_hard_faces_(has_hard_faces(pixels.scene())) {}
+          random_(pixels.is_random(settings_)) {}
 
     // The first choice that errs by no more than is asked for, from coarse cells to fine ones.
     std::optional<Choice> choose() {
         if (settings_.paths > 0) return choose_paths();
         photons_ = options_.photons;
-        Pair pair = pixels_.pair(options_, photons_);
-        set_goal(pair, settings_);
-        if (!(goal_ > 0)) return Choice{options_, 0, pair.seconds}; // a black picture
+        // Coarse cells are soon rendered, and about as noisy as fine ones.
+        Pair times = {};
+        const Options coarsest = options_at(-1, photons_);
+        const std::vector<Values> first = pixels_.pictures(coarsest, photons_, 0, most_seeds, times);
+        const Noise noise = noise_of(errors_of(first));
+        set_goal(first[0], coarsest, settings_);
+        if (!(goal_ > 0)) return Choice{options_, 0, times.seconds}; // a black picture
         if (goal_ - way_ < least_for_noise * goal_) return std::nullopt;
-        if (random_) {
-            // As much noise as is asked for: there are hundreds of pixels, so cells that matter show in spite of it.
-            photons_ = within_photons(static_cast<double>(photons_) * pair.noise() / goal_);
-            pair = pixels_.pair(options_at(0, photons_), photons_);
-        }
-        Pair coarse = pixels_.pair(options_at(-1, photons_), photons_);
+        // As much noise as is asked for: there are hundreds of pixels, so cells that matter show in spite of it.
+        if (random_) photons_ = measured_of(within_photons(static_cast<double>(photons_) * noise.square / goal_));
+        seeds_ = noise.degrees < many_numbers ? most_seeds : few_seeds;
+        const double deviate = deviate_of_nine_in_ten / std::sqrt(noise.degrees);
+        Pair coarse = pixels_.pair(options_at(-1, photons_), photons_),
+             pair = pixels_.pair(options_at(0, photons_), photons_);
         for (int level = 0;; ++level) {
             const Difference change = difference({coarse.a, coarse.b}, {pair.a, pair.b});
             for (int of : {level - 1, level}) {
                 const Pair &of_pair = of < level ? coarse : pair;
                 const double factor = of < level ? error_of_coarse : error_of_fine;
                 // Two seeds may show cells as too coarse that are not: those of the choice are measured again.
-                const double unsure = has_hard_faces_ ? change.uncertainty : 0,
-                             least = std::max(0.0, change.square - unsure);
+                const double unsure = deviate * change.uncertainty, least = std::max(0.0, change.square - unsure);
                 const Errors errors = {of_pair.noise(), factor * factor * least, way_,
                                        factor * factor * (change.square + unsure - least)};
                 const std::optional<uint64_t> photons = enough_photons(errors, photons_, goal_);
@@ -398,14 +396,15 @@ class Search {
         if (level == 0 && settings_for(photons).paths == 0) return options_;
         return at_level(level, options_, settings_, pixels_.scene());
     }
-    void set_goal(const Pair &pair, const Settings &settings) {
-        mean_ = mean_of(pair.a);
+    // From a picture by those cells.
+    void set_goal(const Values &picture, const Options &cells, const Settings &settings) {
+        mean_ = mean_of(picture);
         const double asked = (settings.paths > 0 ? safe_share_of_paths : safe_share) * *options_.max_error * mean_;
         goal_ = asked * asked;
         if (!random_) return;
-        if (once_.empty()) once_ = pixels_.without_photons(options_);
+        if (once_.empty()) once_ = pixels_.without_photons(cells);
         const double share = error_of_way(pixels_.scene(), pixels_.plan_of(settings), settings);
-        way_ = share * share * mean_product(pair.a, once_, pair.a, once_);
+        way_ = share * share * mean_product(picture, once_, picture, once_);
     }
     bool fits(const Options &options) const {
         const Plan plan = pixels_.plan_of(pixels_.settings_of(options));
@@ -425,33 +424,35 @@ class Search {
                                          uint64_t photons) {
         if (!random_) return choice(options_at(level, photons), pair, errors, photons);
         for (int tries = 0; tries < 3; ++tries, photons = std::min(4 * photons, most_photons)) {
+            const uint64_t measured = measured_of(photons);
             Pair times, times_of_other;
-            const std::vector<Values> pictures = pixels_.more_pictures(options_at(level, photons), photons, times);
+            const std::vector<Values> pictures =
+                pixels_.pictures(options_at(level, measured), measured, 2, seeds_, times);
             std::vector<Values> all = errors_of(pictures);
             all.push_back(errors_of({pair.a, pair.b})[0]);
-            const double scale = std::sqrt(static_cast<double>(photons_) / static_cast<double>(photons));
+            const double scale = std::sqrt(static_cast<double>(photons_) / static_cast<double>(measured));
             for (float &value : all.back()) value = static_cast<float>(static_cast<double>(value) * scale);
             const Noise noise = noise_of(all);
             const double margin = largest_of_nine_in_ten(noise.degrees, all.size()) * safe_share * safe_share,
                          deviate = deviate_of_nine_in_ten / std::sqrt(noise.degrees);
-            if (has_hard_faces_ && errors.cells + deviate * errors.uncertainty_of_cells > small_share * goal_) {
+            if (errors.cells + errors.uncertainty_of_cells > small_share * goal_) {
                 const Difference change = difference(
-                    pictures, pixels_.more_pictures(options_at(other_level, photons), photons, times_of_other));
+                    pictures, pixels_.pictures(options_at(other_level, measured), measured, 2, seeds_, times_of_other));
                 errors.cells = factor * factor * change.square;
-                errors.uncertainty_of_cells = factor * factor * change.uncertainty;
+                errors.uncertainty_of_cells = factor * factor * deviate * change.uncertainty;
             }
             errors.noise = std::max(margin, 1.0) * noise.square;
-            if (!enough_photons(errors, photons, goal_)) return std::nullopt;
+            if (!enough_photons(errors, measured, goal_)) return std::nullopt;
             Errors most = errors;
-            most.cells += deviate * errors.uncertainty_of_cells;
-            const std::optional<uint64_t> enough = enough_photons(most, photons, goal_);
+            most.cells += errors.uncertainty_of_cells;
+            const std::optional<uint64_t> enough = enough_photons(most, measured, goal_);
             if (!enough) continue; // more photons tell what cells err by
             most.noise = noise.square;
-            photons_ = photons;
+            photons_ = measured;
             Choice found = choice(options_at(level, *enough),
                                   {pictures[0], pictures[1], times.seconds, times.photon_seconds}, most, *enough);
             found.mean = 0;
-            for (const Values &picture : pictures) found.mean += mean_of(picture) / more_seeds;
+            for (const Values &picture : pictures) found.mean += mean_of(picture) / static_cast<double>(seeds_);
             return found;
         }
         return std::nullopt;
@@ -465,7 +466,7 @@ class Search {
             measured = std::max(fewest, paths / 4);
             photons_ = measured * pixels_.rays();
             const Pair pair = pixels_.pair(options_, photons_);
-            set_goal(pair, settings_for(photons_));
+            set_goal(pair.a, options_, settings_for(photons_));
             const double rest = goal_ - way_;
             if (!(rest > 0)) return std::nullopt;
             const double wanted = pair.noise() / rest * static_cast<double>(measured);
@@ -480,8 +481,8 @@ class Search {
     const Options &options_;
     const Settings settings_;
     const bool random_;                    // there are photons, or paths in their place
-    const bool has_hard_faces_;            // there cells are measured again
     uint64_t photons_ = 0;                 // of the pairs
+    size_t seeds_ = most_seeds;            // of a choice that is measured again
     Values once_;                          // the light that is scattered once at most
     double mean_ = 0, goal_ = 0, way_ = 0; // the error asked for, and error_of_way(), as mean squares
 };
@@ -572,7 +573,8 @@ void choose_for_error(Request &request) {
             return;
         }
         say("by" + described(*choice, options) + " it would err by " + percent(found) + " or more, says the reference");
-    }
+    } else
+        say("photons would err by more: the noise of --reference is measured");
     const Choice choice = choose_passes(pixels, options, safe_share_of_paths * *options.max_error);
     say("by --reference --passes 0:" + std::to_string(choice.options.passes->last) + of + percent(choice.error) +
         "; a frame takes about " + two_digits(choice.seconds) + " s");
