@@ -1,5 +1,6 @@
 // Exact counters of one frame: the same on every machine.
 #pragma once
+#include "wisp/pixel_sums.h"
 #include "wisp/progress.h"
 
 namespace wisp {
@@ -29,9 +30,8 @@ struct Statistics {
         uint64_t lost;     // collisions that no particle's kernel reached: their power is lost
         uint32_t thinning; // of a photon map: it holds one of 2^thinning collisions, so that they fit
     } photons = {};
-    struct {
-        uint64_t particles, density_evaluations, march_samples, gathers, gathered;
-    } smoke = {};
+    struct { uint64_t particles, density_evaluations, march_samples, gathers, gathered; } smoke = {};
+    struct { PixelSums::Channel each, of_rays; } paths = {}; // Settings::paths, all channels; of_rays: of a ray's mean
     struct {
         uint64_t particle_tree, photon_map, particle_map, irradiance, triangle_trees;
         uint64_t mode_words; // of ShadowMethod::paper

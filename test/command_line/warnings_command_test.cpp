@@ -476,6 +476,51 @@ TEST_CASE("warnings: an eye in smoke, near which few photons fly" * doctest::tes
     CHECK(warns("--photons 500k") == 0);
 }
 
+TEST_CASE("warnings: few random paths in place of photons, as noisy as is said") {
+    const WarningCommandTest test;
+    // A box of a narrow phase beside a mirror, which sees other directions than the eye.
+    std::ofstream(test.s()) << "v from 0 1 6 at 0 0.2 0 up 0 1 0 angle 32 hither 0.1 resolution 12 12\n"
+                               "am 0 0 0\nls 2 2 2 -2 -2 -2 25 30 30 20\nf 0.9 0.8 0.7 0.2 0.8 20 0 0\n"
+                               "p 4  -1.5 -0.9 -1.5  -1.5 -0.9 1.5  1.5 -0.9 1.5  1.5 -0.9 -1.5\n"
+                               "smoke box -0.8 -0.6 -0.8 0.1 0.9 0.5 8 { albedo 0.98 0.98 0.98 phase 0.75 }\n";
+    const auto warns = [&](const std::string &options, Picture &picture) {
+        const Ran ran = test.wisp("render " + test.s() + " --spp 4 -o " + test.file("p.pfm") + " " + options);
+        REQUIRE(ran.status == 0);
+        picture = read_pfm(test.file("p.pfm"));
+        const size_t at = ran.err.find(" wrong here, by noise: ");
+        if (at == std::string::npos) return 0;
+        CHECK(ran.err.find("random paths from each ray", at) != std::string::npos);
+        return std::stoi(ran.err.substr(ran.err.rfind("up to ", at) + 6));
+    };
+    for (const std::string arithmetic : {"f32", "fixed"}) {
+        Picture a, b;
+        const std::string options = "--photons 30k --arith " + arithmetic;
+        const int percent = warns(options, a);
+        CHECK(warns(options + " --seed 2", b) > percent / 2);
+        CHECK(percent > 5);
+        CHECK(percent < 100);
+        // Two seeds differ by sqrt(2) times that.
+        double sum = 0, squares = 0;
+        for (size_t i = 0; i < a.rgb.size(); ++i) {
+            const double p = static_cast<double>(a.rgb[i]), q = static_cast<double>(b.rgb[i]);
+            sum += p, squares += (p - q) * (p - q);
+        }
+        const double noise = std::sqrt(squares / 2 * static_cast<double>(a.rgb.size())) / sum;
+        CAPTURE(noise);
+        CAPTURE(percent);
+        CHECK(noise < 0.013 * percent);
+        CHECK(noise > 0.006 * percent);
+    }
+    Picture large;
+    CHECK(warns("--photons 8M --crop 5,5,7,7", large) == 0);
+    // Photons stay where paths would be noisier than photons err, as fewer of them are.
+    CHECK(test.wisp("plan " + test.s()).out.find("paths from rays instead: the phase is too uneven") !=
+          std::string::npos);
+    const Ran few = test.wisp("plan " + test.s() + " --size 128x128");
+    CHECK(few.out.find("paths from rays") == std::string::npos);
+    CHECK(few.err.find("up to 40 % wrong here: beside mirrors") != std::string::npos);
+}
+
 TEST_CASE("warnings: cells of density that are wider than the particles' kernels") {
     WarningCommandTest test;
     const std::string view = "v from 0 0 6 at 0 0 0 up 0 1 0 angle 22 hither 0.1 resolution 4 4\nld 0 -1 -0.5 3 2 1\n";

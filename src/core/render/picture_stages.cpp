@@ -22,13 +22,25 @@ template <class AnyMarcher> struct MarchAndPaths {
     Pcg32 generator;
 };
 
+void add_channels(PixelSums::Channel &to, const Color &sample) {
+    add_sample(to, sample.x, 0);
+    add_sample(to, sample.y, 0);
+    add_sample(to, sample.z, 0);
+}
+
 template <class AnyMarcher>
 Segment march(MarchAndPaths<AnyMarcher> &both, const Ray &ray, Real end, PixelRecorder *recorder) {
     Segment seen = march(both.marcher, ray, end, recorder);
+    auto &counted = both.paths.statistics->paths;
     Color sum(Real(0));
-    for (uint32_t i = 0; i < both.count && both.paths.watch.go_on(1); ++i)
-        sum += sample_multiple_scattering(both.paths, ray, end, both.generator);
-    seen.radiance += sum / Real(static_cast<int32_t>(both.count));
+    for (uint32_t i = 0; i < both.count && both.paths.watch.go_on(1); ++i) {
+        const Color path = sample_multiple_scattering(both.paths, ray, end, both.generator);
+        add_channels(counted.each, path);
+        sum += path;
+    }
+    const Color mean = sum / Real(static_cast<int32_t>(both.count));
+    add_channels(counted.of_rays, mean);
+    seen.radiance += mean;
     return seen;
 }
 

@@ -1,4 +1,4 @@
-#include "core/numbers/elementary.h"
+#include "core/numbers/sample_sums.h"
 #include "core/render/kept_at_nodes.h"
 #include "host/base/double3_algebra.h"
 #include "host/base/text.h"
@@ -175,6 +175,20 @@ double noise_at_eye(const Scene &scene, const SmokeDensity &density, const Setti
     return sigma * std::sqrt((near + far) / n);
 }
 
+// The root mean square noise of a picture by random paths in place of photons, relative to its mean. The mean of n paths
+// from a ray has the variance (sum of their squares - n mean^2) / (n (n - 1)), as their sample variance has no bias. Of
+// one path the square alone is known, which is more.
+double noise_of_paths(const Scene &scene, const Settings &settings, const Statistics &statistics,
+                      const Picture &picture) {
+    const double n = settings.paths, each = to_double(statistics.paths.each.square),
+                 of_rays = to_double(statistics.paths.of_rays.square),
+                 of_means = n > 1 ? std::max(0.0, each - n * of_rays) / (n * (n - 1)) : each,
+                 unit = scale_pow2(1.0, scene.radiance_exponent - 32) / settings.samples;
+    double sum = 0;
+    for (float value : picture.rgb) sum += static_cast<double>(value);
+    return sum > 0 ? unit * std::sqrt(of_means * static_cast<double>(picture.rgb.size())) / sum : 0;
+}
+
 // The largest factor between two particles' smoothing lengths in one smoke.
 double unlike_lengths(const Scene &scene) {
     double most = 1;
@@ -317,6 +331,17 @@ void RunWarnings::of_photons(const Scene &scene, const Settings &settings, const
                " smoothing lengths, " + two_digits(gather.radius / gather.free_path) +
                " mean free paths; more --photons or a smaller --gather bring it nearer to --reference, as does --smoke "
                "map"});
+}
+
+void RunWarnings::of_paths(const Scene &scene, const Settings &settings, const Statistics &statistics,
+                           const Picture &picture) {
+    if (settings.paths == 0 || request_.options.max_error) return; // the error is estimated, and was said
+    const double noise = noise_of_paths(scene, settings, statistics, picture);
+    if (noise > 0.05)
+        print({"few paths", "",
+               "the picture is likely up to " + percent(noise) + " wrong here, by noise: " +
+                   std::to_string(settings.paths) +
+                   " random paths from each ray take the place of photons; four times the --photons halve that"});
 }
 
 void RunWarnings::of_radiances(const Statistics &statistics) {
