@@ -1,13 +1,13 @@
 # Tests. A test that names WISP_ARITH is compiled once an arithmetic, all others once.
+# The host computes with no fixed-point number, so its objects are the program's. They come last: a function that both have traps.
 PER_ARITHMETIC := $(patsubst test/%.cpp,%,$(shell grep -rl WISP_ARITH test --include='*.cpp'))
 FUZZ        := $(patsubst test/fuzz/%_fuzz.cpp,%,$(wildcard test/fuzz/*_fuzz.cpp))
 ONCE        := $(filter-out $(PER_ARITHMETIC) $(FUZZ:%=fuzz/%_fuzz),$(call below,test))
 TEST_O       = $(foreach a,$(ARITHMETICS),$(CORE:%=$B/test/core/$a/%.o) $(PER_ARITHMETIC:%=$B/test/cases/$a/%.o)) \
-               $(patsubst %,$B/test/host/%.o,$(filter-out %/main,$(HOST))) $(C_API:%=$B/test/c_api/%.o) \
-               $(ONCE:%=$B/test/cases/once/%.o) $(FUZZ:%=$B/test/cases/once/fuzz/%_fuzz.o)
+               $(C_API:%=$B/test/c_api/%.o) $(ONCE:%=$B/test/cases/once/%.o) \
+               $(FUZZ:%=$B/test/cases/once/fuzz/%_fuzz.o) $(filter-out %/main.o,$(HOST_O))
 $(foreach a,$(ARITHMETICS),$(eval $(call objects,test/core/$a,src/core,CXX,TEST_FLAGS,-DWISP_ARITH=$a)))
 $(foreach a,$(ARITHMETICS),$(eval $(call objects,test/cases/$a,test,CXX,CASE_FLAGS,-DWISP_ARITH=$a)))
-$(eval $(call objects,test/host,src/host,CXX,TEST_FLAGS))
 $(eval $(call objects,test/c_api,src/c_api,CXX,TEST_FLAGS))
 $(eval $(call objects,test/cases/once,test,CXX,CASE_FLAGS))
 CASE_FLAGS   = -Itest $(TEST_FLAGS)
@@ -56,11 +56,12 @@ $(eval $(call objects,fuzz/targets,test/fuzz,FUZZ_CXX,FUZZ_FLAGS))
 # With SEED=N the inputs of a program are the same each time: from the same corpus, at the same addresses, whatever time each
 # takes.
 FOUND        = $B/fuzz/$(if $(SEED),seeded,corpus)
-FUZZ_RUN     = $(if $(SEED),$(shell setarch -R true 2> /dev/null && echo setarch -R) $B/fuzz/$$f -seed=$(SEED) -entropic=0,$B/fuzz/$$f)
+FUZZ_RUN     = $(if $(SEED),$(shell setarch -R true 2> /dev/null && echo setarch -R) $B/fuzz/{} -seed=$(SEED) -entropic=0,$B/fuzz/{})
 fuzz: $(FUZZ:%=$B/fuzz/%) ## every reader under libFuzzer with address and undefined-behaviour checks, SECONDS=60 each; SEED=1
 	$(if $(SEED),rm -rf $(FOUND))
-	for f in $(FUZZ); do mkdir -p $(FOUND)/$$f && $(FUZZ_RUN) -max_total_time=$(SECONDS) -max_len=65536 \
-	    $(FOUND)/$$f test/corpus/$$f || exit 1; done
+	mkdir -p $(FUZZ:%=$(FOUND)/%)
+	printf '%s\n' $(FUZZ) | xargs -P $$(nproc) -I {} \
+	    $(FUZZ_RUN) -max_total_time=$(SECONDS) -max_len=65536 $(FOUND)/{} test/corpus/{}
 # An archive, so that a target has only those parts of the host that it needs, and none of them needs the core.
 $B/fuzz/host.a: $(patsubst %,$B/fuzz/host/%.o,$(filter-out %/main,$(HOST)))
 	@rm -f $@
