@@ -59,7 +59,8 @@ class Scene:
         self.elements = 0  # particles and cells
         self.unit = draw.deals("unit", 1, 1, 1, draw.log_within(1e-2, 1), draw.log_within(1, 1e2))
         self.smokes, self.boxes, self.said = [], [], []
-        self.thickest = 0  # the largest optical depth across
+        self.thickest = 0  # the largest optical depth across a smoke
+        self.depth = 0  # across all, where they lie in each other
         self.grain = 0  # and within a smoothing length, for which a grid has its cells, a box a twentieth
         count = draw.deals("smokes", 1, 1, 1, 1, 1, 2, 2, 3)
         for i in range(count):
@@ -105,6 +106,7 @@ class Scene:
         albedo = draw.deals(name + " albedo", [0] * 3, [1] * 3, [0.9] * 3, [0.99] * 3, [1, 0.5, 0], draw.color(), draw.color(0.5))
         # A path in deeper smoke that absorbs nothing has as many collisions as the square of its depth.
         self.thickest = max(self.thickest, depth)
+        self.depth += depth
         if depth > 30:
             albedo = [min(a, 0.99) for a in albedo]
         emission = draw.deals(name + " emission", *[[0] * 3] * 5, [1] * 3, draw.color())
