@@ -185,7 +185,7 @@ TEST_CASE("map command: a map that is not this scene's, or not whole, is refused
     };
     const std::string on_particles =
                           a + ": a map of another scene, other settings, arithmetic or version, expected the map "
-                              "of this smoke and these lights, photons, seed, deposit and arithmetic",
+                              "of this smoke and these lights, photons, seed, deposit, direction, cells and arithmetic",
                       other = on_particles +
                               ", and of this place of the eye: photons are kept as smoke scatters them to it";
     refuses("--deposit path --map-in " + a, on_particles);

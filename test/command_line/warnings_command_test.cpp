@@ -57,7 +57,8 @@ TEST_CASE("warnings: an option that does nothing says why, one that does somethi
         {"--exposure 1", idle("exposure", "no .png is written")},
         {"--exposure 1 -o " + test.file("x.png"), ""},
         {"--frames 0:1", idle("frames", "nothing differs from frame to frame")},
-        {"--frames 4", ""},
+        {"--frames 4", idle("frames", "nothing differs from frame to frame")},
+        {"--frames 0", ""},
         {"--gather 10 --gather 11 --frames 0:2",
          idle("gather", "no nearest photons are looked up") + idle("frames", "nothing differs from frame to frame")}};
     for (const auto &[options, err] : cases) {
@@ -346,7 +347,8 @@ TEST_CASE("warnings: options that leave light in places of many mean free paths,
           std::string::npos);
     CHECK(warned("1", "-0.9", "--irradiance-step 1").find("50 % wrong here, or more") != std::string::npos);
     for (const char *density : {"0.1", "8", "500"})
-        for (const char *phase : {"0", "-0.9", "0.9"}) CHECK(warned(density, phase, "") == "");
+        for (const char *phase : {"0", "-0.9", "0.9"}) // paths take their place, few of which are noisy
+            CHECK(warned(density, phase, "").find("scattered more than once") == std::string::npos);
     CHECK(warned("0.1", "0", "--irradiance none") == "");
     CHECK(warned("1", "0", "--irradiance-step 1") == "");
 }

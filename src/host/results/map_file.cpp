@@ -57,8 +57,8 @@ void add_map(MapFile &map, const MapFile &more, const std::string &name) {
 void check_map(const MapFile &map, const std::string &scene, bool to_eye, uint64_t max_sums, const std::string &name) {
     if (map.scene != scene)
         throw InputError(
-            name, std::string("a map of another scene, other settings, arithmetic or version, expected the "
-                              "map of this smoke and these lights, photons, seed, deposit and arithmetic") +
+            name, std::string("a map of another scene, other settings, arithmetic or version, expected the map of this "
+                              "smoke and these lights, photons, seed, deposit, direction, cells and arithmetic") +
                       (to_eye ? ", and of this place of the eye: photons are kept as smoke scatters them to it" : ""));
     const uint64_t batches = batch_count(map.photons);
     if (photons_of(map) != map.photons)
