@@ -53,8 +53,7 @@ class Idle {
         if (option == "thin") return unless(has_particles(prepared_.scene), "there are no particles");
         if (option == "exposure") return unless(writes_png() || !makes_picture(), "no .png is written");
         if (option == "frames")
-            return unless((!several_frames(request_) && request_.frames.first == 0) || moves(),
-                          "nothing differs from frame to frame");
+            return unless(!several_frames(request_) || moves(), "nothing differs from frame to frame");
         return "";
     }
 
