@@ -121,7 +121,8 @@ class Trial:
         elif status != 0:
             self.fault("crash", method, arithmetic, f"status {status}: " + " / ".join(lines[-2:]))
         else:
-            for up_to, percent in re.findall(r"warning: .* likely (up to )?([0-9.]+) % ", complaint):
+            # Noise is no error of the method: seeds tell how much there is.
+            for up_to, percent in re.findall(r"warning: .* likely (up to )?([0-9.]+) % (?!wrong here, by noise)", complaint):
                 self.warned[method] = max(self.warned.get(method, 0), float(percent) / 100 if up_to else math.inf)
             values = read_pfm(picture)[3]
             if all(math.isfinite(x) and x >= 0 for x in values):

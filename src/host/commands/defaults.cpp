@@ -236,7 +236,9 @@ double noise_of_paths(uint32_t paths, const Settings &settings) {
 
 // The same where the phase is narrower than harmonics hold: boxes of g = 0.75 in a spot's light, beside a mirror or a
 // matt floor, are 3.3 to 5 times as noisy.
-double noise_of_forward_paths(uint32_t paths, const Settings &settings) { return 4 * noise_of_paths(paths, settings); }
+double noise_of_paths_in(const Scene &scene, uint32_t paths, const Settings &settings) {
+    return (greatest_asymmetry(scene) > max_asymmetry_of_harmonics ? 4 : 1) * noise_of_paths(paths, settings);
+}
 
 // How wide the cells of photons are at most, in smoothing lengths or edges of samples.
 double photon_step(const Scene &scene, const Settings &settings) {
@@ -402,17 +404,13 @@ const char *choose_defaults(const Options &options, const Scene &scene, uint32_t
     const bool fits = fit_photon_cells(options, scene, density, paths, free, settings),
                lacks_directions = needs_directions && in_bricks && settings.density_step == 0;
     if (!free || (options.irradiance_step && !lacks_directions)) return nullptr;
-    const auto is_too_uneven = [&] {
-        const double noise = greatest_asymmetry(scene) > max_asymmetry_of_harmonics
-                                 ? noise_of_forward_paths(paths, settings)
-                                 : noise_of_paths(paths, settings);
-        return is_anisotropic(scene) && error_of_flux(scene, settings, f64::renderer.plan(scene, settings)) >= noise;
-    };
     const char *why = lacks_directions ? "photons on exact densities lack the directions that surfaces see"
                       : scatters_far_backward(scene) ? "the phase is too far backward for photons"
                       : !fits                        ? "the smoke is too dense for the cells of photons"
-                      : is_too_uneven()              ? "the phase is too uneven for the directions that photons keep"
-                                                     : nullptr;
+                      : is_anisotropic(scene) && error_of_flux(scene, settings, f64::renderer.plan(scene, settings)) >=
+                                                     noise_of_paths_in(scene, paths, settings)
+                          ? "the phase is too uneven for the directions that photons keep"
+                          : nullptr;
     if (why) settings.paths = paths;
     return why;
 }

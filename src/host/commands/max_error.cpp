@@ -360,7 +360,8 @@ class Search {
         if (random_) photons_ = measured_of(within_photons(static_cast<double>(photons_) * noise.square / goal_));
         seeds_ = noise.degrees < many_numbers ? most_seeds : few_seeds;
         const double deviate = deviate_of_nine_in_ten / std::sqrt(noise.degrees);
-        Pair coarse = pixels_.pair(options_at(-1, photons_), photons_),
+        Pair coarse = photons_ == options_.photons ? Pair{first[0], first[1], times.seconds, times.photon_seconds}
+                                                   : pixels_.pair(coarsest, photons_),
              pair = pixels_.pair(options_at(0, photons_), photons_);
         for (int level = 0;; ++level) {
             const Difference change = difference({coarse.a, coarse.b}, {pair.a, pair.b});

@@ -178,7 +178,7 @@ double noise_at_eye(const Scene &scene, const SmokeDensity &density, const Setti
 // The root mean square noise of a picture by random paths in place of photons, relative to its mean. The mean of n paths
 // from a ray has the variance (sum of their squares - n mean^2) / (n (n - 1)), as their sample variance has no bias. Of
 // one path the square alone is known, which is more.
-double noise_of_paths(const Scene &scene, const Settings &settings, const Statistics &statistics,
+double measured_noise(const Scene &scene, const Settings &settings, const Statistics &statistics,
                       const Picture &picture) {
     const double n = settings.paths, each = to_double(statistics.paths.each.square),
                  of_rays = to_double(statistics.paths.of_rays.square),
@@ -336,7 +336,7 @@ void RunWarnings::of_photons(const Scene &scene, const Settings &settings, const
 void RunWarnings::of_paths(const Scene &scene, const Settings &settings, const Statistics &statistics,
                            const Picture &picture) {
     if (settings.paths == 0 || request_.options.max_error) return; // the error is estimated, and was said
-    const double noise = noise_of_paths(scene, settings, statistics, picture);
+    const double noise = measured_noise(scene, settings, statistics, picture);
     if (noise > 0.05)
         print({"few paths", "",
                "the picture is likely up to " + percent(noise) + " wrong here, by noise: " +
