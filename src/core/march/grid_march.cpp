@@ -17,6 +17,18 @@ struct Group {
     Real near;    // what scatters more than once is read from this distance on (nearest_read)
 };
 
+} // namespace
+
+struct GridMarchRoom {
+    Group steps, parts;                // that wait
+    CornerWeights seen_corners[lanes]; // in cut cells: the same for all smokes
+};
+
+GridMarchRoom *make_march_room(Arena &arena) { return arena.make<GridMarchRoom>(1); }
+uint64_t march_room_bytes() { return Arena::bytes<GridMarchRoom>(1); }
+
+namespace {
+
 // Moves the points of steps near the eye to where the map is read for them; those of no smoke stay. Returns whether any
 // is moved. `t`: where they are then.
 WISP_INLINE bool move_from_eye(const SparseGrid &bricks, const GridRay &ray, Group &group, Lanes &t) {
@@ -263,7 +275,7 @@ WISP_INLINE void gather_lights(const GridMarcher &marcher, const SmokeVolume &sm
         if (brightest > Real(0)) add(scattered, p, from.color / brightest);
         if (has_peaks && brightest > Real(0)) add(multiple, peak, from.color / brightest * smoke.albedo);
         if (is_recording(recorder) && brightest > Real(0)) {
-            LaneLightRecord record;
+            LaneLightRecord &record = recorder->lane_light;
             record.light = light;
             record.smoke = static_cast<uint32_t>(&smoke - marcher.medium->smokes);
             record.source = &from;
@@ -278,7 +290,7 @@ WISP_INLINE void gather_lights(const GridMarcher &marcher, const SmokeVolume &sm
                 record.extinction[l] = extinction[l];
                 record.scattered[l] = p[l];
             }
-            recorder->lane_lights(*recorder, record);
+            recorder->lane_lights(*recorder);
         }
         for (uint32_t l = 0; l < lanes; ++l) at.node[l] += nodes;
     }
@@ -299,13 +311,10 @@ WISP_INLINE void gather_harmonics(const Irradiance &map, const Phase &phase, con
     for (uint32_t l = 0; l < lanes; ++l) sent[l] *= Real(1.0 / max_component);
 }
 
-// The steps in cut cells that see corners of these, and the weights of the corners: the same for all smokes.
-struct CutSteps {
-    uint32_t mask; // of lanes
-    CornerWeights weights[lanes];
-};
-
-void find_cut_steps(const CutCells &cut, const Ray &ray, const Group &group, const Lanes &t, CutSteps &steps) {
+// Returns the mask of the steps in cut cells that see corners of these.
+uint32_t find_cut_steps(const CutCells &cut, const Ray &ray, const Group &group, const Lanes &t,
+                        CornerWeights (&weights)[lanes]) {
+    uint32_t mask = 0;
     LaneCells at;
     find_cells(group.points, cut.spacing, 1, at);
     for (uint32_t l = 0; l < lanes; ++l) {
@@ -313,14 +322,20 @@ void find_cut_steps(const CutCells &cut, const Ray &ray, const Group &group, con
                        node = static_cast<uint32_t>(at.node[l]) - static_cast<uint32_t>(cut.first(brick));
         if (!(group.dx[l] > Real(0)) || !cut.is_cut(brick, node)) continue;
         if (find_weights_in_cut_cell(cut, brick, {node, Vec3(at.x[l], at.y[l], at.z[l])},
-                                     ray.origin + ray.direction * t[l], steps.weights[l]))
-            steps.mask |= 1u << l;
+                                     ray.origin + ray.direction * t[l], weights[l]))
+            mask |= 1u << l;
     }
+    return mask;
 }
+
+struct CutLanes {
+    uint32_t mask; // of steps in cut cells
+    const CornerWeights *weights;
+};
 
 // Trilinear interpolation as in `interpolate`, but within cut cells by their weights.
 template <class Value>
-WISP_INLINE void interpolate_seen(const LaneCells &at, const CutSteps &cut, Value &&value, Lanes &result) {
+WISP_INLINE void interpolate_seen(const LaneCells &at, const CutLanes &cut, Value &&value, Lanes &result) {
     interpolate(at, value, result);
     for (uint32_t rest = cut.mask; rest != 0; rest &= rest - 1) {
         const uint32_t l = static_cast<uint32_t>(__builtin_ctz(rest));
@@ -332,7 +347,7 @@ WISP_INLINE void interpolate_seen(const LaneCells &at, const CutSteps &cut, Valu
 
 // Adds the multiple scattering of one smoke in each step, from the irradiance map (S4-4).
 WISP_INLINE void gather_scattered(const GridMarcher &marcher, const SmokeVolume &smoke, const Ray &ray,
-                                  const Group &group, const CutSteps &cut, LaneColor &scattered) {
+                                  const Group &group, const CutLanes &cut, LaneColor &scattered) {
     const Vec3 out = -ray.direction;
     if (!marcher.irradiance) return;
     const Irradiance &map = *marcher.irradiance;
@@ -467,12 +482,11 @@ WISP_MULTIVERSIONED bool march_group(const GridMarcher &marcher, const Ray &ray,
         return false;
     }
 
-    CutSteps cut;
-    cut.mask = 0;
+    CutLanes cut = {0, marcher.room->seen_corners};
     Lanes read; // where the map is read
     const bool is_near = move_from_eye(bricks, in_bricks, group, read);
     if (marcher.irradiance && marcher.irradiance->cut.any())
-        find_cut_steps(marcher.irradiance->cut, ray, group, read, cut);
+        cut.mask = find_cut_steps(marcher.irradiance->cut, ray, group, read, marcher.room->seen_corners);
     LaneColor source, straight; // straight: sigma_s of all smoke, of what only goes straight on
     set(source, Color(Real(0)));
     set(straight, Color(Real(0)));
@@ -493,13 +507,13 @@ WISP_MULTIVERSIONED bool march_group(const GridMarcher &marcher, const Ray &ray,
         if (is_near) find_points(bricks, in_bricks, read, group.points);
         gather_scattered(marcher, smoke, ray, group, cut, multiple);
         if (is_recording(recorder)) {
-            LaneSourceRecord record;
+            LaneSourceRecord &record = recorder->lane_source;
             for (uint32_t l = 0; l < lanes; ++l) record.extinction[l] = here[l];
             record.single = single;
             record.multiple = multiple;
             record.albedo = smoke.albedo;
             record.emission = glow;
-            recorder->lane_sources(*recorder, record);
+            recorder->lane_sources(*recorder);
         }
         if (marcher.straight > Real(0)) add(straight, here, smoke.albedo * marcher.straight);
         for (uint32_t l = 0; l < lanes; ++l) {
@@ -525,7 +539,7 @@ WISP_MULTIVERSIONED bool march_group(const GridMarcher &marcher, const Ray &ray,
         }
     }
     if (is_recording(recorder)) {
-        LaneStepRecord record;
+        LaneStepRecord &record = recorder->lane_step;
         for (uint32_t l = 0; l < lanes; ++l) {
             record.step[l] = group.step[l];
             record.distance[l] = group.begin + group.t[l];
@@ -534,7 +548,7 @@ WISP_MULTIVERSIONED bool march_group(const GridMarcher &marcher, const Ray &ray,
             record.optical_depth[l] = so_deep + before[l];
         }
         record.radiance = source;
-        recorder->lane_steps(*recorder, record);
+        recorder->lane_steps(*recorder);
     }
     so_far.radiance += Color(sum_of_lanes(source.red), sum_of_lanes(source.green), sum_of_lanes(source.blue));
     so_far.depth.add(sum);
@@ -544,7 +558,7 @@ WISP_MULTIVERSIONED bool march_group(const GridMarcher &marcher, const Ray &ray,
 // Marches through the steps of a group in equal parts, each not deeper than max_step_depth.
 void march_divided(const GridMarcher &marcher, const Ray &ray, const GridRay &in_bricks, const Group &group,
                    const Lanes &sigma, MarchProgress &so_far, PixelRecorder *recorder) {
-    Group parts;
+    Group &parts = marcher.room->parts;
     parts.begin = group.begin;
     parts.divided = true;
     parts.near = group.near;
@@ -591,7 +605,7 @@ Segment march(GridMarcher &marcher, const Ray &ray, Real end, PixelRecorder *rec
     const GridRay in_bricks(*medium.bricks, inside);
     if (is_recording(recorder)) recorder->march(*recorder, begin, end, marcher.step, steps);
     MarchProgress so_far;
-    Group group;
+    Group &group = marcher.room->steps;
     group.begin = begin;
     group.divided = false;
     group.near = marcher.irradiance ? nearest_read(*marcher.irradiance, ray, begin) : Real(0);

@@ -5,6 +5,8 @@
 
 namespace wisp::WISP_ARITH {
 
+struct GridMarchRoom; // groups of steps, which would be much of a small stack
+
 struct GridMarcher {
     const Medium *medium;           // resampled
     const OpticalDepthGrid *depths; // to all lights, over the medium's bricks
@@ -15,8 +17,13 @@ struct GridMarcher {
     // smoke from a ray, only light from behind all smoke.
     Real straight;
     Statistics *statistics;
-    Watch watch = {};
+    Watch watch;
+    GridMarchRoom *room; // of make_march_room()
 };
+
+// nullptr: the arena was too small.
+GridMarchRoom *make_march_room(Arena &arena);
+uint64_t march_room_bytes();
 
 // As `march` of ray_march.h, with steps at the same places along the ray. Steps outside of bricks are skipped. Optical
 // depths are summed from step to step, and transmittances are computed for eight steps side by side.

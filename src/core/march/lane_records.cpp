@@ -19,7 +19,8 @@ Color color_of(const LaneColor &color, uint32_t l) { return Color(color.red[l], 
 
 void begin_lanes(PixelRecorder &recorder) { recorder.single = recorder.multiple = recorder.emission = {}; }
 
-void add_lane_sources(PixelRecorder &recorder, const LaneSourceRecord &record) {
+void add_lane_sources(PixelRecorder &recorder) {
+    const LaneSourceRecord &record = recorder.lane_source;
     add(recorder.single, record.extinction, record.single, record.albedo);
     add(recorder.multiple, record.extinction, record.multiple, record.albedo);
     for (uint32_t l = 0; l < lanes; ++l) {
@@ -29,7 +30,8 @@ void add_lane_sources(PixelRecorder &recorder, const LaneSourceRecord &record) {
     }
 }
 
-void end_lanes(PixelRecorder &recorder, const LaneStepRecord &record) {
+void end_lanes(PixelRecorder &recorder) {
+    const LaneStepRecord &record = recorder.lane_step;
     for (uint32_t l = 0; l < lanes; ++l)
         if (record.extinction[l] > Real(0))
             recorder.step(recorder,

@@ -101,7 +101,8 @@ void shadow_end(PixelRecorder &recorder, uint32_t lane, const Statistics &after,
                                                                                         : ShadowDecision::traced;
 }
 
-void lane_lights(PixelRecorder &recorder, const LaneLightRecord &record) {
+void lane_lights(PixelRecorder &recorder) {
+    const LaneLightRecord &record = recorder.lane_light;
     for (uint32_t l = 0; l < lanes; ++l) {
         TraceEvent::Light &light = recorder.shadow[l];
         if (record.extinction[l] > Real(0)) {

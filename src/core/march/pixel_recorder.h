@@ -48,7 +48,7 @@ struct HitRecord {
 };
 
 // The same of `lanes` steps of a march through resampled smoke. They are copies: an array of lanes that a pointer leads
-// to would not stay in a register.
+// to would not stay in a register. They stand in the recorder, as the march has no room on a small stack.
 struct LaneLightRecord { // one light, scattered by one smoke
     uint32_t light, smoke;
     const Light *source;
@@ -94,9 +94,12 @@ struct PixelRecorder {
     void (*shadow_end)(PixelRecorder &, uint32_t lane, const Statistics &, Real lit);
     // A group of steps: its lights, what its smokes send, and what arrives.
     void (*lanes_begin)(PixelRecorder &);
-    void (*lane_lights)(PixelRecorder &, const LaneLightRecord &);
-    void (*lane_sources)(PixelRecorder &, const LaneSourceRecord &);
-    void (*lane_steps)(PixelRecorder &, const LaneStepRecord &);
+    void (*lane_lights)(PixelRecorder &); // those of lane_light, and so on
+    void (*lane_sources)(PixelRecorder &);
+    void (*lane_steps)(PixelRecorder &);
+    LaneLightRecord lane_light;
+    LaneSourceRecord lane_source;
+    LaneStepRecord lane_step;
 
     // State between calls: by lane, the shadow of the light that is recorded next; the counters before a shadow query;
     // the sources of all smokes so far.
@@ -109,8 +112,8 @@ PixelRecorder make_recorder(const PixelTrace &trace);
 
 // What lanes_begin, lane_sources and lane_steps do for any recorder: step() is told of each lane.
 void begin_lanes(PixelRecorder &);
-void add_lane_sources(PixelRecorder &, const LaneSourceRecord &);
-void end_lanes(PixelRecorder &, const LaneStepRecord &);
+void add_lane_sources(PixelRecorder &);
+void end_lanes(PixelRecorder &);
 
 // Whether a pixel is recorded: hardly ever.
 inline bool is_recording(const PixelRecorder *recorder) { return __builtin_expect(recorder != nullptr, false); }

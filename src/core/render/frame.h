@@ -32,8 +32,11 @@ struct SmokeStructures {
 // How long what a stage makes lives: as long as the animation, as long as the smoke stays the same, or for one frame.
 enum class Lifetime : uint8_t { sequence, smoke, frame };
 
+struct Frame;
+
 // What lives from frame to frame. It stands at the beginning of the arena.
 struct FrameState : CachedFrame {
+    Frame *frame;                       // room for each in turn, which would be much of a small stack
     uint32_t light_count, static_count; // other numbers: all is made anew
     Settings settings;                  // those of the frame before
     Light *lights;

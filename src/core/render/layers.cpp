@@ -176,7 +176,7 @@ void pixel(PixelRecorder &recorder, uint32_t samples, Color mean, const float *v
 // What no layer asks for.
 void unsent(PixelRecorder &, RayKind, Color, Real, bool) {}
 void march(PixelRecorder &, Real, Real, Real, int32_t) {}
-void lane_lights(PixelRecorder &, const LaneLightRecord &) {}
+void lane_lights(PixelRecorder &) {}
 
 } // namespace
 

@@ -80,8 +80,9 @@ template <class AnyMarcher> Status trace_surfaces(Frame &frame, AnyMarcher &marc
     });
 }
 
-// Camera rays through the smoke of a marcher: up to the background, or among surfaces.
-template <class AnyMarcher> Status trace_through(Frame &frame, AnyMarcher &marcher) {
+// Camera rays through the smoke of a marcher: up to the background, or among surfaces. Not inlined: a small stack would
+// hold what each marcher needs.
+template <class AnyMarcher> __attribute__((noinline)) Status trace_through(Frame &frame, AnyMarcher &marcher) {
     if (!frame.decisions.surfaces) return trace_smoke(frame, marcher);
     frame.whitted.medium = &frame.medium();
     frame.whitted.marcher = &marcher;
@@ -176,6 +177,7 @@ Status find_majorants(Frame &frame) {
 uint64_t march_bytes(const Scene &scene, const Settings &, const Decisions &d, const Sizes &) {
     return d.march == MarchKind::steps       ? Arena::bytes<Real>(scene.smoke_count)
            : d.march == MarchKind::particles ? window_bytes(scene)
+           : d.march == MarchKind::grid      ? march_room_bytes()
                                              : 0;
 }
 
@@ -185,9 +187,12 @@ Status make_march(Frame &frame) {
     const Irradiance *irradiance = frame.has_irradiance ? &frame.irradiance : nullptr;
     const StepLengths steps = step_lengths(frame.scene, medium, to_real<Real>(frame.settings.step));
     if (has(parts::resampled) && decisions.march == MarchKind::grid) {
+        GridMarchRoom *room = make_march_room(frame.arena);
+        if (!room) return Status::out_of_memory;
         frame.grid_marcher = {
             &medium,      &frame.state.smoke.depths, irradiance,        decisions.surfaces ? &frame.shadows : nullptr,
-            steps.finest, frame.fluence.straight,    &frame.statistics, frame.watch};
+            steps.finest, frame.fluence.straight,    &frame.statistics, frame.watch,
+            room};
     } else if (has(parts::exact) && decisions.march == MarchKind::particles) {
         ParticleMarcher &marcher = frame.particle_marcher;
         if (!make_window(frame.scene, frame.arena, marcher)) return Status::out_of_memory;

@@ -1,6 +1,7 @@
 // The table of stages. Read it from top to bottom: it is the shape of the whole renderer.
 #include "core/render/stages.h"
 #include "core/numbers/double_bits.h"
+#include <new>
 
 namespace wisp::WISP_ARITH {
 
@@ -29,7 +30,7 @@ Need need_frame_cache(const Scene &, const Settings &, const Decisions &) {
     return {true, "what lives from frame to frame"};
 }
 uint64_t frame_cache_bytes(const Scene &, const Settings &, const Decisions &, const Sizes &) {
-    return Arena::bytes<FrameState>(1);
+    return Arena::bytes<FrameState>(1) + Arena::bytes<Frame>(1);
 }
 
 Need need_triangle_trees(const Scene &, const Settings &, const Decisions &d) {
@@ -358,8 +359,13 @@ FrameState *find_state(const Job &job, FrameCache &cache, bool &made) {
     cache.frame = nullptr;
     const size_t before = job.arena.mark();
     state = job.arena.make<FrameState>(1);
-    if (!state) return nullptr;
+    Frame *frame = job.arena.make<Frame>(1);
+    if (!state || !frame) {
+        job.arena.rewind(before);
+        return nullptr;
+    }
     *state = {};
+    state->frame = frame;
     state->renderer = &renderer;
     state->light_count = job.scene.light_count;
     state->static_count = job.scene.static_count;
@@ -438,7 +444,7 @@ Status run_stages(const Job &job, const Observation &observation) {
     bool made;
     FrameState *state = find_state(job, cache, made);
     if (!state) return Status::out_of_memory;
-    Frame frame = {job, decisions, *state, observation.pixel, observation.flights};
+    Frame &frame = *new (state->frame) Frame{job, decisions, *state, observation.pixel, observation.flights};
     for (uint32_t i = 0; decisions.smoke && i < job.scene.smoke_count; ++i)
         job.statistics.smoke.particles += job.scene.smokes[i].count;
     Runner runner(frame, observation.last);

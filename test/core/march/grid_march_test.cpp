@@ -9,12 +9,20 @@ using namespace wisp::WISP_ARITH;
 
 namespace {
 
+struct MarchRoom {
+    std::vector<unsigned char> memory = std::vector<unsigned char>(march_room_bytes());
+    Arena arena{memory.data(), memory.size()};
+    GridMarchRoom *room = make_march_room(arena);
+};
+
 // The same smoke marched by lanes and step by step.
 void compare_marches(const std::vector<SmokeDescription> &sources, const Ray &ray, double step) {
     const Resampled built(sources, 1);
     Statistics statistics;
     const OpticalDepthGrid no_lights = {&built.medium, nullptr, 0, built.medium.bricks, 1, nullptr, false};
-    GridMarcher lanes_marcher = {&built.medium, &no_lights, nullptr, nullptr, real(step), Real(0), &statistics};
+    MarchRoom own;
+    GridMarcher lanes_marcher = {&built.medium, &no_lights,  nullptr, nullptr, real(step),
+                                 Real(0),       &statistics, {},      own.room};
     const Segment seen = march(lanes_marcher, ray, infinite_distance, nullptr);
     std::vector<Real> extinctions(sources.size());
     Marcher marcher = {};
@@ -63,7 +71,9 @@ struct LampInBox {
     }
     // Of a ray along x that passes the light at distance y.
     double radiance(double y, bool of_map) {
-        GridMarcher marcher = {&built.medium, &depths, of_map ? &map : nullptr, nullptr, real(1), Real(0), &statistics};
+        MarchRoom own;
+        GridMarcher marcher = {
+            &built.medium, &depths, of_map ? &map : nullptr, nullptr, real(1), Real(0), &statistics, {}, own.room};
         return at(march(marcher, {vec(-20, y, 0), vec(1, 0, 0)}, infinite_distance, nullptr).radiance.x);
     }
     // The same by steps through exact densities.
@@ -134,7 +144,9 @@ TEST_CASE(WISP_ARITH_NAME ": a wall that is thinner than a step is as deep as it
     const Resampled built({wall.smoke}, 0.5);
     Statistics statistics;
     const OpticalDepthGrid no_lights = {&built.medium, nullptr, 0, built.medium.bricks, 1, nullptr, false};
-    GridMarcher marcher = {&built.medium, &no_lights, nullptr, nullptr, real(wall.step), Real(0), &statistics};
+    MarchRoom own;
+    GridMarcher marcher = {&built.medium, &no_lights,  nullptr, nullptr, real(wall.step),
+                           Real(0),       &statistics, {},      own.room};
     check_thin_wall([&](Real end) { return march(marcher, wall.ray, end, nullptr); });
 }
 
