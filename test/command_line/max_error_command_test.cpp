@@ -138,6 +138,30 @@ TEST_CASE("max-error: cells of photons stay whole multiples of those of bricks")
     CHECK(test.value(chosen, "irradiance-step") == 2 * test.value(chosen, "density-step"));
 }
 
+TEST_CASE("max-error: a first frame that shows nothing of the smoke is not what others are rendered by") {
+    MaxErrorTest test;
+    test.write("s.aff", "v from 0 0 6 at 0 0 0 up 0 1 0 angle 26 hither 0.1 resolution 12 12\nb 0.1 0.1 0.1\na 0 2 3\n"
+                        "k camera {\n transl 5  -1 90 0 6 0 0 0  0 90 0 6 0 0 0  1 0 0 6 0 0 0  2 0 0 6 0 0 0"
+                        "  3 0 0 6 0 0 0\n}\nlp 3 4 3 40 40 40\n"
+                        "smoke box -1 -1 -1 1 1 1 3 { albedo 0.9 0.9 0.9 }\n");
+    const auto render = [&](const std::string &options) {
+        const Ran ran = test.wisp("render " + test.s() + " --progress never " + options);
+        CAPTURE(ran.err);
+        REQUIRE(ran.status == 0);
+        return ran.err;
+    };
+    CHECK(render("--max-error 0.1 --frames 0:1 -o " + test.file("p%d.pfm"))
+              .rfind("max-error: by the defaults: no light is seen in frame 0 ", 0) == 0);
+    render("--frames 1 -o " + test.file("d.pfm"));
+    CHECK(test.same("p1.pfm", "d.pfm"));
+    CHECK(!test.same("p0.pfm", "d.pfm"));
+    // By itself such a frame needs few photons; they are said.
+    const std::string alone = render("--max-error 0.1 --frames 0 -o " + test.file("d.pfm"));
+    CHECK(alone.rfind("max-error: by --photons 4096 ", 0) == 0);
+    // Of several frames that which was measured is said.
+    CHECK(render("--max-error 0.1 --frames 1:2 -o " + test.file("p%d.pfm")).find(" in frame 1; ") != std::string::npos);
+}
+
 TEST_CASE("max-error: the choice is the same in all arithmetics") {
     const MaxErrorTest test;
     test.write_box(1, "0.3");

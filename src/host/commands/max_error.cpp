@@ -148,6 +148,7 @@ struct Choice {
     Options options;
     double error, seconds; // relative to the mean, as `wisp compare` has it; of a frame; both estimated
     double mean = 0;       // of the pixels that were measured with its cells
+    bool told = true;      // the frame tells what others need: light that photons leave, or cells change, is seen
 };
 
 class MeasuredPixels {
@@ -354,7 +355,7 @@ class Search {
         const std::vector<Values> first = pixels_.pictures(coarsest, photons_, 0, most_seeds, times);
         const Noise noise = noise_of(errors_of(first));
         set_goal(first[0], coarsest, settings_);
-        if (!(goal_ > 0)) return Choice{options_, 0, times.seconds}; // a black picture
+        if (!(goal_ > 0)) return Choice{options_, 0, times.seconds, 0, false}; // a black picture
         if (goal_ - way_ < least_for_noise * goal_) return std::nullopt;
         // As much noise as is asked for: there are hundreds of pixels, so cells that matter show in spite of it.
         if (random_) photons_ = measured_of(within_photons(static_cast<double>(photons_) * noise.square / goal_));
@@ -365,6 +366,7 @@ class Search {
              pair = pixels_.pair(options_at(0, photons_), photons_);
         for (int level = 0;; ++level) {
             const Difference change = difference({coarse.a, coarse.b}, {pair.a, pair.b});
+            told_ = random_ ? first[0] != first[1] : change.square > 0;
             for (int of : {level - 1, level}) {
                 const Pair &of_pair = of < level ? coarse : pair;
                 const double factor = of < level ? error_of_coarse : error_of_fine;
@@ -414,7 +416,7 @@ class Search {
     Choice choice(const Options &cells, const Pair &pair, const Errors &errors, uint64_t photons) const {
         const double more = static_cast<double>(photons) / static_cast<double>(photons_);
         Choice result = {cells, std::sqrt(errors.noise / more + errors.cells + errors.way) / mean_,
-                         pair.seconds + (more - 1) * pair.photon_seconds, pair.mean()};
+                         pair.seconds + (more - 1) * pair.photon_seconds, pair.mean(), told_};
         if (random_) result.options.photons = photons;
         return result;
     }
@@ -484,6 +486,7 @@ class Search {
     const bool random_;                    // there are photons, or paths in their place
     uint64_t photons_ = 0;                 // of the pairs
     size_t seeds_ = most_seeds;            // of a choice that is measured again
+    bool told_ = true;                     // as Choice has it
     Values once_;                          // the light that is scattered once at most
     double mean_ = 0, goal_ = 0, way_ = 0; // the error asked for, and error_of_way(), as mean squares
 };
@@ -560,25 +563,36 @@ void choose_for_error(Request &request) {
     if (!options.max_error) return;
     const MeasuredPixels pixels(request);
     if (pixels.scene().smoke_count == 0) return;
+    const Options defaults = options;
+    const std::string frame = several_frames(request) ? " in frame " + std::to_string(request.frames.first) : "";
     options.photons = first_photons;
     const auto say = [&options](const std::string &text) {
         if (!options.quiet) print_note("max-error: " + text);
     };
     const std::string of = options.crop ? ": the whole frame errs by about " : ": errs by about ";
-    if (const std::optional<Choice> choice = Search(pixels, options).choose()) {
+    if (std::optional<Choice> choice = Search(pixels, options).choose()) {
+        if (!choice->told && several_frames(request)) {
+            say("by the defaults: no light is seen" + frame +
+                " that more photons or finer cells change, so it does "
+                "not tell what other frames need");
+            options = defaults;
+            return;
+        }
+        if (!pixels.is_random(pixels.settings_of(choice->options))) choice->options.photons = defaults.photons;
         const double found = error_by_reference(pixels, choice->mean, *options.max_error);
         if (found <= *options.max_error) {
-            say("by" + described(*choice, options) + of + percent(choice->error) + "; a frame takes about " +
+            say("by" + described(*choice, defaults) + of + percent(choice->error) + frame + "; a frame takes about " +
                 two_digits(choice->seconds) + " s");
             options = choice->options;
             return;
         }
-        say("by" + described(*choice, options) + " it would err by " + percent(found) + " or more, says the reference");
+        say("by" + described(*choice, defaults) + " it would err by " + percent(found) +
+            " or more, says the reference");
     } else
         say("photons would err by more: the noise of --reference is measured");
     const Choice choice = choose_passes(pixels, options, safe_share_of_paths * *options.max_error);
     say("by --reference --passes 0:" + std::to_string(choice.options.passes->last) + of + percent(choice.error) +
-        "; a frame takes about " + two_digits(choice.seconds) + " s");
+        frame + "; a frame takes about " + two_digits(choice.seconds) + " s");
     options = choice.options;
 }
 
