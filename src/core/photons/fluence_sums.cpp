@@ -128,7 +128,7 @@ AxisWeights weights_along(int32_t at, int32_t spacing, Real low, Real high) {
 
 // The integrals of sigma_t 2^sigma_shift times the tents of a brick's nodes over that brick, in units of 1/216 of a
 // cell.
-void find_tents_of_brick(const FluenceSums &fluence, uint32_t brick, Real *tents) {
+__attribute__((noinline)) void find_tents_of_brick(const FluenceSums &fluence, uint32_t brick, Real *tents) {
     const SparseGrid &bricks = *fluence.bricks;
     const int32_t spacing = fluence.spacing, n = nodes_along(spacing);
     const Vec3 low = (bricks.bounds.low - low_of(bricks, brick)) * bricks.inverse_cell,
