@@ -27,8 +27,8 @@ struct Statistics {
     // emitted = absorbed + escaped + blocked + capped, photon by photon.
     struct Photons {
         uint64_t emitted, collisions, stored, absorbed, escaped, blocked, capped;
-        uint64_t lost;     // collisions that no particle's kernel reached: their power is lost
-        uint32_t thinning; // of a photon map: it holds one of 2^thinning collisions, so that they fit
+        uint64_t lost, near_eye; // collisions that no kernel reached: their power is lost; photons near the eye
+        uint32_t thinning;       // of a photon map: it holds one of 2^thinning collisions, so that they fit
     } photons = {};
     struct { uint64_t particles, density_evaluations, march_samples, gathers, gathered; } smoke = {};
     struct { PixelSums::Channel each, of_rays; } paths = {}; // Settings::paths, all channels; of_rays: of a ray's mean

@@ -31,6 +31,8 @@ struct Tracer : PhotonSources {
     const TowardsEye *eye; // nullptr: what is deposited does not depend on directions
     const FlightRecorder *flights;
     Watch watch;
+    Vec3 camera;
+    bool counts_near; // photons to it: it is within the smoke's bounds
 };
 
 Real exponential(Pcg32 &generator) { return -log(unit_open<Real>(generator())); }
@@ -203,6 +205,7 @@ void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t tar
     ++counts.emitted;
     const Color color = fluence.channels == 1 ? Color(Real(1)) : source.color / source.max_channel;
     bool from_light = source.starts_at_light(); // and has not collided yet
+    bool was_near = false;                      // has collided near to the eye
     const Start start = from_light ? start_at_light(tracer, source, color, key)
                                    : start_at_node(tracer, source, color, cursor, generator);
     if (!(largest(start.power) > Real(0))) return;
@@ -247,6 +250,10 @@ void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t tar
             return;
         }
         ++counts.collisions;
+        if (tracer.counts_near && !was_near) {
+            was_near = is_near_eye(fluence, tracer.camera, at.position);
+            counts.near_eye += was_near;
+        }
         if (!from_light) ++counts.stored;
         from_light = false;
         if (number == max_collisions) {
@@ -273,7 +280,9 @@ Status trace_batches(const PhotonTracing &tracing, const OpticalDepthGrid &depth
                            statistics,
                            eye,
                            tracing.flights,
-                           tracing.watch};
+                           tracing.watch,
+                           tracing.eye,
+                           is_strictly_inside(fluence.bricks->bounds, tracing.eye)};
     cursor->entry = UINT64_MAX;
     const uint64_t total = sum_of_weights(distribution, *fluence.bricks);
     const auto first_weight = [&](uint64_t photon) {

@@ -55,6 +55,12 @@ inline TowardsOneEye one_eye(const FluenceSums &fluence, const Vec3 &eye) {
                      fluence.medium->sphere.radius * Real(1.0 / 6))};
 }
 
+// Whether a photon that collides at x counts as near to the eye.
+inline bool is_near_eye(const FluenceSums &fluence, const Vec3 &eye, const Vec3 &x) {
+    const Real reach = largest(fluence.bricks->cell) * Real(cells_near_eye * fluence.spacing);
+    return dot(x - eye, x - eye) < reach * reach;
+}
+
 // The number of flights that cannot overflow a sum. A flight deposits R + G + B, at most 3.75 photons, times the depth
 // that it passes. That depth is 1 in the mean, and less than twice that over many flights.
 constexpr uint64_t max_fluence_flights = (uint64_t{1} << (63 - deposit_bits)) / 8;
