@@ -573,8 +573,7 @@ void choose_for_error(Request &request) {
     if (std::optional<Choice> choice = Search(pixels, options).choose()) {
         if (!choice->told && several_frames(request)) {
             say("by the defaults: no light is seen" + frame +
-                " that more photons or finer cells change, so it does "
-                "not tell what other frames need");
+                " that more photons or finer cells change, so it does not tell what other frames need");
             options = defaults;
             return;
         }

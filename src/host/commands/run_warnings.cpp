@@ -297,8 +297,9 @@ void RunWarnings::of_photons(const Scene &scene, const Settings &settings, const
         noise > 0.05 && photons.emitted > 0 && request_.options.map_in.empty() && !request_.options.max_error)
         print({"eye in smoke", "",
                "the picture is likely up to " + percent(noise) +
-                   " wrong here, by noise: the eye is in the smoke, and of " + std::to_string(photons.emitted) + " photons " +
-                   std::to_string(photons.near_eye) + " flew near it; four times the --photons halve that"});
+                   " wrong here, by noise: the eye is in the smoke, and of " + std::to_string(photons.emitted) +
+                   " photons " + std::to_string(photons.near_eye) +
+                   " flew near it; four times the --photons halve that"});
     // The noise of what is scattered more than once, relative to all light. Thin smoke has little of that.
     const double noise = std::sqrt(static_cast<double>(photons.stored) + 1) /
                          static_cast<double>(std::max<uint64_t>(photons.collisions, 1));
