@@ -31,8 +31,7 @@ struct Tracer : PhotonSources {
     const TowardsEye *eye; // nullptr: what is deposited does not depend on directions
     const FlightRecorder *flights;
     Watch watch;
-    Vec3 camera;
-    bool counts_near; // photons to it: it is within the smoke's bounds
+    PhotonsNearEye &near_eye;
 };
 
 Real exponential(Pcg32 &generator) { return -log(unit_open<Real>(generator())); }
@@ -203,9 +202,9 @@ void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t tar
     const PhotonSource &source = source_at(tracer, cursor);
     auto &counts = tracer.statistics.photons;
     ++counts.emitted;
+    tracer.near_eye.begin_photon();
     const Color color = fluence.channels == 1 ? Color(Real(1)) : source.color / source.max_channel;
     bool from_light = source.starts_at_light(); // and has not collided yet
-    bool was_near = false;                      // has collided near to the eye
     const Start start = from_light ? start_at_light(tracer, source, color, key)
                                    : start_at_node(tracer, source, color, cursor, generator);
     if (!(largest(start.power) > Real(0))) return;
@@ -250,10 +249,7 @@ void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t tar
             return;
         }
         ++counts.collisions;
-        if (tracer.counts_near && !was_near) {
-            was_near = is_near_eye(fluence, tracer.camera, at.position);
-            counts.near_eye += was_near;
-        }
+        tracer.near_eye.collide(at.position);
         if (!from_light) ++counts.stored;
         from_light = false;
         if (number == max_collisions) {
@@ -275,14 +271,14 @@ Status trace_batches(const PhotonTracing &tracing, const OpticalDepthGrid &depth
     const size_t mark = arena.mark();
     StartCursor *cursor = arena.make<StartCursor>(1);
     if (!cursor) return Status::out_of_memory;
+    PhotonsNearEye near_eye(fluence, tracing.eye, statistics.photons.near_eye);
     const Tracer tracer = {{tracing.medium, *fluence.bricks, depths, distribution},
                            tracing.surfaces,
                            statistics,
                            eye,
                            tracing.flights,
                            tracing.watch,
-                           tracing.eye,
-                           is_strictly_inside(fluence.bricks->bounds, tracing.eye)};
+                           near_eye};
     cursor->entry = UINT64_MAX;
     const uint64_t total = sum_of_weights(distribution, *fluence.bricks);
     const auto first_weight = [&](uint64_t photon) {

@@ -55,11 +55,25 @@ inline TowardsOneEye one_eye(const FluenceSums &fluence, const Vec3 &eye) {
                      fluence.medium->sphere.radius * Real(1.0 / 6))};
 }
 
-// Whether a photon that collides at x counts as near to the eye.
-inline bool is_near_eye(const FluenceSums &fluence, const Vec3 &eye, const Vec3 &x) {
-    const Real reach = largest(fluence.bricks->cell) * Real(cells_near_eye * fluence.spacing);
-    return dot(x - eye, x - eye) < reach * reach;
-}
+// Counts the photons that collide near to an eye within the bounds of the smoke.
+class PhotonsNearEye {
+  public:
+    PhotonsNearEye(const FluenceSums &fluence, const Vec3 &eye, uint64_t &count)
+        : eye_(eye), reach_(largest(fluence.bricks->cell) * Real(cells_near_eye * fluence.spacing)),
+          is_within_(is_strictly_inside(fluence.bricks->bounds, eye)), count_(count) {}
+    void begin_photon() { waits_ = is_within_; }
+    void collide(const Vec3 &x) {
+        if (!waits_ || !(dot(x - eye_, x - eye_) < reach_ * reach_)) return;
+        waits_ = false; // each photon counts once
+        ++count_;
+    }
+
+  private:
+    Vec3 eye_;
+    Real reach_;
+    bool is_within_, waits_ = false;
+    uint64_t &count_;
+};
 
 // The number of flights that cannot overflow a sum. A flight deposits R + G + B, at most 3.75 photons, times the depth
 // that it passes. That depth is 1 in the mean, and less than twice that over many flights.

@@ -171,8 +171,8 @@ bool has_lines(const Scene &scene, const Settings &settings, const Plan &plan) {
 // to 0.9 times `likely` times the root of that, in 7 of them 1 to 2 times; where lines gather the light 0.02 to 0.2
 // times, in the darkest ones 1.
 double noise_at_eye(const Scene &scene, const Settings &settings, const Plan &plan, const Statistics &statistics) {
-    const double sigma = density_of(scene).extinction_at_eye;
-    if (!keeps_light_at_nodes(scene, settings) || !(sigma > 0)) return 0;
+    const double sigma = keeps_light_at_nodes(scene, settings) ? extinction_at_eye(scene) : 0;
+    if (!(sigma > 0)) return 0;
     const double likely = has_lines(scene, settings, plan) ? 0.35 : 1.7;
     const Double3 &corner = scene.camera.corner; // of a picture at the distance 1
     const double omega = 2 * (dot(corner, corner) - 1), w = width_of_photon_cells(scene, settings),

@@ -253,11 +253,18 @@ SmokeDensity density_of(const Scene &scene) {
         const SmokeExtent extent = extent_of(smoke.particles, smoke.count, smoke);
         density.depth_at_lights =
             std::max(density.depth_at_lights, extinction_at_lights(scene, smoke, extent) * length);
-        density.extinction_at_eye += extinction_at(smoke, extent, scene.camera.origin);
         if (smoke.grid.density) density.depth_where_lit = std::max(density.depth_where_lit, lit_depth(smoke.grid));
     }
     density.even_volume = squares > 0 ? std::min(density.volume, area * area / squares) : density.volume;
     return density;
+}
+
+double extinction_at_eye(const Scene &scene) {
+    double sum = 0;
+    for (const SmokeDescription *smoke = scene.smokes; smoke != scene.smokes + scene.smoke_count; ++smoke)
+        if (!smoke->empty())
+            sum += extinction_at(*smoke, extent_of(smoke->particles, smoke->count, *smoke), scene.camera.origin);
+    return sum;
 }
 
 } // namespace wisp

@@ -23,9 +23,11 @@ struct SmokeDensity {
     double deepest_element; // about: the depth of a smoothing length of its own, or of a sample's longest edge
     double depth_where_lit; // of density grids: the greatest lit_depth()
     double depth_at_lights; // about: as greatest_depth, around the point lights and spots that stand in smoke
-    double extinction_at_eye; // about: of all smokes
 };
 SmokeDensity density_of(const Scene &scene);
+
+// About: of all smokes.
+double extinction_at_eye(const Scene &scene);
 
 // Of a density grid: the depth of a sample's longest edge where diffuse light goes out that enters from one of its six
 // sides. It is the root mean square over that light, of the side where it is the greatest. Of diffuse light

@@ -105,7 +105,7 @@ TEST_CASE("extinction: at the eye, of all smokes") {
         scene.smoke_count = 2;
         scene.camera.origin = smokes[0].grid.center;
         scene.camera.origin.x += x * smokes[0].grid.half.x;
-        return density_of(scene).extinction_at_eye;
+        return extinction_at_eye(scene);
     };
     CHECK(at(-1.1) == 0);
     CHECK(at(0) == 2);
