@@ -18,6 +18,7 @@ endef
 $(foreach a,$(ARITHMETICS),$(eval $(call objects,core/$a,src/core,CXX,CORE_FLAGS,-DWISP_ARITH=$a)))
 $(eval $(call objects,host,src/host,CXX,HOST_FLAGS))
 $(eval $(call objects,c_api,src/c_api,CXX,CORE_FLAGS))
+$(eval $(call objects,shared,src/c_api/shared,CXX,HOST_FLAGS))
 $(eval $(call objects,tools,tools,CXX,TOOL_FLAGS))
-HOST_FLAGS   = $(FLAGS) -DWISP_FLAGS='"$(BITS) $(OPT) $(ARCH)"'
+HOST_FLAGS   = $(FLAGS) $(PIC) -DWISP_FLAGS='"$(BITS) $(OPT) $(ARCH)"'
 TOOL_FLAGS   = -Itools $(FLAGS)

@@ -1,17 +1,10 @@
 # The shared library, libwisp.so, and the Python package around it: `make wheel`, `make install-python`.
 # Debian's own Python has numpy and pytest.
 PYTHON      ?= /usr/bin/python3
-# Position-independent objects, in a tree of their own. Nothing is visible but what the C interface declares; clones for wide
-# vectors would be.
-PIC          = -fPIC -fvisibility=hidden
-SHARED_CORE_FLAGS = $(CORE_FLAGS) $(PIC)
-SHARED_FLAGS = $(HOST_FLAGS) $(PIC)
-$(foreach a,$(ARITHMETICS),$(eval $(call objects,shared/core/$a,src/core,CXX,SHARED_CORE_FLAGS,-DWISP_ARITH=$a)))
-$(eval $(call objects,shared/c_api,src/c_api,CXX,SHARED_FLAGS))
-$(eval $(call objects,shared/host,src/host,CXX,SHARED_FLAGS))
 # Of the host: what the C interface shares with it, and what chooses settings.
-SHARED_O     = $(foreach a,$(ARITHMETICS),$(CORE:%=$B/shared/core/$a/%.o)) $(C_API:%=$B/shared/c_api/%.o) \
-               $(patsubst %,$B/shared/host/%.o,base/sha256 prepare/core_units prepare/extinction results/picture_bytes commands/defaults)
+SHARED_O     = $(CORE_O) $(C_API_O) $B/shared/choose.o \
+               $(patsubst %,$B/host/%.o,prepare/extinction results/picture_bytes commands/defaults)
+# Nothing is visible but what the C interface declares; clones for wide vectors would be.
 $B/libwisp.so: $(SHARED_O)
 	@echo '{ global: wisp_*; local: *; };' > $B/libwisp.map
 	$(call say,LD) $(CXX) $(FLAGS) -shared -Wl,--no-undefined -Wl,--version-script=$B/libwisp.map $^ -o $@
