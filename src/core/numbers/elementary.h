@@ -167,6 +167,13 @@ constexpr Fixed sum_of_products(Fixed ax, Fixed bx, Fixed ay, Fixed by, Fixed az
         detail::sum_of_products<detail::Wide>(ax.raw(), bx.raw(), ay.raw(), by.raw(), az.raw(), bz.raw())));
 }
 
+// a + t (b - a): exact where a = b.
+constexpr float mix(float a, float b, float t) { return a + t * (b - a); }
+constexpr double mix(double a, double b, double t) { return a + t * (b - a); }
+constexpr Fixed mix(Fixed a, Fixed b, Fixed t) {
+    return Fixed::from_raw(detail::raw_mix(a.raw(), b.raw(), t.raw()));
+}
+
 // The square root, correctly rounded. For Fixed, x < 0 is an overflow and gives 0.
 inline float sqrt(float x) { return __builtin_sqrtf(x); }
 inline double sqrt(double x) { return __builtin_sqrt(x); }

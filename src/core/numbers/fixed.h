@@ -234,21 +234,24 @@ constexpr int64_t corrected_root(int64_t x, int64_t guess) {
     const int64_t excess = static_cast<int64_t>((static_cast<uint64_t>(x) << 32) - root * root);
     return guess + (excess > guess) - (excess <= -guess);
 }
+constexpr uint32_t high_of_words(uint32_t a, uint32_t b) { return static_cast<uint32_t>(uint64_t{a} * b >> 32); }
 // The integer nearest to sqrt(x 2^32) by integers only, 0 < x. Let a = x 2^(shift - 64), in [1/4, 1). Newton's method
 // gives r = 1 / sqrt(a) to 28 bits without a division: r (3 - a r^2) / 2. It starts from the line 2.1328 - 1.2187 a,
 // within 8.6 % of r. Then sqrt(a) is a r to 27 bits; what a lacks to its square gives as many more.
 __attribute__((noinline)) constexpr int64_t root_by_integers(int64_t x) {
     const int shift = leading_zeros(static_cast<uint64_t>(x)) & ~1;
-    const uint64_t n = static_cast<uint64_t>(x) << shift, a = n >> 32; // in units of 2^-64 and 2^-32
-    uint64_t r = 0x88800000 - (0x4e000000 * a >> 32);                  // of 2^-30
+    const uint64_t n = static_cast<uint64_t>(x) << shift;   // in units of 2^-64
+    const uint32_t a = static_cast<uint32_t>(n >> 32);      // of 2^-32
+    uint32_t r = 0x88800000 - high_of_words(0x4e000000, a); // of 2^-30
     for (int step = 0; step < 4; ++step) {
-        const uint64_t square = (r * r >> 32) * a >> 32; // a r^2, in units of 2^-28
-        r = r * ((uint64_t{3} << 28) - square) >> 29;
+        const uint32_t square = high_of_words(high_of_words(r, r), a); // a r^2, in units of 2^-28
+        r = static_cast<uint32_t>(uint64_t{r} * ((3u << 28) - square) >> 29);
     }
-    const uint64_t root = a * r >> 30;
-    const int64_t excess = static_cast<int64_t>(n - root * root);
-    const int64_t fine = static_cast<int64_t>(root << 16) + ((excess >> 8) * static_cast<int64_t>(r) >> 39);
-    return corrected_root(x, scale(fine, -shift / 2).raw);
+    const uint64_t rounded = uint64_t{a} * r >> 30;
+    const uint32_t root = rounded >> 32 == 0 ? static_cast<uint32_t>(rounded) : 0xffffffff; // a may be nearly 1
+    const int64_t excess = static_cast<int64_t>(n - uint64_t{root} * root);
+    const int64_t fine = static_cast<int64_t>(uint64_t{root} << 16) + ((excess >> 8) * static_cast<int64_t>(r) >> 39);
+    return corrected_root(x, shift == 0 ? fine : (fine + (int64_t{1} << (shift / 2 - 1))) >> shift / 2);
 }
 #ifdef WISP_HARDWARE_DOUBLE
 inline int64_t root_by_hardware(int64_t x) {
@@ -343,6 +346,22 @@ WISP_SUM int64_t raw_difference(int64_t a, int64_t b) { return checked(subtract(
 #undef WISP_SUM
 constexpr int64_t raw_product(int64_t a, int64_t b) { return checked(multiply<Wide>(a, b)); }
 constexpr int64_t raw_quotient(int64_t a, int64_t b) { return checked(divide<Wide>(a, b)); }
+
+// a + t (b - a), with the bits of those three operations.
+constexpr int64_t raw_mix_by_operations(int64_t a, int64_t b, int64_t t) {
+    return raw_sum(a, raw_product(t, raw_difference(b, a)));
+}
+// Where t is in [0, 1), the result is between a and b, and a product of two words suffices.
+constexpr int64_t raw_mix_by_words(int64_t a, int64_t b, int64_t t) {
+    int64_t way = 0;
+    if (__builtin_expect(t >> 32 != 0 || __builtin_sub_overflow(b, a, &way), 0)) return raw_mix_by_operations(a, b, t);
+    const uint32_t fraction = static_cast<uint32_t>(t);
+    const uint64_t low = uint64_t{static_cast<uint32_t>(way)} * fraction + half_unit;
+    return a + (way >> 32) * int64_t{fraction} + static_cast<int64_t>(low >> 32);
+}
+constexpr int64_t raw_mix(int64_t a, int64_t b, int64_t t) {
+    return std::is_same_v<Wide, PortableWide> ? raw_mix_by_words(a, b, t) : raw_mix_by_operations(a, b, t);
+}
 } // namespace detail
 
 struct Fixed {

@@ -29,12 +29,11 @@ inline Vec3 direction_between(const Vec3 &from, const Vec3 &to) {
 
 using wisp::max;
 using wisp::min;
+using wisp::mix;
 inline Vec3 min(const Vec3 &a, const Vec3 &b) { return Vec3(min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)); }
 inline Vec3 max(const Vec3 &a, const Vec3 &b) { return Vec3(max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)); }
 inline Vec3 absolute(const Vec3 &v) { return Vec3(abs(v.x), abs(v.y), abs(v.z)); }
 inline Real largest(const Color &c) { return max(c.x, max(c.y, c.z)); }
-
-inline Real mix(Real a, Real b, Real t) { return a + t * (b - a); } // exact where a = b
 
 using wisp::scale_pow2;
 inline Vec3 scale_pow2(const Vec3 &v, int k) {

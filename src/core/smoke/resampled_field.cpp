@@ -34,7 +34,7 @@ void sum_particles(const K &kernel, const ParticleField &field, const SparseGrid
             const Real ratio = sqrt(squared), h = inverse_h * ratio;
             const Real scale = field.scale[i] * inverse_h * (squared * ratio);
             // The rows that the support may touch, and one more on either side for rounding.
-            const Real reach = kernel.support / h;
+            const Real h_squared = h * h, reach = kernel.support / h;
             const Vec3 p = (Vec3(tree.x[i], tree.y[i], tree.z[i]) - low) * bricks.inverse_cell;
             const Vec3 r = bricks.inverse_cell * reach;
             if (p.x + r.x < Real(-1) || p.x - r.x > Real(along)) continue;
@@ -42,15 +42,18 @@ void sum_particles(const K &kernel, const ParticleField &field, const SparseGrid
                           last_y = min(floor_to_int(p.y + r.y) + 1, along - 1);
             const int32_t first_z = max(floor_to_int(p.z - r.z), 0),
                           last_z = min(floor_to_int(p.z + r.z) + 1, along - 1);
+            const uint32_t first_x = in_vectors ? 0 : static_cast<uint32_t>(max(floor_to_int(p.x - r.x), 0)),
+                           end_x = in_vectors ? row : static_cast<uint32_t>(min(floor_to_int(p.x + r.x) + 2, along));
             for (int32_t z = first_z; z <= last_z; ++z)
                 for (int32_t y = first_y; y <= last_y; ++y) {
                     const Vec3 node = node_of(bricks, brick, {0, y, z});
                     const Real dy = node.y - tree.y[i], dz = node.z - tree.z[i], across = dy * dy + dz * dz;
-                    if (!(across * (h * h) < kernel.support_squared)) continue;
+                    if (!(across * h_squared < kernel.support_squared)) continue;
                     Real *sum = sums + static_cast<uint32_t>(z * along + y) * row;
-                    for (uint32_t l = 0; l < row; ++l) {
-                        const Real dx = x[l] - tree.x[i];
-                        sum[l] += scale * kernel.value((dx * dx + across) * (h * h)); // S3
+                    for (uint32_t l = first_x; l < end_x; ++l) {
+                        const Real dx = x[l] - tree.x[i], q_squared = (dx * dx + across) * h_squared;
+                        if (!in_vectors && !(q_squared < kernel.support_squared)) continue;
+                        sum[l] += scale * kernel.value(q_squared); // S3
                     }
                 }
         }

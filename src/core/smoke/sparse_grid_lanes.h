@@ -7,6 +7,9 @@ namespace wisp::WISP_ARITH {
 
 using Lanes = Real[lanes];
 
+// Whether lanes are computed side by side. Else each costs, so those that count for nothing are left out.
+constexpr bool in_vectors = !std::is_same_v<Real, Fixed>;
+
 struct LaneColor {
     Real red[lanes], green[lanes], blue[lanes];
 };
@@ -75,7 +78,8 @@ WISP_INLINE void find_cells(const LanePoints &points, const int32_t (&first)[lan
     for (uint32_t l = 0; l < lanes; ++l) {
         const int32_t cells = brick_cells / spacing[l], n = cells + 1;
         const Real inverse = Real(cells) * Real(1.0 / brick_cells);
-        const Real qx = points.x[l] * inverse, qy = points.y[l] * inverse, qz = points.z[l] * inverse;
+        const auto scaled = [&](Real x) { return !in_vectors && spacing[l] == 1 ? x : x * inverse; };
+        const Real qx = scaled(points.x[l]), qy = scaled(points.y[l]), qz = scaled(points.z[l]);
         const int32_t x = min(truncate(qx), cells - 1), y = min(truncate(qy), cells - 1),
                       z = min(truncate(qz), cells - 1);
         at.node[l] = first[l] + (z * n + y) * n + x;

@@ -151,6 +151,19 @@ TEST_CASE("fixed: a sum of three products is rounded once") {
     CHECK(different == 0);
 }
 
+TEST_CASE("fixed: mixing by words is a + t (b - a)") {
+    int different = 0;
+    AnyMagnitude random;
+    for (int i = 0; i < 300000; ++i) {
+        const int64_t a = random(), b = random(), t = random(), fraction = t & 0xffffffff;
+        const bool fits = (a < 0) == (b < 0); // else b - a may overflow, which a test build traps
+        different += fits && detail::raw_mix_by_words(a, b, fraction) != detail::raw_mix_by_operations(a, b, fraction);
+        const int64_t x = a >> 32, y = b >> 32; // t is not in [0, 1)
+        different += detail::raw_mix_by_words(x, y, t >> 30) != detail::raw_mix_by_operations(x, y, t >> 30);
+    }
+    CHECK(different == 0);
+}
+
 TEST_CASE("fixed: a root is correctly rounded, with and without an FPU") {
     int wrong = 0, different = 0;
     const auto check = [&](int64_t x) {
@@ -173,6 +186,9 @@ TEST_CASE("fixed: a root is correctly rounded, with and without an FPU") {
         check(x_near + 1);
     }
     for (int64_t x = 1; x < 100000; ++x) check(x);
+    // Just below a power of 4, the root of what is shifted to [1/4, 1) rounds to 1.
+    for (int k = 2; k < 63; k += 2)
+        for (int64_t below = 1; below < 1000 && below < int64_t{1} << k; ++below) check((int64_t{1} << k) - below);
     CHECK(wrong == 0);
     CHECK(different == 0);
     CHECK(sqrt(Fixed(0)) == Fixed(0));
