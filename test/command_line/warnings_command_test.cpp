@@ -642,6 +642,7 @@ TEST_CASE("warnings: photons stay where as many paths would be noisier, and say 
                        "noisier, and --max-error E bounds all errors\n");
     CHECK(small.out.find("\nphotons        no  ") != std::string::npos);
     CHECK(small.out.find("paths from rays instead") != std::string::npos);
+    CHECK(small.out.find("4 a pixel, 244 random paths from each\n") != std::string::npos); // 1,000,000 in 32 x 32 pixels
     CHECK(small.err.empty());
     // Fewer photons are fewer paths, and more rays a pixel are more of them.
     CHECK(test.wisp("plan fixtures/demo.aff --size 32x32 --spp 1 --photons 4k -q").out.find("\nphotons        yes ") !=

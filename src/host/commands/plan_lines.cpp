@@ -148,7 +148,8 @@ class RowText {
     std::string camera_rays() const {
         uint64_t samples = settings_.samples;
         if (settings_.goal == Goal::reference) samples *= settings_.last_pass - settings_.first_pass;
-        return number(samples) + " a pixel";
+        const bool by_paths = settings_.paths > 0 && plan_[Stage::majorants].needed;
+        return number(samples) + " a pixel" + (by_paths ? ", " + number(settings_.paths) + " random paths from each" : "");
     }
 
     const Request &request_;
