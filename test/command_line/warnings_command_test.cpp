@@ -495,7 +495,7 @@ TEST_CASE("warnings: an eye in smoke, near which few photons fly" * doctest::tes
     CHECK(warns("--photons 500k") == 0);
 }
 
-TEST_CASE("warnings: few random paths in place of photons, as noisy as is said") {
+TEST_CASE("warnings: few random paths in place of photons, as noisy as is said" * doctest::test_suite("long")) {
     const WarningCommandTest test;
     // A box of a narrow phase beside a mirror, which sees other directions than the eye.
     std::ofstream(test.s()) << "v from 0 1 6 at 0 0.2 0 up 0 1 0 angle 32 hither 0.1 resolution 12 12\n"
