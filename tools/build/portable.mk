@@ -1,5 +1,5 @@
 # Programs of scenes without files. Sources of the scenes come from this machine, whatever the programs are built for.
-portability: $B/scene_source ## the goldens from other compilers and processors, as a table; ROWS="aarch64 s390x": some of them
+portability: scenes ## the goldens from other compilers and processors, as a table; ROWS="aarch64 s390x": some of them
 	+tools/portability/run $(ROWS)
 portability-deps: ## as root: installs the compilers and emulators of ROWS
 	apt-get update -q

@@ -18,11 +18,6 @@ auto to_spacing(std::optional<double> Options::*member, bool may_be_zero) {
     };
 }
 
-double positive(const std::string &value) {
-    return number_that(
-        value, [](double x) { return x > 0 && x <= 1000; }, "a number above 0, at most 1000.000000");
-}
-
 // A half-open range, of what is counted from 0.
 auto to_range(std::optional<Options::Range> Options::*member) {
     return [=](Options &options, const std::string &value) {
@@ -130,13 +125,16 @@ const OptionTable<Options> &scene_options() {
         {"gather", "K", "most photons or particles in an estimate by knn (500)",
          to_count_in(&Options::gather, 2, 1000000)},
         {"gather-radius", "R", "largest radius of an estimate, in smoothing lengths (2)",
-         [](Options &options, const std::string &value) { options.gather_radius = positive(value); }},
+         [](Options &options, const std::string &value) {
+             options.gather_radius = number_that(
+                 value, [](double x) { return x > 0 && x <= 1000; }, "a number above 0, at most 1000");
+         }},
         {"step", "S",
          "marching step, in smoothing lengths (0.5; map of resampled smoke two cells or more, of density grids "
          "half a sample at most)",
          [](Options &options, const std::string &value) {
-             options.step = positive(value);
-             if (*options.step < 1e-4) throw OptionError{"a number of at least 0.0001"};
+             options.step = number_that(
+                 value, [](double x) { return x >= 1e-4 && x <= 1000; }, "a number from 0.0001 to 1000");
          }},
         {"layers", nullptr,
          "what the picture consists of, too: emission, single and multiple scattering, surfaces, background, which add "
