@@ -6,7 +6,7 @@ OPT         ?= -O3
 # Any architecture gives the same bits; functions marked WISP_MULTIVERSIONED are compiled for wide vectors in any case.
 ARCH        ?=
 MULTIVERSION ?= -DWISP_MULTIVERSION
-# One set of objects, for programs and for libwisp.so. Hidden: within the library, calls go straight. No instruction more, as measured.
+# One set of objects, for programs and for libwisp.so; as hidden names, they take no instruction more.
 PIC         ?= -fPIC -fvisibility=hidden
 # LTO=-flto: the core is optimized when it is linked, as one source.
 LTO         ?=

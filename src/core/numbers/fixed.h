@@ -251,7 +251,7 @@ __attribute__((noinline)) constexpr int64_t root_by_integers(int64_t x) {
     const uint32_t root = rounded >> 32 == 0 ? static_cast<uint32_t>(rounded) : 0xffffffff; // a may be nearly 1
     const int64_t excess = static_cast<int64_t>(n - uint64_t{root} * root);
     const int64_t fine = static_cast<int64_t>(uint64_t{root} << 16) + ((excess >> 8) * static_cast<int64_t>(r) >> 39);
-    return corrected_root(x, shift == 0 ? fine : (fine + (int64_t{1} << (shift / 2 - 1))) >> shift / 2);
+    return corrected_root(x, shift == 0 ? fine : (fine + (int64_t{1} << (shift / 2 - 1))) >> shift / 2); // as scale()
 }
 #ifdef WISP_HARDWARE_DOUBLE
 inline int64_t root_by_hardware(int64_t x) {
