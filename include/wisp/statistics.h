@@ -26,9 +26,9 @@ struct Statistics {
     } shadow = {};
     // emitted = absorbed + escaped + blocked + capped, photon by photon.
     struct Photons {
-        uint64_t emitted, collisions, stored, absorbed, escaped, blocked, capped;
-        uint64_t lost, near_eye; // collisions that no kernel reached: their power is lost; photons near the eye
-        uint32_t thinning;       // of a photon map: it holds one of 2^thinning collisions, so that they fit
+        uint64_t emitted, collisions, stored, absorbed, escaped, blocked, capped, lost; // lost: no kernel reached it
+        uint32_t thinning; // of a photon map: it holds one of 2^thinning collisions, so that they fit
+        WideSum variance;  // of all rays and channels, by photons at nodes: a bound, in units of 2^-32
     } photons = {};
     struct { uint64_t particles, density_evaluations, march_samples, gathers, gathered; } smoke = {};
     struct { PixelSums::Channel each, of_rays; } paths = {}; // Settings::paths, all channels; of_rays: of a ray's mean

@@ -21,6 +21,7 @@ struct Group {
 
 struct GridMarchRoom {
     Group steps, parts;                // that wait
+    Lanes again;                       // what is scattered more than once
     CornerWeights seen_corners[lanes]; // in cut cells: the same for all smokes
 };
 
@@ -490,6 +491,8 @@ WISP_MULTIVERSIONED bool march_group(const GridMarcher &marcher, const Ray &ray,
     LaneColor source, straight; // straight: sigma_s of all smoke, of what only goes straight on
     set(source, Color(Real(0)));
     set(straight, Color(Real(0)));
+    Lanes &again = marcher.room->again;
+    for (uint32_t l = 0; l < lanes; ++l) again[l] = Real(0);
     if (is_recording(recorder)) recorder->lanes_begin(*recorder);
     for (uint32_t s = 0; s < medium.count; ++s) {
         const SmokeVolume &smoke = medium.smokes[s];
@@ -516,6 +519,10 @@ WISP_MULTIVERSIONED bool march_group(const GridMarcher &marcher, const Ray &ray,
             recorder->lane_sources(*recorder);
         }
         if (marcher.straight > Real(0)) add(straight, here, smoke.albedo * marcher.straight);
+        if (has(parts::photons) && marcher.irradiance)
+            for (uint32_t l = 0; l < lanes; ++l)
+                again[l] += here[l] * (smoke.albedo.x * multiple.red[l] + smoke.albedo.y * multiple.green[l] +
+                                       smoke.albedo.z * multiple.blue[l]);
         for (uint32_t l = 0; l < lanes; ++l) {
             source.red[l] += here[l] * (smoke.albedo.x * (single.red[l] + multiple.red[l]) + glow.x);
             source.green[l] += here[l] * (smoke.albedo.y * (single.green[l] + multiple.green[l]) + glow.y);
@@ -549,6 +556,10 @@ WISP_MULTIVERSIONED bool march_group(const GridMarcher &marcher, const Ray &ray,
         }
         record.radiance = source;
         recorder->lane_steps(*recorder);
+    }
+    if (has(parts::photons) && marcher.irradiance) {
+        for (uint32_t l = 0; l < lanes; ++l) again[l] *= weight[l];
+        so_far.again += sum_of_lanes(again);
     }
     so_far.radiance += Color(sum_of_lanes(source.red), sum_of_lanes(source.green), sum_of_lanes(source.blue));
     so_far.depth.add(sum);
@@ -657,7 +668,7 @@ Segment march(GridMarcher &marcher, const Ray &ray, Real end, PixelRecorder *rec
         pad(group, waiting, Real(steps) * marcher.step);
         march_steps(marcher, inside, in_bricks, group, so_far, recorder);
     }
-    return so_far.finish(recorder);
+    return so_far.finish(marcher.irradiance, *marcher.statistics, recorder);
 }
 
 } // namespace wisp::WISP_ARITH

@@ -154,7 +154,9 @@ void add_step(ParticleMarcher &marcher, const Ray &ray, const Stretch &stretch, 
         source += multiple;
     }
     const Real s = sigma * dx;
-    const Color arriving = source * (exp(-so_far.depth.value) * mean_transmittance(s) * dx);
+    const Real weight = exp(-so_far.depth.value) * mean_transmittance(s) * dx;
+    const Color arriving = source * weight;
+    if (marcher.irradiance) so_far.again += all_channels(multiple) * weight;
     if (is_recording(recorder)) {
         const Color emission = emitted_radiance(medium, marcher.extinctions);
         if (!marcher.irradiance) multiple = max(sent - emission, Color(Real(0))); // the sources hold both
@@ -233,7 +235,7 @@ Segment march(ParticleMarcher &marcher, const Ray &ray, Real end, PixelRecorder 
         add_stretch(marcher, inside, {begin, from, part, step, steps, most}, so_far, recorder);
         return !so_far.opaque();
     });
-    return so_far.finish(recorder);
+    return so_far.finish(marcher.irradiance, *marcher.statistics, recorder);
 }
 
 } // namespace wisp::WISP_ARITH

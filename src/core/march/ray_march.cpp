@@ -256,7 +256,9 @@ void add_step(Marcher &marcher, const Ray &ray, Real begin, Real from, Real dx, 
     const Color multiple = multiple_scattering(marcher, step, out, extinctions);
     source += multiple;
 
-    const Color arriving = source * (exp(-so_far.depth.value) * mean_transmittance(s) * dx);
+    const Real weight = exp(-so_far.depth.value) * mean_transmittance(s) * dx;
+    const Color arriving = source * weight;
+    if (marcher.irradiance) so_far.again += all_channels(multiple) * weight;
     if (is_recording(recorder) && sigma > Real(0))
         recorder->step(*recorder, {number, begin + from + Real(0.5) * dx, dx, sigma, so_far.depth.value, single,
                                    multiple, emission, arriving});
@@ -285,7 +287,7 @@ Segment march(Marcher &marcher, const Ray &ray, Real end, PixelRecorder *recorde
         }
         return !so_far.opaque();
     });
-    return so_far.finish(recorder);
+    return so_far.finish(marcher.irradiance, *marcher.statistics, recorder);
 }
 
 } // namespace wisp::WISP_ARITH

@@ -1,6 +1,7 @@
 // Ray marching (S1): the radiance that arrives along a ray through smoke.
 #pragma once
 #include "core/march/pixel_recorder.h"
+#include "core/numbers/sample_sums.h"
 #include "core/photons/irradiance_map.h"
 #include "core/shadows/shadows_in_space.h"
 #include "core/smoke/transmittance.h"
@@ -119,12 +120,14 @@ struct MarchProgress {
     Color radiance = Color(Real(0));
     Depth depth;
     Color straight = Color(Real(0)); // of that depth, what only scatters straight on (GridMarcher)
+    Real again = Real(0);            // of the radiance, all channels: what was scattered more than once
     int32_t number = 0;              // of the next step, for the record
 
     bool opaque() const { return !(depth.value - largest(straight) < opaque_depth); }
-    // What the march has seen; the recorder is told that it ends.
-    Segment finish(PixelRecorder *recorder) const {
+    // What the march has seen, with light of that map or nullptr; the recorder is told that it ends.
+    Segment finish(const Irradiance *map, Statistics &statistics, PixelRecorder *recorder) const {
         const Segment seen = {radiance, exp(-depth.value)};
+        if (has(parts::any_photons) && map) add(statistics.photons.variance, again * map->variance);
         if (is_recording(recorder)) recorder->march_end(*recorder, seen.radiance, depth.value, seen.transmittance);
         return seen;
     }

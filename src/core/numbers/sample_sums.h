@@ -1,4 +1,4 @@
-// Adds samples to the sums of `--reference`, and turns the sums into radiance.
+// Adds samples to sums in integers, which do not depend on their order, and turns the sums into radiance.
 #pragma once
 #include "core/numbers/elementary.h"
 #include "wisp/pixel_sums.h"
@@ -12,6 +12,10 @@ inline void add(WideSum &sum, uint64_t high, uint64_t low) {
     sum.high += high + carry;
     if (sum.high < before || (sum.high == before && high == UINT64_MAX)) sum.high = sum.low = UINT64_MAX;
 }
+
+// Adds a number, from 0 on, in units of 2^-32.
+inline void add(WideSum &sum, Fixed number) { add(sum, 0, static_cast<uint64_t>(max(number, Fixed(0)).raw())); }
+inline void add(WideSum &sum, double number) { add(sum, to_real<Fixed>(number)); }
 
 // Samples are clamped to [0, 2^31). Only rounding makes negative samples. The rounding of a float is random, so that
 // means far below a unit are right, too: `random` is uniform in 32 bits.

@@ -34,6 +34,7 @@ inline Vec3 min(const Vec3 &a, const Vec3 &b) { return Vec3(min(a.x, b.x), min(a
 inline Vec3 max(const Vec3 &a, const Vec3 &b) { return Vec3(max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)); }
 inline Vec3 absolute(const Vec3 &v) { return Vec3(abs(v.x), abs(v.y), abs(v.z)); }
 inline Real largest(const Color &c) { return max(c.x, max(c.y, c.z)); }
+inline Real all_channels(const Color &c) { return c.x + c.y + c.z; }
 
 using wisp::scale_pow2;
 inline Vec3 scale_pow2(const Vec3 &v, int k) {

@@ -1,5 +1,4 @@
-// From which g on photons at nodes keep what of their directions, and what is near to an eye. The host, which says how
-// they err, asks the same.
+// From which g on photons at nodes keep what of their directions. The host, which says how they err, asks the same.
 #pragma once
 
 namespace wisp {
@@ -12,9 +11,5 @@ constexpr double max_asymmetry_of_harmonics = 0.577;
 // eye). Flux and harmonics are those of all channels together: where light of several hues comes from several sides,
 // they err from less g on.
 constexpr double max_asymmetry_of_lines = 0.3, max_asymmetry_of_hues = 0.1;
-
-// Of an eye within the bounds of the smoke, Statistics::photons.near_eye counts the photons at nodes that collide at
-// least once within so many widths of their cells from it.
-constexpr int cells_near_eye = 3;
 
 } // namespace wisp

@@ -53,27 +53,24 @@ Status trace_exact_fluence(const PhotonTracing &tracing, const SparseGrid &brick
     if (emitters.count == 0) return Status::done;
     const TowardsEye eye(medium, tracing.eye);
     fluence.photon_color = emitters.list[0].photon_color;
-    fluence.unit = photon_unit(emitters.power, tracing.settings.photons);
+    fluence.unit = fluence.photon = photon_unit(emitters.power, tracing.settings.photons);
     if (tracing.needs.towards_eye) {
         fluence.unit.exponent -= eye.shift;
         fluence.one_eye = one_eye(fluence, tracing.eye);
     }
     auto &counts = tracing.statistics.photons;
-    PhotonsNearEye near_eye(fluence, tracing.eye, counts.near_eye);
     bool fits = true;
     const auto on_collision = [&](const MediumCollision &at, const Photon &arrived, const Color &power) {
         const Ray &ray = arrived.ray;
         const uint32_t brick = brick_at(bricks, cell_at(bricks.lattice, ray.origin));
         ++(brick == no_brick ? counts.lost : counts.stored); // by rounding, at the border of the smoke
         if (brick == no_brick) return;
-        near_eye.collide(ray.origin);
         const Color kept = tracing.needs.towards_eye ? power * eye(at.smoke, ray) : power;
         deposit(fluence, brick, position_in(bricks, brick, ray.origin),
                 fluence.channels == 1 ? Color(largest(kept)) : kept, ray.direction, {});
     };
     const Status status = for_each_batch(tracing, [&](Mt19937 &generator, uint64_t, uint64_t photons) {
         return for_each_photon(tracing, generator, photons, [&](uint64_t key) {
-            near_eye.begin_photon();
             trace_photon(tracing, emitters, key, on_collision);
             return fits = counts.stored + counts.emitted <= max_fluence_flights;
         });

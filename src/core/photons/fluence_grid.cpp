@@ -31,7 +31,6 @@ struct Tracer : PhotonSources {
     const TowardsEye *eye; // nullptr: what is deposited does not depend on directions
     const FlightRecorder *flights;
     Watch watch;
-    PhotonsNearEye &near_eye;
 };
 
 Real exponential(Pcg32 &generator) { return -log(unit_open<Real>(generator())); }
@@ -202,7 +201,6 @@ void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t tar
     const PhotonSource &source = source_at(tracer, cursor);
     auto &counts = tracer.statistics.photons;
     ++counts.emitted;
-    tracer.near_eye.begin_photon();
     const Color color = fluence.channels == 1 ? Color(Real(1)) : source.color / source.max_channel;
     bool from_light = source.starts_at_light(); // and has not collided yet
     const Start start = from_light ? start_at_light(tracer, source, color, key)
@@ -249,7 +247,6 @@ void trace_photon(const Tracer &tracer, const FluenceSums &fluence, uint64_t tar
             return;
         }
         ++counts.collisions;
-        tracer.near_eye.collide(at.position);
         if (!from_light) ++counts.stored;
         from_light = false;
         if (number == max_collisions) {
@@ -271,14 +268,12 @@ Status trace_batches(const PhotonTracing &tracing, const OpticalDepthGrid &depth
     const size_t mark = arena.mark();
     StartCursor *cursor = arena.make<StartCursor>(1);
     if (!cursor) return Status::out_of_memory;
-    PhotonsNearEye near_eye(fluence, tracing.eye, statistics.photons.near_eye);
     const Tracer tracer = {{tracing.medium, *fluence.bricks, depths, distribution},
                            tracing.surfaces,
                            statistics,
                            eye,
                            tracing.flights,
-                           tracing.watch,
-                           near_eye};
+                           tracing.watch};
     cursor->entry = UINT64_MAX;
     const uint64_t total = sum_of_weights(distribution, *fluence.bricks);
     const auto first_weight = [&](uint64_t photon) {
@@ -323,7 +318,7 @@ Status trace_fluence(const PhotonTracing &tracing, const OpticalDepthGrid &depth
     fluence.sigma_shift = distribution.shift;
     if (sum_of_weights(distribution, bricks) == 0) return Status::done;
     fluence.photon_color = distribution.sources[0].color / distribution.sources[0].max_channel;
-    fluence.unit = photon_unit(emitted_power(distribution, bricks), settings.photons);
+    fluence.unit = fluence.photon = photon_unit(emitted_power(distribution, bricks), settings.photons);
     fluence.unit.exponent -= distribution.deposit_shift;
     if (!needs.towards_eye) return trace_batches(tracing, depths, distribution, nullptr, fluence);
     const Phase phase = common_phase(tracing.medium);

@@ -51,8 +51,8 @@ Status lay_out_sums(const PhotonTracing &tracing, const SparseGrid &bricks, int3
                     FluenceSums &fluence) {
     const PhotonNeeds &needs = tracing.needs;
     const uint64_t nodes = uint64_t{bricks.count} * nodes_of(spacing);
-    fluence = {&tracing.medium,        &bricks,        spacing,      sums.values, nullptr, nullptr,
-               needs.powers ? 3u : 1u, Color(Real(1)), {Real(1), 0}, 0,           nullptr, nullptr};
+    fluence = {&tracing.medium, &bricks,      spacing,      sums.values, nullptr, nullptr, needs.powers ? 3u : 1u,
+               Color(Real(1)),  {Real(1), 0}, {Real(0), 0}, 0,           nullptr, nullptr};
     const uint64_t powers = nodes * fluence.channels, with_flux = powers + (needs.directions ? nodes * 3 : 0);
     const uint64_t numbers = sums_of_fluence(needs, bricks.count, spacing);
     if (needs.directions) fluence.flux = sums.values + powers;

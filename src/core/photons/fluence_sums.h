@@ -29,6 +29,7 @@ struct FluenceSums {
     uint32_t channels;   // one where all photons carry the same power
     Color photon_color;  // of all photons, where they carry the same power
     PhotonUnit unit;     // of a deposit
+    PhotonUnit photon;   // its power
     int32_t sigma_shift; // integrals of sigma_t are scaled by 2^sigma_shift: in fixed point, thin smoke keeps its
                          // digits
     const Real *tents;   // by brick and node, of find_tents()
@@ -54,26 +55,6 @@ inline TowardsOneEye one_eye(const FluenceSums &fluence, const Vec3 &eye) {
     return {eye, min(largest(fluence.bricks->cell) * (Real(fluence.spacing) * cells),
                      fluence.medium->sphere.radius * Real(1.0 / 6))};
 }
-
-// Counts the photons that collide near to an eye within the bounds of the smoke.
-class PhotonsNearEye {
-  public:
-    PhotonsNearEye(const FluenceSums &fluence, const Vec3 &eye, uint64_t &count)
-        : eye_(eye), reach_(largest(fluence.bricks->cell) * Real(cells_near_eye * fluence.spacing)),
-          is_within_(is_strictly_inside(fluence.bricks->bounds, eye)), count_(count) {}
-    void begin_photon() { waits_ = is_within_; }
-    void collide(const Vec3 &x) {
-        if (!waits_ || !(dot(x - eye_, x - eye_) < reach_ * reach_)) return;
-        waits_ = false; // each photon counts once
-        ++count_;
-    }
-
-  private:
-    Vec3 eye_;
-    Real reach_;
-    bool is_within_, waits_ = false;
-    uint64_t &count_;
-};
 
 // The number of flights that cannot overflow a sum. A flight deposits R + G + B, at most 3.75 photons, times the depth
 // that it passes. That depth is 1 in the mean, and less than twice that over many flights.

@@ -31,7 +31,6 @@ bool suffices(const Color *light, int32_t fine, int32_t coarse, const Color &tol
 }
 
 // By which fluxes are weighted when they are added.
-Real all_channels(const Color &light) { return light.x + light.y + light.z; }
 
 // The points of all bricks before they are packed, at every `spacing` cells.
 struct Points {
@@ -322,6 +321,26 @@ uint64_t irradiance_bytes(const Scene &scene, uint64_t bricks, int32_t spacing, 
     return bytes;
 }
 
+namespace {
+
+// Irradiance::variance of light that is not gathered along lines (README, Noise).
+Real relative_variance(const FluenceSums &fluence) {
+    constexpr Real of_tents = Real(151.0 / 315 * 151 / 315) * inv_four_pi<Real>;
+    Real scattered = Real(0);
+    for (uint32_t s = 0; s < fluence.medium->count; ++s) {
+        const SmokeVolume &smoke = fluence.medium->smokes[s];
+        const Real g = smoke.phase.asymmetry(), narrow = (Real(1) - g) * (Real(1) + g);
+        scattered = max(scattered, largest(smoke.albedo) * (Real(1) + g * g) / narrow / narrow);
+    }
+    const Vec3 cell = fluence.bricks->cell * Real(fluence.spacing);
+    const Real least_area = cell.x * cell.y * cell.z / largest(cell);
+    return scale_pow2(fluence.photon.unit * of_tents * scattered / least_area, fluence.photon.exponent);
+}
+// What lines leave of it.
+constexpr Real left_by_lines = Real(0.1);
+
+} // namespace
+
 Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, const LineGather &gather, Real tolerance,
                            Arena &arena, Watch watch) {
     Irradiance map = {};
@@ -332,6 +351,7 @@ Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, const 
     map.color = fluence.photon_color;
     map.cut = fluence.cut;
     map.one_eye = fluence.one_eye;
+    map.variance = relative_variance(fluence);
     Points points;
     if (!make_points(*fluence.bricks, fluence.spacing, fluence.flux != nullptr, units_of_light, arena, watch, points))
         return map;
@@ -352,6 +372,7 @@ Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, const 
         if (!fill_all_unknown(points, map.cut)) return map;
         const LightOfPhotons light = {points.known, points.radiance, points.flux, map.harmonics, map.harmonic_spacing};
         if (!sweep_lines(sweep, light, arena, watch)) return map;
+        map.variance *= left_by_lines;
         points.flux = nullptr;
         map.harmonics = nullptr;
     }

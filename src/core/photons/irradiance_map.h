@@ -37,6 +37,7 @@ struct Irradiance {
     Color color;         // ... which is this; its largest channel is 1
     CutCells cut;        // a brick that has some has as many points as the field
     TowardsOneEye one_eye;
+    Real variance; // at most, of what a ray sees by the map, relative to that: by photons at nodes (README, Noise)
     bool ready; // false: the arena was too small
 };
 inline uint64_t bytes_of(const Irradiance &map) {

@@ -191,7 +191,7 @@ FrameReport render_frame(const Request &request, int64_t frame, Sequence &sequen
     if (status == Status::stopped) stop(request, frame);
     if (status != Status::done) fail(request, plan, frame, status);
     sequence.warnings.of_photons(prepared.scene, settings, plan, report.statistics);
-    if (job.rgb) sequence.warnings.of_paths(prepared.scene, settings, report.statistics, picture);
+    if (job.rgb) sequence.warnings.of_noise(prepared.scene, settings, report.statistics, picture);
     sequence.warnings.of_radiances(report.statistics);
     if (report.statistics.photons.thinning > 0 && options.verbose)
         print_note(request.name + ": the photon map keeps one of " +

@@ -154,49 +154,30 @@ double error_of_gather(const Gather &gather, const Scene &scene, const Settings 
     return part * greatest_albedo(scene) * std::min(gather.radius, gather.radius / gather.free_path);
 }
 
-// Whether light of photons is gathered again along lines, unless the smoke is sparse.
-bool has_lines(const Scene &scene, const Settings &settings, const Plan &plan) {
-    const bool directions = plan.photon_directions == Plan::Directions::none ||
-                            plan.photon_directions == Plan::Directions::harmonics;
-    return directions && is_resampled(scene, settings) && !plan.surfaces;
+// The root mean square noise of a picture relative to its mean, where its values have variances of that sum.
+double relative_noise(double sum_of_variances, const Picture &picture) {
+    double sum = 0;
+    for (float value : picture.rgb) sum += static_cast<double>(value);
+    return sum > 0 ? std::sqrt(sum_of_variances * static_cast<double>(picture.rgb.size())) / sum : 0;
 }
 
-// What the noise of a pixel is likely below, relative to it, by photons that are kept at nodes around an eye in smoke.
-// In a view of the solid angle omega, collisions at the distance r from the eye share an area of omega r^2 or, where
-// the view is narrower than their cell, of the w^2 of a cell. So of n collisions by the volume the relative variance is
-//     sigma^2 / n int exp(-2 sigma r) / max(omega r^2, w^2) dr
-// from half a cell on, as the light comes from as far as 1 / sigma. The integral of the far part is bounded by that of
-// 1 / (omega r^2). n is one collision of each photon that flew near the eye. Of 60 boxes half a mean free path to 25
-// deep, turned or not, lit from outside and by lamps within, standard deviations of pixels between four seeds were 0.2
-// to 0.9 times `likely` times the root of that, in 7 of them 1 to 2 times; where lines gather the light 0.02 to 0.2
-// times, in the darkest ones 1.
-double noise_at_eye(const Scene &scene, const Settings &settings, const Plan &plan, const Statistics &statistics) {
-    const double sigma = keeps_light_at_nodes(scene, settings) ? extinction_at_eye(scene) : 0;
-    if (!(sigma > 0)) return 0;
-    const double likely = has_lines(scene, settings, plan) ? 0.35 : 1.7;
-    const Double3 &corner = scene.camera.corner; // of a picture at the distance 1
-    const double omega = 2 * (dot(corner, corner) - 1), w = width_of_photon_cells(scene, settings),
-                 reach = cells_near_eye * w;
-    const double n = static_cast<double>(std::max<uint64_t>(statistics.photons.near_eye, 1)) /
-                     (volume_of_unit_ball * reach * reach * reach),
-                 wide = std::max(w / std::sqrt(omega), 0.5 * w);
-    const double near = (exp(-sigma * w) - exp(-2 * sigma * wide)) / (2 * sigma * w * w),
-                 far = exp(-2 * sigma * wide) / (omega * wide);
-    return likely * sigma * std::sqrt((near + far) / n);
-}
-
-// The root mean square noise of a picture by random paths in place of photons, relative to its mean. The mean of n paths
-// from a ray has the variance (sum of their squares - n mean^2) / (n (n - 1)), as their sample variance has no bias. Of
-// one path the square alone is known, which is more.
-double measured_noise(const Scene &scene, const Settings &settings, const Statistics &statistics,
+// By random paths in place of photons. The mean of n paths from a ray has the variance
+// (sum of their squares - n mean^2) / (n (n - 1)), as their sample variance has no bias. Of one path the square alone is
+// known, which is more.
+double noise_of_paths(const Scene &scene, const Settings &settings, const Statistics &statistics,
                       const Picture &picture) {
     const double n = settings.paths, each = to_double(statistics.paths.each.square),
                  of_rays = to_double(statistics.paths.of_rays.square),
                  of_means = n > 1 ? std::max(0.0, each - n * of_rays) / (n * (n - 1)) : each,
                  unit = scale_pow2(1.0, scene.radiance_exponent - 32) / settings.samples;
-    double sum = 0;
-    for (float value : picture.rgb) sum += static_cast<double>(value);
-    return sum > 0 ? unit * std::sqrt(of_means * static_cast<double>(picture.rgb.size())) / sum : 0;
+    return relative_noise(of_means * unit * unit, picture);
+}
+
+// By photons at nodes, at most: the rays of a pixel see the same nodes.
+double noise_of_photons(const Scene &scene, const Settings &settings, const Statistics &statistics,
+                        const Picture &picture) {
+    const double unit = scale_pow2(1.0, 2 * scene.radiance_exponent - 32) / settings.samples;
+    return relative_noise(to_double(statistics.photons.variance) * unit, picture);
 }
 
 // The largest factor between two particles' smoothing lengths in one smoke.
@@ -292,14 +273,6 @@ void RunWarnings::of_photons(const Scene &scene, const Settings &settings, const
                              const Statistics &statistics) {
     if (!plan.photons || !scatters_much(scene)) return;
     const auto &photons = statistics.photons;
-    // A map that was read does not say where its photons flew.
-    if (const double noise = noise_at_eye(scene, settings, plan, statistics);
-        noise > 0.05 && photons.emitted > 0 && request_.options.map_in.empty() && !request_.options.max_error)
-        print({"eye in smoke", "",
-               "the picture is likely up to " + percent(noise) +
-                   " wrong here, by noise: the eye is in the smoke, and of " + std::to_string(photons.emitted) +
-                   " photons " + std::to_string(photons.near_eye) +
-                   " flew near it; four times the --photons halve that"});
     // The noise of what is scattered more than once, relative to all light. Thin smoke has little of that.
     const double noise = std::sqrt(static_cast<double>(photons.stored) + 1) /
                          static_cast<double>(std::max<uint64_t>(photons.collisions, 1));
@@ -341,15 +314,18 @@ void RunWarnings::of_photons(const Scene &scene, const Settings &settings, const
                "map"});
 }
 
-void RunWarnings::of_paths(const Scene &scene, const Settings &settings, const Statistics &statistics,
+void RunWarnings::of_noise(const Scene &scene, const Settings &settings, const Statistics &statistics,
                            const Picture &picture) {
-    if (settings.paths == 0 || request_.options.max_error) return; // the error is estimated, and was said
-    const double noise = measured_noise(scene, settings, statistics, picture);
-    if (noise > 0.05)
-        print({"few paths", "",
-               "the picture is likely up to " + percent(noise) + " wrong here, by noise: " +
-                   std::to_string(settings.paths) +
-                   " random paths from each ray take the place of photons; four times the --photons halve that"});
+    if (request_.options.max_error) return; // the error is estimated, and was said
+    const bool paths = settings.paths > 0;
+    const double noise = paths ? noise_of_paths(scene, settings, statistics, picture)
+                               : noise_of_photons(scene, settings, statistics, picture);
+    if (!(noise > 0.05)) return;
+    print({paths ? "few paths" : "noise of photons", "",
+           "the picture is likely up to " + percent(noise) + " wrong here, by noise" +
+               (paths ? ": " + std::to_string(settings.paths) + " random paths from each ray take the place of photons"
+                      : " of " + std::to_string(settings.photons) + " photons") +
+               "; four times the --photons halve that"});
 }
 
 void RunWarnings::of_radiances(const Statistics &statistics) {

@@ -16,8 +16,8 @@ class RunWarnings {
     void of_light(const PreparedScene &prepared, const Settings &settings, const Plan &plan);
     // Of that light, when a frame is done: the nearest photons may be far.
     void of_photons(const Scene &scene, const Settings &settings, const Plan &plan, const Statistics &statistics);
-    // Of the noise of random paths in place of photons, when a frame is done.
-    void of_paths(const Scene &scene, const Settings &settings, const Statistics &statistics, const Picture &picture);
+    // Of the noise of photons at nodes, or of random paths in their place, when a frame is done.
+    void of_noise(const Scene &scene, const Settings &settings, const Statistics &statistics, const Picture &picture);
     // Of radiances that fixed point has cut off, when a frame is done.
     void of_radiances(const Statistics &statistics);
     void print(const Warning &warning) { warnings_.print(warning); }

@@ -259,12 +259,4 @@ SmokeDensity density_of(const Scene &scene) {
     return density;
 }
 
-double extinction_at_eye(const Scene &scene) {
-    double sum = 0;
-    for (const SmokeDescription *smoke = scene.smokes; smoke != scene.smokes + scene.smoke_count; ++smoke)
-        if (!smoke->empty())
-            sum += extinction_at(*smoke, extent_of(smoke->particles, smoke->count, *smoke), scene.camera.origin);
-    return sum;
-}
-
 } // namespace wisp

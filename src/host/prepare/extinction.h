@@ -26,9 +26,6 @@ struct SmokeDensity {
 };
 SmokeDensity density_of(const Scene &scene);
 
-// About: of all smokes.
-double extinction_at_eye(const Scene &scene);
-
 // Of a density grid: the depth of a sample's longest edge where diffuse light goes out that enters from one of its six
 // sides. It is the root mean square over that light, of the side where it is the greatest. Of diffuse light
 // 1 / (1 + 3/4 tau) gets through an optical depth tau (Schuster's two streams; albedo 1, even phase). Behind an empty

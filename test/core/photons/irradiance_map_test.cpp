@@ -30,6 +30,7 @@ struct ChosenSums {
                    channels,
                    Color(Real(1)),
                    {Real(1), 0},
+                   {Real(1), 0},
                    0,
                    nullptr,
                    nullptr} {

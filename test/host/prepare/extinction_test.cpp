@@ -87,33 +87,6 @@ TEST_CASE("extinction: a soft ball is lit where it is thin, a hollow one on its 
     CHECK(hollow > 1.1 * lit_depth(ball(soft).grid));
 }
 
-TEST_CASE("extinction: at the eye, of all smokes") {
-    TestGrid box(1, 1, 1, {1});
-    SmokeDescription smokes[2] = {};
-    for (SmokeDescription &smoke : smokes) {
-        smoke.grid = box.grid;
-        smoke.grid.density = nullptr;
-        smoke.grid.axis[0] = {1, 0, 0}, smoke.grid.axis[1] = {0, 1, 0}, smoke.grid.axis[2] = {0, 0, 1};
-        smoke.smallest_h = smoke.largest_h = 0.05;
-        smoke.total_area = 1;
-    }
-    smokes[0].grid.extinction = 2;
-    smokes[1].grid.extinction = 3, smokes[1].grid.center.x += 1.5 * smokes[1].grid.half.x;
-    const auto at = [&](double x) { // in halves of the first box
-        Scene scene = {};
-        scene.smokes = smokes;
-        scene.smoke_count = 2;
-        scene.camera.origin = smokes[0].grid.center;
-        scene.camera.origin.x += x * smokes[0].grid.half.x;
-        return extinction_at_eye(scene);
-    };
-    CHECK(at(-1.1) == 0);
-    CHECK(at(0) == 2);
-    CHECK(at(0.7) == 5);
-    CHECK(at(2) == 3);
-    CHECK(at(2.6) == 0);
-}
-
 TEST_CASE("extinction: around lights that stand in smoke, and no others") {
     const auto depth_at = [](const SmokeDescription &smoke, const Double3 &place, LightKind kind = LightKind::point) {
         const LightSource light = {kind, place, {0, 0, -1}, 0.1, {1, 1, 1}};
