@@ -58,6 +58,23 @@ struct DenseSmokeTest : CommandLineTest {
 
 } // namespace
 
+// A half-space that glows and scatters evenly sends (1 - A)^0.5 H(1) along its normal, where a black one of its
+// temperature sends 1 (Chandrasekhar 1960). Light falls steeply towards the face of the box, within cells 0.6 deep.
+TEST_CASE("dense smoke: a deep box that glows sends what a half-space does") {
+    DenseSmokeTest test;
+    const struct {
+        double albedo, h, error; // noise among it, 0.1 to 0.5 %
+    } rows[] = {{0.5, 1.2512596, 0.005}, {0.8, 1.5982195, 0.012}, {0.9, 1.8500985, 0.01}};
+    for (const auto &row : rows) {
+        CAPTURE(row.albedo);
+        const std::string a = std::to_string(row.albedo);
+        test.write("s.aff", "v from 0 0 5 at 0 0 0 up 0 1 0 angle 12 hither 0.1 resolution 12 12\n"
+                            "smoke box -1 -1 -1 1 1 1 15 {\nalbedo " +
+                                a + " " + a + " " + a + " emission 1 1 1\n}\n");
+        CHECK(test.mean("--photons 200k") == doctest::Approx(std::sqrt(1 - row.albedo) * row.h).epsilon(row.error));
+    }
+}
+
 TEST_SUITE_BEGIN("long");
 
 TEST_CASE("dense smoke: where smoke is grey, the hue of a light changes nothing but the hue") {
@@ -107,7 +124,7 @@ TEST_CASE("dense smoke: what is said of cells at hard faces is no less than what
         const Ran ran = test.wisp("render " + test.s() + " --spp 1 --photons 4000 --density-step 0.5 " +
                                   "--irradiance-step 0.5 -o " + test.file("p.pfm"));
         const double error = 1 - (test.mean_of(read_pfm(test.file("p.pfm"))) - once) / (all - once);
-        CHECK(error > 0.4); // 0.50 and 0.46; the reference's noise is 0.02
+        CHECK(error > 0.25); // 0.44 and 0.33; the reference's noise is 0.02
         const std::string up_to = "likely up to ";
         REQUIRE(ran.err.find(up_to) != std::string::npos);
         CHECK(std::stod(ran.err.substr(ran.err.find(up_to) + up_to.size())) / 100 > error);

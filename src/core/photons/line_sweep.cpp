@@ -60,7 +60,8 @@ template <class R> struct Arrived {
 template <class R> struct Sweeper : LineSweep {
     const SparseGrid &bricks;
     const LightOfPhotons &photons;
-    R *scattered[both_ways]; // at the nodes: radiance of photons along the lines, 4 pi p times
+    const R *radiance;       // of photons at the nodes, sharpened
+    R *scattered[both_ways]; // at the nodes: that along the lines, 4 pi p times
     Arrived<R> *arrived;
     Sample<R> *samples; // of one line
     Watch watch;
@@ -157,7 +158,7 @@ template <class R> bool scatter_along(const Sweeper<R> &in, const Vec3 &axis) {
             const Real other = first_order.x * Real(flux_units(flux, 0)) + first_order.y * Real(flux_units(flux, 1)) +
                                first_order.z * Real(flux_units(flux, 2)) +
                                between_nodes(p, light.harmonic_spacing, [&](uint32_t n) { return odd[n]; });
-            const R radiance = radiance_of<R>(light.radiance[node]);
+            const R radiance = in.radiance[node];
             in.scattered[onward][node] = radiance * max(Real(0), same + other);
             in.scattered[back][node] = radiance * max(Real(0), same - other);
         }
@@ -648,14 +649,13 @@ Real mean_extinction(const Medium &medium, uint32_t brick, const Cell &cell) {
     return sum * Real(1.0 / 8);
 }
 
-// Along an edge of a node's cell, t from 0 to 1, over one of the finest cells: the integrals of (1 - t)^2, t (1 - t)
-// and t^2, and of 1 - t and t.
+// Along an edge of a node's cell, from its places a to b of 0 to 1: the integrals of (1 - t)^2, t (1 - t) and t^2, and
+// of 1 - t and t.
 struct TentIntegrals {
     Real low_low, low_high, high_high, low, high;
 
     TentIntegrals() = default;
-    TentIntegrals(int32_t cell, int32_t spacing) { // cell 0 to spacing - 1
-        const Real inverse = Real(1) / Real(spacing), a = Real(cell) * inverse, b = a + inverse;
+    TentIntegrals(Real a, Real b) {
         const Real first = b - a, second = (b * b - a * a) * Real(0.5), third = (b * b * b - a * a * a) * Real(1.0 / 3);
         low_low = first - Real(2) * second + third;
         low_high = second - third;
@@ -665,6 +665,21 @@ struct TentIntegrals {
     }
 };
 
+// Sets the integrals over each of the finest cells of a brick, along each axis. They end where the smoke does, which
+// may have a hard face there.
+void find_integrals(const SparseGrid &bricks, uint32_t brick, int32_t spacing, TentIntegrals (&along)[3][brick_cells]) {
+    const Vec3 low = (bricks.bounds.low - low_of(bricks, brick)) * bricks.inverse_cell,
+               high = (bricks.bounds.high - low_of(bricks, brick)) * bricks.inverse_cell;
+    const Real inverse = Real(1) / Real(spacing);
+    for (int axis = 0; axis < 3; ++axis)
+        for (int32_t cell = 0; cell < brick_cells; ++cell) {
+            const auto place = [&](Real t) {
+                return (min(max(t, Real(cell)), Real(cell + 1)) - Real(cell - cell % spacing)) * inverse;
+            };
+            along[axis][cell] = TentIntegrals(place(low[axis]), place(high[axis]));
+        }
+}
+
 // Takes away the blur of the tents: nodes hold D_n = sum_m M_nm R_m / sum_m M_nm of the light R that is sought, where
 // M_nm is the integral of sigma_t t_n t_m. One step of Van Cittert (1931): R = D + (D - M D / sum M). Sigma_t is the
 // mean of its nodes in each of the finest cells. `blurred` is room for as many nodes. False: the work is stopped.
@@ -672,21 +687,20 @@ template <class R> bool sharpen(const LineSweep &sweep, const bool *known, R *li
     const SparseGrid &bricks = *sweep.depths->bricks;
     const int32_t n = nodes_along(sweep.spacing);
     const uint32_t nodes = nodes_of(sweep.spacing);
-    TentIntegrals integrals[brick_cells];
-    for (int32_t cell = 0; cell < sweep.spacing; ++cell) integrals[cell] = TentIntegrals(cell, sweep.spacing);
+    TentIntegrals integrals[3][brick_cells];
     if (!fill(blurred, uint64_t{bricks.count} * nodes, Arrived<R>{R(Real(0)), Real(0)}, watch)) return false;
     for (uint32_t brick = 0; brick < bricks.count; ++brick) {
         if (!watch.go_on(nodes_of(1) * units_of_node)) return false;
         const R *from = light + uint64_t{brick} * nodes;
         Arrived<R> *to = blurred + uint64_t{brick} * nodes;
+        find_integrals(bricks, brick, sweep.spacing, integrals);
         for (uint32_t k = 0; k < brick_cells * brick_cells * brick_cells; ++k) {
             const Cell cell = cell_of_index(brick_cells, k);
             const Real sigma = mean_extinction(*sweep.medium, brick, cell);
             if (!(sigma > Real(0))) continue;
             const Real weight = scale_pow2(sigma, sweep.sigma_shift);
             const Cell lowest = {cell.x / sweep.spacing, cell.y / sweep.spacing, cell.z / sweep.spacing};
-            const TentIntegrals along[3] = {integrals[cell.x % sweep.spacing], integrals[cell.y % sweep.spacing],
-                                            integrals[cell.z % sweep.spacing]};
+            const TentIntegrals along[3] = {integrals[0][cell.x], integrals[1][cell.y], integrals[2][cell.z]};
             const uint32_t first = static_cast<uint32_t>((lowest.z * n + lowest.y) * n + lowest.x);
             R corners[8];
             for (uint32_t i = 0; i < 8; ++i) corners[i] = from[first + offset_of_corner(i, n)];
@@ -747,20 +761,23 @@ template <class R> bool sweep_all(const LineSweep &sweep, const LightOfPhotons &
     Sample<R> *samples = arena.make<Sample<R>>(
         samples_of_line(min(uint64_t{bricks.count}, places_of_line(bricks.lattice.count)), sweep.spacing));
     const bool isotropic = sweep.phase.isotropic();
-    R *onward_light = arena.make<R>(points), *back_light = isotropic ? onward_light : arena.make<R>(points);
-    if (!first || !second || !disagreement || !samples || !onward_light || !back_light) return false;
+    R *sharp = arena.make<R>(points), *onward_light = isotropic ? sharp : arena.make<R>(points),
+      *back_light = isotropic ? sharp : arena.make<R>(points);
+    if (!first || !second || !disagreement || !samples || !sharp || !onward_light || !back_light) return false;
     const auto sweep_lines_of = [&](const LineSet &set, Arrived<R> *arrived) {
         const uint64_t axes = static_cast<uint64_t>(axis_count * set.count);
         watch.expect(points * units_of_sample * axes + (isotropic ? 0 : 2 * points * units_of_direction * axes));
-        return sweep_set<R>({sweep, bricks, light, {onward_light, back_light}, arrived, samples, watch}, set);
+        return sweep_set<R>({sweep, bricks, light, sharp, {onward_light, back_light}, arrived, samples, watch}, set);
     };
+    for (uint64_t i = 0; i < points; ++i) sharp[i] = radiance_of<R>(light.radiance[i]);
+    if (!sharpen(sweep, light.known, sharp, first, watch)) return false;
     if (isotropic) { // a gather before the last, so that this gathers what has hardly any noise
-        for (uint64_t i = 0; i < points; ++i) onward_light[i] = radiance_of<R>(light.radiance[i]);
         if (!sweep_lines_of({4, 1}, first)) return false;
         level_lines(Ways<R>{light.known, light.radiance, first, first}, bricks.count, nodes);
         for (uint64_t i = 0; i < points; ++i)
-            if (light.known[i] && first[i].weight > Real(0)) onward_light[i] = first[i].radiance;
-        if (!sharpen(sweep, light.known, onward_light, first, watch)) return false;
+            sharp[i] =
+                light.known[i] && first[i].weight > Real(0) ? first[i].radiance : radiance_of<R>(light.radiance[i]);
+        if (!sharpen(sweep, light.known, sharp, first, watch)) return false;
     }
     if (!sweep_lines_of({0, sweep.turns}, first) || !sweep_lines_of({1, sweep.turns}, second)) return false;
     if (!turn_to_eye(sweep, light, watch)) return false;
@@ -768,9 +785,9 @@ template <class R> bool sweep_all(const LineSweep &sweep, const LightOfPhotons &
     // The photons of other phases do not know all that is scattered towards the eye.
     if (isotropic) level_lines(ways, bricks.count, nodes);
     if (!mix_sets(sweep, ways, disagreement, watch)) return false;
-    for (uint64_t i = 0; i < points; ++i) onward_light[i] = radiance_of<R>(light.radiance[i]);
-    if (!sharpen(sweep, light.known, onward_light, first, watch)) return false;
-    for (uint64_t i = 0; i < points; ++i) light.radiance[i] = Color(onward_light[i]);
+    for (uint64_t i = 0; i < points; ++i) sharp[i] = radiance_of<R>(light.radiance[i]);
+    if (!sharpen(sweep, light.known, sharp, first, watch)) return false;
+    for (uint64_t i = 0; i < points; ++i) light.radiance[i] = Color(sharp[i]);
     return true;
 }
 
@@ -780,7 +797,7 @@ bool suits_lines(uint64_t places, uint64_t bricks) { return places <= places_of_
 
 uint64_t line_sweep_bytes(uint64_t bricks, uint64_t of_line, int32_t spacing, bool isotropic) {
     const uint64_t points = bricks * nodes_of(spacing);
-    return (isotropic ? 1 : 2) * Arena::bytes<Color>(points) + 2 * Arena::bytes<Arrived<Color>>(points) +
+    return (isotropic ? 1 : 3) * Arena::bytes<Color>(points) + 2 * Arena::bytes<Arrived<Color>>(points) +
            Arena::bytes<Disagreement>(bricks) + Arena::bytes<Sample<Color>>(samples_of_line(of_line, spacing));
 }
 
