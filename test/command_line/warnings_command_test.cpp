@@ -241,6 +241,30 @@ TEST_CASE("warnings: shapes that are not there, or not whole") {
     CHECK(warned("m vertices 3 0 0 0 1 0 0 2 1 0 triangles 2 0 1 1 0 1 2\n").empty());
 }
 
+TEST_CASE("warnings: what stands so near to a large sphere that its flat triangles reach it") {
+    WarningCommandTest test;
+    // An eye and a light so high above the sphere, and a sphere that stands on it.
+    const auto warned = [&](double eye, double light, double radius, const std::string &more = "") {
+        test.write("s.aff", "v from 0 " + std::to_string(eye) +
+                                " 0 at 0 0 9 up 0 1 0 angle 30 hither 0.1 resolution 4 4\nl 0 " +
+                                std::to_string(light) + " 9\ns 0 -" + std::to_string(radius) + " 0 " +
+                                std::to_string(radius) + "\n" + more);
+        return test.warned("");
+    };
+    const std::string
+        here = test.s() + ":3: warning: ",
+        hidden = " may lie on the wrong side of this sphere: it is made of 720 flat triangles, which reach up to ",
+        advice = " it; a smaller sphere errs by less, a polygon by nothing\n";
+    CHECK(warned(6, 60, 1000) == "");
+    CHECK(warned(5, 60, 1000) == here + "the eye" + hidden + "5.0965 out of" + advice);
+    CHECK(warned(6, 4, 1000) == here + "a light" + hidden + "5.0965 out of" + advice);
+    CHECK(warned(-2, 60, 1000) == here + "the eye" + hidden + "2.34364 into" + advice);
+    CHECK(warned(-3, 60, 1000) == "");
+    CHECK(warned(60, 60, 100, "s 0 6 0 6\n") == "");
+    CHECK(warned(60, 60, 1000, "s 0 6 0 6\n") == here + "a sphere of radius 6" + hidden + "5.0965 out of" + advice);
+    CHECK(warned(60, 60, 1000, "s 0 26 0 6\n") == ""); // it flies
+}
+
 TEST_CASE("warnings: motions that turn the other way round, and tracks that move nothing") {
     WarningCommandTest test;
     const auto warned = [&](const std::string &keys) {

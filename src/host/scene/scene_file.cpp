@@ -32,12 +32,21 @@ class SceneParser {
             if (tokens_.depth() == 0) break;
             tokens_.leave();
         }
-        shapes_.finish();
+        shapes_.finish(places());
         if (is_nff_) dim_uncolored_lights();
         return std::move(scene_);
     }
 
   private:
+    // Of the eye and the lights.
+    std::vector<ShapeParser::Place> places() const {
+        std::vector<ShapeParser::Place> places;
+        if (scene_.view) places.push_back({"the eye", scene_.view->from});
+        for (const SceneFile::Light &light : scene_.lights)
+            if (light.kind != LightKind::parallel) places.push_back({"a light", light.position});
+        return places;
+    }
+
     struct Block {
         int32_t node;
         size_t file; // depth of the file that opens it, which has to close it

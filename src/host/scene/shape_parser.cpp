@@ -1,4 +1,5 @@
 #include "host/base/double3_algebra.h"
+#include "host/base/text.h"
 #include "host/scene/shape_parser.h"
 #include "host/scene/tessellate.h"
 #include <algorithm>
@@ -131,11 +132,43 @@ void ShapeParser::sphere() {
     const double radius = tokens_.number("the sphere's radius");
     if (radius == 0) tokens_.fail("found radius 0, expected another");
     add_triangles(sphere_triangles(spheres_.size() < max_fine_spheres));
-    spheres_.push_back({center, radius, graph_.meshes.size()});
+    spheres_.push_back({center, radius, graph_.meshes.size(), tokens_.where()});
     graph_.meshes.push_back({node_, material(), -1, {}, {}, {}, {}});
 }
 
-void ShapeParser::finish() {
+void ShapeParser::warn_of_flat_spheres(const std::vector<Place> &places) {
+    const bool fine = spheres_.size() <= max_fine_spheres;
+    const SphereError error = sphere_error(fine);
+    const auto warn = [&](const Sphere &sphere, const std::string &what, double reach, const char *way) {
+        graph_.warnings.push_back({"sphere", sphere.where,
+                                   what + " may lie on the wrong side of this sphere: it is made of " +
+                                       std::to_string(sphere_triangles(fine)) + " flat triangles, which reach up to " +
+                                       six_digits(reach) + way +
+                                       " it; a smaller sphere errs by less, a polygon by nothing"});
+    };
+    const auto in_world = [this](const Sphere &sphere) { return graph_.meshes[sphere.mesh].node < 0; };
+    const Sphere *largest = nullptr;
+    for (const Sphere &sphere : spheres_) {
+        if (!in_world(sphere)) continue;
+        const double radius = std::fabs(sphere.radius), inside = error.inside * radius,
+                     outside = error.outside * radius;
+        for (const Place &place : places)
+            if (const double above = length(place.at - sphere.center) - radius; above > -inside && above < outside)
+                warn(sphere, place.name, above < 0 ? inside : outside, above < 0 ? " into" : " out of");
+        if (!largest || radius > std::fabs(largest->radius)) largest = &sphere;
+    }
+    for (const Sphere &sphere : spheres_) { // those that stand on the largest, as on a ground
+        if (!in_world(sphere) || &sphere == largest) continue;
+        const double radius = std::fabs(largest->radius), small = std::fabs(sphere.radius),
+                     above = length(sphere.center - largest->center) - radius,
+                     reach = (above < 0 ? error.inside : error.outside) * radius;
+        if (std::fabs(above) < small + reach && reach > 0.1 * small)
+            warn(*largest, "a sphere of radius " + six_digits(small), reach, above < 0 ? " into" : " out of");
+    }
+}
+
+void ShapeParser::finish(const std::vector<Place> &places) {
+    warn_of_flat_spheres(places);
     for (const Sphere &sphere : spheres_) {
         Mesh &mesh = graph_.meshes[sphere.mesh],
              made = sphere_mesh(sphere.center, sphere.radius, spheres_.size() <= max_fine_spheres);

@@ -18,8 +18,12 @@ class ShapeParser {
     static std::string statements(); // each followed by a space
 
     // Call at the end: makes the spheres, coarse ones where there are many. Throws before that where there would be too
-    // many triangles.
-    void finish();
+    // many triangles. Warns of spheres whose triangles lie the wrong way of one of these places or of another sphere.
+    struct Place {
+        const char *name;
+        Double3 at; // in the world
+    };
+    void finish(const std::vector<Place> &places);
 
   private:
     using Statements = std::map<std::string_view, void (ShapeParser::*)()>;
@@ -50,8 +54,10 @@ class ShapeParser {
     struct Sphere {
         Double3 center;
         double radius;
-        size_t mesh; // its index in the graph
+        size_t mesh;       // its index in the graph
+        std::string where; // `FILE:LINE`
     };
+    void warn_of_flat_spheres(const std::vector<Place> &places);
 
     SceneTokens &tokens_;
     SceneGraph &graph_;

@@ -249,9 +249,24 @@ class EarCutter {
 
 } // namespace
 
-Mesh sphere_mesh(const Double3 &center, double radius, bool fine) {
+const UnitSphere &unit_sphere(bool fine) {
     static const UnitSphere spheres[] = {UnitSphere(3), UnitSphere(6)};
-    const UnitSphere &sphere = spheres[fine];
+    return spheres[fine];
+}
+
+SphereError sphere_error(bool fine) {
+    const UnitSphere &sphere = unit_sphere(fine);
+    double nearest = sphere.corner_radius; // of the triangles' planes
+    for (const Mesh::Row &row : sphere.rows) {
+        const Double3 &a = sphere.normals[row.corner[0]], &b = sphere.normals[row.corner[1]],
+                      &c = sphere.normals[row.corner[2]];
+        nearest = std::min(nearest, sphere.corner_radius * std::fabs(dot(a, unit(cross(b - a, c - a)))));
+    }
+    return {1 - nearest, sphere.corner_radius - 1};
+}
+
+Mesh sphere_mesh(const Double3 &center, double radius, bool fine) {
+    const UnitSphere &sphere = unit_sphere(fine);
     const double corner_radius = std::fabs(radius) * sphere.corner_radius;
     Mesh mesh = empty_mesh();
     for (const Double3 &normal : sphere.normals) mesh.positions.push_back(center + normal * corner_radius);

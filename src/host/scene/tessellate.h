@@ -9,6 +9,11 @@ namespace wisp {
 // the radius outside, centres of triangles at most 0.24 % inside. A coarse sphere: 180 triangles, with four times the
 // error. Normals are the sphere's own. The radius is not 0; its sign is ignored.
 Mesh sphere_mesh(const Double3 &center, double radius, bool fine);
+// How far the triangles of a sphere of radius 1 reach into it and out of it.
+struct SphereError {
+    double inside, outside;
+};
+SphereError sphere_error(bool fine);
 constexpr size_t sphere_triangles(bool fine) { return fine ? 720 : 180; }
 
 // A cone without caps; a cylinder where the radii are equal. One radius may be 0; signs are ignored. Its cross-section
