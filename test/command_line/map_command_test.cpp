@@ -133,6 +133,14 @@ TEST_CASE("map command: other views of one map are those of photons traced for t
             CHECK(kept.out == traced.out);
             CHECK(test.counters("k.json", "photons").size() == 3); // seconds, counts, and bytes
             CHECK(test.counters("k.json", "photons")[0] == "0.000000");
+            const auto used = [&](const char *name) { // by the stage, its sums of photons among that
+                const std::string json = text_of(test.file(name)), stage = "\"photons\": { \"planned\": ";
+                const size_t at = json.find(stage);
+                REQUIRE(at != std::string::npos);
+                return std::stoull(json.substr(json.find("\"used\": ", at) + 8));
+            };
+            CHECK(used("t.json") >= std::stoull(test.counters("t.json", "particle_map")[0]));
+            CHECK(used("k.json") >= std::stoull(test.counters("k.json", "particle_map")[0]));
             CHECK(test.counters("t.json", "photons")[0] != "0.000000");
             for (const char *count : {"emitted", "collisions", "stored", "absorbed", "escaped", "particle_map"})
                 CHECK(test.counters("k.json", count) == test.counters("t.json", count));

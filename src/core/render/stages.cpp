@@ -418,6 +418,8 @@ void count_bytes(const Frame &frame, Runner &runner) {
     Statistics &statistics = frame.statistics;
     auto &bytes = statistics.bytes;
     for (uint32_t i = 0; i < stage_count; ++i) bytes.stages[i] = runner.used(static_cast<Stage>(i));
+    if (frame.job.photons && frame.decisions.photons != PhotonStore::none)
+        bytes.stages[static_cast<uint32_t>(Stage::photons)] += frame.job.photons->count * sizeof(int64_t);
     bytes.particle_tree = runner.used(Stage::particle_tree) + runner.used(Stage::bricks);
     bytes.triangle_trees = runner.used(Stage::triangle_trees);
     bytes.mode_words = frame.settings.shadows == ShadowMethod::paper ? runner.used(Stage::shadows) : 0;
