@@ -47,6 +47,23 @@ std::string between(const std::string &text, const std::string &before, const st
 
 } // namespace
 
+TEST_CASE("memory: no advice with which a map would be refused") {
+    CommandLineTest test;
+    test.write("s.aff", CommandLineTest::lit("box -1 -1 -1 1 1 1 4 {\n}"));
+    const std::string map = test.file("m.map");
+    REQUIRE(test.wisp("render " + test.s() + " -q --photons 10k --density-step 0.2 --map-out " + map + " -o " +
+                      test.file("p.pfm"))
+                .status == 0);
+    const auto refused = [&](const std::string &more) {
+        const Ran ran = test.wisp("render " + test.s() + " -q --photons 10k --density-step 0.2 --memory 40M -o " +
+                                  test.file("p.pfm") + more);
+        CHECK(ran.status == exit_memory);
+        return ran.err;
+    };
+    CHECK(refused("").find("; --density-step ") != std::string::npos);
+    CHECK(refused(" --map-in " + map).find("--density-step") == std::string::npos);
+}
+
 TEST_CASE("memory: a refusal names the largest stage, and an option that makes the plan fit") {
     CommandLineTest test;
     test.write("box.aff", CommandLineTest::lit("box -1 -1 -1 1 1 1 0.5 {\n}"));

@@ -31,9 +31,9 @@ std::vector<Change> changes_of(const PreparedScene &prepared, const Settings &se
     return changes;
 }
 
-// The bytes that the request needs with that change; none where it is refused.
+// The bytes that the request needs with that change; none where it is refused, or where its map would be.
 std::optional<uint64_t> bytes_with(const Change &change, const Request &request, const PreparedScene &prepared,
-                                   const Settings &settings) {
+                                   const Settings &settings, const Plan &before) {
     Request changed = {request.name, {}, request.options, request.frames, request.given}; // its file is not read again
     try {
         set_option(changed.options, change.option, change.value);
@@ -41,6 +41,9 @@ std::optional<uint64_t> bytes_with(const Change &change, const Request &request,
         Settings with_change = settings_of(changed.options, prepared);
         if (change.option != std::string("size")) with_change.crop = settings.crop; // of inspect, one pixel
         const Plan plan = checked_plan(changed, prepared.scene, with_change);
+        if (!request.options.map_in.empty() && fingerprint_of_map(changed, prepared, with_change, plan) !=
+                                                   fingerprint_of_map(request, prepared, settings, before))
+            return std::nullopt;
         return needed_bytes(with_change, plan);
     } catch (const Error &) {
         return std::nullopt;
@@ -50,7 +53,7 @@ std::optional<uint64_t> bytes_with(const Change &change, const Request &request,
 std::string advice(const Request &request, const PreparedScene &prepared, const Settings &settings, const Plan &plan,
                    uint64_t most) {
     for (const Change &change : changes_of(prepared, settings, plan)) {
-        const auto bytes = bytes_with(change, request, prepared, settings);
+        const auto bytes = bytes_with(change, request, prepared, settings, plan);
         if (bytes && *bytes <= most)
             return std::string("; --") + change.option + " " + change.value + " needs " + std::to_string(*bytes);
     }
