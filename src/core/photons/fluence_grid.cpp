@@ -328,6 +328,7 @@ Status trace_fluence(const PhotonTracing &tracing, const OpticalDepthGrid &depth
                                           : ForwardPeak(phase));
     fluence.unit.exponent -= eye.shift;
     fluence.straight = eye.peak.narrow;
+    fluence.largest = eye.peak.largest * four_pi<Real>;
     fluence.one_eye = one_eye(fluence, tracing.eye);
     return trace_batches(tracing, depths, distribution, &eye, fluence);
 }

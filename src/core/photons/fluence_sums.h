@@ -37,6 +37,7 @@ struct FluenceSums {
     // The part of scattered light that counts as going straight on, where the sums are of light towards the eye, else
     // 0.
     Real straight = Real(0);
+    Real largest = Real(0); // 4 pi p of the rest, at most; 0: the sums are not of light towards the eye
     CutCells cut = {};
     TowardsOneEye one_eye = {};
 };

@@ -330,14 +330,16 @@ Real relative_variance(const FluenceSums &fluence) {
     for (uint32_t s = 0; s < fluence.medium->count; ++s) {
         const SmokeVolume &smoke = fluence.medium->smokes[s];
         const Real g = smoke.phase.asymmetry(), narrow = (Real(1) - g) * (Real(1) + g);
-        scattered = max(scattered, largest(smoke.albedo) * (Real(1) + g * g) / narrow / narrow);
+        const Real uneven = (Real(1) + g * g) / narrow / narrow;
+        scattered =
+            max(scattered, largest(smoke.albedo) * (fluence.largest > Real(0) ? min(uneven, fluence.largest) : uneven));
     }
     const Vec3 cell = fluence.bricks->cell * Real(fluence.spacing);
     const Real least_area = cell.x * cell.y * cell.z / largest(cell);
     return scale_pow2(fluence.photon.unit * of_tents * scattered / least_area, fluence.photon.exponent);
 }
-// What lines leave of it.
-constexpr Real left_by_lines = Real(0.1);
+// What lines leave of it: more where they gather once (README, Twice).
+Real left_by_lines(const Phase &phase) { return phase.isotropic() ? Real(0.1) : Real(0.4); }
 
 } // namespace
 
@@ -372,7 +374,7 @@ Irradiance make_irradiance(const Medium &medium, const FluenceSums &sums, const 
         if (!fill_all_unknown(points, map.cut)) return map;
         const LightOfPhotons light = {points.known, points.radiance, points.flux, map.harmonics, map.harmonic_spacing};
         if (!sweep_lines(sweep, light, arena, watch)) return map;
-        map.variance *= left_by_lines;
+        map.variance *= left_by_lines(sweep.phase);
         points.flux = nullptr;
         map.harmonics = nullptr;
     }
