@@ -844,7 +844,7 @@ TEST_CASE("command line: --thin leaves out strays, the same in every arithmetic"
     test.write("strays.ply", ply + "5 0 0 0.01\n-3 4 1 0.01\n0 9 -8 0.01\n");
     const auto scene = [](const std::string &particles, const std::string &more) {
         return "v from 0 0 4 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 16 12\nlp 3 3 3 40 40 40\nsmoke " +
-               particles + " { radius 0.2 extinction 0.02 }\nrender photons 3000\n" + more;
+               particles + " { radius 0.2 extinction 0.02 }\nrender photons 100000\n" + more;
     };
     test.write("b.aff", scene("ball.ply", ""));
     test.write("t.aff", scene("strays.ply", "render thin 0.01\n"));
