@@ -136,39 +136,39 @@ void ShapeParser::sphere() {
     graph_.meshes.push_back({node_, material(), -1, {}, {}, {}, {}});
 }
 
-void ShapeParser::warn_of_flat_spheres(const std::vector<Place> &places) {
+void ShapeParser::warn_of_flat_sphere(const std::vector<Place> &places) {
+    const auto in_world = [this](const Sphere &sphere) { return graph_.meshes[sphere.mesh].node < 0; };
+    const Sphere *largest = nullptr; // the ground, as a rule
+    for (const Sphere &sphere : spheres_)
+        if (in_world(sphere) && (!largest || std::fabs(sphere.radius) > std::fabs(largest->radius))) largest = &sphere;
+    if (!largest) return;
     const bool fine = spheres_.size() <= max_fine_spheres;
     const SphereError error = sphere_error(fine);
-    const auto warn = [&](const Sphere &sphere, const std::string &what, double reach, const char *way) {
-        graph_.warnings.push_back({"sphere", sphere.where,
+    const double radius = std::fabs(largest->radius);
+    // Warns where the triangles reach a tenth of what is so large, next to the sphere.
+    const auto warns = [&](const std::string &what, const Double3 &at, double size) {
+        const double above = length(at - largest->center) - radius,
+                     reach = (above < 0 ? error.inside : error.outside) * radius;
+        if (!(std::fabs(above) < size + reach) || reach < 0.1 * size) return false;
+        graph_.warnings.push_back({"sphere", largest->where,
                                    what + " may lie on the wrong side of this sphere: it is made of " +
                                        std::to_string(sphere_triangles(fine)) + " flat triangles, which reach up to " +
-                                       six_digits(reach) + way +
+                                       six_digits(reach) + (above < 0 ? " into" : " out of") +
                                        " it; a smaller sphere errs by less, a polygon by nothing"});
+        return true;
     };
-    const auto in_world = [this](const Sphere &sphere) { return graph_.meshes[sphere.mesh].node < 0; };
-    const Sphere *largest = nullptr;
+    for (const Place &place : places)
+        if (warns(place.name, place.at, 0)) return;
     for (const Sphere &sphere : spheres_) {
-        if (!in_world(sphere)) continue;
-        const double radius = std::fabs(sphere.radius), inside = error.inside * radius,
-                     outside = error.outside * radius;
-        for (const Place &place : places)
-            if (const double above = length(place.at - sphere.center) - radius; above > -inside && above < outside)
-                warn(sphere, place.name, above < 0 ? inside : outside, above < 0 ? " into" : " out of");
-        if (!largest || radius > std::fabs(largest->radius)) largest = &sphere;
-    }
-    for (const Sphere &sphere : spheres_) { // those that stand on the largest, as on a ground
-        if (!in_world(sphere) || &sphere == largest) continue;
-        const double radius = std::fabs(largest->radius), small = std::fabs(sphere.radius),
-                     above = length(sphere.center - largest->center) - radius,
-                     reach = (above < 0 ? error.inside : error.outside) * radius;
-        if (std::fabs(above) < small + reach && reach > 0.1 * small)
-            warn(*largest, "a sphere of radius " + six_digits(small), reach, above < 0 ? " into" : " out of");
+        const double size = std::fabs(sphere.radius);
+        if (&sphere != largest && in_world(sphere) &&
+            warns("a sphere of radius " + six_digits(size), sphere.center, size))
+            return;
     }
 }
 
 void ShapeParser::finish(const std::vector<Place> &places) {
-    warn_of_flat_spheres(places);
+    warn_of_flat_sphere(places);
     for (const Sphere &sphere : spheres_) {
         Mesh &mesh = graph_.meshes[sphere.mesh],
              made = sphere_mesh(sphere.center, sphere.radius, spheres_.size() <= max_fine_spheres);

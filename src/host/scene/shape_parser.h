@@ -18,7 +18,8 @@ class ShapeParser {
     static std::string statements(); // each followed by a space
 
     // Call at the end: makes the spheres, coarse ones where there are many. Throws before that where there would be too
-    // many triangles. Warns of spheres whose triangles lie the wrong way of one of these places or of another sphere.
+    // many triangles. Warns where one of these places, or a sphere, is as near to the largest sphere as its triangles
+    // are.
     struct Place {
         const char *name;
         Double3 at; // in the world
@@ -57,7 +58,7 @@ class ShapeParser {
         size_t mesh;       // its index in the graph
         std::string where; // `FILE:LINE`
     };
-    void warn_of_flat_spheres(const std::vector<Place> &places);
+    void warn_of_flat_sphere(const std::vector<Place> &places);
 
     SceneTokens &tokens_;
     SceneGraph &graph_;
