@@ -73,6 +73,16 @@ TEST_CASE("dense smoke: a deep box that glows sends what a half-space does") {
                                 a + " " + a + " " + a + " emission 1 1 1\n}\n");
         CHECK(test.mean("--photons 200k") == doctest::Approx(std::sqrt(1 - row.albedo) * row.h).epsilon(row.error));
     }
+    // Beside a surface no lines gather the light: there cells are half as deep.
+    const auto irradiance_step = [&] {
+        const Ran ran = test.wisp("plan " + test.s());
+        const size_t at = ran.out.find("--irradiance-step ");
+        REQUIRE(at != std::string::npos);
+        return std::stod(ran.out.substr(at + 18));
+    };
+    const double alone = irradiance_step();
+    std::ofstream(test.s(), std::ios::app) << "f 0 0 0 0 0 0 0 0\np 3  -9 -90 -9  -9 -90 -8  -8 -90 -9\n";
+    CHECK(irradiance_step() < 0.6 * alone);
 }
 
 TEST_SUITE_BEGIN("long");

@@ -4,6 +4,7 @@
 #include "host/base/error.h"
 #include "host/base/renderers.h"
 #include "host/commands/defaults.h"
+#include "host/prepare/core_units.h"
 #include "host/results/picture_bytes.h"
 #include "wisp/settings.h"
 #include "wisp/wisp.h"
@@ -35,9 +36,11 @@ uint64_t most_brick_bytes(const Scene &scene) {
 // optical depth at hard faces: then the light that is scattered more than once erred by 5 % at most there, and the
 // picture by 2 %. Deeper cells erred by up to 1/8 of their depth, which is 9 % of 0.7 (README of photons).
 constexpr double max_depth_of_photon_cell = 0.7, max_error_at_faces = 0.09;
-// The same in resampled smoke of photons that are kept as scattered to the eye, which no lines gather again. A box of
-// g = 0.57 and albedo 0.7 is 3 to 4 % too dark in cells 0.66 deep, 7 % in a sixteenth; in cells 0.33 deep 1 and 4 %.
-constexpr double max_depth_of_photon_cell_to_eye = 0.4, max_error_to_eye = 0.045;
+// The same of photons that no lines gather again: those that are kept as scattered to the eye, and those of smoke that
+// glows, whose light falls towards its faces. A box of g = 0.57 and albedo 0.7 is 3 to 4 % too dark in cells 0.66 deep,
+// 7 % in a sixteenth; in cells 0.33 deep 1 and 4 %. One that glows is 3 to 5 % too bright in cells 0.63 deep, 1.3 % in
+// cells 0.31 deep.
+constexpr double max_depth_of_ungathered_cell = 0.4, max_error_of_ungathered = 0.045;
 // The same where diffuse light enters the samples of a density grid, which may be thin there and deep inside. Grids of
 // a hundred samples across err by 1 to 1.5 %, of ten by 2 % (even phase) to 3 % (g = 0.5).
 constexpr double max_depth_of_lit_photon_cell = 0.35;
@@ -253,6 +256,13 @@ bool keeps_towards_eye(const Scene &scene, const Settings &settings) {
            f64::renderer.plan(scene, settings).photon_directions == Plan::Directions::to_eye;
 }
 
+// Whether some resampled smoke glows and no lines gather its light, as there are surfaces (photons/README, S4-5).
+bool glows_ungathered(const Scene &scene, const Settings &settings) {
+    const auto is_glowing = [](const SmokeDescription &smoke) { return glows(smoke.emission, smoke.albedo); };
+    return std::any_of(scene.smokes, scene.smokes + scene.smoke_count, is_glowing) && is_resampled(scene, settings) &&
+           scene.triangle_count() > 0;
+}
+
 // The cells of photons, wherever lights stand.
 PhotonCells cells_of_smoke(const Scene &scene, const SmokeDensity &density, const Settings &settings) {
     const double step = photon_step(scene, settings);
@@ -262,8 +272,9 @@ PhotonCells cells_of_smoke(const Scene &scene, const SmokeDensity &density, cons
     for (uint32_t i = 0; i < scene.smoke_count; ++i) hard |= scene.smokes[i].is_grid();
     const double depth = density.greatest_depth * step;
     if (!hard) return {depth, max_depth_of_soft_photon_cell, 0.03};
-    return keeps_towards_eye(scene, settings) ? PhotonCells{depth, max_depth_of_photon_cell_to_eye, max_error_to_eye}
-                                              : PhotonCells{depth, max_depth_of_photon_cell, max_error_at_faces};
+    return keeps_towards_eye(scene, settings) || glows_ungathered(scene, settings)
+               ? PhotonCells{depth, max_depth_of_ungathered_cell, max_error_of_ungathered}
+               : PhotonCells{depth, max_depth_of_photon_cell, max_error_at_faces};
 }
 
 // Makes the cells of photons finer where they are too deep, or the eye is among them. Returns whether photons then err
