@@ -175,6 +175,7 @@ async function download(id) {
 }
 await open('scene=wake&size=160&g=0.5');
 await page.click('#link');
+await page.waitForFunction(() => /^The link is /.test(at('state').textContent)); // the clipboard takes its time
 expect(/^The link is /.test(await text('state')), await text('state'));
 const [png, picture] = await download('png');
 expect(png === 'wake-picture.png' && picture.subarray(1, 4).toString() === 'PNG', png);
