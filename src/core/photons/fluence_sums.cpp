@@ -131,8 +131,8 @@ AxisWeights weights_along(int32_t at, int32_t spacing, Real low, Real high) {
 __attribute__((noinline)) void find_tents_of_brick(const FluenceSums &fluence, uint32_t brick, Real *tents) {
     const SparseGrid &bricks = *fluence.bricks;
     const int32_t spacing = fluence.spacing, n = nodes_along(spacing);
-    const Vec3 low = (bricks.bounds.low - low_of(bricks, brick)) * bricks.inverse_cell,
-               high = (bricks.bounds.high - low_of(bricks, brick)) * bricks.inverse_cell;
+    const Vec3 low = position_in(bricks, brick, bricks.bounds.low),
+               high = position_in(bricks, brick, bricks.bounds.high);
     AxisWeights along[3][brick_nodes];
     for (int axis = 0; axis < 3; ++axis)
         for (int32_t i = 0; i < n; ++i) along[axis][i] = weights_along(i * spacing, spacing, low[axis], high[axis]);

@@ -668,8 +668,8 @@ struct TentIntegrals {
 // Sets the integrals over each of the finest cells of a brick, along each axis. They end where the smoke does, which
 // may have a hard face there.
 void find_integrals(const SparseGrid &bricks, uint32_t brick, int32_t spacing, TentIntegrals (&along)[3][brick_cells]) {
-    const Vec3 low = (bricks.bounds.low - low_of(bricks, brick)) * bricks.inverse_cell,
-               high = (bricks.bounds.high - low_of(bricks, brick)) * bricks.inverse_cell;
+    const Vec3 low = position_in(bricks, brick, bricks.bounds.low),
+               high = position_in(bricks, brick, bricks.bounds.high);
     const Real inverse = Real(1) / Real(spacing);
     for (int axis = 0; axis < 3; ++axis)
         for (int32_t cell = 0; cell < brick_cells; ++cell) {
@@ -769,8 +769,11 @@ template <class R> bool sweep_all(const LineSweep &sweep, const LightOfPhotons &
         watch.expect(points * units_of_sample * axes + (isotropic ? 0 : 2 * points * units_of_direction * axes));
         return sweep_set<R>({sweep, bricks, light, sharp, {onward_light, back_light}, arrived, samples, watch}, set);
     };
-    for (uint64_t i = 0; i < points; ++i) sharp[i] = radiance_of<R>(light.radiance[i]);
-    if (!sharpen(sweep, light.known, sharp, first, watch)) return false;
+    const auto sharpen_light = [&] {
+        for (uint64_t i = 0; i < points; ++i) sharp[i] = radiance_of<R>(light.radiance[i]);
+        return sharpen(sweep, light.known, sharp, first, watch);
+    };
+    if (!sharpen_light()) return false;
     if (isotropic) { // a gather before the last, so that this gathers what has hardly any noise
         if (!sweep_lines_of({4, 1}, first)) return false;
         level_lines(Ways<R>{light.known, light.radiance, first, first}, bricks.count, nodes);
@@ -785,8 +788,7 @@ template <class R> bool sweep_all(const LineSweep &sweep, const LightOfPhotons &
     // The photons of other phases do not know all that is scattered towards the eye.
     if (isotropic) level_lines(ways, bricks.count, nodes);
     if (!mix_sets(sweep, ways, disagreement, watch)) return false;
-    for (uint64_t i = 0; i < points; ++i) sharp[i] = radiance_of<R>(light.radiance[i]);
-    if (!sharpen(sweep, light.known, sharp, first, watch)) return false;
+    if (!sharpen_light()) return false;
     for (uint64_t i = 0; i < points; ++i) light.radiance[i] = Color(sharp[i]);
     return true;
 }

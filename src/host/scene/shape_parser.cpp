@@ -136,13 +136,12 @@ void ShapeParser::sphere() {
     graph_.meshes.push_back({node_, material(), -1, {}, {}, {}, {}});
 }
 
-void ShapeParser::warn_of_flat_sphere(const std::vector<Place> &places) {
+void ShapeParser::warn_of_flat_sphere(const std::vector<Place> &places, bool fine) {
     const auto in_world = [this](const Sphere &sphere) { return graph_.meshes[sphere.mesh].node < 0; };
     const Sphere *largest = nullptr; // the ground, as a rule
     for (const Sphere &sphere : spheres_)
         if (in_world(sphere) && (!largest || std::fabs(sphere.radius) > std::fabs(largest->radius))) largest = &sphere;
     if (!largest) return;
-    const bool fine = spheres_.size() <= max_fine_spheres;
     const SphereError error = sphere_error(fine);
     const double radius = std::fabs(largest->radius);
     // Warns where the triangles reach a tenth of what is so large, next to the sphere.
@@ -168,10 +167,10 @@ void ShapeParser::warn_of_flat_sphere(const std::vector<Place> &places) {
 }
 
 void ShapeParser::finish(const std::vector<Place> &places) {
-    warn_of_flat_sphere(places);
+    const bool fine = spheres_.size() <= max_fine_spheres;
+    warn_of_flat_sphere(places, fine);
     for (const Sphere &sphere : spheres_) {
-        Mesh &mesh = graph_.meshes[sphere.mesh],
-             made = sphere_mesh(sphere.center, sphere.radius, spheres_.size() <= max_fine_spheres);
+        Mesh &mesh = graph_.meshes[sphere.mesh], made = sphere_mesh(sphere.center, sphere.radius, fine);
         mesh.positions = std::move(made.positions);
         mesh.normals = std::move(made.normals);
         mesh.rows = std::move(made.rows);

@@ -58,7 +58,7 @@ class ShapeParser {
         size_t mesh;       // its index in the graph
         std::string where; // `FILE:LINE`
     };
-    void warn_of_flat_sphere(const std::vector<Place> &places);
+    void warn_of_flat_sphere(const std::vector<Place> &places, bool fine);
 
     SceneTokens &tokens_;
     SceneGraph &graph_;
