@@ -9,6 +9,7 @@
 #include <cstring>
 #include <doctest/doctest.h>
 #include <fstream>
+#include <regex>
 #include <sys/wait.h>
 
 namespace wisp {
@@ -17,6 +18,11 @@ struct Ran {
     int status;
     std::string out, err;
 };
+
+// Warnings but for those of photons' noise: tests have fewer photons than scenes.
+inline std::string without_noise(const std::string &warnings) {
+    return std::regex_replace(warnings, std::regex("[^\n]* wrong here, by noise of [^\n]*\n"), "");
+}
 
 inline std::string text_of(const std::string &path) {
     const Bytes bytes = read_file(path);
