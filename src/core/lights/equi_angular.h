@@ -2,6 +2,7 @@
 // samples).
 #pragma once
 #include "core/geometry/ray.h"
+#include "core/lights/least_distance.h"
 #include "core/numbers/random.h"
 #include "core/smoke/phase.h"
 
@@ -47,7 +48,7 @@ class EquiAngular {
         : begin_(begin), end_(end), count_(least < greatest ? 2 : 1) {
         const Vec3 to_light = light - ray.origin;
         middle_ = dot(to_light, ray.direction);
-        distance_ = max(length(cross(to_light, ray.direction)), Real(0x1p-10));
+        distance_ = max(length(cross(to_light, ray.direction)), Real(least_light_distance));
         for (int32_t i = 0; i < count_; ++i) {
             const PoissonKernel kernel(i == 0 ? least : greatest);
             const Real low = kernel.integral(half_angle(begin));

@@ -1,12 +1,13 @@
 // The irradiance of lights, and its mean over a segment of a ray (README, Equi-angular mean).
 #include "core/lights/light.h"
 #include "core/geometry/ray.h"
+#include "core/lights/least_distance.h"
 
 namespace wisp::WISP_ARITH {
 
 namespace {
 
-constexpr Real min_distance = Real(0x1p-10);     // from a light to a segment of a ray
+constexpr Real min_distance = Real(least_light_distance);
 constexpr Real parallel_distance = Real(0x1p20); // from any point to a parallel light
 
 // The intensity times the mean of 1/r^2 over the segment from a to b; both points are relative to the light. The mean

@@ -220,7 +220,7 @@ WISP_INLINE void illuminate_from_point(const Sweeper<R> &in, const Light &light,
         const Real x = from.x + ray.direction.x * group.middle[l], y = from.y + ray.direction.y * group.middle[l],
                    z = from.z + ray.direction.z * group.middle[l];
         const Real distance = sqrt(x * x + y * y + z * z), far = max(Real(16) * group.length[l], in.near);
-        const Real inverse = Real(1) / max(max(distance, far), Real(0x1p-10));
+        const Real inverse = Real(1) / max(max(distance, far), Real(least_light_distance));
         is_near |= distance < far;
         for (int32_t c = 0; c < channels_of<R>; ++c) irradiance.channel[c][l] = light.color[c] * inverse * inverse;
     }

@@ -13,6 +13,7 @@
 // spherical harmonics. What arrives along the lines is weighted by the phase function towards the eye: no moments of
 // its directions are needed.
 #pragma once
+#include "core/lights/least_distance.h"
 #include "core/lights/optical_depth_grid.h"
 #include "core/smoke/phase.h"
 

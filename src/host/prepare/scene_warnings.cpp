@@ -1,3 +1,4 @@
+#include "core/lights/least_distance.h"
 #include "core/smoke/grid_samples.h"
 #include "core/smoke/resampling.h"
 #include "host/base/double3_algebra.h"
@@ -60,6 +61,20 @@ template <class IsOne> bool any_triangle(const Scene &scene, IsOne &&is_one) {
         return instance.visible &&
                among(instance.first, instance.count, [&](const Double3 &p) { return placed(instance, p); });
     });
+}
+
+double distance_to_segment(const Double3 &p, const Double3 &a, const Double3 &b) {
+    const Double3 along = b - a, to_p = p - a;
+    const double square = dot(along, along), t = square > 0 ? dot(to_p, along) / square : 0;
+    return length(to_p - along * std::clamp(t, 0.0, 1.0));
+}
+double distance_to_triangle(const Double3 &p, const Double3 &a, const Double3 &b, const Double3 &c) {
+    const Double3 normal = cross(b - a, c - a);
+    const auto is_inside = [&](const Double3 &from, const Double3 &to) {
+        return dot(cross(to - from, p - from), normal) > 0;
+    };
+    if (is_inside(a, b) && is_inside(b, c) && is_inside(c, a)) return std::fabs(dot(p - a, normal)) / length(normal);
+    return std::min({distance_to_segment(p, a, b), distance_to_segment(p, b, c), distance_to_segment(p, c, a)});
 }
 
 bool sees_surfaces(const Frustum &view, const Scene &scene) {
@@ -133,6 +148,7 @@ class Doubts {
         look_at_lights();
         look_at_digits();
         look_at_far_surfaces();
+        look_at_near_lights();
         return std::move(warnings_);
     }
 
@@ -328,6 +344,28 @@ class Doubts {
              "millionth of the diagonal of all that never moves, which is " +
                  two_digits(scene_.ray_epsilon / span) + " of what most of them span" +
                  (span < median(spans) ? ", or a hundred smoothing lengths" : "") + "; leave out what is far away");
+    }
+
+    // A light that falls off is hardly brighter than at the least distance. Where a pixel is wider, nobody sees it.
+    void look_at_near_lights() {
+        const Camera &camera = scene_.camera;
+        const Double3 middle =
+            camera.corner + camera.right * (prepared_.width / 2.0) + camera.down * (prepared_.height / 2.0);
+        for (uint32_t i = 0; i < scene_.light_count; ++i) {
+            const LightSource &light = scene_.lights[i];
+            if (light.kind != LightKind::point && light.kind != LightKind::spot) continue;
+            const double pixel = length(camera.right) / length(middle) * length(light.position - camera.origin);
+            if (pixel > least_light_distance) continue;
+            if (!any_triangle(scene_, [&](const Triangle &, const Double3 &a, const Double3 &b, const Double3 &c) {
+                    return distance_to_triangle(light.position, a, b, c) < least_light_distance;
+                }))
+                continue;
+            return warn(
+                "near light", name_,
+                "a surface is nearer than " + two_digits(least_light_distance / prepared_.scale) +
+                    " to a light, and is lit as if it were so far away: no arithmetic tells less beside surfaces "
+                    "that reach so far; leave out what is far away");
+        }
     }
 
     const std::string &name_;

@@ -122,6 +122,27 @@ TEST_CASE("scene warnings: a still surface so far away that rays start too far f
     CHECK(test.kinds(camera + light + floor("10000000")).empty()); // there is nothing near
 }
 
+TEST_CASE("scene warnings: a light nearer to a surface than any arithmetic tells") {
+    WarningTest test;
+    const auto kinds = [&test](const std::string &half, const std::string &height, const std::string &more = "") {
+        return test.kinds("v from 0 2 9 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 8 6\nlp 0 " + height +
+                          " 0 1 1 1\n" + more + "p 4 -" + half + " 0 -" + half + " -" + half + " 0 " + half + " " +
+                          half + " 0 " + half + " " + half + " 0 -" + half + "\n");
+    };
+    CHECK(kinds("5e6", "3.5") == "near light");
+    CHECK(test.texts ==
+          "s.aff: a surface is nearer than 4 to a light, and is lit as if it were so far away: no arithmetic "
+          "tells less beside surfaces that reach so far; leave out what is far away\n");
+    CHECK(kinds("5e6", "-3.5") == "near light");
+    CHECK(kinds("5e6", "4.5").empty());
+    CHECK(kinds("5e5", "0.5").empty());
+    CHECK(kinds("5e5", "0.4") == "near light");
+    CHECK(kinds("5", "0").empty()); // a pixel is wider
+    // A triangle's edge, and its corner, beside the light.
+    CHECK(kinds("5e6", "9", "p 3 1 7 0 3 7 1 3 7 -1\n") == "near light");
+    CHECK(kinds("5e6", "9", "p 3 5 9 0 8 9 1 8 9 -1\n").empty());
+}
+
 TEST_CASE("scene warnings: a motion that moves nothing") {
     WarningTest test;
     const auto kinds = [&test](const std::string &motion, const std::string &more) {
