@@ -41,24 +41,83 @@ Vec3 mirrored(const Vec3 &direction, const Vec3 &normal) {
     return direction - normal * (Real(2) * dot(direction, normal));
 }
 
+// A triangle's edges as unit vectors times about 1, their sizes, and the sine between the vectors times their lengths:
+// in fixed point, the product of short edges has no digits left.
+struct Sides {
+    Vec3 first, second;
+    Real size1, size2, sine;
+};
+
+// What a circle of width 1 on a triangle is among its texels: an ellipse. The direction of its longer axis in u and v,
+// as parts of a texel's width and height; the logarithm of its length, in texels; and how many times the shorter one
+// it is.
+struct TexelEllipse {
+    Real u, v, log_length, ratio;
+};
+// With T the texels along the edges, as columns, and E the edges' products, the axes are the roots of the eigenvalues
+// of T E^-1 T^t. det E is the square of `sine`, by which all is multiplied; `texels` and `size` are taken out of T.
+TexelEllipse texel_ellipse(const Sides &sides, Real u1, Real v1, Real u2, Real v2, const Texture &texture) {
+    const int32_t side = max(texture.width, texture.height);
+    const Real across = Real(texture.width) / Real(side), down = Real(texture.height) / Real(side);
+    const Real texels = max(max(abs(u1), abs(v1)), max(abs(u2), abs(v2))), size = min(sides.size1, sides.size2);
+    const Real of_first = size / sides.size1, of_second = size / sides.size2;
+    const Real a1 = u1 / texels * across * of_first, b1 = v1 / texels * down * of_first,
+               a2 = u2 / texels * across * of_second, b2 = v2 / texels * down * of_second;
+    const Real e = dot(sides.first, sides.first), f = dot(sides.first, sides.second),
+               g = dot(sides.second, sides.second);
+    const Real uu = g * a1 * a1 - Real(2) * f * a1 * a2 + e * a2 * a2,
+               uv = g * a1 * b1 - f * (a1 * b2 + a2 * b1) + e * a2 * b2,
+               vv = g * b1 * b1 - Real(2) * f * b1 * b2 + e * b2 * b2;
+    const Real half = (uu - vv) * Real(0.5), root = sqrt(half * half + uv * uv), longer = (uu + vv) * Real(0.5) + root;
+    if (!(longer > Real(0))) return {Real(0), Real(0), Real(0), Real(1)};
+    const Real along_u = half < Real(0) ? uv : half + root, along_v = half < Real(0) ? root - half : uv; // eigenvector
+    const Real length = sqrt(along_u * along_u + along_v * along_v);
+    const bool round = !(length > Real(0));
+    return {round ? Real(1) : along_u / length, round ? Real(0) : along_v / length,
+            binary_log(texels) + binary_log(Real(side)) - binary_log(size) - binary_log(sides.sine) +
+                binary_log(longer) * Real(0.5),
+            bounded_quotient(longer, abs(a1 * b2 - a2 * b1) * sides.sine)};
+}
+
 // The mean of the triangle's texture in the beam's footprint: as wide as the cone, and longer the more it is slanted.
-// `area` is twice the triangle's.
+// Where texels are more than twice as long as wide on the triangle, the mean of several places along the footprint,
+// each as wide as it is across: a round one would leave out texels, or blur them.
 WISP_INLINE Color texture_of(const Scene &scene, const Triangle &triangle, const Vec3 &weights, Real width, Real cosine,
-                             Real area) {
+                             const Sides &sides) {
+    constexpr int32_t most_places = 16;
     const Texture &texture = scene.textures[triangle.texture];
     Real u[3], v[3];
     for (int i = 0; i < 3; ++i) {
         u[i] = to_real<Real>(triangle.texel[i][0]);
         v[i] = to_real<Real>(triangle.texel[i][1]);
     }
-    const Real pictures = abs((u[1] - u[0]) * (v[2] - v[0]) - (u[2] - u[0]) * (v[1] - v[0]));
-    Real lod = Real(0);
-    if (pictures > Real(0) && width > Real(0) && area > Real(0)) {
-        const Real texels = binary_log(pictures) + binary_log(Real(texture.width)) + binary_log(Real(texture.height));
-        lod = binary_log(width) + (texels - binary_log(area) - binary_log(max(cosine, Real(1.0 / 64)))) * Real(0.5);
+    const auto at = [&](Real along_u, Real along_v, Real lod) {
+        return texture_at(texture, u[0] * weights.x + u[1] * weights.y + u[2] * weights.z + along_u,
+                          v[0] * weights.x + v[1] * weights.y + v[2] * weights.z + along_v, lod);
+    };
+    const Real u1 = u[1] - u[0], v1 = v[1] - v[0], u2 = u[2] - u[0], v2 = v[2] - v[0],
+               area = sides.sine * sides.size1 * sides.size2; // twice the triangle's
+    if (!(width > Real(0)) || !(area > Real(0)) || !(max(max(abs(u1), abs(v1)), max(abs(u2), abs(v2))) > Real(0)))
+        return at(Real(0), Real(0), Real(0));
+    const Real log_cosine = binary_log(max(cosine, Real(1.0 / 64)));
+    const TexelEllipse ellipse = texel_ellipse(sides, u1, v1, u2, v2, texture);
+    if (!(ellipse.ratio > Real(2))) {
+        const Real pictures = abs(u1 * v2 - u2 * v1),
+                   texels = binary_log(pictures) + binary_log(Real(texture.width)) + binary_log(Real(texture.height));
+        return at(Real(0), Real(0), binary_log(width) + (texels - binary_log(area) - log_cosine) * Real(0.5));
     }
-    return texture_at(texture, u[0] * weights.x + u[1] * weights.y + u[2] * weights.z,
-                      v[0] * weights.x + v[1] * weights.y + v[2] * weights.z, lod);
+    const Real log_length = binary_log(width) + ellipse.log_length - log_cosine * Real(0.5);
+    const int32_t places = ellipse.ratio < Real(most_places) ? floor_to_int(ellipse.ratio) : most_places;
+    const Real lod = log_length - binary_log(Real(places));
+    if (!(log_length > Real(0)) || !(lod < Real(texture.levels - 1))) return at(Real(0), Real(0), lod); // in one texel
+    const Real length = exp(log_length * Real(0.69314718055994530942)),
+               along_u = ellipse.u * length / Real(texture.width), along_v = ellipse.v * length / Real(texture.height);
+    Color sum(Real(0));
+    for (int32_t i = 0; i < places; ++i) {
+        const Real t = (Real(i) + Real(0.5)) / Real(places) - Real(0.5);
+        sum += at(along_u * t, along_v * t, lod);
+    }
+    return sum / Real(places);
 }
 
 Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
@@ -76,11 +135,11 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
     }
     const Vec3 weights(Real(1) - hit.u - hit.v, hit.u, hit.v);
     Point point;
-    // The edges are scaled to a length of about 1: in fixed point, the product of short edges has no digits left.
     const Real size1 = largest(absolute(edge1)), size2 = largest(absolute(edge2));
-    const Vec3 product = cross(edge1 / size1, edge2 / size2);
-    const Real sine = length(product);
-    point.plane = sine > Real(0) ? product / sine : -beam.ray.direction;
+    Sides sides = {edge1 / size1, edge2 / size2, size1, size2, Real(0)};
+    const Vec3 product = cross(sides.first, sides.second);
+    sides.sine = length(product);
+    point.plane = sides.sine > Real(0) ? product / sides.sine : -beam.ray.direction;
     if (instance && scene.instances[hit.instance].mirrored)
         point.plane = -point.plane; // outside of a mirror image is the image of outside
     point.position = corner + edge1 * hit.u + edge2 * hit.v;
@@ -113,9 +172,8 @@ Point point_at(const Whitted &tracer, const Beam &beam, const Hit &hit) {
     point.v = hit.v;
     point.instance = hit.instance;
     point.width = beam.width + tracer.spread * hit.distance;
-    point.texture = triangle.texture < 0
-                        ? Color(Real(1))
-                        : texture_of(scene, triangle, weights, point.width, abs(cosine), sine * size1 * size2);
+    point.texture =
+        triangle.texture < 0 ? Color(Real(1)) : texture_of(scene, triangle, weights, point.width, abs(cosine), sides);
     return point;
 }
 

@@ -291,4 +291,48 @@ TEST_CASE(WISP_ARITH_NAME ": a texture is read at its texels, between them, and 
     check_color(room.look({-2, 1, 0}, {-2, 0, 0}), 1.5 * red, green / 2, 0);
 }
 
+TEST_CASE(WISP_ARITH_NAME ": texels that are long on a surface are averaged along the footprint alone") {
+    // Two columns, black and red, and rows whose green rises. Red's mean is its half, wherever a footprint of many
+    // columns lies; green is what the row has.
+    constexpr int32_t rows = 64;
+    std::vector<uint16_t> texels;
+    for (int32_t width = 2, height = rows; width > 0;
+         width = height > 1 ? 1 : 0, height /= 2) // levels down to one texel
+        for (int32_t row = 0; row < height; ++row)
+            for (int32_t column = 0; column < width; ++column) {
+                texels.push_back(static_cast<uint16_t>(width == 1 ? 30000 : 60000 * column));
+                texels.push_back(static_cast<uint16_t>(60000 * (row + 0.5) / height));
+                texels.push_back(0);
+            }
+    for (const double turn : {0.0, 0.3}) {          // of the columns over the floor
+        for (const double columns : {100.0, 1e4}) { // in a unit of length
+            Room room;
+            Material m = matte({0, 0, 0});
+            m.ambient = {1, 1, 1};
+            room.material(m);
+            room.textures = {{2, rows, 7, texels.data()}};
+            add_floor(room, 0, 4, 0);
+            for (Triangle &triangle : room.triangles) {
+                triangle.texture = 0;
+                for (int i = 0; i < 3; ++i) {
+                    const double x = triangle.corner[i].x, z = triangle.corner[i].z;
+                    triangle.texel[i][0] = (std::cos(turn) * x + std::sin(turn) * z) * columns / 2;
+                    triangle.texel[i][1] = (std::cos(turn) * z - std::sin(turn) * x + 6) / 12;
+                }
+            }
+            room.spread = 5.3 / columns; // a pixel sees 5.3 columns
+            room.build();
+            for (int i = 0; i < 50; ++i) {
+                const double x = -2 + 0.0771 * i, z = -1 + 0.0337 * i;
+                const double row = (std::cos(turn) * z - std::sin(turn) * x + 6) / 12 * rows;
+                const Color found = room.look({x, 1, z}, {x, 0, z});
+                CAPTURE(i);
+                CHECK(at(found.x) * 65535 ==
+                      doctest::Approx(30000).epsilon(0.09)); // the mean over 5.3 columns: within 8.6 %
+                CHECK(at(found.y) * 65535 == doctest::Approx(60000 * row / rows).epsilon(1e-3));
+            }
+        }
+    }
+}
+
 } // namespace wisp::WISP_ARITH
