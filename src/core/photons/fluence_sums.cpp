@@ -261,21 +261,21 @@ bool light_at_node(const FluenceSums &fluence, uint32_t brick, const Cell &node,
     constexpr Real least = Real(0x1p-10);
     const SparseGrid &bricks = *fluence.bricks;
     const int32_t spacing = fluence.spacing, n = nodes_along(spacing);
+    const bool one_channel = fluence.channels == 1;
+    const uint32_t channels = one_channel ? 1 : 3;
     int64_t power[3] = {0, 0, 0}, flux[3] = {0, 0, 0};
     Real integral = Real(0), densest = Real(0); // of sigma_t times the node's tent; of all holders
     for_each_holder(bricks, bricks.position[brick], node, n, [&](uint32_t other, uint32_t there) {
         densest = max(densest, fluence.densest[other]);
         const size_t k = size_t{other} * nodes_of(spacing) + there;
         integral += fluence.tents[k];
-        for (uint32_t c = 0; c < fluence.channels; ++c)
-            power[c] = wrapped_sum(power[c], fluence.power[k * fluence.channels + c]);
+        for (uint32_t c = 0; c < channels; ++c) power[c] = wrapped_sum(power[c], fluence.power[k * channels + c]);
         for (uint32_t c = 0; fluence.flux && c < 3; ++c) flux[c] = wrapped_sum(flux[c], fluence.flux[k * 3 + c]);
     });
     integral *= Real(1.0 / 216);
     light = {Color(Real(0)), Vec3(Real(0))};
     if (!(integral > scale_pow2(densest, fluence.sigma_shift) * (least * Real(spacing * spacing * spacing))))
         return false;
-    const bool one_channel = fluence.channels == 1;
     const Color deposited = one_channel ? Color(photons_of(power[0]))
                                         : Color(photons_of(power[0]), photons_of(power[1]), photons_of(power[2]));
     const Color sum = one_channel ? fluence.photon_color * deposited : deposited;

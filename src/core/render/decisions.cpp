@@ -60,14 +60,13 @@ int32_t spacing_within(double cell, double step) {
 
 GridSpacing grid_spacing(const Scene &scene, const Settings &settings) {
     const double density = can_resample(scene) ? settings.density_step : 0;
-    double cell = density;
+    double cell = settings.light_step;
     if (total_order_key(density) > 0) {
         cell = cell_of_bricks(scene, density);
-    } else {
-        cell = settings.light_step;
+    } else if (settings.irradiance != IrradianceMap::none) {
         const bool light = total_order_key(cell) > 0,
                    finer = total_order_key(cell) < total_order_key(settings.irradiance_step);
-        if (settings.irradiance != IrradianceMap::none && !(light && finer)) cell = settings.irradiance_step;
+        if (!(light && finer)) cell = settings.irradiance_step;
     }
     return {cell, spacing_within(cell, settings.light_step), spacing_within(cell, settings.irradiance_step)};
 }

@@ -149,6 +149,7 @@ class Doubts {
         look_at_digits();
         look_at_far_surfaces();
         look_at_near_lights();
+        look_at_rays();
         return std::move(warnings_);
     }
 
@@ -366,6 +367,24 @@ class Doubts {
                     " to a light, and is lit as if it were so far away: no arithmetic tells less beside surfaces "
                     "that reach so far; leave out what is far away");
         }
+    }
+
+    // A surface that sends on more than it receives: rays that weigh little are not sent, and these do not become less.
+    void look_at_rays() {
+        constexpr double many_rays = 1e4; // a pixel, of those that are seen by one camera ray
+        double most = 0;
+        for (uint32_t i = 0; i < scene_.material_count; ++i) {
+            const Material &m = scene_.materials[i];
+            if (largest(m.specular) > 0 && m.transmission > 0)
+                most = std::max(most, largest(m.specular) + m.transmission);
+        }
+        double rays = 1;
+        for (uint32_t i = 0; i < options_.depth && rays < 1e12; ++i) rays *= most;
+        if (rays > many_rays)
+            warn("many rays", name_,
+                 "a surface reflects and lets through " + two_digits(most) +
+                     " times what it receives, so one camera ray may be followed by " + two_digits(rays) +
+                     " others within --depth " + std::to_string(options_.depth));
     }
 
     const std::string &name_;

@@ -116,16 +116,16 @@ TEST_CASE("scene warnings: a still surface so far away that rays start too far f
             CHECK(test.kinds(camera + light + near + smoke + "s " + half + " 0 0 0.3\n").empty());
         }
     for (const std::string &smoke : {std::string(), box}) {
-        CHECK(test.kinds(camera + light + near + floor("10000000") + smoke) == "far surfaces");
+        CHECK(test.kinds(camera + light + near + floor("10000000") + smoke) == "far surfaces, near light");
         CHECK(test.kinds(camera + light + near + near + smoke + "s 10000000 0 0 0.3\n") == "far surfaces");
     }
-    CHECK(test.kinds(camera + light + floor("10000000")).empty()); // there is nothing near
+    CHECK(test.kinds(camera + light + floor("10000000")) == "near light"); // no surface is near
 }
 
 TEST_CASE("scene warnings: a light nearer to a surface than any arithmetic tells") {
     WarningTest test;
     const auto kinds = [&test](const std::string &half, const std::string &height, const std::string &more = "") {
-        return test.kinds("v from 0 2 9 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 8 6\nlp 0 " + height +
+        return test.kinds("v from 0 2 9 at 0 0 0 up 0 1 0 angle 30 hither 1 resolution 80 60\nlp 0 " + height +
                           " 0 1 1 1\n" + more + "p 4 -" + half + " 0 -" + half + " -" + half + " 0 " + half + " " +
                           half + " 0 " + half + " " + half + " 0 -" + half + "\n");
     };
@@ -136,11 +136,26 @@ TEST_CASE("scene warnings: a light nearer to a surface than any arithmetic tells
     CHECK(kinds("5e6", "-3.5") == "near light");
     CHECK(kinds("5e6", "4.5").empty());
     CHECK(kinds("5e5", "0.5").empty());
-    CHECK(kinds("5e5", "0.4") == "near light");
+    CHECK(kinds("5e5", "0.2") == "near light");
     CHECK(kinds("5", "0").empty()); // a pixel is wider
     // A triangle's edge, and its corner, beside the light.
     CHECK(kinds("5e6", "9", "p 3 1 7 0 3 7 1 3 7 -1\n") == "near light");
     CHECK(kinds("5e6", "9", "p 3 5 9 0 8 9 1 8 9 -1\n").empty());
+}
+
+TEST_CASE("scene warnings: rays that multiply") {
+    WarningTest test;
+    const auto kinds = [&test](uint32_t depth, const std::string &reflected, const std::string &transmitted) {
+        test.options.depth = depth;
+        return test.kinds(camera + light + "f 1 1 1 0.1 " + reflected + " 10 " + transmitted + " 1\ns 0 0 0 0.5\n");
+    };
+    CHECK(kinds(16, "0.9", "0.9") == "many rays");
+    CHECK(test.texts ==
+          "s.aff: a surface reflects and lets through 1.8 times what it receives, so one camera ray may be "
+          "followed by 1.2e+04 others within --depth 16\n");
+    CHECK(kinds(10, "0.9", "0.9").empty());
+    CHECK(kinds(64, "0.5", "0.5").empty());
+    CHECK(kinds(64, "1", "0").empty()); // one ray follows another
 }
 
 TEST_CASE("scene warnings: a motion that moves nothing") {
