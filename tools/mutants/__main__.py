@@ -3,14 +3,15 @@
     tools/mutants [--sample N] [--seed S] [--seconds T] [--budget B] [--build FOLDER] [--data FOLDER] [-j N] [--only PATTERN] [--place K]
 
 A copy of the sources is made in which each operator and many numbers of src/core are behind a switch (switches.h), and is compiled
-once. Each test that runs in the test's own process is run once, to see which places it comes to, and how long it takes; those that
-take more than T seconds are left out. Then, for each of N places drawn at random from those reached (0: all), the tests that come
-there run with that place switched, the quickest first, until one fails, crashes or takes ten times as long, or B seconds of tests
-are over. A place at which none does is a survivor: it is printed. What was found lies in FOLDER/mutants.csv.
+once: the tests, and the program that tests of the command line run. Each test is run once, to see which places it comes to, and how
+long it takes; those that take more than T seconds, and the suite "long", are left out. Each golden is a test of its own here. Then,
+for each of N places drawn at random from those reached (0: all), the tests that come there run with that place switched, until one
+fails, crashes or takes ten times as long, or B seconds of tests are over. Those that have noticed most so far for their seconds come
+first. A place at which none does is a survivor: it is printed. What was found lies in FOLDER/mutants.csv.
 
-Needs python3-clang-14. Places that no test reaches, and tests of the command line, do not count.
+Needs python3-clang-14. Places that no test reaches, and tests of the C interface, do not count.
 """
-import argparse, csv, json, os, random, re, shutil, subprocess, sys, time
+import argparse, csv, json, os, random, re, shutil, signal, subprocess, sys, time
 from collections import defaultdict
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -22,8 +23,8 @@ KINDS = cindex.CursorKind
 BINARY = {"<": "less", "<=": "less_equal", ">": "greater", ">=": "greater_equal", "==": "equal", "!=": "not_equal", "+": "plus",
           "-": "minus", "*": "times", "/": "divided", "%": "modulo", "&": "bit_and", "|": "bit_or", "<<": "shift_left",
           ">>": "shift_right"}
-# Tests of programs and libraries in which nothing is switched.
-OTHER_PROCESSES = "*test/command_line/*,*test/c_api/*"
+# Tests of libraries in which nothing is switched.
+OTHER_LIBRARIES = "*test/c_api/*"
 MEMORY = 6 << 20  # kilobytes of address space of a test
 
 
@@ -33,7 +34,7 @@ def copy(tree):
         shutil.copytree(TOP / folder, tree / folder, dirs_exist_ok=True,
                         ignore=lambda path, names: [name for name in names if Path(path, name) == TOP / "src/core"])
     shutil.copy2(TOP / "Makefile", tree)
-    shutil.copy2(TOP / "tools/mutants/switches.cpp", tree / "test/support")
+    shutil.copy2(TOP / "tools/mutants/switches.cpp", tree / "src/host/base")
 
 
 def find_places(files, sources, flags):
@@ -150,7 +151,7 @@ def compiled(tree, files, places, build, data):
                 target.write_text(new)
         run = subprocess.run([*make, *core], cwd=tree, capture_output=True, text=True)
         if run.returncode == 0:
-            run = subprocess.run([*make, f"{build}/tests"], cwd=tree, capture_output=True, text=True)
+            run = subprocess.run([*make, f"{build}/tests", f"{build}/wisp"], cwd=tree, capture_output=True, text=True)
         if run.returncode == 0:
             return {numbers[key]: key for key in places}
         # Left out are the places of lines that a message of the compiler names.
@@ -166,20 +167,37 @@ def compiled(tree, files, places, build, data):
 
 
 class Tests:
-    def __init__(self, program, seconds):
-        self.program, self.seconds = program, seconds
-        self.filter = [f"--source-file-exclude={OTHER_PROCESSES}"]
-        count = subprocess.run([program, "--count", *self.filter], capture_output=True, text=True).stdout
-        self.count = int(re.search(r"filters: (\d+)", count)[1])
+    """Those of the test program, by their numbers from 1 on, and behind them the goldens."""
+
+    def __init__(self, build, seconds):
+        self.program, self.wisp, self.seconds = build / "tests", build / "wisp", seconds
+        self.filter = [f"--source-file-exclude={OTHER_LIBRARIES}", "--test-suite-exclude=long"]
+        count = subprocess.run([self.program, "--count", *self.filter], capture_output=True, text=True).stdout
+        self.cases = int(re.search(r"filters: (\d+)", count)[1])
+        self.goldens = [line.split() for line in (TOP / "fixtures/goldens.txt").read_text().splitlines()]
+        self.count = self.cases + len(self.goldens)
 
     def passes(self, test, seconds, **environment):
         """Whether test number `test` passes within so many seconds."""
-        command = ["sh", "-c", f'ulimit -v {MEMORY}; exec "$@"', "sh", self.program, *self.filter, f"--first={test}", f"--last={test}"]
+        golden = self.goldens[test - self.cases - 1] if test > self.cases else None
+        if golden:
+            digest, arithmetic, scene, *options = golden
+            words = [self.wisp, "render", TOP / "fixtures" / scene, *options, "--arith", arithmetic, "--digest"]
+        else:
+            words = [self.program, *self.filter, f"--first={test}", f"--last={test}"]
+        run = subprocess.Popen(["sh", "-c", f'ulimit -v {MEMORY}; exec "$@"', "sh", *words], stdout=subprocess.PIPE,
+                               stderr=subprocess.DEVNULL, start_new_session=True, env={**os.environ, **environment})
         try:
-            run = subprocess.run(command, capture_output=True, timeout=seconds, env={**os.environ, **environment})
+            out = run.communicate(timeout=seconds)[0]
+            return run.returncode == 0 and (not golden or out.split()[:1] == [digest.encode()])
         except subprocess.TimeoutExpired:
             return False
-        return run.returncode == 0
+        finally:
+            try:
+                os.killpg(run.pid, signal.SIGKILL)  # with the programs that it runs
+            except ProcessLookupError:
+                pass
+            run.wait()
 
     def reach(self, test, file):
         """The seconds that a test takes, and the places it comes to; None where it is left out."""
@@ -211,16 +229,17 @@ def main():
     places = find_places(files, sources, ["-std=c++17", f"-I{TOP}/include", f"-I{TOP}/src", "-DWISP_ARITH=f32", "-DWISP_TRAP"])
     print(f"{len(places)} places", flush=True)
     numbered = compiled(tree, files, places, build / "objects", args.data.resolve())
-    tests = Tests(build / "objects/tests", args.seconds)
+    tests = Tests(build / "objects", args.seconds)
     (build / "reached").mkdir(exist_ok=True)
 
     # What tests come to is kept for as long as the program is the same.
     kept = build / "reach.json"
-    if not kept.exists() or kept.stat().st_mtime < Path(tests.program).stat().st_mtime:
-        with ThreadPoolExecutor(args.j) as pool:
-            found = list(pool.map(lambda test: tests.reach(test, build / "reached" / str(test)), range(1, tests.count + 1)))
-        kept.write_text(json.dumps([result and [result[0], sorted(result[1])] for result in found]))
-    found = json.loads(kept.read_text())
+    fresh = kept.exists() and kept.stat().st_mtime > Path(tests.program).stat().st_mtime
+    found = json.loads(kept.read_text()) if fresh else []
+    with ThreadPoolExecutor(args.j) as pool:
+        more = list(pool.map(lambda test: tests.reach(test, build / "reached" / str(test)), range(len(found) + 1, tests.count + 1)))
+    found += [result and [result[0], sorted(result[1])] for result in more]
+    kept.write_text(json.dumps(found))
     reached_by = defaultdict(list)
     for test, result in enumerate(found, 1):
         for place in result[1] if result else ():
@@ -231,13 +250,21 @@ def main():
     random.Random(args.seed).shuffle(drawn)
     drawn = [args.place] if args.place else drawn[:args.sample or None]
 
+    # For each test, in how many of its runs it has noticed something.
+    runs, noticed = defaultdict(int), defaultdict(int)
+
     def killer(place):
-        spent = 0
-        for seconds, test in sorted(reached_by[place]):
+        spent, left = 0, list(reached_by[place])
+        while left:
+            best = min(left, key=lambda t: t[0] * (runs[t[1]] + 2) / (noticed[t[1]] + 1))
+            left.remove(best)
+            seconds, test = best
+            if spent + seconds > args.budget:
+                continue
             spent += seconds
-            if spent > args.budget:
-                break
+            runs[test] += 1
             if not tests.passes(test, 2 + 10 * seconds, WISP_MUTANT=str(place)):
+                noticed[test] += 1
                 return test
         return None
 
