@@ -7,10 +7,11 @@ TEST_O       = $(foreach a,$(ARITHMETICS),$(CORE:%=$B/test/core/$a/%.o) $(PER_AR
                $(C_API:%=$B/test/c_api/%.o) $(ONCE:%=$B/test/cases/once/%.o) \
                $(FUZZ:%=$B/test/cases/once/fuzz/%_fuzz.o) $(filter-out %/main.o,$(HOST_O))
 $(foreach a,$(ARITHMETICS),$(eval $(call objects,test/core/$a,src/core,CXX,TEST_FLAGS,-DWISP_ARITH=$a)))
-$(foreach a,$(ARITHMETICS),$(eval $(call objects,test/cases/$a,test,CXX,CASE_FLAGS,-DWISP_ARITH=$a)))
+$(foreach a,$(ARITHMETICS),$(eval $(call objects,test/cases/$a,test,CASE_CXX,CASE_FLAGS,-DWISP_ARITH=$a)))
 $(eval $(call objects,test/c_api,src/c_api,CXX,TEST_FLAGS))
-$(eval $(call objects,test/cases/once,test,CXX,CASE_FLAGS))
-CASE_FLAGS   = -Itest $(TEST_FLAGS)
+$(eval $(call objects,test/cases/once,test,CASE_CXX,CASE_FLAGS))
+CASE_FLAGS   = -Itest $(filter-out $(COVERED),$(TEST_FLAGS))
+CASE_CXX     = $(CXX)
 # A fuzz target is a test of its corpus, too: as a function of its own name.
 $B/test/cases/once/fuzz/%_fuzz.o: CASE_FLAGS += -DLLVMFuzzerTestOneInput=fuzz_$(patsubst %_fuzz,%,$(notdir $*))
 $B/tests: $(TEST_O)
@@ -33,11 +34,16 @@ cluster: $B/wisp ## the recipes for many processes and machines, with kills, on 
 nightly: ## what is checked once a day (.ci/nightly): all compilers and processors, fuzzing, faults, physics; installs, hours
 	.ci/nightly
 
-coverage: ## lines and branches of src/ that all tests reach, by room, and the lines of the core that none reaches; an hour
-	+$(MAKE) B=$B/coverage INSTRUMENTED="--coverage -O1" all $B/coverage/tests $B/coverage/faults.so
-	find $B/coverage -name '*.gcda' -delete
-	-tools/run_tests $B/coverage/tests
-	python3 tools/coverage $B/coverage
+# By clang, which counts the conditions of the source; g++ counts the jumps of each form that a loop of lanes has. The tests
+# themselves are g++'s: clang 14 refuses some of their lambdas.
+COVERED      = -fprofile-instr-generate -fcoverage-mapping
+coverage: ## lines and branches of src/ that all tests reach, by room, and those of the core that none reaches; needs clang and llvm; an hour
+	+$(MAKE) B=$B/coverage CXX=clang++ CASE_CXX=g++ MULTIVERSION= INSTRUMENTED="-O1 $(COVERED)" \
+	    all $B/coverage/tests $B/coverage/faults.so
+	rm -rf $B/coverage/profiles
+	-LLVM_PROFILE_FILE=$(abspath $B)/coverage/profiles/%8m tools/run_tests $B/coverage/tests
+	llvm-profdata merge -sparse $B/coverage/profiles/* -o $B/coverage/profile
+	python3 tools/coverage $B/coverage/profile $B/coverage/tests $B/coverage/wisp
 
 # Functions for wide vectors are chosen before the checks are set up, so there are none.
 SANITISED    = -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all
@@ -45,6 +51,10 @@ CHECKS       = $(SANITISED) -fno-sanitize=vptr -D_GLIBCXX_ASSERTIONS
 sanitize: ## all tests with checks of addresses, undefined behaviour and the library's assertions; an hour
 	+$(MAKE) B=$B/sanitize MULTIVERSION= INSTRUMENTED="$(CHECKS)" all $B/sanitize/tests $B/sanitize/faults.so
 	LSAN_OPTIONS=suppressions=$(CURDIR)/tools/build/leaks.supp:print_suppressions=0 tools/run_tests $B/sanitize/tests
+analyse: ## clang-tidy over src/ (.clang-tidy), and gcc's -fanalyzer over what is C; needs clang-tidy; half an hour
+	find src -name '*.cpp' | xargs -P $$(nproc) -I {} clang-tidy --quiet {} -- -std=c++17 -Iinclude -Isrc -DWISP_ARITH=fixed
+	printf '%s\n' tools/faults/preloaded.c tools/examples/scene.c tools/peers/marcher.c | \
+	    xargs -I {} $(CC) -fanalyzer -Werror -O1 -Iinclude -c {} -o /dev/null
 mutants: ## whether tests notice SAMPLE=1000 changed operators and numbers of the core; needs python3-clang-14; an hour
 	$(PYTHON) tools/mutants --build $B --data $(DATA) --sample $(or $(SAMPLE),1000)
 

@@ -205,10 +205,18 @@ class ReferenceTracer {
             }
         return sum;
     }
-    // The footprint is a cone's: of `width` across, lengthened by 1 / cosine up to 64, both in equal parts.
+    Double3 texel_mean(const Texture &t, double u, double v, double log_width) const {
+        const double lod = std::min(std::max(log_width, 0.0), t.levels - 1.0);
+        const int fine = std::min(static_cast<int>(lod), std::max(t.levels - 2, 0));
+        const double part = lod - fine;
+        return texel(t, fine, u, v) * (1 - part) + (part > 0 ? texel(t, fine + 1, u, v) * part : Double3{0, 0, 0});
+    }
+    // The footprint is a cone's: of `width` across, lengthened by 1 / cosine up to 64, both in equal parts. Where it is
+    // more than twice as long as wide among the texels, so many places along it, at most 16.
     Double3 texture(const Facet &f, const double share[3], double width, double cosine, double share_error,
                     double &error) {
         const Texture &t = scene_.textures[f.source->texture];
+        const double size[2] = {double(t.width), double(t.height)};
         double uv[2] = {0, 0}, d[2][2], spread = 0;
         for (int k = 0; k < 2; ++k) {
             for (int i = 0; i < 3; ++i) uv[k] += f.source->texel[i][k] * share[i];
@@ -218,13 +226,40 @@ class ReferenceTracer {
             }
         }
         error = 4 * spread * share_error * std::max(t.width, t.height);
-        const double texels = std::fabs(d[0][0] * d[1][1] - d[0][1] * d[1][0]) * t.width * t.height;
-        const double footprint = width * std::sqrt(texels / length(f.plane) / std::max(cosine, 1.0 / 64));
-        const double lod = footprint > 0 ? std::min(std::max(std::log2(footprint), 0.0), t.levels - 1.0) : 0;
-        const int fine = std::min(static_cast<int>(lod), std::max(t.levels - 2, 0));
-        const double part = lod - fine;
-        return texel(t, fine, uv[0], uv[1]) * (1 - part) +
-               (part > 0 ? texel(t, fine + 1, uv[0], uv[1]) * part : Double3{0, 0, 0});
+        if (spread == 0) return texel(t, 0, uv[0], uv[1]);
+        // How far texels change along two unit vectors in the plane.
+        const Double3 edge[2] = {f.corner[1] - f.corner[0], f.corner[2] - f.corner[0]}, x = unit(edge[0]),
+                      y = unit(cross(f.plane, x));
+        double change[2][2]; // of u and v, along x and y
+        for (int k = 0; k < 2; ++k) {
+            change[k][0] = d[0][k] * size[k] / length(edge[0]);
+            change[k][1] = (d[1][k] * size[k] - change[k][0] * dot(edge[1], x)) / dot(edge[1], y);
+        }
+        // In the direction of angle a texels change by |C (cos a, sin a)|, whose square is mean + swing cos(2 (a -
+        // turn)).
+        const double xx = change[0][0] * change[0][0] + change[1][0] * change[1][0],
+                     yy = change[0][1] * change[0][1] + change[1][1] * change[1][1],
+                     xy = change[0][0] * change[0][1] + change[1][0] * change[1][1];
+        const double turn = 0.5 * std::atan2(2 * xy, xx - yy), mean = 0.5 * (xx + yy),
+                     swing = std::hypot(0.5 * (xx - yy), xy), longer = std::sqrt(mean + swing),
+                     shorter = std::fabs(change[0][0] * change[1][1] - change[0][1] * change[1][0]) / longer;
+        const double ratio = longer / shorter, slant = 1 / std::sqrt(std::max(cosine, 1.0 / 64));
+        const double limit = std::min(std::max(std::round(ratio), 2.0), 16.0);
+        if (std::fabs(ratio - limit) < 1000 * step_error * ratio) close_ = true;
+        if (!(ratio > 2)) return texel_mean(t, uv[0], uv[1], std::log2(width * slant * std::sqrt(longer * shorter)));
+        const int places = static_cast<int>(std::min(ratio, 16.0));
+        const double along = width * slant * longer;
+        error += 100 * step_error * std::min(along, 16.0 * std::max(t.width, t.height));
+        if (std::fabs(std::log2(along)) < 1000 * step_error) close_ = true;
+        if (along < 1) return texel(t, 0, uv[0], uv[1]);
+        Double3 sum = {0, 0, 0};
+        const double u = (change[0][0] * std::cos(turn) + change[0][1] * std::sin(turn)) / longer * along / size[0],
+                     v = (change[1][0] * std::cos(turn) + change[1][1] * std::sin(turn)) / longer * along / size[1];
+        for (int i = 0; i < places; ++i) {
+            const double part = (i + 0.5) / places - 0.5;
+            sum = sum + texel_mean(t, uv[0] + u * part, uv[1] + v * part, std::log2(along / places)) * (1.0 / places);
+        }
+        return sum;
     }
     Double3 follow(const ReferenceRay &ray, double width, uint32_t depth, double weight) {
         const Intersection found = nearest(ray);
