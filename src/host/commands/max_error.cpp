@@ -376,7 +376,7 @@ class Search {
                                        factor * factor * (change.square + unsure - least)};
                 const std::optional<uint64_t> photons = enough_photons(errors, photons_, goal_);
                 if (!photons) continue;
-                std::optional<Choice> found =
+                const std::optional<Choice> found =
                     measured_again(of, of < level ? level : level - 1, factor, of_pair, errors, *photons);
                 if (found) return found;
             }

@@ -22,7 +22,7 @@ class RowText {
 
     // Of a row that is not needed.
     std::string why_not(Stage stage) const {
-        std::string reason = plan_[stage].reason;
+        const std::string reason = plan_[stage].reason;
         const bool of_photons = stage == Stage::photons || stage == Stage::irradiance;
         if (of_photons && why_paths_ && plan_[Stage::majorants].needed) return reason + ": " + why_paths_;
         if (stage == Stage::bricks && lacks_bricks_) return reason + ": there is no room for bricks within --memory";
