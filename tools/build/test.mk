@@ -7,11 +7,10 @@ TEST_O       = $(foreach a,$(ARITHMETICS),$(CORE:%=$B/test/core/$a/%.o) $(PER_AR
                $(C_API:%=$B/test/c_api/%.o) $(ONCE:%=$B/test/cases/once/%.o) \
                $(FUZZ:%=$B/test/cases/once/fuzz/%_fuzz.o) $(filter-out %/main.o,$(HOST_O))
 $(foreach a,$(ARITHMETICS),$(eval $(call objects,test/core/$a,src/core,CXX,TEST_FLAGS,-DWISP_ARITH=$a)))
-$(foreach a,$(ARITHMETICS),$(eval $(call objects,test/cases/$a,test,CASE_CXX,CASE_FLAGS,-DWISP_ARITH=$a)))
+$(foreach a,$(ARITHMETICS),$(eval $(call objects,test/cases/$a,test,CXX,CASE_FLAGS,-DWISP_ARITH=$a)))
 $(eval $(call objects,test/c_api,src/c_api,CXX,TEST_FLAGS))
-$(eval $(call objects,test/cases/once,test,CASE_CXX,CASE_FLAGS))
-CASE_FLAGS   = -Itest $(filter-out $(COVERED),$(TEST_FLAGS))
-CASE_CXX     = $(CXX)
+$(eval $(call objects,test/cases/once,test,CXX,CASE_FLAGS))
+CASE_FLAGS   = -Itest $(TEST_FLAGS)
 # A fuzz target is a test of its corpus, too: as a function of its own name.
 $B/test/cases/once/fuzz/%_fuzz.o: CASE_FLAGS += -DLLVMFuzzerTestOneInput=fuzz_$(patsubst %_fuzz,%,$(notdir $*))
 $B/tests: $(TEST_O)
@@ -34,15 +33,13 @@ cluster: $B/wisp ## the recipes for many processes and machines, with kills, on 
 nightly: ## what is checked once a day (.ci/nightly): all compilers and processors, fuzzing, faults, physics; installs, hours
 	.ci/nightly
 
-# By clang, which counts the conditions of the source; g++ counts the jumps of each form that a loop of lanes has. The tests
-# themselves are g++'s: clang 14 refuses some of their lambdas.
-COVERED      = -fprofile-instr-generate -fcoverage-mapping
-coverage: ## lines and branches of src/ that all tests reach, by room, and those of the core that none reaches; needs clang and llvm; an hour
-	+$(MAKE) B=$B/coverage CXX=clang++ CASE_CXX=g++ MULTIVERSION= INSTRUMENTED="-O1 $(COVERED)" \
-	    all $B/coverage/tests $B/coverage/faults.so
+# By clang, which counts the conditions of the source; g++ counts the jumps of each form that a loop of lanes has.
+COVERED      = -O1 -fprofile-instr-generate -fcoverage-mapping -Wno-c++20-extensions
+coverage: ## lines and branches of src/ that all tests reach, by room, and those of the core that none reaches; needs clang-16 and llvm-16; an hour
+	+$(MAKE) B=$B/coverage CXX=clang++-16 MULTIVERSION= INSTRUMENTED="$(COVERED)" all $B/coverage/tests $B/coverage/faults.so
 	rm -rf $B/coverage/profiles
 	-LLVM_PROFILE_FILE=$(abspath $B)/coverage/profiles/%8m tools/run_tests $B/coverage/tests
-	llvm-profdata merge -sparse $B/coverage/profiles/* -o $B/coverage/profile
+	llvm-profdata-16 merge -sparse $B/coverage/profiles/* -o $B/coverage/profile
 	python3 tools/coverage $B/coverage/profile $B/coverage/tests $B/coverage/wisp
 
 # Functions for wide vectors are chosen before the checks are set up, so there are none.

@@ -48,35 +48,30 @@ struct Sides {
     Real size1, size2, sine;
 };
 
-// What a circle of width 1 on a triangle is among its texels: an ellipse. The direction of its longer axis in u and v,
-// as parts of a texel's width and height; the logarithm of its length, in texels; and how many times the shorter one
-// it is.
+// What a circle on a triangle is among its texels: an ellipse. With T the texels along the edges, as columns, and E the
+// edges' products, the squares of its axes are the eigenvalues of T E^-1 T^t. Here they are times the square of `sine`,
+// which is det E, and in parts of `pictures` times the texture's longer side, in a length of `size`.
 struct TexelEllipse {
-    Real u, v, log_length, ratio;
+    Real half, across; // half of the difference of the matrix's entries on the diagonal, and the other entry
+    Real root, longer; // half of the difference of the eigenvalues, and the greater one
+    Real ratio;        // of the longer axis to the shorter one
+    Real pictures, size;
 };
-// With T the texels along the edges, as columns, and E the edges' products, the axes are the roots of the eigenvalues
-// of T E^-1 T^t. det E is the square of `sine`, by which all is multiplied; `texels` and `size` are taken out of T.
 TexelEllipse texel_ellipse(const Sides &sides, Real u1, Real v1, Real u2, Real v2, const Texture &texture) {
     const int32_t side = max(texture.width, texture.height);
-    const Real across = Real(texture.width) / Real(side), down = Real(texture.height) / Real(side);
-    const Real texels = max(max(abs(u1), abs(v1)), max(abs(u2), abs(v2))), size = min(sides.size1, sides.size2);
+    const Real width = Real(texture.width) / Real(side), height = Real(texture.height) / Real(side);
+    const Real pictures = max(max(abs(u1), abs(v1)), max(abs(u2), abs(v2))), size = min(sides.size1, sides.size2);
     const Real of_first = size / sides.size1, of_second = size / sides.size2;
-    const Real a1 = u1 / texels * across * of_first, b1 = v1 / texels * down * of_first,
-               a2 = u2 / texels * across * of_second, b2 = v2 / texels * down * of_second;
+    const Real a1 = u1 / pictures * width * of_first, b1 = v1 / pictures * height * of_first,
+               a2 = u2 / pictures * width * of_second, b2 = v2 / pictures * height * of_second;
     const Real e = dot(sides.first, sides.first), f = dot(sides.first, sides.second),
                g = dot(sides.second, sides.second);
     const Real uu = g * a1 * a1 - Real(2) * f * a1 * a2 + e * a2 * a2,
                uv = g * a1 * b1 - f * (a1 * b2 + a2 * b1) + e * a2 * b2,
                vv = g * b1 * b1 - Real(2) * f * b1 * b2 + e * b2 * b2;
     const Real half = (uu - vv) * Real(0.5), root = sqrt(half * half + uv * uv), longer = (uu + vv) * Real(0.5) + root;
-    if (!(longer > Real(0))) return {Real(0), Real(0), Real(0), Real(1)};
-    const Real along_u = half < Real(0) ? uv : half + root, along_v = half < Real(0) ? root - half : uv; // eigenvector
-    const Real length = sqrt(along_u * along_u + along_v * along_v);
-    const bool round = !(length > Real(0));
-    return {round ? Real(1) : along_u / length, round ? Real(0) : along_v / length,
-            binary_log(texels) + binary_log(Real(side)) - binary_log(size) - binary_log(sides.sine) +
-                binary_log(longer) * Real(0.5),
-            bounded_quotient(longer, abs(a1 * b2 - a2 * b1) * sides.sine)};
+    const Real shorter = abs(a1 * b2 - a2 * b1) * sides.sine; // times the longer one: the root of the determinant
+    return {half, uv, root, longer, longer > Real(0) ? bounded_quotient(longer, shorter) : Real(1), pictures, size};
 }
 
 // The mean of the triangle's texture in the beam's footprint: as wide as the cone, and longer the more it is slanted.
@@ -106,12 +101,17 @@ WISP_INLINE Color texture_of(const Scene &scene, const Triangle &triangle, const
                    texels = binary_log(pictures) + binary_log(Real(texture.width)) + binary_log(Real(texture.height));
         return at(Real(0), Real(0), binary_log(width) + (texels - binary_log(area) - log_cosine) * Real(0.5));
     }
-    const Real log_length = binary_log(width) + ellipse.log_length - log_cosine * Real(0.5);
+    const Real log_length = binary_log(width) + binary_log(ellipse.pictures) +
+                            binary_log(Real(max(texture.width, texture.height))) - binary_log(ellipse.size) -
+                            binary_log(sides.sine) + (binary_log(ellipse.longer) - log_cosine) * Real(0.5);
     const int32_t places = ellipse.ratio < Real(most_places) ? floor_to_int(ellipse.ratio) : most_places;
     const Real lod = log_length - binary_log(Real(places));
     if (!(log_length > Real(0)) || !(lod < Real(texture.levels - 1))) return at(Real(0), Real(0), lod); // in one texel
-    const Real length = exp(log_length * Real(0.69314718055994530942)),
-               along_u = ellipse.u * length / Real(texture.width), along_v = ellipse.v * length / Real(texture.height);
+    const Vec3 axis = normalize(ellipse.half < Real(0)
+                                    ? Vec3(ellipse.across, ellipse.root - ellipse.half, Real(0))
+                                    : Vec3(ellipse.half + ellipse.root, ellipse.across, Real(0))); // the eigenvector
+    const Real length = exp(log_length * Real(0.69314718055994530942)), along_u = axis.x * length / Real(texture.width),
+               along_v = axis.y * length / Real(texture.height);
     Color sum(Real(0));
     for (int32_t i = 0; i < places; ++i) {
         const Real t = (Real(i) + Real(0.5)) / Real(places) - Real(0.5);
