@@ -49,7 +49,7 @@ sanitize: ## all tests with checks of addresses, undefined behaviour and the lib
 	+$(MAKE) B=$B/sanitize MULTIVERSION= INSTRUMENTED="$(CHECKS)" all $B/sanitize/tests $B/sanitize/faults.so
 	LSAN_OPTIONS=suppressions=$(CURDIR)/tools/build/leaks.supp:print_suppressions=0 tools/run_tests $B/sanitize/tests
 analyse: ## clang-tidy over src/ (.clang-tidy), and gcc's -fanalyzer over what is C; needs clang-tidy; half an hour
-	find src -name '*.cpp' | xargs -P $$(nproc) -I {} clang-tidy --quiet {} -- -std=c++17 -Iinclude -Isrc -DWISP_ARITH=fixed
+	find src -name '*.cpp' | xargs -P $$(nproc) -I {} clang-tidy --quiet {} -- $(IEEE) -Iinclude -Isrc -DWISP_ARITH=fixed
 	printf '%s\n' tools/faults/preloaded.c tools/examples/scene.c tools/peers/marcher.c | \
 	    xargs -I {} $(CC) -fanalyzer -Werror -O1 -Iinclude -c {} -o /dev/null
 mutants: ## whether tests notice SAMPLE=1000 changed operators and numbers of the core; needs python3-clang-14; an hour

@@ -234,12 +234,11 @@ def main():
 
     # What tests come to is kept for as long as the program is the same.
     kept = build / "reach.json"
-    fresh = kept.exists() and kept.stat().st_mtime > Path(tests.program).stat().st_mtime
-    found = json.loads(kept.read_text()) if fresh else []
-    with ThreadPoolExecutor(args.j) as pool:
-        more = list(pool.map(lambda test: tests.reach(test, build / "reached" / str(test)), range(len(found) + 1, tests.count + 1)))
-    found += [result and [result[0], sorted(result[1])] for result in more]
-    kept.write_text(json.dumps(found))
+    if not kept.exists() or kept.stat().st_mtime < Path(tests.program).stat().st_mtime:
+        with ThreadPoolExecutor(args.j) as pool:
+            found = list(pool.map(lambda test: tests.reach(test, build / "reached" / str(test)), range(1, tests.count + 1)))
+        kept.write_text(json.dumps([result and [result[0], sorted(result[1])] for result in found]))
+    found = json.loads(kept.read_text())
     reached_by = defaultdict(list)
     for test, result in enumerate(found, 1):
         for place in result[1] if result else ():

@@ -50,18 +50,18 @@ struct Sides {
 
 // What a circle on a triangle is among its texels: an ellipse. With T the texels along the edges, as columns, and E the
 // edges' products, the squares of its axes are the eigenvalues of T E^-1 T^t. Here they are times the square of `sine`,
-// which is det E, and in parts of `pictures` times the texture's longer side, in a length of `size`.
+// which is det E. T is in parts of the texture's longer side times `pictures`, the most that an edge changes u or v by,
+// along a length of the shorter edge.
 struct TexelEllipse {
     Real half, across; // half of the difference of the matrix's entries on the diagonal, and the other entry
     Real root, longer; // half of the difference of the eigenvalues, and the greater one
     Real ratio;        // of the longer axis to the shorter one
-    Real pictures, size;
 };
-TexelEllipse texel_ellipse(const Sides &sides, Real u1, Real v1, Real u2, Real v2, const Texture &texture) {
+TexelEllipse texel_ellipse(const Sides &sides, Real u1, Real v1, Real u2, Real v2, Real pictures,
+                           const Texture &texture) {
     const int32_t side = max(texture.width, texture.height);
     const Real width = Real(texture.width) / Real(side), height = Real(texture.height) / Real(side);
-    const Real pictures = max(max(abs(u1), abs(v1)), max(abs(u2), abs(v2))), size = min(sides.size1, sides.size2);
-    const Real of_first = size / sides.size1, of_second = size / sides.size2;
+    const Real size = min(sides.size1, sides.size2), of_first = size / sides.size1, of_second = size / sides.size2;
     const Real a1 = u1 / pictures * width * of_first, b1 = v1 / pictures * height * of_first,
                a2 = u2 / pictures * width * of_second, b2 = v2 / pictures * height * of_second;
     const Real e = dot(sides.first, sides.first), f = dot(sides.first, sides.second),
@@ -71,7 +71,7 @@ TexelEllipse texel_ellipse(const Sides &sides, Real u1, Real v1, Real u2, Real v
                vv = g * b1 * b1 - Real(2) * f * b1 * b2 + e * b2 * b2;
     const Real half = (uu - vv) * Real(0.5), root = sqrt(half * half + uv * uv), longer = (uu + vv) * Real(0.5) + root;
     const Real shorter = abs(a1 * b2 - a2 * b1) * sides.sine; // times the longer one: the root of the determinant
-    return {half, uv, root, longer, longer > Real(0) ? bounded_quotient(longer, shorter) : Real(1), pictures, size};
+    return {half, uv, root, longer, longer > Real(0) ? bounded_quotient(longer, shorter) : Real(1)};
 }
 
 // The mean of the triangle's texture in the beam's footprint: as wide as the cone, and longer the more it is slanted.
@@ -91,19 +91,20 @@ WISP_INLINE Color texture_of(const Scene &scene, const Triangle &triangle, const
                           v[0] * weights.x + v[1] * weights.y + v[2] * weights.z + along_v, lod);
     };
     const Real u1 = u[1] - u[0], v1 = v[1] - v[0], u2 = u[2] - u[0], v2 = v[2] - v[0],
+               pictures = max(max(abs(u1), abs(v1)), max(abs(u2), abs(v2))),
                area = sides.sine * sides.size1 * sides.size2; // twice the triangle's
-    if (!(width > Real(0)) || !(area > Real(0)) || !(max(max(abs(u1), abs(v1)), max(abs(u2), abs(v2))) > Real(0)))
-        return at(Real(0), Real(0), Real(0));
+    if (!(width > Real(0)) || !(area > Real(0)) || !(pictures > Real(0))) return at(Real(0), Real(0), Real(0));
     const Real log_cosine = binary_log(max(cosine, Real(1.0 / 64)));
-    const TexelEllipse ellipse = texel_ellipse(sides, u1, v1, u2, v2, texture);
+    const TexelEllipse ellipse = texel_ellipse(sides, u1, v1, u2, v2, pictures, texture);
     if (!(ellipse.ratio > Real(2))) {
-        const Real pictures = abs(u1 * v2 - u2 * v1),
-                   texels = binary_log(pictures) + binary_log(Real(texture.width)) + binary_log(Real(texture.height));
+        const Real texels =
+            binary_log(abs(u1 * v2 - u2 * v1)) + binary_log(Real(texture.width)) + binary_log(Real(texture.height));
         return at(Real(0), Real(0), binary_log(width) + (texels - binary_log(area) - log_cosine) * Real(0.5));
     }
-    const Real log_length = binary_log(width) + binary_log(ellipse.pictures) +
-                            binary_log(Real(max(texture.width, texture.height))) - binary_log(ellipse.size) -
-                            binary_log(sides.sine) + (binary_log(ellipse.longer) - log_cosine) * Real(0.5);
+    const Real log_length = binary_log(width) + binary_log(pictures) +
+                            binary_log(Real(max(texture.width, texture.height))) -
+                            binary_log(min(sides.size1, sides.size2)) - binary_log(sides.sine) +
+                            (binary_log(ellipse.longer) - log_cosine) * Real(0.5);
     const int32_t places = ellipse.ratio < Real(most_places) ? floor_to_int(ellipse.ratio) : most_places;
     const Real lod = log_length - binary_log(Real(places));
     if (!(log_length > Real(0)) || !(lod < Real(texture.levels - 1))) return at(Real(0), Real(0), lod); // in one texel

@@ -63,6 +63,14 @@ template <class IsOne> bool any_triangle(const Scene &scene, IsOne &&is_one) {
     });
 }
 
+bool sees_surfaces(const Frustum &view, const Scene &scene) {
+    return any_triangle(scene, [&](const Triangle &, const Double3 &a, const Double3 &b, const Double3 &c) {
+        return !view.misses({a, b, c});
+    });
+}
+
+// --- distances -------------------------------------------------------------------------------------------------------
+
 double distance_to_segment(const Double3 &p, const Double3 &a, const Double3 &b) {
     const Double3 along = b - a, to_p = p - a;
     const double square = dot(along, along), t = square > 0 ? dot(to_p, along) / square : 0;
@@ -75,12 +83,6 @@ double distance_to_triangle(const Double3 &p, const Double3 &a, const Double3 &b
     };
     if (is_inside(a, b) && is_inside(b, c) && is_inside(c, a)) return std::fabs(dot(p - a, normal)) / length(normal);
     return std::min({distance_to_segment(p, a, b), distance_to_segment(p, b, c), distance_to_segment(p, c, a)});
-}
-
-bool sees_surfaces(const Frustum &view, const Scene &scene) {
-    return any_triangle(scene, [&](const Triangle &, const Double3 &a, const Double3 &b, const Double3 &c) {
-        return !view.misses({a, b, c});
-    });
 }
 
 // --- optical depth --------------------------------------------------------------------------------------------------
