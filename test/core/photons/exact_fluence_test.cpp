@@ -30,12 +30,13 @@ SmokeDescription turned_box(double sigma, const Double3 &center = {0, 0, 0}, con
     return box;
 }
 
-// Smokes of which none can be resampled together with the others.
+// Particles, and smokes of which none can be resampled together with the others.
 struct Smokes {
-    std::vector<Particle> particles = cloud(200, 1.2, 0.5, 0.03);
-    std::vector<SmokeDescription> turned, apart, overlapping, beside_black;
+    std::vector<Particle> particles = cloud(200, 1.2, 0.5, 0.03), dense = cloud(200, 1.2, 0.5, 0.2);
+    std::vector<SmokeDescription> round, turned, apart, overlapping, beside_black;
 
     Smokes() {
+        round = {smoke_of(dense)};
         turned = {turned_box(1.2)};
         apart = {box_smoke({0.5, 1, 1}, 1.5, 12), box_smoke({0.5, 1, 1}, 3, 12)};
         apart[0].grid.center = {-0.75, 0, 0};
@@ -117,7 +118,7 @@ TEST_CASE(WISP_ARITH_NAME ": photons at nodes of exact smoke are as bright as th
 
 TEST_CASE(WISP_ARITH_NAME ": the light at nodes of exact smoke gives back every collision, up to its hard faces") {
     const Smokes of;
-    for (const std::vector<SmokeDescription> &smokes : {of.turned, of.apart, of.overlapping}) {
+    for (const std::vector<SmokeDescription> &smokes : {of.round, of.turned, of.apart, of.overlapping}) {
         const std::vector<LightSource> lights = {slanted};
         const Scene scene = scene_of_all(smokes, lights);
         const Settings settings = node_settings(4, 1, 6000);

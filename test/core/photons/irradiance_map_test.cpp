@@ -306,6 +306,34 @@ TEST_CASE(WISP_ARITH_NAME ": a map without enough memory says so; without light 
     }
 }
 
+TEST_CASE(WISP_ARITH_NAME
+          ": a map says how much its light varies, as its photons and the largest of its smokes have it") {
+    for (const int32_t spacing : {1, 4})
+        for (const double albedo : {0.25, 1.0})
+            for (const double g : {0.0, 0.5}) {
+                CAPTURE(spacing);
+                CAPTURE(albedo);
+                CAPTURE(g);
+                ChosenSums chosen(spacing, 1);
+                std::vector<SmokeVolume> smokes(2, chosen.built.medium.smokes[0]);
+                smokes[0].albedo = vec(0.25 * albedo, albedo, 0);
+                smokes[0].phase = Phase(real(g));
+                smokes[1].albedo = vec(0.2, 0.2, 0.2);
+                Medium both = chosen.built.medium;
+                both.smokes = smokes.data();
+                both.count = 2;
+                chosen.deposits.medium = &both;
+                chosen.deposits.photon = {real(0.625), -3};
+                const double once = 151.0 / 315 * 151 / 315 * 0.625 / 8 / (spacing * spacing) / (4 * pi_);
+                const double uneven = (1 + g * g) / ((1 - g * g) * (1 - g * g)); // 4 pi int p^2
+                const auto is = [](double variance) { return doctest::Approx(variance).epsilon(1e-4).scale(0); };
+                CHECK(at(chosen.map(0).variance) == is(once * std::max(albedo * uneven, 0.2)));
+                // Where the peak is taken off, the rest has a largest value.
+                chosen.deposits.largest = real(1.25);
+                CHECK(at(chosen.map(0).variance) == is(once * std::max(albedo * std::min(uneven, 1.25), 0.2)));
+            }
+}
+
 TEST_CASE(WISP_ARITH_NAME ": with fewer points in the irradiance map, a picture is nearly the same, and smaller") {
     SmokeDescription box = box_smoke({1.5, 1.5, 1.5}, 1, 24);
     box.asymmetry = 0.3;

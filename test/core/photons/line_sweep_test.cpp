@@ -14,10 +14,11 @@ using namespace wisp::WISP_ARITH;
 
 namespace {
 
-// The light at the nodes of a box, gathered along lines towards an eye far away. Photons bring none to it.
+// The light at the nodes of a box, gathered along lines towards an eye far away.
 struct SweptBox {
-    // with_hue: the photons of the first node, which is unknown, are not grey.
-    SweptBox(const SmokeDescription &box, const std::vector<Light> &lights, double g, bool with_hue, uint64_t seed = 1)
+    // with_hue: the photons of the first node, which is unknown, are not grey. `photons`: none where it is empty.
+    SweptBox(const SmokeDescription &box, const std::vector<Light> &lights, double g, bool with_hue, uint64_t seed = 1,
+             const std::vector<Color> &photons = {})
         : built({box}, 1) {
         const uint32_t bricks = built.bricks().count;
         const uint64_t points = uint64_t{bricks} * nodes_of(spacing);
@@ -30,7 +31,8 @@ struct SweptBox {
             clear.data(),  false};
         const std::unique_ptr<bool[]> known(new bool[points]);
         std::fill(known.get(), known.get() + points, true);
-        radiance.assign(points, Color(Real(0)));
+        radiance = photons;
+        radiance.resize(points, Color(Real(0)));
         known[0] = false;
         if (with_hue) radiance[0] = Color(real(0), real(0), real(0.5));
         const LineSweep sweep = {&built.medium, &depths, spacing, 0, Phase(real(g)), vec(0, 0, far), 1, seed};
@@ -61,8 +63,9 @@ struct SweptBox {
 
 // It scatters nothing.
 struct GlowingBox : SweptBox {
-    explicit GlowingBox(double sigma, double g = 0, const Double3 &emission = {1, 0.5, 0.25}, bool with_hue = false)
-        : SweptBox(box(sigma, {0, 0, 0}, emission), {}, g, with_hue) {}
+    explicit GlowingBox(double sigma, double g = 0, const Double3 &emission = {1, 0.5, 0.25}, bool with_hue = false,
+                        const std::vector<Color> &photons = {})
+        : SweptBox(box(sigma, {0, 0, 0}, emission), {}, g, with_hue, 1, photons) {}
 };
 
 // The mean over all directions of 1 - e^-depth from a point in the box to its faces, weighted by 4 pi p towards +z.
@@ -169,6 +172,47 @@ TEST_CASE(WISP_ARITH_NAME ": lines bring the light of a glowing box to all its n
         CHECK(worst < 0.07);
         CHECK(sum == doctest::Approx(expected_sum).epsilon(0.007));
     }
+}
+
+// Photons that are far from the lines do not count, but for how much light they have in all: E is by how much more, and
+// N the sum of squares of what each brick has of that.
+TEST_CASE(WISP_ARITH_NAME ": lines bring as much light as photons, but for what may be their noise") {
+    const Double3 white = {1, 1, 1};
+    const GlowingBox dark(0.05, 0, white);
+    const SparseGrid &bricks = dark.built.bricks();
+    const uint32_t nodes = nodes_of(dark.spacing);
+    const auto sum = [&](const std::vector<Color> &light, uint32_t first, uint32_t last) {
+        double of_bricks = 0; // each node by how much of what is around it is in the box
+        for (uint32_t b = first; b < last; ++b)
+            for (uint32_t k = 0; k < nodes; ++k) {
+                const Cell c = cell_of_index(nodes_along(dark.spacing), k);
+                const Vec3 x = node_of(bricks, b, {c.x * dark.spacing, c.y * dark.spacing, c.z * dark.spacing});
+                double weight = 1;
+                for (int axis = 0; axis < 3; ++axis)
+                    weight *= std::clamp(0.5 + (dark.half - std::fabs(at(x[axis]))) / dark.spacing, 0.0, 1.0);
+                of_bricks += weight * at(light[b * nodes + k].x);
+            }
+        return of_bricks;
+    };
+    const double lines = sum(dark.radiance, 0, bricks.count);
+    double squares = 0; // of the bricks' parts
+    for (uint32_t b = 0; b < bricks.count; ++b) squares += std::pow(sum(dark.radiance, b, b + 1) / lines, 2);
+    REQUIRE(16 * squares < 0.7);
+    REQUIRE(16 * squares > 0.4);
+    std::vector<Color> photons(dark.radiance.size());
+    for (const double factor : {0.25, 4.0, 10.0}) {
+        CAPTURE(factor);
+        for (size_t i = 0; i < photons.size(); ++i) photons[i] = dark.radiance[i] * real(factor);
+        const GlowingBox lit(0.05, 0, white, false, photons);
+        const double excess = factor - 1;
+        CHECK(sum(lit.radiance, 0, bricks.count) / lines ==
+              doctest::Approx(1 + excess - 16 * excess * squares).epsilon(0.03));
+    }
+    // As much more in one brick alone is noise.
+    for (size_t i = 0; i < photons.size(); ++i) photons[i] = dark.radiance[i] * Real(i < nodes ? 40 : 1);
+    const GlowingBox noisy(0.05, 0, white, false, photons);
+    CHECK(sum(noisy.radiance, 1, bricks.count) / sum(dark.radiance, 1, bricks.count) ==
+          doctest::Approx(1).epsilon(0.01));
 }
 
 TEST_CASE(WISP_ARITH_NAME ": grey light has the bits of each channel of coloured light") {

@@ -2,9 +2,11 @@
 // where its row says no (the test build ends the process there, too).
 #include "core/render/path_tracer.h"
 #include "support/built_smoke.h"
-#include "support/built_surfaces.h"
+#include "support/repeated_job.h"
+#include "support/smoky_room.h"
 #include "wisp/photon_sums.h"
 #include <doctest/doctest.h>
+#include <functional>
 #include <string>
 
 using namespace wisp;
@@ -232,4 +234,109 @@ TEST_CASE(WISP_ARITH_NAME ": density grids and boxes are smoke as particles are"
     LitSmoke none({});
     CHECK(!renderer.plan(none.scene, settings).smoke);
     CHECK(!renderer.plan(none.scene, settings)[Stage::march].needed);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": what is kept serves no frame that differs in one setting") {
+    using Change = std::function<void(Settings &)>;
+    const std::vector<Change> changes = {
+        [](Settings &s) { s.density_step = 0.5; },
+        [](Settings &s) { s.density_step = s.light_step = 0; },
+        [](Settings &s) { s.light_step = 0.5; },
+        [](Settings &s) { s.irradiance_step = 0.5; },
+        [](Settings &s) { s.irradiance = IrradianceMap::none; },
+        [](Settings &s) { s.irradiance = IrradianceMap::adaptive; },
+        [](Settings &s) { s.method = Method::direct; },
+        [](Settings &s) { s.method = Method::map; },
+        [](Settings &s) { s.deposit = Deposit::path; },
+        [](Settings &s) { s.deposit = Deposit::nodes; },
+        [](Settings &s) { s.direction = Direction::mean; },
+        [](Settings &s) { s.estimate = Estimate::knn; },
+        [](Settings &s) { s.photons = 400; },
+        [](Settings &s) { s.photons = 0; },
+        [](Settings &s) { s.paths = 1; },
+        [](Settings &s) { s.seed = 2; },
+        [](Settings &s) { s.step = 0.3; },
+        [](Settings &s) { s.gather = 20; },
+        [](Settings &s) { s.gather_radius = 1; },
+        [](Settings &s) { s.samples = 2; },
+        [](Settings &s) { s.depth = 0; },
+        [](Settings &s) { s.shadows = ShadowMethod::lie; },
+        [](Settings &s) { s.lights = LightChoice::cuts; },
+        [](Settings &s) { s.tree = TreeKind::kd; },
+        [](Settings &s) { s.goal = Goal::reference, s.last_pass = 1; },
+        [](Settings &s) { s.layers = true; },
+        [](Settings &s) {
+            s.crop = {1, 2, 5, 6};
+        },
+    };
+    const Scenery room;
+    int others = 0;
+    for (const Way &way : {ways[0], ways[3], ways[6]}) {
+        Settings first = settings_of(way, ShadowMethod::exact, 1);
+        first.crop = {2, 1, 6, 5};
+        first.photons = 300;
+        RepeatedJob job(room.scene, first);
+        for (size_t i = 0; i < changes.size(); ++i) {
+            CAPTURE(i);
+            Settings second = first;
+            changes[i](second);
+            RepeatedJob changed(room.scene, second);
+            std::vector<unsigned char> memory(std::max(job.plan().arena_bytes, changed.plan().arena_bytes));
+            const auto made = [&](RepeatedJob &of, FrameCache *cache) {
+                Arena arena(memory.data(), memory.size());
+                CHECK(of.run(arena, cache) == Status::done);
+                return of.made();
+            };
+            const std::string alone = made(job, nullptr), changed_alone = made(changed, nullptr);
+            FrameCache cache = {};
+            CHECK(made(job, &cache) == alone);
+            cache.same_smoke = true;
+            for (int k = 0; k < 2; ++k) {
+                CHECK(made(changed, &cache) == changed_alone);
+                CHECK(made(job, &cache) == alone);
+            }
+            others += alone != changed_alone;
+        }
+    }
+    CHECK(others > 40);
+}
+
+TEST_CASE(WISP_ARITH_NAME ": smoke without particles changes no bit, beside smoke that has some") {
+    const std::vector<Particle> one = cloud(80, 1.2, 0.5, 0.1), another = cloud(70, 1.2, 0.6, 0.08, 2), none;
+    SmokeDescription smokes[] = {smoke_of(one), smoke_of(none), smoke_of(another), smoke_of(none)};
+    for (const int i : {1, 3}) {
+        smokes[i].albedo = {0.2, 0.4, 0.6};
+        smokes[i].emission = {3, 2, 1};
+        smokes[i].asymmetry = 0.8;
+    }
+    const SmokeDescription others[] = {smokes[0], smokes[2]};
+    for (const bool surfaces : {false, true}) {
+        Scenery room(surfaces);
+        for (const Way &way : ways)
+            for (const Goal goal : {Goal::picture, Goal::photons, Goal::reference})
+                for (const uint32_t paths : {0, 2}) {
+                    if (goal != Goal::picture && paths > 0) continue;
+                    CAPTURE(surfaces);
+                    CAPTURE(&way - ways);
+                    CAPTURE(static_cast<int>(goal));
+                    CAPTURE(paths);
+                    Settings settings = settings_of(way, ShadowMethod::exact, 1);
+                    settings.photons = 500;
+                    settings.goal = goal;
+                    settings.paths = paths;
+                    settings.last_pass = 2;
+                    settings.layers = goal == Goal::picture;
+                    std::string made[2];
+                    for (const bool with : {false, true}) {
+                        room.scene.smokes = with ? smokes : others;
+                        room.scene.smoke_count = with ? 4 : 2;
+                        RepeatedJob job(room.scene, settings);
+                        std::vector<unsigned char> memory(job.plan().arena_bytes);
+                        Arena arena(memory.data(), memory.size());
+                        REQUIRE(job.run(arena, nullptr) == Status::done);
+                        made[with] = job.made();
+                    }
+                    CHECK(made[0] == made[1]);
+                }
+    }
 }

@@ -89,6 +89,42 @@ TEST_CASE(WISP_ARITH_NAME ": pictures are those of tracing, in every frame, with
         }
 }
 
+TEST_CASE(WISP_ARITH_NAME ": pictures of what moves alone are those of tracing, and of what never moves") {
+    for (const ShadowMethod method : equivalent_methods)
+        for (const bool moving : {false, true})
+            for (const uint64_t seed : {500, 501, 503, 504, 507}) {
+                CAPTURE(static_cast<int>(method));
+                CAPTURE(moving);
+                CAPTURE(seed);
+                RoomFrames room(seed, 16, light_counts[seed % 6], method);
+                FrameCache cache = {}, plain_cache = {};
+                Statistics statistics;
+                std::vector<unsigned char> block, plain_block;
+                const uint32_t still = room.scene.static_count;
+                std::vector<Instance> instances;
+                for (int frame = 0; frame < 3; ++frame) {
+                    Scene scene = room.scene;
+                    if (moving) {
+                        scene.triangles += still;
+                        scene.static_count = 0;
+                        instances.assign(scene.instances, scene.instances + scene.instance_count);
+                        for (Instance &instance : instances) instance.first -= still;
+                        scene.instances = instances.data();
+                    } else {
+                        scene.instance_triangle_count = scene.instance_count = scene.deforming_count = 0;
+                    }
+                    Settings plain = room.settings;
+                    plain.shadows = ShadowMethod::trace;
+                    block.resize(static_cast<size_t>(renderer.plan(scene, room.settings).arena_bytes));
+                    plain_block.resize(static_cast<size_t>(renderer.plan(scene, plain).arena_bytes));
+                    const std::vector<float> found = picture(scene, room.settings, block, statistics, cache);
+                    CHECK(found == picture(scene, plain, plain_block, statistics, plain_cache));
+                    CHECK(std::any_of(found.begin(), found.end(), [&](float x) { return x != found[0]; }));
+                    room.change();
+                }
+            }
+}
+
 TEST_CASE(WISP_ARITH_NAME ": the number of lights may change from frame to frame") {
     for (const ShadowMethod method : equivalent_methods) {
         RoomFrames room(3, 16, 16, method);
