@@ -14,8 +14,8 @@ BENCH = {section.__name__: section for section in (
     *([] if harness.QUICK else [smoke.truth]),
     smoke.methods, smoke.table_2, smoke.table_3, smoke.table_4, smoke.table_1, smoke.front, smoke.shortcuts, smoke.arithmetics,
     smoke.grid, smoke.grid_single, smoke.povray, smoke.sheets, files.files, surfaces.point_tree, surfaces.rays,
-    surfaces.shadow_rays, surfaces.kitchen, surfaces.robots, surfaces.walk, surfaces.zoom, counts.instructions, counts.needs,
-    scaling.scaling)}
+    surfaces.shadow_rays, surfaces.povray_surfaces, surfaces.kitchen, surfaces.robots, surfaces.walk, surfaces.zoom,
+    counts.instructions, counts.needs, scaling.scaling)}
 SECTIONS = {**BENCH, **{section.__name__: section for section in (convergence.convergence, hard_cases.hard_cases, thin.thin)}}
 
 

@@ -1,8 +1,8 @@
 """Rays and shadows beside Embree, and what each way to find shadows saves beside the paper's figures (C6)."""
-import os, re
+import os, re, shutil
 from pathlib import Path
 
-from harness import DATA, OUT, Job, median, quick, ratio, render, skipped, spread, table
+from harness import DATA, OUT, WISP, Job, median, quick, ratio, render, skipped, spread, table
 
 BART = DATA / "bart"
 KITCHEN, ROBOTS = BART / "kitchen/kitchen.aff", BART / "robots/Robot.aff"
@@ -33,6 +33,22 @@ def shadow_rays():
     if cells:
         table("shadow_rays", "Shadow rays of animations, resolved a second by each way and by Embree", cells[0][0],
               [row for rows in cells for row in rows[1:]])
+
+
+def povray_surfaces():
+    scenes = [DATA / f"nff/{name}.nff" for name in ("gears", "teapot", "tetra")]
+    if not shutil.which("povray") or not all(scene.exists() for scene in scenes):
+        skipped("POV-Ray's surfaces", f"needs povray and {DATA}/nff")
+        return
+    script = "tools/peers/povray_surfaces.py"
+    options = quick(["--size", 128, "--runs", 1], [])
+    jobs = [Job(f"povray_{scene.stem}", ["python3", script, OUT / "povray_surfaces", scene, *options],
+                reads=(script, WISP, scene)) for scene in scenes]
+    yield
+    cells = [job.csv() for job in jobs if job.good()]
+    if cells:
+        table("povray_surfaces", "Polygons, lights and mirrors beside POV-Ray: one ray a pixel, one thread", cells[0][0],
+              [row for rows in cells for row in rows[1:]], "Seconds without reading the scene, and without POV-Ray's trees.")
 
 
 def point_tree():

@@ -4,7 +4,8 @@
     python3 tools/peers/povray.py FOLDER VOL [--quick]
 
 VOL is the grid plume.vol, which has single_g05.pfm beside it: the picture that both are held against. FOLDER takes scenes
-and pictures. From the top folder, after `make`. Seconds are what each says of itself, without reading the scene. Single scattering alone, because POV-Ray scatters again by photons that have no units.
+and pictures. From the top folder, after `make`. Seconds are what each says of itself, without reading the scene. Single
+scattering alone, because POV-Ray scatters again by photons that have no units.
 
 single_g05.pfm has four rays a pixel, as `--spp 4`, and is 0.04 % from `--smoke direct --arith f64 --step 0.125`. One ray a
 pixel cannot come nearer to it than 0.6 %.
@@ -128,14 +129,14 @@ def read_ppm(path: Path):
     return int(head.group(1)), values
 
 
-def write_pfm(path: Path, side: int, values):
-    """Means of rays a pixel, rows from the bottom. 16 bits err by 2^-17 / SCALE at most, 0.03 % of plume.vol's mean."""
-    rays = side // SIDE
+def write_pfm(path: Path, pixels: int, scale: float, side: int, values):
+    """A square of means of rays a pixel, rows from the bottom. 16 bits err by 2^-17 / scale at most."""
+    rays = side // pixels
     rows = range(rays)
-    pixels = array("f", (
-        sum(values[3 * ((y * rays + j) * side + x * rays + i) + c] for j in rows for i in rows) / (65535 * SCALE * rays * rays)
-        for y in reversed(range(SIDE)) for x in range(SIDE) for c in range(3)))
-    path.write_bytes(b"PF\n%d %d\n-1.0\n" % (SIDE, SIDE) + swapped(pixels, "little").tobytes())
+    means = array("f", (
+        sum(values[3 * ((y * rays + j) * side + x * rays + i) + c] for j in rows for i in rows) / (65535 * scale * rays * rays)
+        for y in reversed(range(pixels)) for x in range(pixels) for c in range(3)))
+    path.write_bytes(b"PF\n%d %d\n-1.0\n" % (pixels, pixels) + swapped(means, "little").tobytes())
 
 
 def run(command, folder=None) -> str:
@@ -145,28 +146,37 @@ def run(command, folder=None) -> str:
     return done.stdout + done.stderr
 
 
-def render_povray(folder: Path, setting) -> float:
-    rays, intervals = setting
-    side = rays * SIDE
-    said = run(["povray", f"+Igrid_{intervals}.pov", "+Opovray.ppm", "+FP", "Bits_Per_Color=16", "File_Gamma=1.0",
+def trace_povray(folder: Path, scene: str, side: int) -> float:
+    """Renders a scene of FOLDER to povray.ppm there; the seconds of its rays."""
+    said = run(["povray", f"+I{scene}", "+Opovray.ppm", "+FP", "Bits_Per_Color=16", "File_Gamma=1.0",
                 f"+W{side}", f"+H{side}", "+WT1", "-A", "-D", "-V"], folder)
-    write_pfm(folder / "picture.pfm", *read_ppm(folder / "povray.ppm"))
     return float(re.search(r"Trace Time:.*\(([\d.]+) seconds", said).group(1))
 
 
-def render_wisp(folder: Path, setting) -> float:
+def render_povray(folder: Path, setting) -> float:
+    rays, intervals = setting
+    seconds = trace_povray(folder, f"grid_{intervals}.pov", rays * SIDE)
+    write_pfm(folder / "picture.pfm", SIDE, SCALE, *read_ppm(folder / "povray.ppm"))  # 16 bits: 0.03 % of plume.vol's mean
+    return seconds
+
+
+def trace_wisp(folder: Path, scene: Path, *options):
+    """Renders a scene to picture.pfm in FOLDER; the seconds of its stages, and the counts of the frame."""
     (folder / "picture.pfm").unlink(missing_ok=True)
-    run([WISP, "render", folder / "grid.aff", "--photons", "0", *setting.split(), "-o", folder / "picture.pfm",
-         "--stats", folder / "wisp.json", "-q"])
-    seconds = json.loads((folder / "wisp.json").read_text())["frames"][0]["seconds"]
-    return sum(seconds[stage] for stage in ("trees", "photons", "irradiance", "render"))
+    run([WISP, "render", scene, *options, "-o", folder / "picture.pfm", "--stats", folder / "wisp.json", "-q"])
+    frame = json.loads((folder / "wisp.json").read_text())["frames"][0]
+    return sum(frame["seconds"][stage] for stage in ("trees", "photons", "irradiance", "render")), frame
 
 
-def relative_rmse(picture: Path, truth: Path) -> float:
+def render_wisp(folder: Path, setting) -> float:
+    return trace_wisp(folder, folder / "grid.aff", "--photons", "0", *setting.split())[0]
+
+
+def comparison(picture: Path, truth: Path):
     said = subprocess.run([WISP, "compare", picture, truth, "--json", "-"], capture_output=True, text=True)
     if said.returncode > 1:
         fail(said.stderr.strip())
-    return json.loads(said.stdout)["relative_rmse"]
+    return json.loads(said.stdout)
 
 
 def main():
@@ -204,10 +214,11 @@ smoke {vol} {{
     for render, program, options, setting in jobs:
         seconds = render(folder, options)
         print(f"{program},{setting},{seconds:.3f},"
-              f"{relative_rmse(folder / 'picture.pfm', vol.with_name('single_g05.pfm')):.5f}")
+              f"{comparison(folder / 'picture.pfm', vol.with_name('single_g05.pfm'))['relative_rmse']:.5f}")
 
 
-try:
-    main()
-except OSError as error:
-    fail(str(error))
+if __name__ == "__main__":
+    try:
+        main()
+    except OSError as error:
+        fail(str(error))

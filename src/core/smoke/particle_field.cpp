@@ -160,7 +160,6 @@ Collision first_collision_of(const K &kernel, const ParticleField &field, const 
 
 // An optical depth as a fraction of 2^32, rounded up. A draw that collides within depth x is at most 1 - e^-x <= x.
 template <class T> uint32_t fraction_above(T x) {
-    if (x == T(0)) return 0; // no density: no draw is below
     if (!(x < T(1))) return 0xffffffffu;
     uint32_t bits;
     if constexpr (std::is_same_v<T, Fixed>)
