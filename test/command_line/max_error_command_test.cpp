@@ -105,7 +105,7 @@ TEST_CASE("max-error: photons stay photons where their cells suffice, however ma
     CAPTURE(chosen);
     CHECK(chosen.find("--photons ") != std::string::npos);
     CHECK(chosen.find("--density-step ") != std::string::npos);
-    test.render_truth(2000);
+    test.render_truth(600);
     CHECK(test.error() <= 0.05);
     CHECK(test.error() >= 0.05 / 4);
 }

@@ -10,7 +10,8 @@ $(foreach a,$(ARITHMETICS),$(eval $(call objects,test/core/$a,src/core,CXX,TEST_
 $(foreach a,$(ARITHMETICS),$(eval $(call objects,test/cases/$a,test,CXX,CASE_FLAGS,-DWISP_ARITH=$a)))
 $(eval $(call objects,test/c_api,src/c_api,CXX,TEST_FLAGS))
 $(eval $(call objects,test/cases/once,test,CXX,CASE_FLAGS))
-CASE_FLAGS   = -Itest $(TEST_FLAGS)
+# Their time is the core's, so that less is optimized of the cases themselves.
+CASE_FLAGS   = -Itest $(TEST_FLAGS) -O1
 # A fuzz target is a test of its corpus, too: as a function of its own name.
 $B/test/cases/once/fuzz/%_fuzz.o: CASE_FLAGS += -DLLVMFuzzerTestOneInput=fuzz_$(patsubst %_fuzz,%,$(notdir $*))
 $B/tests: $(TEST_O)
