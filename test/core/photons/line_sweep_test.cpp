@@ -17,36 +17,40 @@ namespace {
 // The light at the nodes of a box, gathered along lines towards an eye far away.
 struct SweptBox {
     // with_hue: the photons of the first node, which is unknown, are not grey. `photons`: none where it is empty.
-    SweptBox(const SmokeDescription &box, const std::vector<Light> &lights, double g, bool with_hue, uint64_t seed = 1,
-             const std::vector<Color> &photons = {})
-        : built({box}, 1) {
+    SweptBox(const SmokeDescription &box, const std::vector<Light> &lights_, double g_, bool with_hue,
+             uint64_t seed_ = 1, const std::vector<Color> &photons_ = {})
+        : built({box}, 1), lights(lights_), photons(photons_), g(g_), seed(seed_) {
         const uint32_t bricks = built.bricks().count;
         const uint64_t points = uint64_t{bricks} * nodes_of(spacing);
         const uint64_t of_line = std::min<uint64_t>(bricks, places_of_line(built.bricks().lattice.count));
         memory.resize(line_sweep_bytes(bricks, of_line, spacing, g == 0));
+        photons.resize(points, Color(Real(0)));
+        if (with_hue) photons[0] = Color(real(0), real(0), real(0.5));
+        REQUIRE(sweep(memory.size()));
+        // Colours take all of the bytes, grey light more than three eighths.
+        const std::vector<Color> whole = radiance;
+        const size_t too_little = radiance.back().x == radiance.back().z ? 4 : 8;
+        for (size_t part = 0; part < too_little; ++part) CHECK_FALSE(sweep(memory.size() * part / 8));
+        radiance = whole;
+    }
+    bool sweep(size_t bytes, Watch watch = {}) {
+        const uint64_t points = photons.size();
         const std::vector<uint32_t> dark(points * harmonic_words, 0); // no flux, no harmonics
-        std::vector<Real> clear(uint64_t{bricks} * nodes_of(1) * lights.size(), Real(0));
+        std::vector<Real> clear(uint64_t{built.bricks().count} * nodes_of(1) * lights.size(), Real(0));
         const OpticalDepthGrid depths = {
             &built.medium, lights.data(), static_cast<uint32_t>(lights.size()), &built.bricks(), 1,
             clear.data(),  false};
         const std::unique_ptr<bool[]> known(new bool[points]);
         std::fill(known.get(), known.get() + points, true);
-        radiance = photons;
-        radiance.resize(points, Color(Real(0)));
         known[0] = false;
-        if (with_hue) radiance[0] = Color(real(0), real(0), real(0.5));
-        const LineSweep sweep = {&built.medium, &depths, spacing, 0, Phase(real(g)), vec(0, 0, far), 1, seed};
+        radiance = photons;
+        const LineSweep lines = {&built.medium, &depths, spacing, 0, Phase(real(g)), vec(0, 0, far), 1, seed};
         const LightOfPhotons light = {known.get(), radiance.data(), g == 0 ? nullptr : dark.data(),
                                       g == 0 ? nullptr : dark.data(), 2 * spacing};
-        Arena arena(memory.data(), memory.size());
-        REQUIRE(sweep_lines(sweep, light, arena));
+        Arena arena(memory.data(), bytes);
+        const bool done = sweep_lines(lines, light, arena, watch);
         CHECK(arena.mark() == 0);
-        // Colours take all of the bytes, grey light more than three eighths.
-        const size_t too_little = radiance.back().x == radiance.back().z ? 4 : 8;
-        for (size_t part = 0; part < too_little; ++part) {
-            Arena small(memory.data(), memory.size() * part / 8);
-            CHECK_FALSE(sweep_lines(sweep, light, small));
-        }
+        return done;
     }
     static SmokeDescription box(double sigma, const Double3 &albedo, const Double3 &emission) {
         SmokeDescription source = box_smoke({half, half, half}, sigma, 2 * half);
@@ -57,7 +61,10 @@ struct SweptBox {
     static constexpr double half = 12, far = 1e4;
     static constexpr int32_t spacing = 2;
     Resampled built;
-    std::vector<Color> radiance;
+    std::vector<Light> lights;
+    std::vector<Color> photons, radiance;
+    double g;
+    uint64_t seed;
     std::vector<unsigned char> memory;
 };
 
@@ -213,6 +220,35 @@ TEST_CASE(WISP_ARITH_NAME ": lines bring as much light as photons, but for what 
     const GlowingBox noisy(0.05, 0, white, false, photons);
     CHECK(sum(noisy.radiance, 1, bricks.count) / sum(dark.radiance, 1, bricks.count) ==
           doctest::Approx(1).epsilon(0.01));
+}
+
+TEST_CASE(WISP_ARITH_NAME ": lines stop wherever they are told to, and ask no more") {
+    struct Asked {
+        uint32_t calls, stop_after;
+    };
+    constexpr uint32_t phases = std::is_same_v<Real, float> ? 8 : 1;
+    for (const double g : {0.0, 0.4}) {
+        CAPTURE(g);
+        GlowingBox box(0.05, g);
+        const std::vector<Color> whole = box.radiance;
+        // The first question comes after `left` units of work, all others at the same distances from it.
+        const auto sweep = [&](uint32_t left, uint32_t stop_after) {
+            Asked asked = {0, stop_after};
+            Work work = {{&asked, [](void *context, Stage, uint64_t, uint64_t) {
+                              Asked &to = *static_cast<Asked *>(context);
+                              return ++to.calls != to.stop_after;
+                          }}};
+            work.left = left;
+            CHECK(box.sweep(box.memory.size(), Watch(work)) == (stop_after == 0));
+            return asked.calls;
+        };
+        for (uint32_t phase = 0; phase < phases; ++phase) {
+            const uint32_t left = (phase << 15) / phases, calls = sweep(left, 0);
+            CHECK(box.radiance == whole);
+            CHECK(calls > 10);
+            for (uint32_t k = 1; k <= calls; ++k) CHECK(sweep(left, k) == k);
+        }
+    }
 }
 
 TEST_CASE(WISP_ARITH_NAME ": grey light has the bits of each channel of coloured light") {

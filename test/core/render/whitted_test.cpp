@@ -231,6 +231,35 @@ TEST_CASE(WISP_ARITH_NAME ": normals of a body are interpolated, however it is s
     }
 }
 
+TEST_CASE(WISP_ARITH_NAME ": where the normals of a triangle cancel, its plane's is taken") {
+    // In a triangle of equal sides, whose centre has each normal by a third.
+    const double side = 0.866025403784439;
+    for (const bool moves : {false, true}) {
+        Color seen[2];
+        for (const bool cancel : {false, true}) {
+            Room room;
+            room.material({{0.25, 0.25, 0.25}, {1, 0.5, 1}, {0, 0, 0}, 1, 0, 1});
+            room.add({0, 1, 0}, {-side, -0.5, 0}, {side, -0.5, 0}, 0);
+            const Double3 normals[] = {{0, 1, 0}, {-side, -0.5, 0}, {side, -0.5, 0}};
+            if (cancel) std::copy(normals, normals + 3, room.triangles[0].normal);
+            if (moves) {
+                room.scene.instance_triangle_count = 1;
+                Instance instance = {0, 1, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}, {}, true};
+                instance.inverse[0].x = instance.inverse[1].y = instance.inverse[2].z = 1;
+                room.instances = {instance};
+            }
+            room.light(LightKind::parallel, {0, 0, 0}, {3, 2, 1}, {0.6, 0, -0.8});
+            room.build();
+            seen[cancel] = room.look({0, 0, 3}, {0, 0, 0});
+            // Beside it normals are as long as they are, and lie in the plane.
+            const Color beside = room.look({0.1, 0, 3}, {0.1, 0, 0});
+            CHECK(at(beside.x) == doctest::Approx(cancel ? 0.25 : 0.25 + 3 * 0.8 / pi_).epsilon(1e-4));
+        }
+        CHECK(seen[0] == seen[1]);
+        CHECK(at(seen[0].x) == doctest::Approx(0.25 + 3 * 0.8 / pi_).epsilon(1e-5));
+    }
+}
+
 TEST_CASE(WISP_ARITH_NAME ": a small body far from the middle has its own planes") {
     // In float the corners of the smaller one fall together in the world.
     for (const double size : {0x1p-10, 0x1p-16}) {
