@@ -72,9 +72,10 @@ void set_memory(Options &options, const std::string &value) {
         shift = 10 * static_cast<int>(units.find(value.back()) + 1);
         digits.pop_back();
     }
-    const auto number = to_integer(digits);
-    if (!number || *number < 1 || *number > INT64_MAX >> shift) throw OptionError{"bytes, with k, M or G behind"};
-    options.memory = static_cast<uint64_t>(*number) << shift;
+    const auto number = to_number(digits);
+    const double bytes = number ? std::ldexp(*number, shift) : 0;
+    if (!(bytes >= 1 && bytes < 0x1p63)) throw OptionError{"bytes, with k, M or G behind"};
+    options.memory = static_cast<uint64_t>(bytes);
 }
 
 } // namespace

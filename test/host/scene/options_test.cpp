@@ -20,6 +20,8 @@ TEST_CASE("options: counts as people write them, within the same ranges") {
     CHECK(*options.frame_count == 1000000000);
     set_option(options, "memory", "1k");
     CHECK(*options.memory == 1024);
+    set_option(options, "memory", "2.5M");
+    CHECK(*options.memory == 2621440);
 
     const std::pair<const char *, const char *> wrong[] = {
         {"photons", "1.5"},   {"photons", "1e-3"},   {"photons", "-1k"}, {"photons", "1e19"},
@@ -59,6 +61,8 @@ TEST_CASE("options: names, forms and ranges") {
         {"crop", "5,5,5,6", "option 'crop': found '5,5,5,6', expected X0 < X1 and Y0 < Y1"},
         {"frames", "3:1", "option 'frames': found '3:1', expected A:B, B not below A"},
         {"memory", "12Q", "option 'memory': found '12Q', expected bytes, with k, M or G behind"},
+        {"memory", "0.5", "option 'memory': found '0.5', expected bytes, with k, M or G behind"},
+        {"memory", "inf", "option 'memory': found 'inf', expected bytes, with k, M or G behind"},
         {"memory", "99999999999G", "option 'memory': found '99999999999G', expected bytes, with k, M or G behind"},
         {"arith", "f16", "option 'arith': found 'f16', expected f32, f64, fixed"},
         {"deposit", "nearest", "option 'deposit': found 'nearest', expected exact, path, kernel, nodes"},
