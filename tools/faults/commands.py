@@ -37,7 +37,7 @@ COMMANDS = [
     ("compare", "compare ../inputs/0.pfm ../inputs/1.exr --diff a.png --json a.json", 1),
     ("plan", "plan ../inputs/packed.bgeo --write-scene a.aff", 0),
     ("info", "info ../inputs/1.exr --json", 0),
-    ("numbered smoke", "render ../inputs/puff_%04d.vtk --size 8x6 --photons 500 -o a_%04d.png", 0),
+    ("numbered smoke", "render ../inputs/puff_%04d.vtk --size 8x6 --photons 500 -q -o a_%04d.png", 0),
 ]
 INPUTS = [
     "render smoke.aff -o 0.pfm",
