@@ -16,16 +16,15 @@ namespace {
 
 // The light at the nodes of a box, gathered along lines towards an eye far away.
 struct SweptBox {
-    // with_hue: the photons of the first node, which is unknown, are not grey. `photons`: none where it is empty.
-    SweptBox(const SmokeDescription &box, const std::vector<Light> &lights_, double g_, bool with_hue,
-             uint64_t seed_ = 1, const std::vector<Color> &photons_ = {})
+    // `photons`: the light that they bring to the first nodes, of which the very first is unknown; none to others.
+    SweptBox(const SmokeDescription &box, const std::vector<Light> &lights_, double g_, uint64_t seed_ = 1,
+             const std::vector<Color> &photons_ = {})
         : built({box}, 1), lights(lights_), photons(photons_), g(g_), seed(seed_) {
         const uint32_t bricks = built.bricks().count;
         const uint64_t points = uint64_t{bricks} * nodes_of(spacing);
         const uint64_t of_line = std::min<uint64_t>(bricks, places_of_line(built.bricks().lattice.count));
         memory.resize(line_sweep_bytes(bricks, of_line, spacing, g == 0));
         photons.resize(points, Color(Real(0)));
-        if (with_hue) photons[0] = Color(real(0), real(0), real(0.5));
         REQUIRE(sweep(memory.size()));
         // Colours take all of the bytes, grey light more than three eighths.
         const std::vector<Color> whole = radiance;
@@ -70,9 +69,9 @@ struct SweptBox {
 
 // It scatters nothing.
 struct GlowingBox : SweptBox {
-    explicit GlowingBox(double sigma, double g = 0, const Double3 &emission = {1, 0.5, 0.25}, bool with_hue = false,
+    explicit GlowingBox(double sigma, double g = 0, const Double3 &emission = {1, 0.5, 0.25},
                         const std::vector<Color> &photons = {})
-        : SweptBox(box(sigma, {0, 0, 0}, emission), {}, g, with_hue, 1, photons) {}
+        : SweptBox(box(sigma, {0, 0, 0}, emission), {}, g, 1, photons) {}
 };
 
 // The mean over all directions of 1 - e^-depth from a point in the box to its faces, weighted by 4 pi p towards +z.
@@ -210,14 +209,14 @@ TEST_CASE(WISP_ARITH_NAME ": lines bring as much light as photons, but for what 
     for (const double factor : {0.25, 4.0, 10.0}) {
         CAPTURE(factor);
         for (size_t i = 0; i < photons.size(); ++i) photons[i] = dark.radiance[i] * real(factor);
-        const GlowingBox lit(0.05, 0, white, false, photons);
+        const GlowingBox lit(0.05, 0, white, photons);
         const double excess = factor - 1;
         CHECK(sum(lit.radiance, 0, bricks.count) / lines ==
               doctest::Approx(1 + excess - 16 * excess * squares).epsilon(0.03));
     }
     // As much more in one brick alone is noise.
     for (size_t i = 0; i < photons.size(); ++i) photons[i] = dark.radiance[i] * Real(i < nodes ? 40 : 1);
-    const GlowingBox noisy(0.05, 0, white, false, photons);
+    const GlowingBox noisy(0.05, 0, white, photons);
     CHECK(sum(noisy.radiance, 1, bricks.count) / sum(dark.radiance, 1, bricks.count) ==
           doctest::Approx(1).epsilon(0.01));
 }
@@ -254,7 +253,7 @@ TEST_CASE(WISP_ARITH_NAME ": lines stop wherever they are told to, and ask no mo
 TEST_CASE(WISP_ARITH_NAME ": grey light has the bits of each channel of coloured light") {
     for (const double g : {0.0, 0.5}) {
         CAPTURE(g);
-        const GlowingBox grey(0.1, g, {1, 1, 1}), with_hue(0.1, g, {1, 1, 1}, true);
+        const GlowingBox grey(0.1, g, {1, 1, 1}), with_hue(0.1, g, {1, 1, 1}, {vec(0, 0, 0.5)});
         REQUIRE(grey.radiance.size() == with_hue.radiance.size());
         CHECK(with_hue.radiance[0].x != with_hue.radiance[0].z);
         size_t lit = 0;
@@ -444,7 +443,7 @@ TEST_CASE(WISP_ARITH_NAME ": lines bring the light of a lamp in the smoke") {
             CAPTURE(lamp.x);
             const double sigma = 1e-4, power = 1e4;
             const Light light = make_light({LightKind::point, lamp, {0, 0, 0}, 0, {power, power, power}});
-            const SweptBox lit(SweptBox::box(sigma, {1, 1, 1}, {0, 0, 0}), {light}, g, false);
+            const SweptBox lit(SweptBox::box(sigma, {1, 1, 1}, {0, 0, 0}), {light}, g);
             const SparseGrid &bricks = lit.built.bricks();
             double squares = 0, sum = 0, expected_sum = 0;
             int count = 0;
@@ -477,7 +476,7 @@ TEST_CASE(WISP_ARITH_NAME ": lines of another seed lie elsewhere, and the mean o
     constexpr int seeds = 6;
     std::vector<std::unique_ptr<SweptBox>> lit;
     for (int seed = 1; seed <= seeds; ++seed)
-        lit.emplace_back(new SweptBox(SweptBox::box(sigma, {1, 1, 1}, {0, 0, 0}), {light}, 0, false, seed));
+        lit.emplace_back(new SweptBox(SweptBox::box(sigma, {1, 1, 1}, {0, 0, 0}), {light}, 0, seed));
     const SparseGrid &bricks = lit[0]->built.bricks();
     double of_one = 0, of_mean = 0;
     int count = 0;

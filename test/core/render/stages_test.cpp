@@ -6,7 +6,7 @@
 #include "support/smoky_room.h"
 #include "wisp/photon_sums.h"
 #include <doctest/doctest.h>
-#include <functional>
+#include <iterator>
 #include <string>
 
 using namespace wisp;
@@ -237,8 +237,8 @@ TEST_CASE(WISP_ARITH_NAME ": density grids and boxes are smoke as particles are"
 }
 
 TEST_CASE(WISP_ARITH_NAME ": what is kept serves no frame that differs in one setting") {
-    using Change = std::function<void(Settings &)>;
-    const std::vector<Change> changes = {
+    using Change = void (*)(Settings &);
+    const Change changes[] = {
         [](Settings &s) { s.density_step = 0.5; },
         [](Settings &s) { s.density_step = s.light_step = 0; },
         [](Settings &s) { s.light_step = 0.5; },
@@ -276,7 +276,7 @@ TEST_CASE(WISP_ARITH_NAME ": what is kept serves no frame that differs in one se
         first.crop = {2, 1, 6, 5};
         first.photons = 300;
         RepeatedJob job(room.scene, first);
-        for (size_t i = 0; i < changes.size(); ++i) {
+        for (size_t i = 0; i < std::size(changes); ++i) {
             CAPTURE(i);
             Settings second = first;
             changes[i](second);
